@@ -63,9 +63,10 @@ class CommandInterface(StateInterface):
 
     Attributes:
         owner: Name of the controller that has claimed it, or None.
+        next_owner: Who is to claim it in the switch that is being prepared, or None.
     """
 
-    __slots__ = ("owner",)
+    __slots__ = ("next_owner", "owner")
 
     def __init__(
         self,
@@ -76,6 +77,7 @@ class CommandInterface(StateInterface):
     ) -> None:
         super().__init__(prefix_name, interface_name, data_type, initial_value)
         self.owner: str | None = None
+        self.next_owner: str | None = None
 
     @property
     def claimed(self) -> bool:

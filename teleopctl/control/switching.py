@@ -223,7 +223,16 @@ def _check_hardware(
     starting: Sequence[ControllerSpec],
     stopping: Sequence[ControllerSpec],
 ) -> None:
-    if not manager.resource_manager.prepare_command_mode_switch(*_modes(starting, stopping)):
+    resources = manager.resource_manager
+    for spec in starting:
+        for name in spec.required_command_interfaces:
+            resources.command_interfaces[name].next_owner = spec.name
+    try:
+        prepared = resources.prepare_command_mode_switch(*_modes(starting, stopping))
+    finally:
+        for command in resources.command_interfaces.values():
+            command.next_owner = None
+    if not prepared:
         text = "Could not switch controllers since prepare command mode switch was rejected."
         manager.logger.error(text)
         raise _Refused(text)

@@ -23,6 +23,7 @@ CAN = f"""<robot name="can"><link name="can">
   <inertial><mass value="0.2"/>{INERTIA}</inertial>
   <collision><geometry><cylinder radius="0.05" length="0.1"/></geometry></collision>
 </link></robot>"""
+MESH = CAN.replace('<cylinder radius="0.05" length="0.1"/>', '<mesh filename="{}"/>')
 BALL = """<mujoco model="yard"><worldbody><body name="ball" pos="1 1 1">
   <freejoint/><geom size="0.1"/></body></worldbody></mujoco>"""
 BOX = "things: {box: {shape: box, size: [0.1, 0.1, 0.1], mass: 0.2}}"
@@ -163,6 +164,7 @@ def test_what_is_spawned_is_on_the_topics_of_what_moves(caller: Caller) -> None:
         (BOMB, 1.0, SpawnEntity.Response.RESOURCE_PARSE_ERROR),
         (CAN.replace('"0.2"', '"-1"'), 1.0, SpawnEntity.Response.RESOURCE_PARSE_ERROR),
         (CAN.replace("0.1", "1e999"), 1.0, SpawnEntity.Response.RESOURCE_PARSE_ERROR),
+        (MESH.format("/none.stl"), 1.0, SpawnEntity.Response.MISSING_ASSETS),
     ],
 )
 def test_what_makes_no_sense_is_refused_in_words(

@@ -91,21 +91,23 @@ class JointStateTopicSystem(HardwareComponentInterface):
         say; two that want different things of it would fight.
 
         Raises:
-            HardwareError: A joint is commanded otherwise already.
+            HardwareError: A joint would be commanded otherwise too.
         """
         for name in start_interfaces:
             wanted = self.command_interfaces[name]
             for other in self.command_interfaces.values():
                 if (
-                    other.prefix_name == wanted.prefix_name
-                    and other.owner is not None
-                    and other.name != name
-                    and other.name not in stop_interfaces
-                    and {wanted.interface_name, other.interface_name} <= set(FIELDS)
+                    other.prefix_name != wanted.prefix_name
+                    or other.name == name
+                    or not {wanted.interface_name, other.interface_name} <= set(FIELDS)
                 ):
+                    continue
+                stays = None if other.name in stop_interfaces else other.owner
+                owner = other.next_owner or stays
+                if owner not in (None, wanted.next_owner):
                     raise HardwareError(
-                        f"'{name}' cannot be commanded while '{other.owner}' commands "
-                        f"'{other.name}': deactivate that one in the same request"
+                        f"'{name}' cannot be commanded while '{owner}' commands '{other.name}': "
+                        "one of them has to be inactive"
                     )
 
     def perform_command_mode_switch(

@@ -72,9 +72,13 @@ def _with_plugins(words: Sequence[str], context: LaunchContext) -> str:
     """The controllers' file, or one with the values of its variables and what plug-ins add."""
     import yaml
 
+    from teleopctl.robot import MotionPlugins
+
     *robot, controllers_file = words
-    _, plugins = _described(robot, context)
-    _say(context, *plugins.remarks)
+    plugins = MotionPlugins()
+    if robot[1] != AS_DESCRIBED:
+        description, plugins = _described(robot, context)
+        _say(context, *plugins.remarks, *_names_of_managers(description))
     path = resolve_uri(controllers_file)
     if not path.is_file():
         return controllers_file  # who reads it says so
@@ -93,6 +97,15 @@ def _with_plugins(words: Sequence[str], context: LaunchContext) -> str:
     file.parent.mkdir(parents=True, exist_ok=True)
     file.write_text(filled + more, encoding="utf-8")
     return str(file)
+
+
+def _names_of_managers(description: RobotDescription) -> Iterator[str]:
+    """Say where a plug-in of ros2_control calls its controller manager otherwise."""
+    for plugin in description.gazebo.plugins:
+        for tag in ("controller_manager_name", "controller_manager_prefix_node_name"):
+            name = plugin.parameter(tag).strip()
+            if "ros2_control" in plugin.filename and name not in ("", "controller_manager"):
+                yield f"<{tag}>{name}</{tag}> has no effect: it is called controller_manager here"
 
 
 def _filled(text: str, path: Path, robot: Sequence[str], context: LaunchContext) -> str:

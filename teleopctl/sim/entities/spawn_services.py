@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from teleopctl.errors import (
@@ -70,7 +71,7 @@ class SpawnServices:
                 "interfaces of its own"
             )
         try:
-            remarks += stage.spawn(world, name, pose[:3], pose[3:])
+            remarks += stage.spawn(world, name, pose[:3], pose[3:], judge=_judge)
         except InvalidDescriptionError as error:
             raise Refusal(_Answer.RESOURCE_PARSE_ERROR, error.message) from error
         for remark in remarks:
@@ -122,6 +123,16 @@ def _read(request: Any) -> World:
     except InvalidDescriptionError as error:
         raise Refusal(_Answer.RESOURCE_PARSE_ERROR, error.message) from error
     raise Refusal(_Answer.NO_RESOURCE, "There is neither a URI nor a text of what to spawn")
+
+
+def meshes_left_out(warnings: Sequence[str]) -> list[str]:
+    """Those of the warnings about a model that tell of a mesh without which it is made."""
+    return [warning for warning in warnings if re.search(r"Mesh '.*' is left out: ", warning)]
+
+
+def _judge(warnings: Sequence[str]) -> None:
+    if meshes := meshes_left_out(warnings):
+        raise Refusal(_Answer.MISSING_ASSETS, "; ".join(meshes))
 
 
 def name_for(stage: Stage, world: World, wanted: str, *, renames: bool) -> str:

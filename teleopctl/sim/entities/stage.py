@@ -107,7 +107,14 @@ class Stage:
         return self.ask(run)
 
     def spawn(
-        self, world: World, name: str, place: Array, turn: Array, *, own_pose: bool = False
+        self,
+        world: World,
+        name: str,
+        place: Array,
+        turn: Array,
+        *,
+        own_pose: bool = False,
+        judge: Callable[[tuple[str, ...]], None] = lambda _: None,
     ) -> tuple[str, ...]:
         """Put a thing into the world.
 
@@ -117,6 +124,7 @@ class Stage:
             place: Where it is to be, (3,), in metres.
             turn: Its rotation, (4,), w x y z.
             own_pose: Whether it is where its file has it, as seen from there.
+            judge: Takes what is returned, and raises what it thinks of it before anything is done.
 
         Returns:
             A warning for each part that was repaired or left out.
@@ -125,6 +133,7 @@ class Stage:
             InvalidDescriptionError: MuJoCo cannot simulate it.
         """
         model = with_thing(self.simulation.model, world, name, place, turn, own_pose=own_pose)
+        judge(model.warnings)
         self._take(model)
         return model.warnings
 

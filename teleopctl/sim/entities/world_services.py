@@ -10,6 +10,7 @@ from teleopctl.interfaces import get_message, get_service
 from teleopctl.packages import package_share
 from teleopctl.robot import World, read_world, read_world_text
 from teleopctl.sim.entities.answers import Desk, Refusal, Result, existing, files_at
+from teleopctl.sim.entities.spawn_services import meshes_left_out
 
 if TYPE_CHECKING:
     from teleopctl.sim.entities.stage import Stage
@@ -87,7 +88,7 @@ class WorldServices:
 
 def _judge(request: Any, warnings: tuple[str, ...]) -> None:
     """Refuse a world of which something is missing, where that is asked for."""
-    meshes = [warning for warning in warnings if "Mesh '" in warning]
+    meshes = meshes_left_out(warnings)
     others = [warning for warning in warnings if warning not in meshes]
     if meshes and not request.ignore_missing_or_unsupported_assets:
         raise Refusal(_Load.MISSING_ASSETS, "; ".join(meshes))

@@ -334,3 +334,17 @@ def test_components_on_the_same_topics_give_one_answer():
     first.change_state(State.UNCONFIGURED)
     stack.node.receive("/robot_joint_states", message)
     assert list(stack.node.published("/robot_joint_commands")[-1].name) == ["finger"]
+
+
+def test_two_controllers_never_command_one_joint_in_two_ways():
+    """Neither one after the other nor in one request; one alone may, and one takes over."""
+    stack = ControlStack(serial_robot(1, plugin=PLUGIN, commands=("position", "velocity")))
+    for name, kind in (("there", "position"), ("fast", "velocity")):
+        stack.load_controller(name, FORWARD, {"joints": ["joint1"], "interface_name": kind})
+        assert stack.manager.configure_controller(name)
+    for request in (SwitchRequest(["there", "fast"], []), SwitchRequest(["fast", "there"], [])):
+        ok, reason = switch_controller(stack.manager, request)
+        assert (ok, "mode switch was rejected" in reason) == (False, True)
+    assert switch_controller(stack.manager, SwitchRequest(["there"], []))[0]
+    assert not switch_controller(stack.manager, SwitchRequest(["fast"], []))[0]
+    assert switch_controller(stack.manager, SwitchRequest(["fast"], ["there"]))[0]

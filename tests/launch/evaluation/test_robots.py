@@ -54,6 +54,34 @@ def evaluated(tmp_path):
     return evaluated
 
 
+def test_the_controllers_file_of_hardware_has_the_values_of_its_variables(tmp_path):
+    (tmp_path / "head.xacro").write_text(XACRO.replace("{more}", ""))
+    (tmp_path / "some.yaml").write_text("$(var side)_arm: {ros__parameters: {type: a/A}}\n")
+    file = builtin_file("controller.yaml")
+    assert file is not None
+    arguments = {
+        "model": str(tmp_path / "head.xacro"),
+        "controllers_file": str(tmp_path / "some.yaml"),
+        "side": "left",
+        "hardware": "mock",
+    }
+    plan, _ = evaluate(parse_file(file), arguments, tmp_path / "log", LaunchRequest(file=str(file)))
+    (spawner,) = (
+        process.command for process in plan.start.processes if "spawner" in process.command
+    )
+    assert "left_arm" in spawner
+
+
+def test_a_manager_that_a_plug_in_calls_otherwise_is_told(evaluated, tmp_path):
+    (tmp_path / "c.yaml").write_text("{}")
+    plugin = (
+        '<gazebo><plugin filename="gz_ros2_control-system" name="p">'
+        "<controller_manager_name>boss</controller_manager_name></plugin></gazebo>"
+    )
+    done = evaluated(f"$(with-plugins FILE sim {tmp_path / 'c.yaml'})", plugin)
+    assert any("<controller_manager_name>boss" in text for text in done.said)
+
+
 def test_launch_arguments_that_the_description_takes_are_handed_over_and_known(evaluated):
     done = evaluated("$(robot FILE)", joint="tilt", nonsense="1")
     assert '<joint name="tilt" type="revolute">' in done.shown

@@ -13,6 +13,7 @@ from teleopctl.robot import World, read_world, read_world_text
 from teleopctl.sim.entities.bounds import bounds_of
 from teleopctl.sim.entities.entity import entities, find, motion_of, move
 from teleopctl.sim.entities.pushes import Push
+from teleopctl.sim.entities.spawn_services import meshes_left_out
 from teleopctl.sim.simulation import Simulation
 from tests.mujoco_model.test_world import cube, rod, wall, world_urdf
 from tests.sim.robots import INERTIAL, box, joint, link
@@ -155,6 +156,12 @@ def test_a_door_moves_as_it_is_pushed(model: RobotModel) -> None:
     _, data = simulation.observe()
     assert data.joint("world/1/hinge").qpos[0] == 0.0
     assert simulation.has_link("door/leaf")
+
+
+def test_a_mesh_that_touches_in_another_way_is_no_missing_one() -> None:
+    missing = "Mesh 'package://a/b.stl' is left out: there is no such file"
+    told = ["Mesh 'c.stl' is hollow: it touches as 9 convex pieces", missing, "<light> is left out"]
+    assert meshes_left_out(told) == [missing]
 
 
 def test_another_world_takes_the_place_of_the_first(model: RobotModel, tmp_path: Path) -> None:
