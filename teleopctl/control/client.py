@@ -19,7 +19,6 @@ from teleopctl.node import (
     Parameter,
     ResponseFuture,
 )
-from teleopctl.wire import EntityKind
 
 STRICT = 2
 # The graph wakes who waits for a service; the manager's log is looked at this often, in seconds.
@@ -117,8 +116,8 @@ class ControllerManagerClient:
     def sessions(self) -> frozenset[str]:
         """The sessions of managers of that name; one that begins anew has another one."""
         client = self._list_client
-        found = self._node.matched(EntityKind.SS, client.service_name, client.type_name)
-        return frozenset(token.zid for token in found)
+        servers = self._node.graph().servers(client.service_name, client.type_name)
+        return frozenset(server.zid for server in servers)
 
     def wait_for_another(self, sessions: frozenset[str]) -> None:
         """Wait until a manager answers in another session than these.
