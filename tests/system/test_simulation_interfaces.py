@@ -163,7 +163,7 @@ def test_what_is_spawned_is_on_the_topics_of_what_moves(caller: Caller) -> None:
         ("<house/>", 1.0, SpawnEntity.Response.UNSUPPORTED_FORMAT),
         (BOMB, 1.0, SpawnEntity.Response.RESOURCE_PARSE_ERROR),
         (CAN.replace('"0.2"', '"-1"'), 1.0, SpawnEntity.Response.RESOURCE_PARSE_ERROR),
-        (CAN.replace("0.1", "1e999"), 1.0, SpawnEntity.Response.RESOURCE_PARSE_ERROR),
+        (BOX.replace("0.2", ".inf"), 1.0, SpawnEntity.Response.RESOURCE_PARSE_ERROR),
         (MESH.format("/none.stl"), 1.0, SpawnEntity.Response.MISSING_ASSETS),
     ],
 )
