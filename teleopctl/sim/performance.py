@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from teleopctl.interfaces import get_message, set_stamp
+from teleopctl.node import Clock
 
 if TYPE_CHECKING:
     from teleopctl.node import Node
@@ -29,7 +30,7 @@ class PerformancePublisher:
         self._simulation, self._loop = simulation, loop
         self._message = _PerformanceMetrics()
         self._publisher = node.create_publisher(_PerformanceMetrics, "/performance_metrics", 10)
-        node.create_timer(_PERIOD_S, self._publish)
+        node.create_timer(_PERIOD_S, self._publish, clock=Clock())
 
     def _publish(self) -> None:
         if self._publisher.get_subscription_count() > 0:

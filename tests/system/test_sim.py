@@ -9,7 +9,7 @@ from typing import Any
 import psutil
 import pytest
 
-from teleopctl.interfaces.store import get_message
+from teleopctl.interfaces.store import get_message, get_service
 from teleopctl.testing import LONGEST_WAIT_S, Process, RosGraph, eventually
 from tests.system.sim_partner import Partner, command, stamp_ns, teleop_urdf
 
@@ -479,3 +479,18 @@ def test_what_is_killed_in_motion_comes_back_to_work_where_that_is_asked(ros: Ro
     go(-0.2, 1, lambda position, _: abs(position + 0.2) < 0.01)
     ros.wait_for_nodes("/robot_state_publisher")
     assert pids()["mujoco_sim"] == before["mujoco_sim"]
+
+
+def test_it_quits_when_asked_also_by_a_clock_that_stands_still(
+    ros: RosGraph, partner: Partner
+) -> None:
+    sim = start(ros, "paused:=true", "use_sim_time:=true")
+    sim.wait_for_line("Simulation is paused")
+    kind = get_service("simulation_interfaces/srv/SetSimulationState")
+    request = kind.Request()
+    request.state.state = request.state.STATE_QUITTING
+    client = partner.create_client(kind, "/set_simulation_state")
+    assert client.wait_for_service(LONGEST_WAIT_S)
+    answer: Any = client.call(request, timeout_sec=LONGEST_WAIT_S)
+    assert answer.result.result == 1
+    assert sim.wait() == 0

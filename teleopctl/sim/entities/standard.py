@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from teleopctl.node import Clock
 from teleopctl.sim.entities.answers import Desk, FindStage
 from teleopctl.sim.entities.entity_services import offer_entity_services
 from teleopctl.sim.entities.push_service import offer_wrench_service
@@ -30,7 +31,8 @@ def offer_standard_services(node: Node, find_stage: FindStage) -> None:
 
     def end() -> None:
         node.get_logger().info("Asked to quit")
-        node.create_timer(_FAREWELL_S, lambda: node.context.try_shutdown())
+        # By the wall: simulated time may stand still.
+        node.create_timer(_FAREWELL_S, lambda: node.context.try_shutdown(), clock=Clock())
 
     offer_wrench_service(node, find_stage)
     offer_entity_services(desk)
