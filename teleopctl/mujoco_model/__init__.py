@@ -32,6 +32,7 @@ if TYPE_CHECKING:
         with_thing as with_thing,
         without_things as without_things,
     )
+    from teleopctl.mujoco_model.surroundings.world import WORLD_PREFIX as WORLD_PREFIX
     from teleopctl.mujoco_model.unserved import unserved_tags as unserved_tags
 else:
     from teleopctl.lazy import attach
@@ -50,6 +51,7 @@ else:
             "surroundings.carrying": "carry_over",
             "surroundings.thing": "Thing",
             "surroundings.things": "in_world with_thing without_things",
+            "surroundings.world": "WORLD_PREFIX",
             "unserved": "unserved_tags",
         },
     )

@@ -57,8 +57,10 @@ if TYPE_CHECKING:
         SceneJoint as SceneJoint,
         SceneLight as SceneLight,
         SceneModel as SceneModel,
+        ScenePose as ScenePose,
         SceneShape as SceneShape,
     )
+    from teleopctl.robot.scene.sdf_includes import gazebo_models as gazebo_models
     from teleopctl.robot.scene.world_file import (
         World as World,
         find_world as find_world,
@@ -129,7 +131,8 @@ else:
             "urdf": "Box Capsule Cylinder Geometry Joint Link Material Mesh Mimic Pose Sphere",
             "gazebo_colours": "gazebo_colour",
             "scene.scene": "Scene SceneBody SceneInertial SceneJoint SceneLight SceneModel "
-            "SceneShape",
+            "ScenePose SceneShape",
+            "scene.sdf_includes": "gazebo_models",
             "scene.world_file": "World find_world read_world read_world_text",
             "xacro_file": "ExpandedXacro expand_xacro read_xacro",
         },

@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 from teleopctl.interfaces import get_action, get_message, get_service
-from teleopctl.node import ActionClient, Parameter
+from teleopctl.node import ActionClient, Parameter, qos_profile_latched
 from teleopctl.packages import package_share
 from teleopctl.testing import LONGEST_WAIT_S, RosGraph
 from tests.system.sim_partner import Partner, command, stamp_ns, teleop_urdf
@@ -189,6 +189,30 @@ def test_entities_are_put_where_they_are_to_be(caller: Caller) -> None:
     assert refused.result == SetEntityState.Response.INVALID_POSE
 
 
+def test_what_stands_is_shown_elsewhere_until_a_reset(caller: Caller) -> None:
+    kind, seen = get_message("visualization_msgs/msg/MarkerArray"), queue.Queue[float]()
+
+    def note(message: Any) -> None:
+        for marker in message.markers:
+            if marker.ns == "table":
+                seen.put(marker.pose.position.x)
+
+    shown = caller.create_subscription(kind, "/mujoco_sim/world_markers", note, qos_profile_latched)
+
+    def wait_for(x: float) -> None:
+        while seen.get(timeout=LONGEST_WAIT_S) != pytest.approx(x):
+            pass
+
+    first = seen.get(timeout=LONGEST_WAIT_S)
+    state = caller.do("GetEntityState", "get_entity_state", entity="table").state
+    state.pose.position.x += 3.0
+    caller.do("SetEntityState", "set_entity_state", entity="table", state=state)
+    wait_for(first + 3.0)
+    caller.do("ResetSimulation", "reset_simulation")
+    wait_for(first)
+    caller.destroy_subscription(shown)
+
+
 def test_links_are_pushed(caller: Caller) -> None:
     wrench = get_message("mujoco_ros2_control_msgs/msg/ExternalWrench")()
     wrench.wrench.header.frame_id, wrench.wrench.wrench.force.z = "cube", 10.0
@@ -274,6 +298,63 @@ def test_no_request_ends_the_simulator(caller: Caller, tmp_path: Path) -> None:
     unknown = caller.ask("ResetSimulation", "reset_simulation", scope=8)
     assert unknown.result.result == Result.RESULT_FEATURE_UNSUPPORTED
     assert caller.names(filter="^[[:lower:]]{6}$") == ["teleop"]
+
+
+def test_places_with_names_come_with_a_world_and_what_can_be_spawned_is_listed(
+    caller: Caller, tmp_path: Path
+) -> None:
+    text = """
+things: {shelf: {shape: box, size: [1, 1, 1]}}
+poses:
+  dock: {at: [1, 2, 0], rpy: [0, 0, 3.14159265], tags: [goal, spawn], size: [1, 1, 2]}
+  gate: {at: [5, 0, 0], description: the way out}"""
+    assert not caller.do("GetNamedPoses", "get_named_poses").poses
+    caller.do("LoadWorld", "load_world", resource_string=text)
+    dock, gate = caller.do("GetNamedPoses", "get_named_poses").poses
+    assert (dock.pose.position.y, dock.pose.orientation.z) == pytest.approx((2.0, 1.0))
+    assert (gate.name, gate.description, dock.tags) == ("gate", "the way out", ["goal", "spawn"])
+    tags = get_message("simulation_interfaces/msg/TagsFilter")(tags=["goal"])
+    assert len(caller.do("GetNamedPoses", "get_named_poses", tags=tags).poses) == 1
+    bounds = caller.do("GetNamedPoseBounds", "get_named_pose_bounds", name="dock").bounds
+    assert [(point.x, point.z) for point in bounds.points] == [(0.5, 1.0), (-0.5, -1.0)]
+    assert not caller.do("GetNamedPoseBounds", "get_named_pose_bounds", name="gate").bounds.points
+    lost = caller.ask("GetNamedPoseBounds", "get_named_pose_bounds", name="moon").result
+    assert lost.error_message == "There is no named pose 'moon'; there is dock, gate"
+    site = '<site name="door" pos="1 0 0"/>'
+    caller.do("LoadWorld", "load_world", resource_string=BALL.replace("<body", f"{site}<body"))
+    (door,) = caller.do("GetNamedPoses", "get_named_poses").poses
+    assert (door.name, door.pose.position.x) == ("door", 1.0)
+    frame = '<frame name="bay"><pose>1 0 0 0 0 0</pose></frame>'
+    frame += '<frame name="end" attached_to="bay"><pose>2 0 0 0 0 0</pose></frame>'
+    sdf = f'<sdf version="1.8"><world name="w">{frame}</world></sdf>'
+    caller.do("LoadWorld", "load_world", resource_string=sdf)
+    places = caller.do("GetNamedPoses", "get_named_poses").poses
+    assert [(each.name, each.pose.position.x) for each in places] == [("bay", 1.0), ("end", 3.0)]
+
+    model = tmp_path / "crate"
+    model.mkdir()
+    (model / "model.config").write_text("<model><sdf version='1.6'>crate.sdf</sdf></model>")
+    (model / "crate.sdf").write_text(
+        '<sdf version="1.6"><model name="c"><link name="l"/></model></sdf>'
+    )
+    (tmp_path / "can.urdf").write_text(CAN)
+    answer = caller.do("GetSpawnables", "get_spawnables", sources=[str(tmp_path), "/nowhere"])
+    assert answer.result.error_message == "Nothing to spawn in /nowhere"
+    uris = [each.uri for each in answer.spawnables]
+    files = [TABLE, tmp_path / "can.urdf", model / "crate.sdf"]
+    assert [file.as_uri() in uris for file in files] == [True, True, True]
+
+    kitchen = (
+        "things: {shelf: {shape: box, size: [1, 1, 1]}, jar: {shape: sphere, radius: 0.1, mass: 1}}"
+    )
+    spawned = caller.spawn(kitchen, 3.0, name="kitchen")
+    assert spawned.entity_name == "kitchen"
+    assert "2 things: kitchen/shelf, kitchen/jar" in spawned.result.error_message
+    assert caller.spawn(CAN, 1.0, name="kitchen").result.result != Result.RESULT_OK
+    assert caller.names(filter="kitchen") == ["kitchen/shelf", "kitchen/jar"]
+    caller.do("DeleteEntity", "delete_entity", entity="kitchen")
+    assert not caller.names(filter="kitchen")
+    caller.do("LoadWorld", "load_world", uri=str(TABLE))
 
 
 def test_another_world_is_loaded_and_unloaded(caller: Caller) -> None:

@@ -46,7 +46,9 @@ def with_thing(
     """Return a model with one more thing.
 
     It moves freely unless its file makes it part of the world: by a root link named ``world``, or,
-    for MuJoCo's scenes, by a body without a free joint.
+    for MuJoCo's scenes, by a body without a free joint. A file with several parts of which some
+    move freely becomes as many things, ``NAME/part``, each where the file has it as seen from the
+    place.
 
     Args:
         model: The model so far.
@@ -57,8 +59,7 @@ def with_thing(
         own_pose: Whether it is where its file has it, as seen from there.
 
     Raises:
-        InvalidDescriptionError: MuJoCo cannot simulate it, it is several things, or its name is
-            taken.
+        InvalidDescriptionError: MuJoCo cannot simulate it, or its name is taken.
     """
     things, warnings = read_things(world)
     spec = model.spec.copy()
@@ -70,17 +71,20 @@ def with_thing(
     prefix = f"{WORLD_PREFIX}{serial}/"
     tops = list(things.worldbody.bodies)
     is_one = len(tops) == 1 and not list(things.worldbody.geoms)
-    holder = None
+    parts = [name]
+    holder, origin = None, None
     if is_one:
         _put(tops[0], *(_from(place, turn, things) if own_pose else (place, turn)))
         if world.moves and not list(tops[0].joints):
             tops[0].add_freejoint()
         _rename(things, tops[0].name, name)
     elif any(joint.type == mujoco.mjtJoint.mjJNT_FREE for joint in things.joints):
-        raise InvalidDescriptionError(
-            f"{world.path}: it has {len(tops)} parts that are not joined",
-            hint="Spawn them one by one, or load the file as a world.",
-        )
+        for number, top in enumerate(tops, 1):
+            top.name = top.name or f"part{number}"
+        parts = [f"{name}/{top.name}" for top in tops]
+        origin = place, turn
+        _rename(things, None, name)
+        warnings.append(f"it is {len(parts)} things: {', '.join(parts)}")
     elif not tops and not list(things.worldbody.geoms):
         raise InvalidDescriptionError(f"{world.path}: there is nothing in it")
     else:
@@ -88,13 +92,17 @@ def with_thing(
         _put(holder, place, turn)
         _rename(things, None, name)
     bodies = attach_things(
-        spec, things, str(world.path), model.world_frame, prefix=prefix, holder=holder
-    )
-    thing = Thing(name, bodies[0].joint if bodies else "", prefix, spawned=True)
+        spec, things, str(world.path), model.world_frame,
+        prefix=prefix, holder=holder, origin=origin,
+    )  # fmt: skip
+    joints = {body.link: body.joint for body in bodies}
     return replace(
         _compiled(model, spec, str(world.path)),
         free_bodies=(*model.free_bodies, *bodies),
-        things=(*model.things, thing),
+        things=(
+            *model.things,
+            *(Thing(part, joints.get(part, ""), prefix, spawned=True) for part in parts),
+        ),
         warnings=tuple(warnings),
     )
 

@@ -85,6 +85,7 @@ def attach_things(
     *,
     prefix: str = WORLD_PREFIX,
     holder: mujoco.MjsBody | None = None,
+    origin: tuple[np.ndarray, np.ndarray] | None = None,
 ) -> list[FreeBody]:
     """Put things into a robot's spec.
 
@@ -95,6 +96,7 @@ def attach_things(
         frame: The frame at the world's origin.
         prefix: In front of the names of all parts but bodies, which are frames to others.
         holder: What they stand in; the world unless said otherwise.
+        origin: Where their origin is in that: (3,) in metres, and (4,), w x y z.
 
     Returns:
         What moves freely among them.
@@ -113,7 +115,10 @@ def attach_things(
             hint="Rename one of them, or choose another world.",
         )
     spec.compiler.balanceinertia |= things.compiler.balanceinertia
-    spec.attach(things, prefix=prefix, frame=(holder or spec.worldbody).add_frame())
+    base = (holder or spec.worldbody).add_frame()
+    if origin is not None:
+        base.pos, base.quat = origin
+    spec.attach(things, prefix=prefix, frame=base)
     for name in names:
         spec.body(f"{prefix}{name}").name = name
     if free:

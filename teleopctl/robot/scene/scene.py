@@ -194,6 +194,25 @@ class SceneLight:
     shadows: bool = True
 
 
+@dataclass(frozen=True, slots=True)
+class ScenePose:
+    """A place with a name, for things to be put there or robots to go there.
+
+    Attributes:
+        name: Its name.
+        pose: Where it is.
+        description: What it is, for people.
+        tags: What it is for.
+        size: The edges of the box around it, along its own axes, that is free; None for no bounds.
+    """
+
+    name: str
+    pose: Transform
+    description: str = ""
+    tags: tuple[str, ...] = ()
+    size: Vector3 | None = None
+
+
 @dataclass(frozen=True)
 class Scene:
     """A file's things.
@@ -208,6 +227,7 @@ class Scene:
         remarks: What is left out, a sentence each with its place in the file.
         files: The files that it was made from, the file itself first.
         is_model: Whether the file is one thing rather than a world.
+        poses: Its places with names.
     """
 
     name: str
@@ -218,3 +238,4 @@ class Scene:
     files: tuple[Path, ...] = ()
     is_model: bool = False
     origin: Vector3 | None = None
+    poses: tuple[ScenePose, ...] = ()

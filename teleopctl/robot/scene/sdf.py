@@ -15,6 +15,7 @@ from teleopctl.robot.scene.scene import (
     SceneBody,
     SceneLight,
     SceneModel,
+    ScenePose,
     SceneShape,
     Vector3,
 )
@@ -106,6 +107,11 @@ def _scene(reading: Reading, root: Any, file: SdfFile) -> Scene:
     frames, suns = Frames(file), list[SceneLight]()
     models = _models(reading, file, world, suns, frames)
     lights = [_light(file, element, frames) for element in world.findall("light")]
+    poses = [
+        ScenePose(name, frames.find(name, element))
+        for element in world.findall("frame")
+        if (name := element.get("name") or "")
+    ]
     gravity = world.find("gravity")
     origin = _origin(file, world.find("spherical_coordinates"))
     return Scene(
@@ -116,6 +122,7 @@ def _scene(reading: Reading, root: Any, file: SdfFile) -> Scene:
         reading.remarks.sentences(),
         tuple(reading.files),
         origin=origin,
+        poses=tuple(poses),
     )
 
 

@@ -6,6 +6,7 @@ import glob
 import os
 import re
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 from urllib.parse import unquote
 
@@ -88,6 +89,25 @@ def model_file(path: Path) -> Path:
     if (path / "model.sdf").is_file():
         return path / "model.sdf"
     raise NotFoundError(f"There is no model in {path}: neither model.config nor model.sdf")
+
+
+def gazebo_models(uri: str = "") -> list[Path]:
+    """Return the files of models: those of a folder, or of all folders that Gazebo is told of.
+
+    Args:
+        uri: Where to look; empty for Gazebo's variables and ``~/.gazebo/models``.
+    """
+    named = (part for name in _VARIABLES for part in os.environ.get(name, "").split(os.pathsep))
+    folders = [*map(Path, filter(None, named)), Path.home() / ".gazebo/models"]
+    found: dict[Path, None] = {}
+    for each in [uri] if uri else folders:
+        with suppress(OSError, NotFoundError):
+            folder = resolve_uri(str(each))
+            for inner in sorted(folder.iterdir()):
+                if (inner / "model.config").is_file():
+                    with suppress(NotFoundError):
+                        found[model_file(inner).absolute()] = None
+    return list(found)
 
 
 def _in_models(name: str, folder: Path) -> Iterator[Path]:

@@ -8,6 +8,8 @@ things:
   cube: {shape: box, size: [0.05, 0.05, 0.05], at: [0.6, 0, 0.43], mass: 0.1, color: red}
 lights:
 - {kind: spot, at: [0, 0, 3], direction: [0, 0, -1]}
+poses:
+  shelf: {at: [1, 2, 0.4], tags: [spawn], description: free for a box, size: [0.3, 0.3, 0.3]}
 ```
 
 What has a ``mass`` moves freely, all else stands.
@@ -28,15 +30,17 @@ from teleopctl.robot.scene.scene import (
     SceneBody,
     SceneLight,
     SceneModel,
+    ScenePose,
     SceneShape,
     ShapeKind,
 )
 from teleopctl.robot.scene.yaml_nodes import Entry, read_entries
 from teleopctl.tf import Transform, quaternion_from_rpy
 
-_WORLD = ("world", "gravity", "things", "lights")
+_WORLD = ("world", "gravity", "things", "lights", "poses")
 _PLACE = ("at", "rpy")
 _LOOK = ("color", "friction", "mass")
+_POSE = (*_PLACE, "description", "tags", "size")
 _LIGHT = (*_PLACE, "kind", "direction", "color", "angle", "shadows")
 # What each shape is told by beside its place, its look and its mass.
 _OF_SHAPE = {
@@ -79,6 +83,7 @@ def read_yaml_world(path: Path, text: str) -> Scene:
         gravity = (x, y, z)
     things = world["things"].entries() if "things" in world else {}
     lights = world["lights"].items() if "lights" in world else []
+    poses = world["poses"].entries() if "poses" in world else {}
     name = next(iter(things)) if len(things) == 1 else path.stem
     if "world" in world:
         name = world["world"].text()
@@ -89,6 +94,22 @@ def read_yaml_world(path: Path, text: str) -> Scene:
         gravity,
         files=(path,),
         is_model=len(things) == 1,
+        poses=tuple(_pose(key, entry) for key, entry in poses.items()),
+    )
+
+
+def _pose(name: str, entry: Entry) -> ScenePose:
+    parts = entry.entries(_POSE)
+    size = None
+    if "size" in parts:
+        x, y, z = parts["size"].numbers(3, positive=True)
+        size = (x, y, z)
+    return ScenePose(
+        name,
+        _place(parts),
+        parts["description"].text() if "description" in parts else "",
+        tuple(tag.text() for tag in parts["tags"].items()) if "tags" in parts else (),
+        size,
     )
 
 

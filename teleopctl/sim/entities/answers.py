@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from teleopctl.sim.entities.stage import Stage
 
 Result = get_message("simulation_interfaces/msg/Result")
+_TagsFilter = get_message("simulation_interfaces/msg/TagsFilter")
 
 # Any, here and below: messages, whose classes are made at run time. What goes on for long is a
 # coroutine.
@@ -141,6 +142,14 @@ def told(node: Node, error: Exception) -> str:
         return words_of(error)
     node.get_logger().error("".join(traceback.format_exception(error)))
     return f"{type(error).__name__}: {error}"
+
+
+def has_tags(tags: list[str], wanted: Any) -> bool:
+    """Whether tags pass a TagsFilter."""
+    if not wanted.tags:
+        return True
+    every = wanted.filter_mode == _TagsFilter.FILTER_MODE_ALL
+    return (all if every else any)(tag in tags for tag in wanted.tags)
 
 
 def existing(uri: str) -> Path:

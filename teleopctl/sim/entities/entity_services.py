@@ -10,7 +10,7 @@ import numpy as np
 
 from teleopctl.errors import InvalidMessageError
 from teleopctl.interfaces import get_message, get_service, set_stamp
-from teleopctl.sim.entities.answers import Desk, Refusal, Result
+from teleopctl.sim.entities.answers import Desk, Refusal, Result, has_tags
 from teleopctl.sim.entities.bounds import Box, bounds_of
 from teleopctl.sim.entities.entity import Entity, entities, find, motion_of, move
 from teleopctl.sim.entities.poses import (
@@ -28,7 +28,6 @@ _Bounds = get_message("simulation_interfaces/msg/Bounds")
 _Category = get_message("simulation_interfaces/msg/EntityCategory")
 _EntityInfo = get_message("simulation_interfaces/msg/EntityInfo")
 _EntityState = get_message("simulation_interfaces/msg/EntityState")
-_TagsFilter = get_message("simulation_interfaces/msg/TagsFilter")
 _Vector3 = get_message("geometry_msgs/msg/Vector3")
 _INVALID_POSE = get_service("simulation_interfaces/srv/SetEntityState").Response.INVALID_POSE
 
@@ -155,7 +154,7 @@ def _chosen(stage: Stage, filters: Any) -> list[Entity]:
         if (
             pattern.search(entity.name)
             and (not categories or info.category.category in categories)
-            and _has_tags(info.tags, filters.tags)
+            and has_tags(info.tags, filters.tags)
             and _is_within(stage, entity, filters.bounds)
         ):
             chosen.append(entity)
@@ -170,13 +169,6 @@ def _fill_state(state: Any, stage: Stage, entity: Entity) -> None:
     fill_pose(state.pose, motion.pose)
     fill_twist(state.twist, motion.twist)
     fill_twist(state.acceleration, motion.acceleration)
-
-
-def _has_tags(tags: list[str], wanted: Any) -> bool:
-    if not wanted.tags:
-        return True
-    every = wanted.filter_mode == _TagsFilter.FILTER_MODE_ALL
-    return (all if every else any)(tag in tags for tag in wanted.tags)
 
 
 def _is_within(stage: Stage, entity: Entity, bounds: Any) -> bool:

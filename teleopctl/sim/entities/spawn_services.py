@@ -13,7 +13,8 @@ from teleopctl.errors import (
     UnknownFormatError,
 )
 from teleopctl.interfaces import get_message, get_service
-from teleopctl.robot import World, read_world, read_world_text
+from teleopctl.packages import package_share
+from teleopctl.robot import World, gazebo_models, read_world, read_world_text
 from teleopctl.sim.entities.answers import Desk, Refusal, Result, existing, files_at
 from teleopctl.sim.entities.poses import frame_of, pose_in_world
 
@@ -99,12 +100,17 @@ class SpawnServices:
 
     def _list(self, stage: Stage, request: Any, response: Any) -> None:
         del stage
+        own = files_at(str(package_share("teleopctl") / "worlds"))
+        # Gazebo's are not read: there may be hundreds.
+        found = dict.fromkeys([*filter(_is_world, own), *gazebo_models()])
         unknown = []
         for source in request.sources:
-            found = [file.absolute().as_uri() for file in files_at(source) if _is_world(file)]
-            if not found:
+            inside = [*files_at(source), *gazebo_models(source)]
+            worlds = [file.absolute() for file in inside if _is_world(file)]
+            if not worlds:
                 unknown.append(source)
-            response.spawnables += [_spawnable(uri) for uri in found]
+            found |= dict.fromkeys(worlds)
+        response.spawnables = [_spawnable(file.as_uri()) for file in found]
         if unknown:
             response.result.error_message = f"Nothing to spawn in {', '.join(unknown)}"
 

@@ -138,12 +138,15 @@ class Stage:
         return model.warnings
 
     def delete(self, name: str) -> None:
-        """Take a thing out of the world.
+        """Take a thing out of the world, or all that a file brought under a name.
 
         Raises:
             NotFoundError: There is nothing of that name.
             RefusedError: It is the robot.
         """
+        if parts := self._parts_of(name):
+            self._take(without_things(self.simulation.model, parts))
+            return
         if find(self.simulation, name).is_robot:
             raise RefusedError(
                 f"'{name}' is the robot of this simulator: it stays as long as that runs"
@@ -270,11 +273,20 @@ class Stage:
 
     def is_free(self, name: str) -> bool:
         """Whether nothing has a name, neither an entity nor a link of the robot."""
+        if self._parts_of(name):
+            return False
         try:
             find(self.simulation, name)
         except NotFoundError:
             return not self.simulation.has_link(name)
         return False
+
+    def _parts_of(self, name: str) -> list[str]:
+        """The things that came in together under a name that none of them has."""
+        known = entities(self.simulation)
+        if name in known:
+            return []
+        return [n for n, entity in known.items() if entity.spawned and n.startswith(f"{name}/")]
 
     def _take(self, model: RobotModel, then: Callable[[], None] = lambda: None) -> None:
         def change() -> None:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from teleopctl.node import Clock
 from teleopctl.sim.entities.answers import Desk, FindStage
 from teleopctl.sim.entities.entity_services import offer_entity_services
+from teleopctl.sim.entities.pose_services import PoseServices
 from teleopctl.sim.entities.push_service import offer_wrench_service
 from teleopctl.sim.entities.run_services import RunServices
 from teleopctl.sim.entities.spawn_services import SpawnServices
@@ -38,5 +39,6 @@ def offer_standard_services(node: Node, find_stage: FindStage) -> None:
     offer_entity_services(desk)
     SpawnServices(desk)
     WorldServices(desk)
+    PoseServices(desk)
     RunServices(desk, end)
     GazeboServices(node, find_stage)

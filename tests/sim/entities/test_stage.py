@@ -201,14 +201,36 @@ def test_a_push_moves_a_thing_by_its_impulse_and_turns_it_by_its_lever(model: Ro
     assert motion_of(simulation, find(simulation, "cube")).twist[2] < 0.0, "a reset ends pushes"
 
 
+def test_a_file_of_several_things_becomes_as_many_placed_as_it_has_them(model: RobotModel) -> None:
+    simulation = running(model)
+    text = """things:
+  shelf: {shape: box, size: [1, 1, 0.2], at: [1, 0, 0.1]}
+  jar: {shape: sphere, radius: 0.1, mass: 0.5, at: [1, 0, 0.4], rpy: [0, 0, 0.5]}"""
+    left = np.array([0.5**0.5, 0.0, 0.0, 0.5**0.5])
+    found = with_thing(simulation.model, thing(text), "pantry", np.array([4.0, 3.0, 1.0]), left)
+    simulation.take(found)
+
+    assert found.warnings == ("it is 2 things: pantry/shelf, pantry/jar",)
+    assert [name for name in entities(simulation) if "/" in name] == ["pantry/shelf", "pantry/jar"]
+    # One metre ahead of the place is one to the left of the world.
+    jar, shelf = (motion_of(simulation, find(simulation, f"pantry/{n}")) for n in ("jar", "shelf"))
+    assert jar.pose[:3] == pytest.approx([4.0, 4.0, 1.4])
+    assert 2 * np.arctan2(jar.pose[6], jar.pose[3]) == pytest.approx(np.pi / 2 + 0.5)
+    assert shelf.pose[:3] == pytest.approx([4.0, 4.0, 1.1])
+    simulation.step(1000)
+    fallen = motion_of(simulation, find(simulation, "pantry/jar")).pose
+    assert fallen[:3] == pytest.approx([4.0, 4.0, 1.3], abs=2e-3), "it lies on the shelf"
+    alone = without_things(simulation.model, ["pantry/shelf"])
+    assert [thing.name for thing in alone.things][-1] == "pantry/jar"
+    twins = thing(SPHERE.replace(BALL, 2 * BALL))
+    both = with_thing(model, twins, "twins", np.zeros(3), UPRIGHT)
+    assert [thing.name for thing in both.things][-2:] == ["twins/part1", "twins/part2"]
+
+
 @pytest.mark.parametrize(
     ("text", "message"),
     [
         ("<mujoco><worldbody/></mujoco>", "there is nothing in it"),
-        (
-            SPHERE.replace(BALL, 2 * BALL),
-            "2 parts that are not joined",
-        ),
         ("<mujoco><worldbody><geom size='1' pos='nan 0 0'/></worldbody></mujoco>", "not finite"),
         (
             SPHERE.replace("<geom", "<inertial pos='0 0 0' mass='-1' diaginertia='1 1 1'/><geom"),

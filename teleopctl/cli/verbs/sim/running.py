@@ -85,7 +85,10 @@ def spawn(
     if at is not None:
         position = request.initial_pose.pose.position
         position.x, position.y, position.z = _place(at)
-    entity = str(_checked(_send("SpawnEntity", _STANDARD, request)).entity_name)
+    response = _checked(_send("SpawnEntity", _STANDARD, request))
+    entity = str(response.entity_name)
+    if response.result.error_message:
+        console.note(f"'{entity}': {response.result.error_message}")
     if as_json:
         console.out_json({"entity": entity})
     else:
