@@ -172,7 +172,7 @@ class Context:
         """Return a watcher that has heard of everything that is there already."""
         from teleopctl.wire import GraphWatcher, query_graph
 
-        # Asked beside a watcher, Zenoh's answer now and then lacks tokens; see `query_graph`.
+        # Asked beside a watcher, an answer may lack tokens; see `query_graph`.
         present = query_graph(self.session, self.domain_id, _FIRST_LOOK_S)
         watcher = GraphWatcher(self.session, self.domain_id, self._tell_graph_change)
         # One's own grow meanwhile, and would stand for others that are not heard of yet.

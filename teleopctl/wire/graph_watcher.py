@@ -7,15 +7,12 @@ from collections.abc import Callable
 import zenoh
 
 from teleopctl.interrupts import transport_callback
-from teleopctl.wire.graph import Graph, node_key
+from teleopctl.wire.graph import MOST_TOKENS, Graph, node_key
 from teleopctl.wire.keys import liveliness_key
 from teleopctl.wire.listening import ListeningThread
 from teleopctl.wire.refusals import Refusals
 from teleopctl.wire.session import domain_id
 from teleopctl.wire.tokens import EndpointToken, EntityKind, NodeToken, parse_token
-
-MOST_TOKENS = 100_000
-"""Endpoints of a graph that a watcher follows: ten times a large fleet's, in 100 MB."""
 
 _LONGEST_REPORTED = 200
 

@@ -1,3 +1,4 @@
+import sys
 import threading
 from types import SimpleNamespace
 from typing import Any
@@ -175,6 +176,26 @@ def test_a_query_finds_the_tokens_of_its_domain_only(world):
     assert graph.node_names() == ["/talker"]
     assert names(graph.publishers("/chatter")) == [("/talker", "/chatter")]
     with_all.close()
+
+
+ASKS_AS_A_PEER = f"""
+from teleopctl.testing import eventually
+from teleopctl.wire import open_session, query_graph
+with open_session("peer") as session:
+    eventually(lambda: len(query_graph(session, {DOMAIN}).endpoints) == 300)
+    print({{len(query_graph(session, {DOMAIN}).endpoints) for _ in range(20)}})
+"""
+
+
+def test_a_peer_is_told_the_whole_of_a_large_graph_each_time(world, ros):
+    """Of what it knows already, which is more than one of Zenoh's channels takes by itself."""
+    session = world.open("peer")
+    talker = node(zid=str(session.zid()))
+    for number in range(300):
+        world.declare(session, endpoint("MP", f"/topic_{number}", of=talker, eid=number))
+    asking = ros.spawn_command([sys.executable, "-c", ASKS_AS_A_PEER])
+    assert asking.wait() == 0, asking.stderr
+    assert asking.stdout == "{300}\n"
 
 
 def test_the_domain_of_the_environment_is_the_default(world, ros):

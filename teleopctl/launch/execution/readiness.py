@@ -105,7 +105,7 @@ def wait_for_node(
 
     Args:
         new_nodes: Made before the start.
-        record: The process.
+        record: The process, which this one has started.
         timeout_s: Upper bound in seconds.
 
     Returns:
@@ -120,9 +120,11 @@ def wait_for_node(
     settled = _Settled()
     hint = f"See `teleopctl logs {record.name}`, `teleopctl stop {record.name}`."
     while True:
-        if background.exit_status(record) == 0:
+        # Asked once: it may end between two questions.
+        ending = background.exit_status(record)
+        if ending == 0:
             return []
-        if not background.is_alive(record):
+        if ending is not None:
             background.forget(record)  # it is reported here
             raise LaunchError(f"{record.name} ended before it was up:\n{log_tail(record.log_file)}")
         said = progress.read(record.log_file)
