@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     import zenoh
     from zenoh import LivelinessToken
 
+    from teleopctl.node.fan_out import FanOut
     from teleopctl.node.values.library_logging import LibraryLogs
     from teleopctl.wire import Graph, GraphWatcher
 
@@ -51,6 +52,7 @@ class Context:
         self._ended_by_signal = False
         self._session: zenoh.Session | None = None
         self._session_mode: SessionMode = "peer"
+        self._fan_out: FanOut | None = None
         self._watcher: GraphWatcher | None = None
         self._ids = itertools.count()
         self._on_shutdown: list[Callable[[], None]] = []
@@ -140,6 +142,17 @@ class Context:
                 if self._session is None:
                     self._session = open_session(self._session_mode)
         return self._session
+
+    @property
+    def fan_out(self) -> FanOut:
+        """Hands what comes on to the subscriptions of the session."""
+        session = self.session
+        with self._lock:
+            if self._fan_out is None:
+                from teleopctl.node.fan_out import FanOut
+
+                self._fan_out = FanOut(session)
+            return self._fan_out
 
     @property
     def session_is_open(self) -> bool:
@@ -318,6 +331,7 @@ class Context:
         with self._lock:
             self._initialized = False
             session, self._session = self._session, None
+            self._fan_out = None
             watcher, self._watcher = self._watcher, None
             library_logs, self._library_logs = self._library_logs, None
             self._on_graph_change = []

@@ -1,16 +1,50 @@
 """The other side of the transport benchmark: tells when messages have come.
 
-``python echo_peers.py raw|node TYPE COUNT EVERY`` subscribes so many times and runs until its
+``python echo_peers.py raw|hand|node TYPE COUNT EVERY`` subscribes so many times and runs until its
 standard input closes. ``raw`` is plain zenoh, ``node`` our node receiving messages of TYPE; of each
 EVERY messages a subscription answers the last one, with the time at which it was decoded.
+
+``hand`` is plain zenoh that does by hand, for two types alone, what nobody who speaks ROS 2 can
+leave out: CDR, the attachment, and callbacks one after the other on the thread that spins.
 """
 
 import itertools
+import queue
+import struct
 import sys
 import threading
 import time
 
 PING_KEY, PONG_KEY = "benchmark/ping", "benchmark/pong"
+HAND_PING_KEY, HAND_PONG_KEY = "benchmark/hand/ping", "benchmark/hand/pong"
+STRING = "std_msgs/msg/String"
+
+_ATTACHMENT = struct.Struct("<qqB16s")
+_CDR = bytes((0, 1, 0, 0))
+# Stamp, frame, height, width, encoding, byte order and step; the size of the data follows.
+_IMAGE = _CDR + bytes(36)
+
+
+def attachment(number: int) -> bytes:
+    return _ATTACHMENT.pack(number, time.time_ns(), 16, bytes(16))
+
+
+def packed(content: str | bytes) -> bytes:
+    """A String of a text, or an Image of bytes."""
+    if isinstance(content, str):
+        text = content.encode()
+        return struct.pack(f"<4sI{len(text) + 1}s", _CDR, len(text) + 1, text)
+    return b"".join((_IMAGE, len(content).to_bytes(4, "little"), content))
+
+
+def unpacked(type_name: str, data: bytes) -> str | memoryview:
+    if type_name == STRING:
+        return data[8 : 7 + int.from_bytes(data[4:8], "little")].decode()
+    return memoryview(data)[len(_IMAGE) + 4 :]
+
+
+def packed_number(number: int) -> bytes:
+    return struct.pack("<4sQ", _CDR, number)
 
 
 def open_raw():
@@ -45,6 +79,40 @@ def raw(_: str, count: int, every: int) -> None:
     subscribers = [subscribe() for _ in range(count)]
     print("ready", flush=True)
     sys.stdin.read()
+    del subscribers
+    session.close()
+
+
+def hand(type_name: str, count: int, every: int) -> None:
+    session = open_raw()
+    pong = session.declare_publisher(HAND_PONG_KEY)
+    arrived: queue.SimpleQueue = queue.SimpleQueue()
+    sent = itertools.count(1)
+
+    def subscribe():
+        numbers = itertools.count(1)
+
+        def answer(sample):
+            _ATTACHMENT.unpack(sample.attachment.to_bytes())
+            unpacked(type_name, sample.payload.to_bytes())
+            if next(numbers) % every == 0:
+                pong.put(packed_number(time.monotonic_ns()), attachment=attachment(next(sent)))
+
+        return session.declare_subscriber(
+            HAND_PING_KEY, lambda sample: arrived.put((answer, sample))
+        )
+
+    subscribers = [subscribe() for _ in range(count)]
+
+    def end_with_stdin():
+        sys.stdin.read()
+        arrived.put(None)
+
+    threading.Thread(target=end_with_stdin, daemon=True).start()
+    print("ready", flush=True)
+    while (arrival := arrived.get()) is not None:
+        callback, sample = arrival
+        callback(sample)
     del subscribers
     session.close()
 
@@ -84,4 +152,5 @@ def node(type_name: str, count: int, every: int) -> None:
 
 
 if __name__ == "__main__":
-    {"raw": raw, "node": node}[sys.argv[1]](sys.argv[2], int(sys.argv[3]), int(sys.argv[4]))
+    kind, name, subscriptions, answered = sys.argv[1:]
+    {"raw": raw, "hand": hand, "node": node}[kind](name, int(subscriptions), int(answered))

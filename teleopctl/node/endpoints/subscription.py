@@ -125,8 +125,7 @@ class Subscription(Endpoint, Waitable, Generic[MessageT]):
         self._measure: Callable[[int | None], None] | None = None
         self._stop_measuring: Callable[[], object] | None = None
         self._lifespan_ns = bound_ns(qos.lifespan)
-        receive = self._handle_now if immediate else self._queue
-        self._channel = self._declare(qos, zenoh.handlers.Callback(receive, indirect=False))
+        self._channel = self._declare(qos, immediate=immediate)
         self._announce()
 
     def measure(self, saw: Callable[[int | None], None], stop: Callable[[], object]) -> None:
@@ -170,8 +169,13 @@ class Subscription(Endpoint, Waitable, Generic[MessageT]):
         self.node.context.on_shutdown(samples.close)
         return samples
 
-    def _declare(self, qos: QoSProfile, handler: Any) -> Any:
+    def _declare(self, qos: QoSProfile, *, immediate: bool) -> Any:
         session = self.node.context.session
+        # What may keep the transport waiting keeps nobody else's samples waiting.
+        if not (immediate or qos.is_latched or qos.queue_depth is None):
+            return self.node.context.fan_out.declare_subscriber(self.key, self._queue)
+        receive = self._handle_now if immediate else self._queue
+        handler = zenoh.handlers.Callback(receive, indirect=False)
         if not qos.is_latched:
             return session.declare_subscriber(self.key, handler)
         from zenoh import ext
@@ -236,7 +240,8 @@ class Subscription(Endpoint, Waitable, Generic[MessageT]):
     def take(self) -> Callable[[], object] | None:
         """Return the call of the callback with the oldest sample; None when none waits."""
         arrival = self._samples.take()
-        if arrival is None:
+        # One may have come while the subscription was being destroyed.
+        if arrival is None or self._destroyed:
             return None
         arguments = self._arguments(*arrival)
         if arguments is None:
