@@ -61,7 +61,7 @@ class MujocoSim(Node):
         self._last_names: list[str] = []
         self._commanders = 0
         self._declare_parameters()
-        mujoco.set_mju_user_warning(lambda text: self.get_logger().warning(f"MuJoCo: {text}"))
+        mujoco.set_mju_user_warning(self._on_mujoco_warning)
         self._stage: Stage | None = None
         MujocoServices(self, lambda: self._stage)
         offer_standard_services(self, lambda: self._stage)
@@ -77,6 +77,10 @@ class MujocoSim(Node):
             topic = self._description.topic_name
             self.get_logger().info(f"Waiting for the robot description on {topic}")
             progress.tell(progress.WAITING, topic)
+
+    def _on_mujoco_warning(self, text: str) -> None:
+        # What is unstable is so at each step.
+        self.get_logger().warning(f"MuJoCo: {text}", throttle_duration_sec=10.0)
 
     # --- parameters -----------------------------------------------------------------------
 

@@ -160,7 +160,8 @@ class TopicPorts:
         """Report that physics broke down."""
         self._logger.error(
             f"Physics became unstable before {to_seconds(time_ns):.3f} s and was reset; check "
-            "masses and inertias, or use a smaller timestep"
+            "masses and inertias, or use a smaller timestep",
+            throttle_duration_sec=10.0,
         )
 
 

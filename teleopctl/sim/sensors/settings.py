@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import isfinite
 from typing import TYPE_CHECKING, TypedDict
 
 from teleopctl.errors import InvalidParameterError
 from teleopctl.interfaces import get_message
+from teleopctl.sim.entities.poses import no_sense
 
 if TYPE_CHECKING:
     from teleopctl.node import Node, Parameter
@@ -68,10 +68,14 @@ def checked_numbers(parameter: Parameter, *parts: str) -> list[float]:
     if not (
         fits
         and len(values) == len(parts)
-        and all(isinstance(value, int | float) and isfinite(value) for value in values)
+        and all(isinstance(value, int | float) for value in values)
     ):
         expected = f"{', '.join(parts[:-1])} and {parts[-1]}"
         raise InvalidParameterError(
-            f"Parameter '{parameter.name}' is {values}, expected {expected}, all finite"
+            f"Parameter '{parameter.name}' is {values}, expected {expected}"
+        )
+    if reason := no_sense(values):
+        raise InvalidParameterError(
+            f"Parameter '{parameter.name}' is {values}: a number of it {reason}"
         )
     return [float(value) for value in values]
