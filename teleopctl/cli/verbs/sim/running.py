@@ -41,7 +41,11 @@ def step(
     """Advance a paused simulation by steps of physics."""
     if steps < 1:
         raise UsageError(f"N is {steps}, expected at least 1")
-    _standard("StepSimulation", steps=steps)
+    try:
+        _standard("StepSimulation", steps=steps)
+    except UnavailableError as error:
+        error.hint = "The steps go on; `teleopctl sim pause` ends them."
+        raise
     _say(f"Advanced by {steps} step{'s' if steps > 1 else ''}", as_json)
 
 
