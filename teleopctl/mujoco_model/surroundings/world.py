@@ -154,7 +154,10 @@ def _read_urdf(path: Path, description: RobotDescription) -> tuple[mujoco.MjSpec
 
 
 def _build(path: Path, scene: Scene) -> tuple[mujoco.MjSpec, list[str]]:
-    things, warnings = scene_spec(scene)
+    try:
+        things, warnings = scene_spec(scene)
+    except ValueError as error:  # two bodies would have one name
+        raise _refusal(path, error) from error
     try:
         _see_that_it_compiles(things, path)
     except InvalidDescriptionError:

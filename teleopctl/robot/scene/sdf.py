@@ -79,7 +79,11 @@ def _scene(reading: Reading, root: Any, file: SdfFile) -> Scene:
     world = root.find("world")
     if world is None:
         file.leave_rest(root, ("model", "light"))
-        models = [reading.model(file, element) for element in root.findall("model")]
+        models: list[SceneModel] = []
+        for element in root.findall("model"):
+            model = reading.model(file, element)
+            taken = {other.name for other in models}
+            models.append(replace(model, name=_free_name(model.name or "model", taken)))
         if not models:
             raise InvalidDescriptionError(
                 f"{file.path}:{root.sourceline}: there is neither a world nor a model in it"

@@ -158,6 +158,8 @@ class Reading:
                 f"{file.place(element)}: more than {_MOST_MODELS} models in one another"
             )
         file.leave_rest(element, _MODEL)
+        for tag in ("link", "joint", "frame"):
+            _see_names(file, element.findall(tag))
         frames = Frames(file)
         for link in element.findall("link"):
             frames.put(link.get("name") or "", link)
@@ -222,6 +224,17 @@ class Reading:
             frames.put_model(part, child, prefix)
             parts.append((prefix, part, child))
         return [(prefix, frames.find(part.name, child), part) for prefix, part, child in parts]
+
+
+def _see_names(file: SdfFile, elements: list[Any]) -> None:
+    """See that each has a name of its own."""
+    taken: set[str] = set()
+    for element in elements:
+        name = element.get("name") or ""
+        if not name or name in taken:
+            what = f"name '{name}' stands there twice" if name else "it has no name"
+            raise InvalidDescriptionError(f"{file.place(element)}: <{element.tag}>: {what}")
+        taken.add(name)
 
 
 def _within(file: SdfFile, element: Any, name: str, frames: Frames) -> Transform:

@@ -284,6 +284,11 @@ def test_an_include_of_nothing_is_told(tmp_path: Path, include: str) -> None:
     assert ":2: <include> is left out: " in remark
 
 
+def test_models_of_one_name_side_by_side_are_two(tmp_path: Path) -> None:
+    chair = model("chair", f"<link name='l'>{MASS}</link>")
+    assert [m.name for m in scene(tmp_path, chair * 2).models] == ["chair", "chair_1"]
+
+
 def test_what_gazebo_lets_pass_is_read_and_told(tmp_path: Path) -> None:
     shapes = "".join(
         f"\n<visual name='{size}'><geometry><box><size>{size}</size></box></geometry></visual>"
@@ -348,6 +353,8 @@ def test_what_nobody_reads_is_told_with_its_lines(tmp_path: Path) -> None:
                   "<pose relative_to='a'/></link>"),
             "frame 'a' is, in the end, relative to itself",
         ),
+        (model("m", "<link name='l'/>\n<link name='l'/>"), ":3: <link>: name 'l' stands there twice"),
+        (model("m", "<link/>"), ":2: <link>: it has no name"),
         (
             model("m", "<link name='l'/><joint name='j' type='fixed'><parent>l</parent>"
                   "<child>x</child></joint>"),
