@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from teleopctl.errors import InvalidDescriptionError
-from teleopctl.robot.elements import Element, child_text, describe
+from teleopctl.robot.elements import Element, describe
 from teleopctl.robot.sensors.plugin_tag import Plugin, read_plugin
 from teleopctl.robot.sensors.sensor_tag import (
     Sensor,
@@ -22,17 +22,15 @@ from teleopctl.robot.sensors.sensor_tag import (
 class LinkPhysics:
     """How a link looks and touches; None where the description leaves it to the simulator.
 
-    ``mu1`` and ``mu2`` are friction coefficients, ``kp`` and ``kd`` contact stiffness (N/m) and
-    damping (N s/m).
+    Attributes:
+        material: A colour of Gazebo's, by name.
+        mu1: Its coefficient of friction.
+        self_collide: Whether it touches other links of the robot.
     """
 
     material: str = ""
     mu1: float | None = None
-    mu2: float | None = None
-    kp: float | None = None
-    kd: float | None = None
     self_collide: bool | None = None
-    gravity: bool = True
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,26 +73,23 @@ def read_gazebo(robot: Element) -> GazeboTag:
 
 
 def _read_physics(element: Element, before: LinkPhysics) -> LinkPhysics:
-    collide = child_text(element, "selfCollide")
-    gravity = child_text(element, "gravity") or child_text(element, "turnGravityOff")
-    has_gravity = before.gravity
-    if gravity:
-        inverted = element.find("gravity") is None
-        has_gravity = flag(element, gravity) != inverted
+    collide = _said(element, "selfCollide")
     friction = number_in(element, "mu1", before.mu1, finite=False)
     if friction is not None and friction < 0.0:
         raise InvalidDescriptionError(
             f"{describe(element)}: <mu1> should not be negative, got {friction:g}"
         )
     return LinkPhysics(
-        material=child_text(element, "material", before.material),
+        material=_said(element, "material") or before.material,
         mu1=friction,
-        mu2=number_in(element, "mu2", before.mu2),
-        kp=number_in(element, "kp", before.kp),
-        kd=number_in(element, "kd", before.kd),
         self_collide=flag(element, collide) if collide else before.self_collide,
-        gravity=has_gravity,
     )
+
+
+def _said(element: Element, tag: str) -> str:
+    """What a child says, as text or as the attribute ``value``; empty where there is none."""
+    child = element.find(tag)
+    return "" if child is None else (child.text or "").strip() or child.get("value") or ""
 
 
 def _children_of_joints(robot: Element) -> dict[str, str]:

@@ -35,8 +35,7 @@ _MOST_PIXELS = 16_384
 class Camera:
     """A pinhole camera with the distortion model ``plumb_bob``.
 
-    ``vertical_fov`` is what the tag says, or None; with square pixels ``horizontal_fov`` and the
-    size of the image decide. ``center`` is the principal point as a fraction of the image.
+    Its pixels are square, so that ``horizontal_fov`` and the size of the image decide all.
     ``intrinsics`` are fx, fy, cx, cy in pixels of ``<lens>``, or None; they win over the angles.
     """
 
@@ -45,7 +44,6 @@ class Camera:
     width: int
     height: int
     format: str = "R8G8B8"
-    vertical_fov: float | None = None
     near: float = 0.1
     far: float = 100.0
     k1: float = 0.0
@@ -53,7 +51,6 @@ class Camera:
     k3: float = 0.0
     p1: float = 0.0
     p2: float = 0.0
-    center: tuple[float, float] = (0.5, 0.5)
     intrinsics: tuple[float, float, float, float] | None = None
 
 
@@ -129,8 +126,6 @@ class Sensor:
     type: str
     link: str
     update_rate: float = 0.0
-    always_on: bool = False
-    visualize: bool = False
     topic: str = ""
     frame: str = ""
     optical_frame: str = ""
@@ -159,8 +154,6 @@ def read_sensor(element: Element, link: str) -> Sensor:
         type=required(element, "type"),
         link=link,
         update_rate=number_in(element, "update_rate", 0.0),
-        always_on=flag(element, child_text(element, "always_on", "false")),
-        visualize=flag(element, child_text(element, "visualize", "false")),
         topic=child_text(element, "topic") or child_text(element, "contact/topic"),
         frame=_first_text(element, _FRAME_TAGS),
         optical_frame=_first_text(element, _OPTICAL_FRAME_TAGS),
@@ -281,21 +274,15 @@ def _read_camera(element: Element) -> Camera:
     coefficients = {
         name: number_in(distortion, name, 0.0) for name in ("k1", "k2", "k3", "p1", "p2")
     }
-    center = (0.5, 0.5)
-    if distortion is not None and distortion.find("center") is not None:
-        x, y = _vector(distortion, child_text(distortion, "center"), 2)
-        center = (x, y)
     return Camera(
         name=element.get("name") or "",
         horizontal_fov=_required_number(element, "horizontal_fov"),
         width=_pixels(image, "width"),
         height=_pixels(image, "height"),
         format=child_text(image, "format", "R8G8B8"),
-        vertical_fov=number_in(element, "vertical_fov", None),
         # Nothing can be drawn from a distance of zero on.
         near=number_in(clip, "near", 0.0) or 0.1,
         far=number_in(clip, "far", 0.0) or 100.0,
-        center=center,
         intrinsics=_read_intrinsics(element.find("lens/intrinsics")),
         **coefficients,
     )
@@ -320,17 +307,14 @@ def _read_intrinsics(element: Element | None) -> tuple[float, float, float, floa
 def _read_pose(element: Element) -> Pose:
     if element.find("pose") is None:
         return Pose()
-    x, y, z, roll, pitch, yaw = _vector(element, child_text(element, "pose"), 6)
-    return Pose((x, y, z), (roll, pitch, yaw))
-
-
-def _vector(element: Element, text: str, count: int) -> list[float]:
+    text = child_text(element, "pose")
     values = [value for part in text.split() if (value := to_number(part)) is not None]
-    if len(values) != count or len(text.split()) != count:
+    if not len(values) == len(text.split()) == 6 or not all(map(math.isfinite, values)):
         raise InvalidDescriptionError(
-            f"{describe(element)}: expected {count} numbers, got '{text}'"
+            f"{describe(element)}: <pose> should be 6 finite numbers, got '{text}'"
         )
-    return values
+    x, y, z, roll, pitch, yaw = values
+    return Pose((x, y, z), (roll, pitch, yaw))
 
 
 def number_in(
