@@ -96,7 +96,7 @@ def described_controllers(description: RobotDescription) -> list[str]:
     return [
         path
         for plugin in description.gazebo.plugins
-        if "ros2_control" in plugin.filename
+        if plugin.runs_controllers
         for path in plugin.parameters.get("parameters", ())
         if path
     ]
@@ -108,7 +108,7 @@ def described_namespace(description: RobotDescription) -> str:
     It stands at Gazebo's plug-in of ros2_control; empty where that is not, or the root's.
     """
     for plugin in description.gazebo.plugins:
-        if "ros2_control" in plugin.filename:
+        if plugin.runs_controllers:
             namespace = plugin.parameter("ros/namespace").strip().strip("/")
             return f"/{namespace}" if namespace else ""
     return ""

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 from teleopctl.errors import InvalidDescriptionError
 from teleopctl.robot import elements
-from teleopctl.robot.elements import Element
+from teleopctl.robot.elements import Element, line_of
 from teleopctl.robot.joint_rules import resolve_mimics
 from teleopctl.robot.repair import repair_urdf
 from teleopctl.robot.urdf import Joint, Link, read_joints, read_links
@@ -152,12 +152,13 @@ def _find_root(links: Mapping[str, Link], joints: Mapping[str, Joint]) -> str:
         for role, name in (("parent", joint.parent), ("child", joint.child)):
             if name not in links:
                 raise InvalidDescriptionError(
-                    f"{role} link [{name}] of joint [{joint.name}] not found"
+                    f"{role} link [{name}] of joint [{joint.name}] not found{line_of(joint.line)}"
                 )
         other = parent_of.setdefault(joint.child, joint)
         if other is not joint:
             raise InvalidDescriptionError(
                 f"link [{joint.child}] has two parents: joints [{other.name}] and [{joint.name}]"
+                f"{line_of(joint.line)}"
             )
     roots = [name for name in links if name not in parent_of]
     if not roots:

@@ -97,8 +97,12 @@ def describe(element: Element) -> str:
     """Name an element for an error message: its tag, its name and its line."""
     name = element.get("name")
     named = f" '{name}'" if name else ""
-    line = f" (line {element.sourceline})" if element.sourceline else ""
-    return f"<{element.tag}>{named}{line}"
+    return f"<{element.tag}>{named}{line_of(element.sourceline)}"
+
+
+def line_of(number: int | None) -> str:
+    """Name a line of a description behind a word of an error message, where it is known."""
+    return f" (line {number})" if number else ""
 
 
 def required(element: Element, attribute: str) -> str:

@@ -9,7 +9,16 @@ from dataclasses import dataclass, field
 from typing import Literal, cast, get_args
 
 from teleopctl.errors import InvalidDescriptionError
-from teleopctl.robot.elements import Element, Vector3, describe, number, numbers, required, vector
+from teleopctl.robot.elements import (
+    Element,
+    Vector3,
+    describe,
+    line_of,
+    number,
+    numbers,
+    required,
+    vector,
+)
 
 JointType = Literal["fixed", "revolute", "continuous", "prismatic", "floating", "planar"]
 
@@ -156,7 +165,10 @@ class SafetyController:
 
 @dataclass(frozen=True, slots=True)
 class Joint:
-    """How a child link moves in its parent; ``axis`` is a unit vector in the joint's frame."""
+    """How a child link moves in its parent; ``axis`` is a unit vector in the joint's frame.
+
+    ``line`` is where the tag stands; 0 where that is not known.
+    """
 
     name: str
     type: JointType
@@ -168,6 +180,7 @@ class Joint:
     mimic: Mimic | None = None
     dynamics: Dynamics = field(default_factory=Dynamics)
     safety: SafetyController | None = None
+    line: int = field(default=0, compare=False)
 
     @property
     def is_single_axis(self) -> bool:
@@ -222,14 +235,15 @@ def _read_joint(element: Element) -> Joint:
     kind = required(element, "type")
     if kind not in get_args(JointType):
         raise InvalidDescriptionError(
-            f"Joint '{name}' has no known type: '{kind}'",
+            f"Joint '{name}' has no known type: '{kind}'{line_of(element.sourceline)}",
             hint=f"Known are {', '.join(get_args(JointType))}.",
         )
     limit, mimic, dynamics = (element.find(tag) for tag in ("limit", "mimic", "dynamics"))
     safety = element.find("safety_controller")
     if limit is None and kind in ("revolute", "prismatic"):
         raise InvalidDescriptionError(
-            f"Joint '{name}' is of type '{kind}' but it does not specify limits",
+            f"Joint '{name}' is of type '{kind}' but it does not specify limits"
+            f"{line_of(element.sourceline)}",
             hint="Add <limit lower upper effort velocity>, or make the joint continuous.",
         )
     return Joint(
@@ -256,13 +270,16 @@ def _read_joint(element: Element) -> Joint:
             number(safety, "k_position", 0.0),
             number(safety, "k_velocity"),
         ),
+        line=element.sourceline or 0,
     )
 
 
 def _linked(joint: Element, tag: str) -> str:
     element = joint.find(tag)
     if element is None:
-        raise InvalidDescriptionError(f"Joint '{joint.get('name')}' has no <{tag}>")
+        raise InvalidDescriptionError(
+            f"Joint '{joint.get('name')}' has no <{tag}>{line_of(joint.sourceline)}"
+        )
     return required(element, "link")
 
 
@@ -282,7 +299,9 @@ def _read_axis(joint: Element, kind: str) -> Vector3:
     x, y, z = vector(element, "xyz")
     length = math.hypot(x, y, z)
     if length == 0.0:
-        raise InvalidDescriptionError(f"Joint '{joint.get('name')}' has an axis of length zero")
+        raise InvalidDescriptionError(
+            f"Joint '{joint.get('name')}' has an axis of length zero{line_of(joint.sourceline)}"
+        )
     return (x / length, y / length, z / length)
 
 

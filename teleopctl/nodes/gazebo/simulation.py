@@ -54,7 +54,7 @@ def programs_for(
     Raises:
         TeleopctlError: A file of parameters that the description names cannot be read.
     """
-    control = next(filter(_is_control, description.gazebo.plugins), None)
+    control = next((one for one in description.gazebo.plugins if one.runs_controllers), None)
     files = [] if control is None else _files(control)
     plugins = motion_plugins(description)
     sensors = description.gazebo.sensors
@@ -84,11 +84,6 @@ def programs_for(
             _program("camera", "camera", elsewhere, parameters=["use_sim_time:=true", *around])
         )
     return programs
-
-
-def _is_control(plugin: Plugin) -> bool:
-    """Whether a plug-in is the one that runs a controller manager within Gazebo."""
-    return "ros2_control" in plugin.filename
 
 
 def _files(plugin: Plugin) -> list[Path]:

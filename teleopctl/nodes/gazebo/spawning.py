@@ -36,6 +36,7 @@ from teleopctl.text_file import read_text
 
 _NUMBERS = ("x", "y", "z", "R", "P", "Y")
 _TEXTS = ("world", "file", "string", "topic", "name")
+_NO = ("false", "f", "no", "n", "0")
 # As often as the programs of ROS tell that they still wait, in seconds.
 _PATIENCE_S = 1.0
 
@@ -85,7 +86,8 @@ def create() -> int:
                 *filter(None, [" ".join(unknown)]),
             ],
         )
-        renames = renames or options.allow_renaming != "false"
+        # Behind the flag there may be nothing, or any word of gflags' for no.
+        renames = renames or str(options.allow_renaming).lower() not in _NO
         reason = _hand_over(node, entity._replace(renames=renames))
         if reason is None:
             node.get_logger().info("Entity creation successfull.")

@@ -93,7 +93,7 @@ class PluginReader:
         text = self.text(*tags)
         if not text:
             return default
-        return text == "1" if text in "01" else boolean(text, f"<{tags[0]}>")
+        return text == "1" if text in ("0", "1") else boolean(text, f"<{tags[0]}>")
 
     def joints(self, *tags: str) -> list[str]:
         """The joints that these tags name.

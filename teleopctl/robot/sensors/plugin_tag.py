@@ -20,6 +20,11 @@ class Plugin:
     parameters: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     line: int = 0
 
+    @property
+    def runs_controllers(self) -> bool:
+        """Whether it is the one with a controller manager of ros2_control in it."""
+        return "ros2_control" in self.filename
+
     def parameter(self, path: str, default: str = "") -> str:
         """Return the first text at a path, or the default."""
         return self.parameters.get(path, (default,))[0]
