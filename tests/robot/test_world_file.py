@@ -44,7 +44,7 @@ def test_a_xacro_file_is_expanded(tmp_path):
 
 def test_a_scene_of_mujocos_is_left_to_mujoco(tmp_path):
     file = tmp_path / "scene.xml"
-    file.write_text('<!-- a scene --><mujoco model="scene"><worldbody/></mujoco>')
+    file.write_text('<!-- a -- scene --><mujoco model="scene"><worldbody/></mujoco>')
     assert read_world(file).description is None
 
 

@@ -179,6 +179,11 @@ def _import(
     warnings += repair_inertias(things) + unserved_tags(description.urdf)
     warnings += [f"Sensor '{sensor.name}' is left out: sensors are of robots" for sensor in sensors]
     warnings += [
+        f"<selfCollide> of '{link}' has no effect: the parts of a world touch one another"
+        for link, physics in description.gazebo.links.items()
+        if physics.self_collide is False
+    ]
+    warnings += [
         MIMIC_LEFT_OUT.format(joint.name)
         for joint in description.joints.values()
         if joint.mimic is not None

@@ -8,9 +8,12 @@ SDF, as Gazebo has it, a scene of MuJoCo's (MJCF), which MuJoCo reads, or YAML o
 
 from __future__ import annotations
 
+import contextlib
 import re
 from dataclasses import dataclass
 from pathlib import Path
+
+from lxml import etree
 
 from teleopctl.errors import InvalidDescriptionError, NotFoundError, UnknownFormatError
 from teleopctl.robot.description import RobotDescription
@@ -144,6 +147,12 @@ def _decoded(path: Path, content: bytes) -> str:
 
 
 def _parse(path: Path, content: bytes) -> Element:
+    # MuJoCo reads what XML forbids, such as two hyphens in a comment, and says what is wrong.
+    parser = etree.XMLParser(recover=True, resolve_entities=False, remove_comments=True)
+    with contextlib.suppress(etree.XMLSyntaxError):
+        scene: Element | None = etree.fromstring(content, parser)
+        if scene is not None and scene.tag == "mujoco":
+            return scene
     root = parse_file(path, content)
     if root.tag not in ("robot", "mujoco", *SDF_ROOTS):
         raise UnknownFormatError(

@@ -11,6 +11,7 @@ from typing import Any
 import yaml
 
 from teleopctl.errors import InvalidDescriptionError, did_you_mean
+from teleopctl.printable import shortened
 from teleopctl.ros_yaml import RosLoader
 
 
@@ -31,6 +32,11 @@ class Entry:
     # Any: whatever YAML has; each method below says what it may be.
     value: Any
 
+    @property
+    def _is(self) -> str:
+        """What it is, for messages."""
+        return f"is {shortened(repr(self.value))}"
+
     def refuse(self, words: str) -> InvalidDescriptionError:
         """An error about this value."""
         line = self.node.start_mark.line + 1
@@ -43,7 +49,7 @@ class Entry:
             InvalidDescriptionError: It is no mapping, or has a key that is not known.
         """
         if not isinstance(self.node, yaml.MappingNode):
-            raise self.refuse(f"should be a mapping, is {self.value!r}")
+            raise self.refuse(f"should be a mapping, {self._is}")
         allowed = None if known is None else list(known)
         found: dict[str, Entry] = {}
         for key, node in self.node.value:
@@ -67,7 +73,7 @@ class Entry:
             InvalidDescriptionError: It is none.
         """
         if not isinstance(self.node, yaml.SequenceNode):
-            raise self.refuse(f"should be a list, is {self.value!r}")
+            raise self.refuse(f"should be a list, {self._is}")
         return [
             Entry(self.path, f"{self.name}[{number}]", node, value)
             for number, (node, value) in enumerate(zip(self.node.value, self.value, strict=True))
@@ -80,7 +86,7 @@ class Entry:
             InvalidDescriptionError: It is none, or empty.
         """
         if not isinstance(self.value, str) or not self.value:
-            raise self.refuse(f"should be a text, is {self.value!r}")
+            raise self.refuse(f"should be a text, {self._is}")
         return self.value
 
     def flag(self) -> bool:
@@ -90,7 +96,7 @@ class Entry:
             InvalidDescriptionError: It is neither.
         """
         if not isinstance(self.value, bool):
-            raise self.refuse(f"should be true or false, is {self.value!r}")
+            raise self.refuse(f"should be true or false, {self._is}")
         return self.value
 
     def number(self, *, positive: bool = False) -> float:
@@ -103,7 +109,7 @@ class Entry:
         good = isinstance(value, int | float) and not isinstance(value, bool)
         if not good or not math.isfinite(value) or (positive and value <= 0):
             kind = "a positive number" if positive else "a finite number"
-            raise self.refuse(f"should be {kind}, is {value!r}")
+            raise self.refuse(f"should be {kind}, {self._is}")
         return float(value)
 
     def numbers(self, *counts: int, positive: bool = False) -> tuple[float, ...]:
@@ -115,7 +121,7 @@ class Entry:
         items = self.items() if isinstance(self.node, yaml.SequenceNode) else []
         if len(items) not in counts:
             wanted = " or ".join(map(str, counts))
-            raise self.refuse(f"should be a list of {wanted} numbers, is {self.value!r}")
+            raise self.refuse(f"should be a list of {wanted} numbers, {self._is}")
         return tuple(item.number(positive=positive) for item in items)
 
 
