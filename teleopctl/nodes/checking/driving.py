@@ -20,6 +20,7 @@ from teleopctl.control import (
 )
 from teleopctl.errors import TeleopctlError
 from teleopctl.node import read_parameter_file
+from teleopctl.nodes.checking.bases import ways_by_topic
 from teleopctl.nodes.checking.motions import Motion, Trier
 
 if TYPE_CHECKING:
@@ -31,6 +32,8 @@ if TYPE_CHECKING:
 # Where the simulator and its hardware meet, see `teleopctl.control.hardware.topic`.
 _STATES, _COMMANDS = "/robot_joint_states", "/robot_joint_commands"
 _MANAGER = "controller_manager"
+PLANAR_MOVE = "planar_move"
+"""What stands for the type of a controller where Gazebo's plug-in moves a base."""
 _DEFAULT_RATE_HZ = 100
 # States come, then controllers hold for a while, in s.
 _BEFORE_S = 0.1
@@ -73,19 +76,29 @@ class Driven:
         still = [motion for motion in self.motions if not motion.moved]
         if still:
             return f"controller '{still[0].controller}': {still[0].told}"
-        if not self.motions and self.own:
-            return "; ".join(f"controller '{name}': {why}" for name, why in self.inactive.items())
+        if not self.motions and self.own and self.inactive:
+            (name, why), *others = self.inactive.items()
+            more = f" and {len(others)} more" if others else ""
+            return f"controller '{name}'{more}: {why}"
         return ""
 
 
-def drive(robot: SimulatedRobot, given: ChosenControllers) -> Driven:
+def drive(robot: SimulatedRobot, given: ChosenControllers | None) -> Driven | None:
     """Bring up a robot's controllers, and move it by each that takes commands.
 
     Args:
         robot: The robot, of whose model a new simulation is made.
-        given: Its controllers.
+        given: Its controllers; None for one without.
+
+    Returns:
+        What became of it; None for one that nothing moves.
     """
-    driven = Driven(given.own)
+    driven = Driven(given is not None and given.own)
+    for topic, way in ways_by_topic(robot).items():
+        driven.own = True
+        driven.motions.append(Motion(topic, PLANAR_MOVE, way.is_enough, way.told))
+    if given is None:
+        return driven if driven.motions else None
     try:
         _drive(robot, given, driven)
     except TeleopctlError as error:

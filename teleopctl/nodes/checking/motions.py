@@ -7,6 +7,7 @@ from collections.abc import Generator, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from teleopctl.interfaces import get_message
+from teleopctl.nodes.checking.bases import ENOUGH, MOVING_S, SPEED, TURN, Way, place_of
 from teleopctl.nodes.checking.trial import AT_LIMIT
 
 if TYPE_CHECKING:
@@ -14,12 +15,9 @@ if TYPE_CHECKING:
     from teleopctl.mujoco_model import JointSpec
     from teleopctl.sim import SimulatedRobot, Simulation
 
-# How far or how fast a joint is to go (rad or m, per s), and a base (m/s, rad/s).
+# How far or how fast a joint is to go, in rad or m, per s.
 _STEP = 0.2
 _JOINT_SPEED = 0.5
-_SPEED = 0.3
-_TURN = 0.5
-_MOVING_S = 2.0
 # Which part of a wheel's fastest speed a base is asked for at most.
 _BELOW_LIMIT = 0.8
 # How much longer a trajectory or a gripper is waited for, in s.
@@ -27,11 +25,8 @@ _ARRIVING_S = 1.0
 # A joint that takes efforts gets this part of its limit, or so much, in N m or N.
 _EFFORT_PART = 0.3
 _EFFORT = 20.0
-# Which part of what was asked is enough, and which motion is one at all, in rad or m.
-_ENOUGH = 0.5
+# Which motion by efforts is one at all, in rad or m.
 _SOME = 0.01
-# A base that turns by sliding turns by less than it is asked for, see docs/simulation.md.
-_ENOUGH_TURN = 0.15
 
 # Where a base takes velocities, by its kind and by whether they are stamped.
 _VELOCITIES = ("~/cmd_vel", "~/cmd_vel_unstamped", "~/reference", "~/reference_unstamped")
@@ -150,7 +145,7 @@ class Trier:
         still = [
             name
             for name, then, now, goal in zip(joints, before, after, goals, strict=True)
-            if not abs(now - goal) <= (1.0 - _ENOUGH) * abs(goal - then)
+            if not abs(now - goal) <= (1.0 - ENOUGH) * abs(goal - then)
         ]
         if still:
             told = f"{len(still)} of {len(joints)} joints stay behind: {', '.join(still)}"
@@ -186,7 +181,7 @@ class Trier:
         else:
             command.position, command.max_effort = goal, 0.0
         server.send_goal(request)
-        yield from self.wait(_MOVING_S + _ARRIVING_S)
+        yield from self.wait(MOVING_S + _ARRIVING_S)
         return self._arrived([joint], [here], [goal])
 
     def _commands(self, spec: ControllerSpec) -> _Act:
@@ -196,7 +191,7 @@ class Trier:
         values = [self._value(*pair) for pair in zip(interfaces, joints, strict=True)]
         message = get_message("std_msgs/msg/Float64MultiArray")(data=values)
         self._send(spec, "~/commands", message)
-        yield from self.wait(_MOVING_S)
+        yield from self.wait(MOVING_S)
         after = [self._position(name) for name in joints]
         still = [
             name
@@ -232,39 +227,34 @@ class Trier:
         if joint not in self._joints:
             return math.nan
         if interface.interface_name == "position":
-            return _ENOUGH * abs(away)
+            return ENOUGH * abs(away)
         if interface.interface_name == "effort":
             return _SOME
         limits = self._joints[joint].limits
-        return _ENOUGH * min(self._value(interface, joint) * _MOVING_S, limits.upper - before)
+        return ENOUGH * min(self._value(interface, joint) * MOVING_S, limits.upper - before)
 
     # -- bases -------------------------------------------------------------------------------------
 
     def _base(self, spec: ControllerSpec, topic: str) -> _Act:
         slower = self._slower(spec)
-        speed, turn = slower * _SPEED, slower * _TURN
+        speed, turn = slower * SPEED, slower * TURN
         in_place = spec.type.rpartition("/")[2] in _IN_PLACE
-        start = self._place()
-        yield from self._go(spec, topic, speed, 0.0)
-        middle = self._place()
-        yield from self._go(spec, topic, 0.0 if in_place else speed, turn)
-        end = self._place()
-        yield from self._go(spec, topic, 0.0, 0.0)
-        if start is None or middle is None or end is None:
+        if self._base_link is None:
             return False, "its root link is fixed"
-        along, across = middle.x - start.x, middle.y - start.y
-        ahead = along * math.cos(start.heading) + across * math.sin(start.heading)
-        turned = math.remainder(end.heading - middle.heading, math.tau)
-        asked, asked_turn = speed * _MOVING_S, turn * _MOVING_S
-        told = f"ahead {ahead:.2g} of {asked:.2g} m, turned {turned:.2g} of {asked_turn:.2g} rad"
+        places = [place_of(self._simulation, self._base_link)]
+        for x, angular in ((speed, 0.0), (0.0 if in_place else speed, turn)):
+            yield from self._go(spec, topic, x, angular)
+            places.append(place_of(self._simulation, self._base_link))
+        yield from self._go(spec, topic, 0.0, 0.0)
+        way = Way.between(places[0], places[1], places[2], slower)
+        told = way.told
         if slower < 1.0:
             told += "; its wheels turn no faster"
-        moved = ahead >= _ENOUGH * asked and abs(turned) >= _ENOUGH_TURN * asked_turn
-        if not moved and (bare := self._without_shape(spec)):
+        if not way.is_enough and (bare := self._without_shape(spec)):
             told += f"; without collision shapes, so that they touch nothing: {', '.join(bare)}"
-        if moved and turned < 0.0:
+        if way.is_enough and way.turned < 0.0:
             told += "; the other way round, as its joints are"
-        return moved, told
+        return way.is_enough, told
 
     def _slower(self, spec: ControllerSpec) -> float:
         """Which part of the usual velocity its wheels can do, by their limits."""
@@ -273,7 +263,7 @@ class Trier:
         fastest = [self._joints[joint].limits.velocity for joint in self._wheels(spec)]
         if not known or not fastest:
             return 1.0
-        return min(1.0, _BELOW_LIMIT * min(fastest) * min(known) / _SPEED)
+        return min(1.0, _BELOW_LIMIT * min(fastest) * min(known) / SPEED)
 
     def _wheels(self, spec: ControllerSpec) -> list[str]:
         """The joints that a controller turns."""
@@ -296,26 +286,10 @@ class Trier:
         message: Any = twist
         if self._parameter(spec, "use_stamped_vel") is not False:
             message = get_message("geometry_msgs/msg/TwistStamped")(twist=twist)
-        for _ in self.wait(_MOVING_S):
+        for _ in self.wait(MOVING_S):
             # Without a stamp it counts from now on, and anew each time: old ones are braked upon.
             self._send(spec, topic, message)
             yield
 
-    def _place(self) -> _Place | None:
-        """Where the base is; None for one that is fixed."""
-        if self._base_link is None:
-            return None
-        pose = self._simulation.link_pose(self._base_link)
-        x, y, _ = map(float, pose.position)
-        return _Place(x, y, math.atan2(pose.rotation[1, 0], pose.rotation[0, 0]))
-
     def _send(self, spec: ControllerSpec, topic: str, message: Any) -> None:
         self._stack.nodes[spec.name].receive(topic, message)
-
-
-class _Place(NamedTuple):
-    """Where a base is in the world: x and y in m, its heading in rad."""
-
-    x: float
-    y: float
-    heading: float

@@ -157,8 +157,7 @@ def _see_motion(
         message = f"{error.message} ({error.hint})" if error.hint else error.message
         report.driven = Driven(own=True, fault=message)
         return
-    if controllers is not None:
-        report.driven = drive(robot, controllers)
+    report.driven = drive(robot, controllers)
     told = set() if report.driven is None else report.driven.joints
     report.frames = compare_frames(robot, told)
 

@@ -98,7 +98,8 @@ def _fallen(robot: SimulatedRobot) -> str:
     now = robot.simulation.link_pose(base.body.link)
     upright = float(np.clip(now.rotation[2, 2], -1.0, 1.0))
     if math.acos(upright) > _FALLEN_RAD:
-        return f"it tilted by {math.degrees(math.acos(upright)):.0f} degrees"
+        angle = math.degrees(math.acos(upright))
+        return f"it tilted by {angle:.0f} degrees; fixed_base:=true holds its root link"
     sunk = base.height_m - float(now.position[2])
     if sunk > _SUNK * max(base.height_m, _LEAST_HEIGHT_M):
         return f"it sank by {sunk:.2f} m"

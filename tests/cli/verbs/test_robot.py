@@ -158,6 +158,8 @@ hand_controller: {ros__parameters: {joint: hand}}
 """
 
 
+PLANAR = """<gazebo><plugin name="gliding" filename="libgazebo_ros_planar_move.so">
+  <odometry_frame>odom</odometry_frame><robot_base_frame>base</robot_base_frame></plugin></gazebo>"""
 STATES = '<state_interface name="position"/><state_interface name="velocity"/>'
 
 
@@ -183,6 +185,12 @@ def test_a_robot_is_moved_by_each_of_its_controllers_and_physics_says_how_far(
     given = f"controllers_file:={tmp_path / 'controllers.yaml'}"
     rolls = write(tmp_path / "rolls.urdf", *mobile(TYRE))
     slides = write(tmp_path / "slides.urdf", *mobile(""))
+    glides = write(tmp_path / "glides.urdf", link("base", STANDS), PLANAR)
+
+    assert main.run(["robot", "check", str(glides), "-s", "--json"]) == 0
+    (motion,) = json.loads(capsys.readouterr().out)["driven"]["motions"]
+    assert (motion["controller"], motion["moved"]) == ("/cmd_vel", True)
+    assert motion["told"].startswith("ahead 0.60")
 
     assert main.run(["robot", "check", str(rolls), given, "-s", "--json"]) == 0
     report = json.loads(capsys.readouterr().out)

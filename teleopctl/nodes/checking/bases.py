@@ -1,0 +1,100 @@
+"""How far a base has come, and bases that Gazebo's planar move drives by a topic."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from teleopctl.interfaces import get_message
+from teleopctl.nodes.checking.trial import CONTROL_PERIOD_NS
+
+if TYPE_CHECKING:
+    from teleopctl.sim import SimulatedRobot, Simulation
+
+SPEED = 0.3
+"""How fast a base is to go, in m/s."""
+TURN = 0.5
+"""How fast it is to turn, in rad/s."""
+MOVING_S = 2.0
+"""For how long."""
+ENOUGH = 0.5
+"""Which part of what was asked is enough."""
+# A base that turns by sliding turns by less than it is asked for, see docs/simulation.md.
+_ENOUGH_TURN = 0.15
+
+
+class Place(NamedTuple):
+    """Where a base is in the world: x and y in m, its heading in rad."""
+
+    x: float
+    y: float
+    heading: float
+
+
+def place_of(simulation: Simulation, link: str) -> Place:
+    """Where a link is."""
+    pose = simulation.link_pose(link)
+    x, y, _ = map(float, pose.position)
+    return Place(x, y, math.atan2(pose.rotation[1, 0], pose.rotation[0, 0]))
+
+
+class Way(NamedTuple):
+    """How a base has moved.
+
+    Attributes:
+        ahead: How far it came, in m.
+        turned: By how much it turned after that, in rad.
+        slower: Which part of the usual velocity it was asked for.
+    """
+
+    ahead: float
+    turned: float
+    slower: float = 1.0
+
+    @classmethod
+    def between(cls, start: Place, middle: Place, end: Place, slower: float = 1.0) -> Way:
+        """The way of a base that went ahead, and then turned."""
+        along, across = middle.x - start.x, middle.y - start.y
+        ahead = along * math.cos(start.heading) + across * math.sin(start.heading)
+        return cls(ahead, math.remainder(end.heading - middle.heading, math.tau), slower)
+
+    @property
+    def is_enough(self) -> bool:
+        """Whether it is as asked, to either side."""
+        turn = _ENOUGH_TURN * TURN * MOVING_S
+        far = self.ahead >= ENOUGH * self.slower * SPEED * MOVING_S
+        return far and abs(self.turned) >= self.slower * turn
+
+    @property
+    def told(self) -> str:
+        """In words."""
+        asked, turn = self.slower * SPEED * MOVING_S, self.slower * TURN * MOVING_S
+        turned = f"turned {self.turned:.3f} of {turn:.2g} rad"
+        return f"ahead {self.ahead:.3f} of {asked:.2g} m, {turned}"
+
+
+def ways_by_topic(robot: SimulatedRobot) -> dict[str, Way]:
+    """How a robot moves by each topic of Gazebo's planar move, by topic.
+
+    Args:
+        robot: The robot, of whose model a new simulation is made.
+    """
+    from teleopctl.sim import Simulation
+
+    ways: dict[str, Way] = {}
+    simulation = Simulation(robot.model, control_period_ns=CONTROL_PERIOD_NS)
+    simulation.movers = robot.simulation.movers
+    simulation.hold()
+    base = robot.model.base
+    for mover in simulation.movers if base is not None else ():
+        assert base is not None
+        places = [place_of(simulation, base.body.link)]
+        for x, turn in ((SPEED, 0.0), (0.0, TURN)):
+            twist: Any = get_message("geometry_msgs/msg/Twist")()
+            twist.linear.x, twist.angular.z = x, turn
+            mover.receive(twist)
+            simulation.step_to(simulation.time_ns + round(MOVING_S * 1e9))
+            places.append(place_of(simulation, base.body.link))
+        mover.forget()
+        ways[mover.topic] = Way.between(places[0], places[1], places[2])
+    return ways
