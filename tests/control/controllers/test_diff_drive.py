@@ -180,6 +180,17 @@ def test_velocities_may_come_without_a_stamp():
     assert base.wheels == [0.0, 0.0]
 
 
+def test_a_base_stands_still_after_a_reset_at_once_and_its_odometry_begins_anew():
+    base = Base(cmd_vel_timeout=0.0, linear__x__max_acceleration=1.0)
+    base.drive(1.0, 0.0, 2.0)
+    assert base.wheels == pytest.approx([10.0, 10.0])
+    base.stack.time_ns = 0
+    base.stack.step()
+    assert base.wheels == [0.0, 0.0], "it has no speed to brake from"
+    base.stack.step(5)
+    assert base.pose == pytest.approx((0.0, 0.0, 0.0))
+
+
 def test_a_base_halts_on_deactivation_and_forgets_the_old_velocity():
     base = Base(cmd_vel_timeout=0.0)
     base.drive(1.0, 0.0, 0.1)

@@ -141,9 +141,7 @@ class MobileBaseController(ControllerInterface):
     def on_restart(self) -> None:
         """Stand still: the base is back at its beginning, and the odometry with it."""
         self._odometry.reset()
-        self._input.forget()
-        self._publisher.restart()
-        self._last = None
+        self.on_activate()
 
     def on_deactivate(self) -> None:
         """Halt."""
