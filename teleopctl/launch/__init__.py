@@ -129,6 +129,7 @@ if TYPE_CHECKING:
         builtin_files as builtin_files,
         files_in_package as files_in_package,
         find_launch_file as find_launch_file,
+        is_builtin as is_builtin,
         is_launch_file as is_launch_file,
     )
     from teleopctl.launch.frontends import (
@@ -245,7 +246,7 @@ else:
             "running stop_running stopped_by_ctrl_c",
             "execution.status": "ProcessStatus command_text folder_of mark_stopped",
             "execution.supervisor": "Supervisor",
-            "finding": "builtin_files files_in_package find_launch_file is_launch_file",
+            "finding": "builtin_files files_in_package find_launch_file is_builtin is_launch_file",
             "frontends": "parse_text read_launch_file",
             "frontends.steps": "read_step",
             "model.action": "Action Entity Handler Launch LaunchFile Step",

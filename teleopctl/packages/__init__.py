@@ -39,6 +39,7 @@ if TYPE_CHECKING:
         is_path as is_path,
     )
     from teleopctl.packages.records import Executable as Executable, Package as Package
+    from teleopctl.packages.source_folders import enclosing_package as enclosing_package
 else:
     from teleopctl.lazy import attach
 
@@ -54,5 +55,6 @@ else:
             "prefixes": "search_paths",
             "programs": "find_executable is_path",
             "records": "Executable Package",
+            "source_folders": "enclosing_package",
         },
     )

@@ -5,6 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from teleopctl.sweep.cluster.client import Cluster as Cluster
+    from teleopctl.sweep.cluster.parcel import make_parcel as make_parcel, not_sent as not_sent
     from teleopctl.sweep.measure import (
         Measure as Measure,
         measure_bag as measure_bag,
@@ -29,6 +31,8 @@ else:
     __getattr__, __dir__, __all__ = attach(
         __name__,
         {
+            "cluster.client": "Cluster",
+            "cluster.parcel": "make_parcel not_sent",
             "measure": "Measure measure_bag parse_measure",
             "one_run": "RunRequest RunResult launch_arguments",
             "sweep": "Sweep",

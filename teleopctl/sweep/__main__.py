@@ -1,18 +1,32 @@
-"""``python -m teleopctl.sweep FOLDER``: one run of a sweep, as the sweep starts it."""
+"""``python -m teleopctl.sweep FOLDER``: one run of a sweep, as the sweep starts it.
+
+With ``--guarded`` it is stopped when its standard input ends, and so when whoever holds the other
+end is no more.
+"""
 
 from __future__ import annotations
 
 import signal
 import sys
+import threading
 from pathlib import Path
 
 from teleopctl import interrupts
 from teleopctl.errors import EXIT_INTERRUPTED
 from teleopctl.sweep.one_run import run_once
+from teleopctl.sweep.process import GUARDED
+
+
+def _stop_with_input() -> None:
+    sys.stdin.buffer.read()
+    signal.raise_signal(signal.SIGINT)
+
 
 if __name__ == "__main__":
     interrupts.take()
     signal.signal(signal.SIGTERM, signal.getsignal(signal.SIGINT))
+    if GUARDED in sys.argv[2:]:
+        threading.Thread(target=_stop_with_input, daemon=True).start()
     try:
         sys.exit(0 if run_once(Path(sys.argv[1])).is_done else 1)
     except KeyboardInterrupt:

@@ -2,35 +2,17 @@
 
 from __future__ import annotations
 
-import contextlib
 import json
-import os
 import queue
-import shutil
-import signal
-import socket
-import subprocess
-import sys
 import threading
-import time
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
-from teleopctl import background
 from teleopctl.errors import InvalidFileError, NotFoundError, RefusedError
-from teleopctl.sweep.one_run import (
-    BAG,
-    RESULT_FILE,
-    RUNTIME,
-    RunRequest,
-    RunResult,
-    environment,
-    load_result,
-    load_run,
-)
+from teleopctl.sweep.one_run import RunRequest, RunResult, load_result, load_run
+from teleopctl.sweep.process import RunProcesses, free_ports
 
 SWEEP_FILE = "sweep.json"
-LOG_FILE = "run.log"
 
 
 class Sweep:
@@ -103,6 +85,15 @@ class Sweep:
         ]
         return [result for result in found if result is not None]
 
+    def left(self) -> list[RunRequest]:
+        """The runs that are not done yet, those that failed among them."""
+        found = ((request, load_result(self.folder_of(request))) for request in self.requests)
+        return [request for request, result in found if result is None or not result.is_done]
+
+    def note(self, result: RunResult) -> None:
+        """Keep what came of a run, also where there was no room to write it down."""
+        self._seen[result.number] = result
+
     def run(
         self, jobs: int, on_begin: Callable[[], None], on_result: Callable[[RunResult], None]
     ) -> None:
@@ -117,10 +108,8 @@ class Sweep:
             KeyboardInterrupt: Ctrl-C; the runs at work have been stopped, what is done is kept.
         """
         left: queue.SimpleQueue[RunRequest] = queue.SimpleQueue()
-        for request in self.requests:
-            result = load_result(self.folder_of(request))
-            if result is None or not result.is_done:
-                left.put(request)
+        for request in self.left():
+            left.put(request)
         count = left.qsize()
         crew = _Crew(self, left)
         slots = [
@@ -135,7 +124,7 @@ class Sweep:
                 if result is None:
                     on_begin()
                     continue
-                self._seen[result.number] = result
+                self.note(result)
                 on_result(result)
                 count -= 1
         except BaseException:
@@ -158,17 +147,13 @@ class _Crew:
         self._sweep = sweep
         self._left = left
         self.told: queue.SimpleQueue[RunResult | None] = queue.SimpleQueue()
-        self._lock = threading.Lock()
-        self._at_work: set[subprocess.Popen[bytes]] = set()
+        self._processes = RunProcesses()
         self._stopped = False
 
     def stop(self) -> None:
         """End the runs at work, and begin no other."""
-        with self._lock:
-            self._stopped = True
-            for process in self._at_work:
-                # Windows has no interrupt that reaches a process without a common console.
-                process.send_signal(signal.SIGTERM if os.name == "nt" else signal.SIGINT)
+        self._stopped = True
+        self._processes.stop()
 
     def work(self, slot: int, port: int) -> None:
         """Do one run after another until none is left."""
@@ -178,73 +163,7 @@ class _Crew:
             except queue.Empty:
                 return
             self.told.put(None)
-            folder, started = self._sweep.folder_of(request), time.monotonic()
-            try:
-                status = self._do(folder, slot, port)
-                how = f"killed by signal {-status}" if status < 0 else f"exit status {status}"
-                ending = f"its process ended without a result ({how})"
-            except OSError as error:
-                ending = str(error)
-            result = load_result(folder)
-            if result is None and not self._stopped:
-                result = _without_result(request, folder, ending, time.monotonic() - started)
-                with contextlib.suppress(OSError):
-                    result.save()
-            if result is not None and not self._stopped:
+            folder = self._sweep.folder_of(request)
+            result = self._processes.do(request, folder, slot, port)
+            if result is not None:
                 self.told.put(result)
-
-    def _do(self, folder: Path, slot: int, port: int) -> int:
-        """Do a run; returns how its process ended."""
-        _clear(folder)
-        with (folder / LOG_FILE).open("wb") as log:
-            with self._lock:
-                if self._stopped:
-                    return 0
-                process = subprocess.Popen(
-                    [sys.executable, "-P", "-m", "teleopctl.sweep", str(folder)],
-                    env=dict(environment(folder, slot, port)),
-                    stdin=subprocess.DEVNULL,
-                    stdout=log,
-                    stderr=subprocess.STDOUT,
-                    # Ctrl-C is for the sweep, which stops its runs.
-                    start_new_session=True,
-                )
-                self._at_work.add(process)
-            status = process.wait()
-            with self._lock:
-                self._at_work.discard(process)
-        # A process that was killed could not end what it had started.
-        for record in background.records(folder / RUNTIME):
-            background.stop(record)
-        shutil.rmtree(folder / RUNTIME, ignore_errors=True)
-        return status
-
-
-def _without_result(request: RunRequest, folder: Path, ending: str, wall_s: float) -> RunResult:
-    return RunResult(
-        number=request.number,
-        parameters=request.parameters,
-        result="failed",
-        error=f"{ending}, see {folder / LOG_FILE}",
-        wall_s=wall_s,
-        simulated_s=None,
-        measures=dict.fromkeys(request.measures),
-        folder=str(folder),
-    )
-
-
-def _clear(folder: Path) -> None:
-    """Remove what is left of a run that was stopped or has failed."""
-    for name in (BAG, "log", RUNTIME):
-        shutil.rmtree(folder / name, ignore_errors=True)
-    for name in (RESULT_FILE, LOG_FILE):
-        (folder / name).unlink(missing_ok=True)
-
-
-def free_ports(count: int) -> list[int]:
-    """Ports of the loopback interface that nobody has, no two the same."""
-    with contextlib.ExitStack() as sockets:
-        found = [sockets.enter_context(socket.socket()) for _ in range(count)]
-        for each in found:
-            each.bind(("127.0.0.1", 0))
-        return [each.getsockname()[1] for each in found]

@@ -84,6 +84,22 @@ def sweep(
     output: Annotated[
         str | None, Option("--output", "-o", metavar="FOLDER", help="Where the runs are kept.")
     ] = None,
+    cluster: Annotated[
+        str | None,
+        Option(
+            "--cluster",
+            metavar="ADDRESS",
+            help="The Dask scheduler whose workers do the runs, such as tcp://server:8786.",
+        ),
+    ] = None,
+    send: Annotated[
+        str | None,
+        Option(
+            "--send",
+            metavar="FOLDER",
+            help="What the runs on a cluster need; by default the launch file's package or folder.",
+        ),
+    ] = None,
     resume: Annotated[
         str | None,
         Option("--resume", metavar="FOLDER", help="Go on with a sweep that was stopped."),
@@ -99,10 +115,20 @@ def sweep(
 
     if jobs is not None and jobs < 1:
         raise UsageError(f"--jobs is {jobs}, expected at least 1")
+    if cluster is not None and jobs is not None:
+        raise UsageError(
+            "--jobs is for this machine",
+            hint="On a cluster the workers say how many: dask worker --nthreads N ADDRESS",
+        )
+    if send is not None and cluster is None:
+        raise UsageError("--send goes with --cluster: here all files are at hand")
     if resume is not None:
         varied = (words, grid, sample, runs, duration, timeout, after, measure, output)
         if any(each is not None for each in varied):
-            raise UsageError("--resume takes everything from the folder; only --jobs goes with it")
+            raise UsageError(
+                "--resume takes everything from the folder",
+                hint="Only --jobs, --cluster and --send go with it.",
+            )
         work = Sweep.open(Path(resume).absolute())
     else:
         requests, asked = _requests(
@@ -112,7 +138,10 @@ def sweep(
         folder = Path(output or time.strftime("sweep_%Y_%m_%d-%H_%M_%S")).absolute()
         work = Sweep.create(folder, requests, asked)
     try:
-        _run(work, jobs or _cores())
+        if cluster is None:
+            _run(work, jobs or _cores())
+        else:
+            _run_on_cluster(work, cluster, None if send is None else Path(send))
     finally:
         results = work.results()
         _show(work, results, as_json=as_json)
@@ -188,15 +217,38 @@ def _cores() -> int:
 
 
 def _run(work: "Sweep", jobs: int) -> None:
-    done = sum(result.is_done for result in work.results())
-    count = len(work.requests)
-    left = count - done
+    with _progress(work, jobs) as progress:
+        work.run(jobs, progress.begin, progress.tell)
+
+
+def _run_on_cluster(work: "Sweep", address: str, folder: Path | None) -> None:
+    from teleopctl.sweep import Cluster, make_parcel, not_sent
+
+    first, cwd = work.requests[0], Path.cwd()
+    parcel, data = make_parcel(Path(first.file), folder, cwd)
+    values = [
+        value
+        for request in work.requests
+        for value in (*request.arguments.values(), *request.parameters.values())
+    ]
+    for value in not_sent(values, parcel, cwd):
+        console.note(f"{value} is not sent: each worker needs it at that place (or --send FOLDER)")
+    with Cluster(address) as workers:
+        if parcel.root:
+            count = workers.workers
+            console.note(f"{parcel.root} is sent to {count} worker{'' if count == 1 else 's'}")
+        with _progress(work, workers.slots) as progress:
+            workers.run(work, parcel, data, progress.begin, progress.tell)
+
+
+def _progress(work: "Sweep", jobs: int) -> SweepProgress:
+    count, left = len(work.requests), len(work.left())
+    done = count - left
     console.note(
         f"{left} {'run' if left == 1 else 'runs'}, {min(jobs, left)} at a time, into {work.folder}"
         + (f"; {done} done before" if done else "")
     )
-    with SweepProgress(count, done, on_terminal=sys.stderr.isatty()) as progress:
-        work.run(jobs, progress.begin, progress.tell)
+    return SweepProgress(count, done, on_terminal=sys.stderr.isatty())
 
 
 def _show(work: "Sweep", results: "list[RunResult]", *, as_json: bool) -> None:
@@ -216,8 +268,9 @@ def _show(work: "Sweep", results: "list[RunResult]", *, as_json: bool) -> None:
         return
     parameters = list(dict.fromkeys(name for result in results for name in result.parameters))
     measures = list(dict.fromkeys(name for result in results for name in result.measures))
+    machines = ["machine"] if any(result.machine for result in results) else []
     rows = [
-        ["run", *parameters, "result", "simulated s", "wall s", *measures],
+        ["run", *parameters, "result", "simulated s", "wall s", *measures, *machines],
         *(
             [
                 str(result.number),
@@ -226,6 +279,7 @@ def _show(work: "Sweep", results: "list[RunResult]", *, as_json: bool) -> None:
                 _number(result.simulated_s),
                 f"{result.wall_s:.1f}",
                 *(_number(result.measures.get(name)) for name in measures),
+                *(result.machine for _ in machines),
             ]
             for result in results
         ),

@@ -1,0 +1,1 @@
+"""Runs of a sweep on several machines, which Dask brings them to."""

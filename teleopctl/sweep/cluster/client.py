@@ -1,0 +1,186 @@
+"""A sweep whose runs are done by the workers of a Dask cluster."""
+
+from __future__ import annotations
+
+import contextlib
+import queue
+import uuid
+import warnings
+from collections.abc import Callable, Iterator
+from dataclasses import asdict, replace
+from pathlib import Path
+from typing import Any
+
+from teleopctl.errors import RefusedError, UnavailableError
+from teleopctl.extras import extra
+from teleopctl.sweep.cluster.parcel import Parcel, unpack
+from teleopctl.sweep.cluster.worker import do_run, stop_runs, versions
+from teleopctl.sweep.one_run import RunRequest, RunResult
+from teleopctl.sweep.process import clear_run, failed
+from teleopctl.sweep.sweep import Sweep
+
+_CONNECTS_WITHIN_S = 10.0
+# How often it is looked whether the scheduler is still there, and how long it may be away.
+_LOOK_EVERY_S = 1.0
+_RETURNS_WITHIN_S = 30.0
+
+
+class Cluster:
+    """The workers of a Dask scheduler. To be used in a ``with``.
+
+    Args:
+        address: The scheduler's, such as ``tcp://server:8786``.
+
+    Attributes:
+        slots: How many runs are done at the same time.
+        workers: How many workers there are.
+
+    Raises:
+        MissingExtraError: Dask is not installed.
+        UnavailableError: No scheduler answers there, or it has no workers.
+        RefusedError: A worker has another version of what simulates.
+    """
+
+    def __init__(self, address: str) -> None:
+        with extra("cluster", "distributed", "dask"):
+            import distributed
+        # Any: Dask's classes are not typed.
+        connect: Any = distributed.Client
+        try:
+            self._client = connect(address, timeout=_CONNECTS_WITHIN_S, set_as_default=False)
+        except (OSError, TimeoutError, ValueError) as error:
+            raise UnavailableError(
+                f"No Dask scheduler answers at {address}",
+                hint="Start one with `dask scheduler`, and `dask worker ADDRESS` on each machine.",
+            ) from error
+        try:
+            threads = self._client.nthreads()
+            if not threads:
+                raise UnavailableError(
+                    f"The Dask scheduler at {address} has no workers",
+                    hint=f"Start one on each machine: dask worker {address}",
+                )
+            self._check()
+        except BaseException:
+            self._client.close()
+            raise
+        self.workers, self.slots = len(threads), sum(threads.values())
+
+    def __enter__(self) -> Cluster:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._client.close()
+
+    def _check(self) -> None:
+        """See that all workers have what simulates, in the same version."""
+        ours = versions()
+        theirs = self._client.run(versions, on_error="return")
+        for worker, found in theirs.items():
+            if isinstance(found, Exception):
+                raise RefusedError(
+                    f"The worker {worker} cannot do runs: {found}",
+                    hint="Install teleopctl[cluster] on its machine, in the same version.",
+                )
+            for name, version in ours.items():
+                if found[name] != version:
+                    raise RefusedError(
+                        f"The worker {worker} has {name} {found[name]}, and this machine {version}",
+                        hint="Install the same version on all machines.",
+                    )
+
+    def run(
+        self,
+        sweep: Sweep,
+        parcel: Parcel,
+        data: bytes,
+        on_begin: Callable[[], None],
+        on_result: Callable[[RunResult], None],
+    ) -> None:
+        """Do the runs of a sweep that are not done yet, those that failed once more.
+
+        What comes of each is in its folder here, as if it had been done here. The runs of a worker
+        that is lost are done again by others.
+
+        Args:
+            sweep: What is to be done.
+            parcel: What the runs need.
+            data: Its bytes.
+            on_begin: Called when a run begins.
+            on_result: Called with what came of each.
+
+        Raises:
+            UnavailableError: The scheduler has gone.
+            KeyboardInterrupt: Ctrl-C; the runs at work have been stopped, what is done is kept.
+        """
+        name = uuid.uuid4().hex
+        # What is told: the number of a run that begins, or the future of one that has ended.
+        told: queue.SimpleQueue[Any] = queue.SimpleQueue()
+        self._client.subscribe_topic(name, lambda event: told.put(event[1]))
+        # As a task, whose result is made again when all workers that have it are lost.
+        with warnings.catch_warnings():
+            warnings.filterwarnings("ignore", "Sending large graph")
+            sent = self._client.submit(bytes, data, key=f"{name}-sent", pure=False)
+        asked: dict[Any, RunRequest] = {}
+        for request in sweep.left():
+            future = self._client.submit(
+                do_run, asdict(request), parcel, sent, name,
+                key=f"{name}-{request.number}", pure=False,
+            )  # fmt: skip
+            asked[future] = request
+            future.add_done_callback(told.put)
+        begun: set[int] = set()
+        try:
+            for each in self._told(told, len(asked)):
+                if isinstance(each, int):
+                    if each not in begun:
+                        begun.add(each)
+                        on_begin()
+                    continue
+                request = asked.pop(each)
+                if request.number not in begun:
+                    # Its end was told before its beginning.
+                    begun.add(request.number)
+                    on_begin()
+                result = _received(each, request, sweep.folder_of(request))
+                sweep.note(result)
+                on_result(result)
+                each.release()
+        except BaseException:
+            with contextlib.suppress(Exception):
+                self._client.cancel(list(asked))
+                self._client.run(stop_runs, name)
+            raise
+
+    def _told(self, told: queue.SimpleQueue[Any], count: int) -> Iterator[Any]:
+        """What is told until so many runs have ended."""
+        away_s = 0.0
+        while count:
+            try:
+                each = told.get(timeout=_LOOK_EVERY_S)
+            except queue.Empty:
+                away_s = 0.0 if self._client.status == "running" else away_s + _LOOK_EVERY_S
+                if away_s >= _RETURNS_WITHIN_S or self._client.status == "closed":
+                    raise UnavailableError("The Dask scheduler has gone") from None
+                continue
+            count -= not isinstance(each, int)
+            yield each
+
+
+# Any: a future of Dask's.
+def _received(future: Any, request: RunRequest, folder: Path) -> RunResult:
+    """Put what came of a run into its folder here."""
+    clear_run(folder)
+    try:
+        fields, packed = future.result()
+    except Exception as error:  # noqa: BLE001 - what Dask or the worker had against it
+        words = f"{type(error).__name__}: {error}"
+        result = failed(request, folder, f"the cluster could not do it: {words}")
+    else:
+        if packed:
+            unpack(packed, folder)
+        result = replace(RunResult(**fields), folder=str(folder))
+    request.save(folder)
+    with contextlib.suppress(OSError):
+        result.save()
+    return result

@@ -1,0 +1,164 @@
+"""The files of a launch as they are sent to other machines, and paths that change on the way."""
+
+from __future__ import annotations
+
+import io
+import os
+import tarfile
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
+from pathlib import Path, PurePath
+from typing import NamedTuple
+
+from teleopctl.errors import RefusedError
+from teleopctl.launch import find_launch_file, is_builtin
+from teleopctl.packages import enclosing_package
+from teleopctl.sweep.one_run import RunRequest
+
+# Descriptions with their meshes are a few megabytes; more is mostly a folder of something else.
+_LARGEST_SENT = 64 << 20
+# One message of the cluster: bags of that size are better kept short.
+_LARGEST_BACK = 1 << 30
+# What lies in a folder that is a bag, a sweep, or built by colcon.
+_NOT_SENT = ("metadata.yaml", "sweep.json", "COLCON_IGNORE")
+
+
+class Parcel(NamedTuple):
+    """What is sent with the runs.
+
+    Attributes:
+        root: The folder, as its path is here; empty for none.
+        file: The launch file: relative to the folder, or the name of a built-in one.
+        cwd: The folder in it from which relative paths start.
+    """
+
+    root: str
+    file: str
+    cwd: str
+
+    def there(self, request: RunRequest, root: Path) -> RunRequest:
+        """A run with the paths of another machine.
+
+        Args:
+            request: With the paths of this one.
+            root: Where the folder is there.
+        """
+        file = root / self.file if self.root else find_launch_file(None, self.file)
+
+        def moved(values: dict[str, str]) -> dict[str, str]:
+            return {name: self._moved(value, root) for name, value in values.items()}
+
+        return replace(
+            request,
+            file=str(file),
+            arguments=moved(request.arguments),
+            parameters=moved(request.parameters),
+        )
+
+    def _moved(self, value: str, root: Path) -> str:
+        if self.root and (value == self.root or value.startswith(self.root + os.sep)):
+            return str(root) + value[len(self.root) :]
+        return value
+
+
+def make_parcel(file: Path, folder: Path | None, cwd: Path) -> tuple[Parcel, bytes]:
+    """Pack what the runs of a launch file need.
+
+    Args:
+        file: The launch file.
+        folder: What is to be sent; by default the package that the file lies in, else its folder,
+            and nothing for a built-in one.
+        cwd: Where relative paths start.
+
+    Returns:
+        What it is, and its bytes; none where nothing is sent.
+
+    Raises:
+        RefusedError: The file is not in the folder, or that is too large.
+    """
+    if folder is None:
+        if is_builtin(file):
+            return Parcel("", file.name, ""), b""
+        folder = enclosing_package(file.parent) or file.parent
+    folder = folder.absolute()
+    inner = str(cwd.relative_to(folder)) if cwd.is_relative_to(folder) else ""
+    if is_builtin(file):
+        name = str(file)
+    elif file.is_relative_to(folder):
+        name = str(file.relative_to(folder))
+    else:
+        raise RefusedError(
+            f"{file} does not lie in {folder}, which is sent",
+            hint="--send names a folder with the launch file in it.",
+        )
+    return Parcel(str(folder), name, inner), _packed_folder(folder)
+
+
+def not_sent(values: Iterable[str], parcel: Parcel, cwd: Path) -> list[str]:
+    """Those of some values that name files of this machine which are not sent."""
+    found = []
+    for value in dict.fromkeys(values):
+        path = cwd / value
+        # A word without a separator may be anything.
+        if len(PurePath(value).parts) < 2 and not PurePath(value).suffix:
+            continue
+        if path.exists() and not (parcel.root and path.is_relative_to(parcel.root)):
+            found.append(value)
+    return found
+
+
+def pack(folder: Path) -> bytes:
+    """Pack what came of a run.
+
+    Raises:
+        RefusedError: It is too large to be sent back.
+    """
+    files = [path for path in folder.rglob("*") if path.is_file()]
+    size = sum(path.stat().st_size for path in files)
+    if size > _LARGEST_BACK:
+        raise RefusedError(f"{size >> 20} MB are too much to be sent back: record less")
+    return _packed(folder, files)
+
+
+def unpack(data: bytes, folder: Path) -> None:
+    """Unpack into a folder."""
+    with tarfile.open(fileobj=io.BytesIO(data)) as archive:
+        if hasattr(tarfile, "data_filter"):
+            archive.extractall(folder, filter="data")
+        else:  # before Python 3.11.4
+            archive.extractall(folder)  # noqa: S202 - it comes from whoever gives us code to run
+
+
+def _packed_folder(folder: Path) -> bytes:
+    files: list[Path] = []
+    size = 0
+    for path in _sendable(folder):
+        files.append(path)
+        size += path.stat().st_size
+        if size > _LARGEST_SENT:
+            raise RefusedError(
+                f"{folder} has more than {_LARGEST_SENT >> 20} MB to be sent to the workers",
+                hint="Put the launch file and what it needs into a folder: --send FOLDER.",
+            )
+    return _packed(folder, files)
+
+
+def _sendable(folder: Path) -> Iterator[Path]:
+    for here, folders, files in os.walk(folder):
+        folders[:] = [
+            name
+            for name in folders
+            if not name.startswith(".")
+            and name != "__pycache__"
+            and not any(Path(here, name, file).is_file() for file in _NOT_SENT)
+        ]
+        yield from (path for name in files if (path := Path(here, name)).is_file())
+
+
+def _packed(folder: Path, files: Iterable[Path]) -> bytes:
+    packed = io.BytesIO()
+    # Links become what they point to.
+    with tarfile.open(fileobj=packed, mode="w:gz", compresslevel=1, dereference=True) as archive:
+        for path in files:
+            archive.add(path, str(path.relative_to(folder)))
+    return packed.getvalue()

@@ -1,0 +1,89 @@
+"""What the workers of a cluster do: one run after another, each in a folder of its own."""
+
+from __future__ import annotations
+
+import tempfile
+import threading
+from dataclasses import asdict, replace
+from pathlib import Path
+from typing import Any
+
+from teleopctl import __version__
+from teleopctl.errors import RefusedError
+from teleopctl.sweep.cluster.parcel import Parcel, pack, unpack
+from teleopctl.sweep.one_run import RunRequest
+from teleopctl.sweep.process import RunProcesses, free_ports
+
+_lock = threading.Lock()
+# By sweep: a process of Dask's serves many.
+_sweeps: dict[str, RunProcesses] = {}
+
+
+def versions() -> dict[str, str]:
+    """What has to be the same everywhere, so that a run is the same wherever it is done."""
+    from importlib.metadata import version
+
+    return {"teleopctl": __version__, "mujoco": version("mujoco")}
+
+
+# Any: what JSON may be.
+def do_run(
+    fields: dict[str, Any], parcel: Parcel, data: bytes, sweep: str
+) -> tuple[dict[str, Any], bytes]:
+    """Do a run.
+
+    Args:
+        fields: Those of a `RunRequest`, with the paths of whoever asks for it.
+        parcel: What was sent with it.
+        data: Its bytes.
+        sweep: Which sweep it is of.
+
+    Returns:
+        The fields of its `RunResult`, and its folder, packed.
+    """
+    from distributed import get_worker
+
+    worker = get_worker()
+    worker.log_event(sweep, fields["number"])
+    home = Path(worker.local_directory).absolute()
+    root = _sent_folder(home, sweep, data)
+    with tempfile.TemporaryDirectory(
+        prefix="run-", dir=home, ignore_cleanup_errors=True
+    ) as folder_name:
+        folder = Path(folder_name)
+        request = parcel.there(RunRequest(**fields), root)
+        request.save(folder)
+        (port,) = free_ports(1)
+        result = _processes(sweep).do(request, folder, port, port, root / parcel.cwd)
+        if result is None:
+            raise RefusedError("The sweep was stopped")
+        try:
+            packed = pack(folder)
+        except RefusedError as error:
+            result, packed = replace(result, result="failed", error=error.message), b""
+        # With the values as they were asked for, not as they are here.
+        done = replace(result, machine=worker.address, parameters=fields["parameters"])
+        return asdict(done), packed
+
+
+def stop_runs(sweep: str) -> None:
+    """End the runs of a sweep that are at work here, and begin no other."""
+    _processes(sweep).stop()
+
+
+def _processes(sweep: str) -> RunProcesses:
+    with _lock:
+        return _sweeps.setdefault(sweep, RunProcesses(guarded=True))
+
+
+def _sent_folder(home: Path, sweep: str, data: bytes) -> Path:
+    """Where the files are that were sent, unpacked once for all runs."""
+    root = home / f"sweep-{sweep}"
+    with _lock:
+        if not root.is_dir():
+            # Another worker of this process has another home, but none has this one.
+            draft = Path(tempfile.mkdtemp(dir=home))
+            if data:
+                unpack(data, draft)
+            draft.rename(root)
+    return root

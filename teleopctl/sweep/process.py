@@ -1,0 +1,143 @@
+"""The processes of runs: each run has one, which is ended here with all that it has started."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+
+from teleopctl import background
+from teleopctl.sweep.one_run import (
+    BAG,
+    RESULT_FILE,
+    RUNTIME,
+    RunRequest,
+    RunResult,
+    environment,
+    load_result,
+)
+
+LOG_FILE = "run.log"
+# Behind the folder on the command line of a run's process.
+GUARDED = "--guarded"
+
+
+class RunProcesses:
+    """Does runs, on as many threads as call it.
+
+    Args:
+        guarded: Whether the processes are to end when the present one is no more.
+    """
+
+    def __init__(self, *, guarded: bool = False) -> None:
+        self._guarded = guarded
+        self._lock = threading.Lock()
+        self._at_work: set[subprocess.Popen[bytes]] = set()
+        self._stopped = False
+
+    def stop(self) -> None:
+        """End the runs at work, and begin no other."""
+        with self._lock:
+            self._stopped = True
+            for process in self._at_work:
+                # Windows has no interrupt that reaches a process without a common console.
+                process.send_signal(signal.SIGTERM if os.name == "nt" else signal.SIGINT)
+
+    def do(
+        self, request: RunRequest, folder: Path, slot: int, port: int, cwd: Path | None = None
+    ) -> RunResult | None:
+        """Do a run.
+
+        Args:
+            request: What it is to be.
+            folder: Its folder, where that is written.
+            slot: See `environment`.
+            port: See there.
+            cwd: Where relative paths start; None for the present folder.
+
+        Returns:
+            What came of it, None where it was stopped.
+        """
+        started = time.monotonic()
+        try:
+            status = self._run(folder, slot, port, cwd)
+            how = f"killed by signal {-status}" if status < 0 else f"exit status {status}"
+            ending = f"its process ended without a result ({how})"
+        except OSError as error:
+            ending = str(error)
+        result = load_result(folder)
+        if result is None and not self._stopped:
+            reason = f"{ending}, see {folder / LOG_FILE}"
+            result = failed(request, folder, reason, time.monotonic() - started)
+            with contextlib.suppress(OSError):
+                result.save()
+        return None if self._stopped else result
+
+    def _run(self, folder: Path, slot: int, port: int, cwd: Path | None) -> int:
+        """Do a run; returns how its process ended."""
+        clear_run(folder)
+        with (folder / LOG_FILE).open("wb") as log:
+            with self._lock:
+                if self._stopped:
+                    return 0
+                process = subprocess.Popen(
+                    [sys.executable, "-P", "-m", "teleopctl.sweep", str(folder)]
+                    + ([GUARDED] if self._guarded else []),
+                    env=dict(environment(folder, slot, port)),
+                    cwd=cwd,
+                    # Nobody writes into the pipe; it ends with whoever holds it.
+                    stdin=subprocess.PIPE if self._guarded else subprocess.DEVNULL,
+                    stdout=log,
+                    stderr=subprocess.STDOUT,
+                    # Ctrl-C is for the sweep, which stops its runs.
+                    start_new_session=True,
+                )
+                self._at_work.add(process)
+            status = process.wait()
+            with self._lock:
+                self._at_work.discard(process)
+            if process.stdin is not None:
+                process.stdin.close()
+        # A process that was killed could not end what it had started.
+        for record in background.records(folder / RUNTIME):
+            background.stop(record)
+        shutil.rmtree(folder / RUNTIME, ignore_errors=True)
+        return status
+
+
+def failed(request: RunRequest, folder: Path, error: str, wall_s: float = 0.0) -> RunResult:
+    """What came of a run of which nothing is left."""
+    return RunResult(
+        number=request.number,
+        parameters=request.parameters,
+        result="failed",
+        error=error,
+        wall_s=wall_s,
+        simulated_s=None,
+        measures=dict.fromkeys(request.measures),
+        folder=str(folder),
+    )
+
+
+def clear_run(folder: Path) -> None:
+    """Remove what is left of a run that was stopped or has failed."""
+    for name in (BAG, "log", RUNTIME):
+        shutil.rmtree(folder / name, ignore_errors=True)
+    for name in (RESULT_FILE, LOG_FILE):
+        (folder / name).unlink(missing_ok=True)
+
+
+def free_ports(count: int) -> list[int]:
+    """Ports of the loopback interface that nobody has, no two the same."""
+    with contextlib.ExitStack() as sockets:
+        found = [sockets.enter_context(socket.socket()) for _ in range(count)]
+        for each in found:
+            each.bind(("127.0.0.1", 0))
+        return [each.getsockname()[1] for each in found]
