@@ -50,10 +50,12 @@ def compare_frames(robot: SimulatedRobot, told: Container[str]) -> Frames:
     tree = SegmentTree(description, joints)
     moving = {joints[name].joint.child: joints[name].mimic for name in joints}
     child = {joints[name].joint.child: name for name in joints}
+    # What is on a floating joint is where physics has it, as the simulator says if it is asked.
+    floating = {joint.child for joint in description.tree if joint.type == "floating"}
     missing = [
         link
         for link in description.links
-        if link not in tree.names
+        if (link not in tree.names and link not in floating)
         or (link in moving and (m.joint if (m := moving[link]) else child[link]) not in told)
     ]
     apart = 0.0 if description.mjcf else _apart(robot, joints, tree)

@@ -192,6 +192,10 @@ def test_a_robot_is_moved_by_each_of_its_controllers_and_physics_says_how_far(
     assert (motion["controller"], motion["moved"]) == ("/cmd_vel", True)
     assert motion["told"].startswith("ahead 0.60")
 
+    floats = (link("world", ""), link("base", STANDS), joint("f", "world", "base", kind="floating"))
+    assert main.run(["robot", "check", str(write(tmp_path / "floats.urdf", *floats)), "-s"]) == 0
+    assert "2 of 2 links have a frame" in capsys.readouterr().out
+
     assert main.run(["robot", "check", str(rolls), given, "-s", "--json"]) == 0
     report = json.loads(capsys.readouterr().out)
     driven = report["driven"]
