@@ -24,17 +24,16 @@ ARRAY = "std_msgs/msg/Float64MultiArray"
 POSE = {"joint_1": 0.5, "joint_2": 0.6, "joint_3": -0.7}
 
 
-@pytest.fixture
-def arm(ros):
-    """The simulated arm with active controllers, in the background."""
-    done = ros.run("launch sim.yaml camera:=false --detach", timeout=60)
-    assert done.returncode == 0, done.stdout + done.stderr
-    return ros
+@pytest.fixture(scope="module")
+def arm(shared_ros):
+    """The simulated arm with active controllers, in the background, for all tests."""
+    shared_ros.launch("sim.yaml", "camera:=false")
+    return shared_ros
 
 
 @pytest.fixture
-def watcher(ros):
-    """A node of the test's own that hears what the robot publishes."""
+def watcher():
+    """A node of the test's own that hears what the robot of its graph publishes."""
     context = Context()
     context.init([])
     node = Node("watcher", context=context)
@@ -114,6 +113,13 @@ def test_the_gripper_opens_and_closes_in_joint_states_tf_and_physics(arm, watche
     wait_for_joints(watcher, joint_4=0.0, joint_5=0.0)
 
 
+def test_tf2_echo_prints_where_the_claw_is_at_first(arm):
+    echo = arm.spawn("run tf2_ros tf2_echo world claw_support")
+    echo.wait_for_line(r"- Translation: \[-0\.020, 0\.820, 1\.457\]")
+    echo.interrupt()
+    assert echo.wait() in (0, 130)
+
+
 def test_the_claw_goes_where_forward_kinematics_puts_it(arm, watcher, tmp_path):
     import yourdfpy
 
@@ -137,26 +143,23 @@ def test_the_claw_goes_where_forward_kinematics_puts_it(arm, watcher, tmp_path):
     assert np.linalg.norm(np.array(translation) - expected[:3, 3]) < 1e-3
 
 
-def test_tf2_echo_prints_it_too(arm):
-    echo = arm.spawn("run tf2_ros tf2_echo world claw_support")
-    echo.wait_for_line(r"- Translation: \[-0\.020, 0\.820, 1\.457\]")
-    echo.interrupt()
-    assert echo.wait() in (0, 130)
-
-
 def test_a_command_beyond_a_limit_is_clamped_and_reported_once(arm, watcher):
+    def reports():
+        lines = arm.run("logs ros2_control_node-2").stdout.splitlines()
+        return sum("[WARN]" in x and "joint_4" in x and "limit" in x.lower() for x in lines)
+
+    before = reports()
     for _ in range(2):
         command_gripper(arm, -3)
         wait_for_joints(watcher, joint_4=-math.pi / 2)
-    log = arm.run("logs ros2_control_node-2").stdout
-    reports = [line for line in log.splitlines() if "joint_4" in line and "limit" in line.lower()]
-    assert len([line for line in reports if "[WARN]" in line]) == 1
+    assert reports() == before + 1
 
 
-def test_a_crash_of_one_node_leaves_the_others_running(arm, watcher):
+def test_a_crash_of_one_node_leaves_the_others_running(ros, watcher):
     import psutil
 
-    rows = json.loads(arm.run("ps --json").stdout)
+    ros.launch("sim.yaml", "camera:=false")
+    rows = json.loads(ros.run("ps --json").stdout)
     publisher = next(row for row in rows if row["name"].startswith("robot_state_publisher"))
     # Looking before it dies: Zenoh may show a token for ever to who first looks in that moment.
     assert watcher.wait_for_node("/robot_state_publisher", 20)
@@ -164,7 +167,7 @@ def test_a_crash_of_one_node_leaves_the_others_running(arm, watcher):
     assert watcher.context.watcher.wait_for(
         lambda graph: "/robot_state_publisher" not in graph.node_names(), 20
     )
-    command_gripper(arm, -0.5)
+    command_gripper(ros, -0.5)
     wait_for_joints(watcher, joint_4=-0.5)
 
 
@@ -173,8 +176,7 @@ def record_a_run(ros, watcher, count):
     import time
 
     options = "camera:=false paused:=true real_time_factor:=0"
-    done = ros.run(f"launch sim.yaml {options} --detach", timeout=60)
-    assert done.returncode == 0, done.stdout + done.stderr
+    ros.launch("sim.yaml", *options.split())
     recorded: list[Any] = []
     subscription = watcher.create_subscription(
         get_message(JOINT_STATE), "/joint_states", recorded.append, 1000, raw=True
