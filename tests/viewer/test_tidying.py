@@ -34,7 +34,9 @@ def rings_stay():
 
 
 def browser(server):
-    return connect(f"ws://127.0.0.1:{server.get_port()}/", subprotocols=[PROTOCOL])
+    # It takes all that comes, or the end of the connection would wait behind it until a deadline.
+    address = f"ws://127.0.0.1:{server.get_port()}/"
+    return connect(address, subprotocols=[PROTOCOL], max_queue=None)
 
 
 @pytest.mark.usefixtures("rings_stay")

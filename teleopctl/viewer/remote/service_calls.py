@@ -40,7 +40,7 @@ class ServiceCalls:
         then: Callable[[Any], object],
         failed: Callable[[str], object],
         *,
-        patience_s: float = _PATIENCE_S,
+        patience_s: float | None = None,
         **fields: Any,
     ) -> None:
         """Call a service.
@@ -50,9 +50,10 @@ class ServiceCalls:
             type_name: Its type, such as ``std_srvs/srv/Trigger``.
             then: Called with the response.
             failed: Called instead, with a sentence, when there is none.
-            patience_s: How long to wait for the response, in seconds of wall time.
+            patience_s: How long to wait for the response, in seconds of wall time; None for a few.
             fields: The request's fields.
         """
+        patience_s = _PATIENCE_S if patience_s is None else patience_s
         client = self._clients.get(service)
         if client is None:
             client = self._node.create_client(get_service(type_name), service)

@@ -16,6 +16,7 @@ from teleopctl.viewer.page.parameter_row import (
     value_from_text,
 )
 from teleopctl.viewer.panels.parameters import MOST_ROWS, ParametersPanel
+from teleopctl.viewer.remote import service_calls
 from tests.viewer.conftest import FakePage
 from tests.viewer.panels.live import spinning
 
@@ -170,14 +171,16 @@ def test_a_node_that_goes_is_told_and_one_that_returns_is_asked_again(live, pane
         assert not panel._note.visible
 
 
-def test_a_node_that_does_not_answer_is_told_and_holds_nothing_up(live, panel):
+def test_a_node_that_does_not_answer_is_told_and_holds_nothing_up(live, panel, monkeypatch):
     stuck = threading.Event()
     with spinning(arm) as (node,):
         choose(live, panel, "/arm")
         live.until(lambda: "speed" in panel._rows)
         node.create_timer(0.001, lambda: stuck.wait(20))
-        live.click(panel._again)
-        live.until(lambda: "did not answer" in panel._note.content)
+        with monkeypatch.context() as patience:
+            patience.setattr(service_calls, "_PATIENCE_S", 0.1)
+            live.click(panel._again)
+            live.until(lambda: "did not answer" in panel._note.content)
         assert panel._again.visible
         stuck.set()
         live.click(panel._again)
