@@ -8,7 +8,7 @@ import pytest
 
 # A wait that the kernel does not end, as when the signal came just before it began.
 DEAF_WAIT = """
-import signal, threading
+import os, signal, threading
 from teleopctl import interrupts
 
 signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -17,7 +17,9 @@ signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
 ends = threading.Event()
 def stay():
     signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
-    print("waiting", flush=True)
+    # Not by print: whoever reads may interrupt while the thread still holds stdout's lock, which
+    # the end of the program wants.
+    os.write(1, b"waiting\\n")
     ends.wait()
 try:
     # The start waits as well, and the interrupt may come in it.
