@@ -64,14 +64,18 @@ def test_help_in_a_pipe_loads_no_rich_and_no_verb(ros):
     assert not modules & {"rich", "numpy", "zenoh", "yaml"}
 
 
-@pytest.fixture(scope="module")
-def latched(shared_ros: RosGraph) -> RosGraph:
-    """A graph where ``/chatter`` keeps a message for whoever comes, and the types are cached."""
-    shared_ros.run("interface show std_msgs/msg/String")
+@pytest.fixture
+def latched(ros: RosGraph) -> RosGraph:
+    """A graph where ``/chatter`` keeps a message for whoever comes, and the types are cached.
+
+    One for each test: a router that has missed somebody's tokens does not hear them later, and
+    commands load more to ask beside it.
+    """
+    ros.run("interface show std_msgs/msg/String")
     string = get_message("std_msgs/msg/String")
-    publisher = shared_ros.node.create_publisher(string, "/chatter", qos_profile_latched)
+    publisher = ros.node.create_publisher(string, "/chatter", qos_profile_latched)
     publisher.publish(string(data="x"))
-    return shared_ros
+    return ros
 
 
 @pytest.mark.parametrize(
