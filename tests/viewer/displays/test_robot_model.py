@@ -185,7 +185,7 @@ def test_faults_are_in_the_status_and_once_in_the_log(model, stage, tmp_path):
             "a",
             visual(f'<mesh filename="{tmp_path}/gone.stl"/>'),
             visual(f'<mesh filename="{tmp_path}/bad.dae"/>'),
-            visual('<box size="1 inf 1"/>'),
+            visual('<box size="1 0 1"/>'),
             box(),
         )
     )
