@@ -20,6 +20,7 @@ GROUND = {
     "file_watch",
     "folders",
     "interrupts",
+    "kept_memory",
     "lazy",
     "output",
     "packages",

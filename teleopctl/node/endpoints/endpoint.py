@@ -18,6 +18,18 @@ if TYPE_CHECKING:
     from teleopctl.node.node_core import NodeCore
 
 
+LARGE_MESSAGE = 256 * 1024
+"""Size in bytes from which on memory is kept for the next message."""
+
+
+def expect_large_messages() -> None:
+    """Prepare this process for more of them, now that there was one."""
+    # Imported here because hardly any command meets one.
+    from teleopctl.kept_memory import keep_freed_memory
+
+    keep_freed_memory()
+
+
 class Endpoint(abc.ABC):
     """One endpoint of a node: its key, its liveliness token and its GID.
 

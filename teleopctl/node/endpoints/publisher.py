@@ -9,7 +9,7 @@ import zenoh
 
 from teleopctl.interfaces import MessageT, serialize
 from teleopctl.node.endpoints.arrivals import MOST_ITEMS
-from teleopctl.node.endpoints.endpoint import Endpoint
+from teleopctl.node.endpoints.endpoint import LARGE_MESSAGE, Endpoint, expect_large_messages
 from teleopctl.node.values.callback_groups import CallbackGroup
 from teleopctl.node.values.exceptions import InvalidHandle
 from teleopctl.node.values.qos import (
@@ -119,6 +119,8 @@ class Publisher(Endpoint, Generic[MessageT]):
             payload = msg
         else:
             raise TypeError(f"Expected {self.msg_type}, got {type(msg)}")
+        if len(payload) >= LARGE_MESSAGE:
+            expect_large_messages()
         sequence = next(self._sequence)
         try:
             self._channel.put(

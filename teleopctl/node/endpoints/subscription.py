@@ -13,7 +13,7 @@ from teleopctl.errors import InvalidMessageError, TeleopctlError
 from teleopctl.interfaces import MessageT, deserialize
 from teleopctl.interrupts import transport_callback
 from teleopctl.node.endpoints.arrivals import KeepAll, KeepLast
-from teleopctl.node.endpoints.endpoint import Endpoint
+from teleopctl.node.endpoints.endpoint import LARGE_MESSAGE, Endpoint, expect_large_messages
 from teleopctl.node.endpoints.waitable import Waitable
 from teleopctl.node.values.callback_groups import CallbackGroup
 from teleopctl.node.values.exceptions import RCLError
@@ -320,6 +320,8 @@ class Subscription(Endpoint, Waitable, Generic[MessageT]):
     def _decode(self, sample: zenoh.Sample, *, raw: bool) -> MessageT | bytes | None:
         """Decode a sample; None, counted and reported, when it is not what its key says."""
         payload = sample.payload.to_bytes()
+        if len(payload) >= LARGE_MESSAGE:
+            expect_large_messages()
         try:
             return payload if raw else deserialize(payload, self.msg_type)
         except TeleopctlError as error:
