@@ -199,7 +199,6 @@ NOT_HERE = {
     "bag convert --input-options": "the bags are named by `--input`",
     "bag record --static-topics-path": "topics are named by `--topics`, also before they exist",
     "launch -d": "means `--detach` here; `--debug` is there",
-    "control --ros-args": "the verb's own node cannot be remapped",
 }
 """Why a group, or a flag of one, is not here."""
 

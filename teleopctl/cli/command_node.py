@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 
 from teleopctl.typed import TYPE_CHECKING, Any, Literal
@@ -19,6 +19,7 @@ def command_node(
     session_mode: Literal["peer", "client"] = "peer",
     name: str | None = None,
     use_sim_time: bool = False,
+    ros_args: Sequence[str] = (),
 ) -> Iterator[Node]:
     """A node named as those of ROS 2's command line, in a session of its own.
 
@@ -27,14 +28,16 @@ def command_node(
             which then goes straight from process to process.
         name: Another name.
         use_sim_time: Let its clock follow ``/clock``.
+        ros_args: What stands behind ``--ros-args``, such as ``-r __ns:=/left``.
 
     Raises:
         RouterNotRunning: A client finds no router.
+        TeleopctlError: A ROS argument is malformed.
     """
     from teleopctl.node import Node, Parameter
 
     with (
-        _command_context(session_mode) as context,
+        _command_context(session_mode, ros_args) as context,
         Node(
             name or _name(),
             context=context,
@@ -78,13 +81,15 @@ def _name() -> str:
 
 
 @contextmanager
-def _command_context(session_mode: Literal["peer", "client"]) -> Iterator[Context]:
+def _command_context(
+    session_mode: Literal["peer", "client"], ros_args: Sequence[str] = ()
+) -> Iterator[Context]:
     from teleopctl.node import Context, SignalHandlerOptions
 
     context = Context()
     # A command has nothing to put in order: SIGTERM may end it at once, wherever it is.
     context.init(
-        [],
+        ["--ros-args", *ros_args] if ros_args else [],
         # Its output is the command's, and the import of logging takes longer than some commands.
         initialize_logging=False,
         session_mode=session_mode,

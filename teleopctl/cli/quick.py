@@ -62,6 +62,9 @@ def _take_option(
     """Read one option, and its value from ``following``; False when Typer has to look."""
     flag, equals, text = word.partition("=")
     parameter = options.get(flag)
+    if parameter is not None and _takes_rest(parameter) and not equals:
+        values[parameter.name] = list(following)
+        return True
     if parameter is None or parameter.type is bool or _takes_many(parameter):
         flags = [parameter] if parameter else [options.get(f"-{letter}") for letter in word[1:]]
         for one in flags:
@@ -75,6 +78,11 @@ def _take_option(
     before = values.get(parameter.name)
     values[parameter.name] = [*(before or ()), value] if parameter.many else value
     return value is not None
+
+
+def _takes_rest(parameter: Parameter) -> bool:
+    """Whether all that is left of the line belongs to an option."""
+    return isinstance(parameter.declaration, Option) and parameter.declaration.rest
 
 
 def _takes_many(parameter: Parameter) -> bool:

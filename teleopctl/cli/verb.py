@@ -56,22 +56,26 @@ class Option(Declaration):
         alone: Its value where none stands behind it; None where one has to.
         repeated: For one of type ``list[str]``: each value has the name before it, and the next
             word is another thing's. Otherwise all words up to the next option are its values.
+        rest: For one of type ``list[str]``: all that is left of the line is its values, whatever
+            they begin with.
         declaration: The keyword arguments of [`Declaration`][teleopctl.cli.verb.Declaration].
     """
 
-    __slots__ = ("alone", "flags", "repeated")
+    __slots__ = ("alone", "flags", "repeated", "rest")
 
     def __init__(
         self,
         *flags: str,
         alone: str | None = None,
         repeated: bool = False,
+        rest: bool = False,
         **declaration: Any,  # Any: Declaration checks its own
     ) -> None:
         super().__init__(**declaration)
         self.flags = flags
         self.alone = alone
         self.repeated = repeated
+        self.rest = rest
 
 
 class Verb:

@@ -54,6 +54,16 @@ def fields(
     seen.append(dict(locals()))
 
 
+def remapped(
+    name: Annotated[str, Argument(help="A name.")],
+    verbose: Annotated[bool, Option("-v", help="A flag.")] = False,
+    ros_args: Annotated[
+        list[str] | None, Option("--ros-args", help="All that follows.", rest=True)
+    ] = None,
+) -> None:
+    seen.append(dict(locals()))
+
+
 def program(
     words: Annotated[list[str], Argument(help="A program and its arguments.")],
     detach: Annotated[bool, Option("-d", help="A flag.")] = False,
@@ -163,6 +173,14 @@ def test_each_value_of_a_repeated_option_has_its_name():
     words = ["--field", "a", "/topic", "--field=b"]
     expected = {"topic": "/topic", "field": ["a", "b"]}
     assert quick_reading(fields, words) == expected == typer_reading(fields, words)
+
+
+def test_the_rest_of_a_line_belongs_to_the_option_that_takes_it():
+    words = ["a", "--ros-args", "-r", "x:=y", "-v", "--"]
+    expected = {"name": "a", "verbose": False, "ros_args": words[2:]}
+    assert quick_reading(remapped, words) == expected
+    assert quick_reading(remapped, ["a", "-v"]) == {**expected, "verbose": True, "ros_args": None}
+    assert quick_reading(remapped, ["--ros-args", "a"]) is None
 
 
 def test_negative_numbers_are_values_where_the_verb_says_so():

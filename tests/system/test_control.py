@@ -225,6 +225,21 @@ class TestLooking:
         assert "/other" in result.stderr
         assert "/controller_manager" in result.stderr
 
+    def test_the_namespace_of_the_node_that_asks_is_that_of_the_manager(self, looked_at):
+        ros, _, _ = looked_at
+        result = ros.run("control list_controllers --ros-args -r __ns:=/left")
+        assert (result.returncode, result.stdout) == (1, "")
+        assert "/left/controller_manager" in result.stderr
+        # The shortened option is Typer's to read, the rest of the line all the same.
+        result = ros.run(
+            "control list_controller_types --controller-m /controller_manager "
+            "--ros-args -r __ns:=/left -r __node:=me"
+        )
+        assert "joint_trajectory_controller/JointTrajectoryController" in result.stdout
+        result = ros.run("control list_controllers --ros-args -r left")
+        assert (result.returncode, result.stdout) == (2, "")
+        assert "left" in result.stderr
+
     def test_an_unknown_controller_is_named(self, looked_at):
         ros, _, _ = looked_at
         result = ros.run("control set_controller_state nobody active")

@@ -32,6 +32,8 @@ def typer_line(tree: TyperGroup, words: Sequence[str]) -> list[str]:
             return [*spread, *words[position:]]
         elif word.startswith("-"):
             word = _in_full(command, word)
+            if _takes_rest(command, word):
+                return [*spread, *(f"{word}={each}" for each in words[position + 1 :])]
             flag = word if word in _lists(command) else None
             if flag:
                 continue
@@ -71,14 +73,22 @@ def _lists(command: Any) -> set[str]:
     }
 
 
+def _takes_rest(command: Any, word: str) -> bool:
+    """Whether all that is left of the line belongs to an option."""
+    return any(option.rest and word in option.flags for option in _options(command))
+
+
+def _options(command: Any) -> list[Option]:
+    """The options of a verb."""
+    if not isinstance(command, TyperCommand) or command.callback is None:
+        return []
+    declared = (each.declaration for each in parameters(inspect.unwrap(command.callback)))
+    return [each for each in declared if isinstance(each, Option)]
+
+
 def _value_alone(command: Any, word: str) -> str | None:
     """The value that an option has where none stands behind it."""
-    if not isinstance(command, TyperCommand) or command.callback is None:
-        return None
-    declared = (each.declaration for each in parameters(inspect.unwrap(command.callback)))
-    return next(
-        (each.alone for each in declared if isinstance(each, Option) and word in each.flags), None
-    )
+    return next((option.alone for option in _options(command) if word in option.flags), None)
 
 
 def _has_value(words: Sequence[str]) -> bool:

@@ -8,7 +8,12 @@ from teleopctl.cli import console
 from teleopctl.cli.listing import out_files
 from teleopctl.cli.options import AsJson
 from teleopctl.cli.verb import Option
-from teleopctl.cli.verbs.control.session import DEFAULT_MANAGER, ManagerName, manager_client
+from teleopctl.cli.verbs.control.session import (
+    DEFAULT_MANAGER,
+    ManagerName,
+    RosArgs,
+    manager_client,
+)
 from teleopctl.diagram import Box, Diagram, joined, to_dot, to_svg, write_files
 from teleopctl.typed import Annotated, Any
 
@@ -28,6 +33,7 @@ def view_controller_chains(
         ),
     ] = None,
     controller_manager: ManagerName = DEFAULT_MANAGER,
+    ros_args: RosArgs = None,
     as_json: AsJson = False,
 ) -> None:
     """Draw controllers and their interfaces.
@@ -36,7 +42,7 @@ def view_controller_chains(
     reference interfaces of the next controller. Writes a graph for Graphviz, an SVG, and a PDF
     where Graphviz's program dot is installed.
     """
-    with manager_client(controller_manager) as client:
+    with manager_client(controller_manager, ros_args) as client:
         diagram = picture(client.list_controllers())
     base = Path(output) if output else Path(tempfile.gettempdir()) / _NAME
     files = write_files(base, to_dot(diagram), to_svg(diagram), console.note)

@@ -9,6 +9,7 @@ from teleopctl.cli.verbs.control.session import (
     DEFAULT_MANAGER,
     ControllerName,
     ManagerName,
+    RosArgs,
     TargetState,
     manager_client,
 )
@@ -36,13 +37,14 @@ def load_controller(
         ),
     ] = None,
     controller_manager: ManagerName = DEFAULT_MANAGER,
+    ros_args: RosArgs = None,
     as_json: AsJson = False,
 ) -> None:
     """Load a controller."""
     if param_file and not Path(param_file).is_file():
         raise RefusedError(f"Controller parameter file : {param_file} does not exist, Aborting!")
     name = controller_name
-    with manager_client(controller_manager) as client:
+    with manager_client(controller_manager, ros_args) as client:
         states = _states(client)
         if name in states:
             say = console.note if as_json else console.out
@@ -80,10 +82,11 @@ def _set_param_file(client: "ControllerManagerClient", name: str, file: str) -> 
 def unload_controller(
     controller_name: ControllerName,
     controller_manager: ManagerName = DEFAULT_MANAGER,
+    ros_args: RosArgs = None,
     as_json: AsJson = False,
 ) -> None:
     """Unload a controller."""
-    with manager_client(controller_manager) as client:
+    with manager_client(controller_manager, ros_args) as client:
         if not client.unload_controller(controller_name):
             text = f"Error unloading controller {controller_name}, {_LOGS}"
             raise _refused(text, client, controller_name)
@@ -94,10 +97,11 @@ def unload_controller(
 def cleanup_controller(
     controller_name: ControllerName,
     controller_manager: ManagerName = DEFAULT_MANAGER,
+    ros_args: RosArgs = None,
     as_json: AsJson = False,
 ) -> None:
     """Bring a controller back to unconfigured."""
-    with manager_client(controller_manager) as client:
+    with manager_client(controller_manager, ros_args) as client:
         if not client.cleanup_controller(controller_name):
             text = f"Error cleaning up controller {controller_name}, {_LOGS}"
             raise _refused(text, client, controller_name)
@@ -109,11 +113,12 @@ def set_controller_state(
     controller_name: ControllerName,
     state: TargetState,
     controller_manager: ManagerName = DEFAULT_MANAGER,
+    ros_args: RosArgs = None,
     as_json: AsJson = False,
 ) -> None:
     """Bring a controller to a state."""
     name = controller_name
-    with manager_client(controller_manager) as client:
+    with manager_client(controller_manager, ros_args) as client:
         present = _states(client).get(name)
         match present, state:
             case None, _:
@@ -167,12 +172,13 @@ def switch_controllers(
         float, Option("--switch-timeout", help="Longest time for the switch, s.", metavar="S")
     ] = 5.0,
     controller_manager: ManagerName = DEFAULT_MANAGER,
+    ros_args: RosArgs = None,
     as_json: AsJson = False,
 ) -> None:
     """Stop and start controllers in one go."""
     if strict and best_effort:
         raise UsageError("--strict and --best-effort exclude each other")
-    with manager_client(controller_manager) as client:
+    with manager_client(controller_manager, ros_args) as client:
         ok, message = client.switch_controllers(
             activate or (),
             deactivate or (),
@@ -196,10 +202,11 @@ def reload_controller_libraries(
         bool, Option("--force-kill", help="Stop active controllers as well.")
     ] = False,
     controller_manager: ManagerName = DEFAULT_MANAGER,
+    ros_args: RosArgs = None,
     as_json: AsJson = False,
 ) -> None:
     """Unload all controllers, so that their code can be loaded anew."""
-    with manager_client(controller_manager) as client:
+    with manager_client(controller_manager, ros_args) as client:
         response = client.call(
             "reload_controller_libraries", "ReloadControllerLibraries", force_kill=force_kill
         )

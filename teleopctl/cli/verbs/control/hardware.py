@@ -6,6 +6,7 @@ from teleopctl.cli.verb import Argument, Option
 from teleopctl.cli.verbs.control.session import (
     DEFAULT_MANAGER,
     ManagerName,
+    RosArgs,
     TargetState,
     manager_client,
 )
@@ -21,10 +22,11 @@ def list_hardware_components(
         bool, Option("-v", "--verbose", help="List state interfaces and data types, too.")
     ] = False,
     controller_manager: ManagerName = DEFAULT_MANAGER,
+    ros_args: RosArgs = None,
     as_json: AsJson = False,
 ) -> None:
     """List hardware and its states."""
-    with manager_client(controller_manager) as client:
+    with manager_client(controller_manager, ros_args) as client:
         components = client.call("list_hardware_components", "ListHardwareComponents").component
     if as_json:
         console.out_json([_component_document(component) for component in components])
@@ -53,10 +55,11 @@ def list_hardware_components(
 def list_hardware_interfaces(
     verbose: Annotated[bool, Option("-v", "--verbose", help="Show data types.")] = False,
     controller_manager: ManagerName = DEFAULT_MANAGER,
+    ros_args: RosArgs = None,
     as_json: AsJson = False,
 ) -> None:
     """List what is commanded and measured."""
-    with manager_client(controller_manager) as client:
+    with manager_client(controller_manager, ros_args) as client:
         response = client.call("list_hardware_interfaces", "ListHardwareInterfaces")
     commands = sorted(response.command_interfaces, key=_name)
     states = sorted(response.state_interfaces, key=_name)
@@ -82,13 +85,14 @@ def set_hardware_component_state(
     component_name: Annotated[str, Argument(help="The hardware component.")],
     state: TargetState,
     controller_manager: ManagerName = DEFAULT_MANAGER,
+    ros_args: RosArgs = None,
     as_json: AsJson = False,
 ) -> None:
     """Bring a hardware component to a state."""
     from teleopctl.interfaces import get_message
 
     target = get_message("lifecycle_msgs/msg/State")(id=_STATES[state], label=state)
-    with manager_client(controller_manager) as client:
+    with manager_client(controller_manager, ros_args) as client:
         response = client.call(
             "set_hardware_component_state",
             "SetHardwareComponentState",

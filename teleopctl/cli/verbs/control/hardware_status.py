@@ -8,6 +8,7 @@ from teleopctl.cli.command_node import command_node
 from teleopctl.cli.learning import learn_type
 from teleopctl.cli.live import live_graph
 from teleopctl.cli.verb import Option
+from teleopctl.cli.verbs.control.session import RosArgs
 from teleopctl.cli.verbs.topic.text import json_value
 from teleopctl.errors import NotFoundError, what_there_is
 from teleopctl.interfaces import get_message, message_to_yaml
@@ -35,6 +36,7 @@ def view_hardware_status(
     device_id: Annotated[
         str | None, Option("-d", "--device-id", help="Only this device of it.", metavar="ID")
     ] = None,
+    ros_args: RosArgs = None,
     as_json: Annotated[bool, Option("--json", help="Print one JSON object a message.")] = False,
 ) -> None:
     """Print what hardware reports of itself, until Ctrl-C."""
@@ -56,7 +58,10 @@ def view_hardware_status(
             console.note(f"\t{topic}")
     watch = _Watch(hardware_id, device_id)
     show = _show_json if as_json else _show
-    with command_node() as node, SingleThreadedExecutor(context=node.context) as executor:
+    with (
+        command_node(ros_args=ros_args or ()) as node,
+        SingleThreadedExecutor(context=node.context) as executor,
+    ):
         for topic in topics:
             node.create_subscription(
                 get_message(_TYPE), topic, lambda message: watch.take(message, show), 10

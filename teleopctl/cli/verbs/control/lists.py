@@ -5,7 +5,12 @@ from collections.abc import Iterable, Iterator
 from teleopctl.cli import console
 from teleopctl.cli.options import AsJson
 from teleopctl.cli.verb import Option
-from teleopctl.cli.verbs.control.session import DEFAULT_MANAGER, ManagerName, manager_client
+from teleopctl.cli.verbs.control.session import (
+    DEFAULT_MANAGER,
+    ManagerName,
+    RosArgs,
+    manager_client,
+)
 from teleopctl.typed import Annotated, Any
 
 _COLORS = {"active": "\033[92m", "inactive": "\033[96m", "unconfigured": "\033[93m"}
@@ -49,10 +54,11 @@ def list_controllers(
     ] = False,
     verbose: Annotated[bool, Option("-v", "--verbose", help="List all of that.")] = False,
     controller_manager: ManagerName = DEFAULT_MANAGER,
+    ros_args: RosArgs = None,
     as_json: AsJson = False,
 ) -> None:
     """List loaded controllers and their states."""
-    with manager_client(controller_manager) as client:
+    with manager_client(controller_manager, ros_args) as client:
         controllers = client.list_controllers()
     if as_json:
         console.out_json([_as_document(controller) for controller in controllers])
@@ -108,10 +114,11 @@ def _as_document(controller: Any) -> dict[str, Any]:
 
 def list_controller_types(
     controller_manager: ManagerName = DEFAULT_MANAGER,
+    ros_args: RosArgs = None,
     as_json: AsJson = False,
 ) -> None:
     """List the types that can be loaded."""
-    with manager_client(controller_manager) as client:
+    with manager_client(controller_manager, ros_args) as client:
         response = client.call("list_controller_types", "ListControllerTypes")
     pairs = list(zip(response.types, response.base_classes, strict=True))
     if as_json:
