@@ -145,6 +145,8 @@ def _hook(
 
 def _signal(signum: int, thread: int) -> None:
     time.sleep(_AGAIN_S)
+    if signal.getsignal(signum) == signal.SIG_DFL:
+        return  # the program has come to its end meanwhile, and would not end as it says
     if sys.platform == "win32":
         _thread.interrupt_main(signum)
     else:

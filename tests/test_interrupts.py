@@ -40,3 +40,19 @@ def test_an_interrupt_ends_a_wait_that_began_as_it_came():
         process.send_signal(signal.SIGINT)
         stdout, stderr = process.communicate(timeout=30)
     assert (stdout, stderr, process.returncode) == ("interrupted\n", "", 0)
+
+
+ENDS_MEANWHILE = """
+import signal, time
+from teleopctl import interrupts
+
+interrupts.take()
+interrupts.come_again()
+signal.signal(signal.SIGINT, signal.SIG_DFL)
+time.sleep(0.05)  # longer than it takes to come
+"""
+
+
+def test_an_interrupt_that_is_to_come_again_does_not_kill_a_program_that_has_ended():
+    done = subprocess.run([sys.executable, "-c", ENDS_MEANWHILE], capture_output=True, text=True)
+    assert (done.stderr, done.returncode) == ("", 0)
