@@ -122,6 +122,15 @@ def raise_swallowed() -> None:
         raise KeyboardInterrupt
 
 
+def was_heeded() -> None:
+    """Have Python forget that an interrupt went through an ``exec`` or ``eval`` of a text.
+
+    CPython keeps a mark from there on, and whatever the program does then, it kills itself by
+    SIGINT where it would have ended with its status. The next text that is run takes it back.
+    """
+    exec("")  # noqa: S102
+
+
 def _interrupt(signum: int, frame: FrameType | None) -> None:
     global _was_raised
     if in_transport_callback(frame):

@@ -56,3 +56,45 @@ time.sleep(0.05)  # longer than it takes to come
 def test_an_interrupt_that_is_to_come_again_does_not_kill_a_program_that_has_ended():
     done = subprocess.run([sys.executable, "-c", ENDS_MEANWHILE], capture_output=True, text=True)
     assert (done.stderr, done.returncode) == ("", 0)
+
+
+# Comes while the text of a function is run, as the first message of a type has one made.
+WHILE_A_CODEC_IS_MADE = """
+import os, signal, sys
+from teleopctl.interfaces import get_message, serialize
+
+def interrupt(frame, event, argument):
+    if frame.f_code.co_filename == "<string>":
+        sys.setprofile(None)
+        os.kill(os.getpid(), signal.SIGINT)
+
+text = get_message("std_msgs/msg/String")(data="hello")
+sys.setprofile(interrupt)
+try:
+    serialize(text)
+except KeyboardInterrupt:
+    print("interrupted")
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="os.kill ends a process there")
+def test_a_program_that_is_interrupted_at_its_first_message_ends_as_it_says():
+    done = subprocess.run(
+        [sys.executable, "-c", WHILE_A_CODEC_IS_MADE], capture_output=True, text=True
+    )
+    assert (done.stdout, done.stderr, done.returncode) == ("interrupted\n", "", 0)
+
+
+CATCHES = """
+try:
+    exec("raise KeyboardInterrupt")
+except KeyboardInterrupt:
+    print("caught")
+"""
+
+
+def test_a_program_that_catches_an_interrupt_of_a_text_ends_as_it_says(tmp_path):
+    (tmp_path / "program.py").write_text(CATCHES)
+    command = [sys.executable, "-m", "teleopctl", "run", "program.py"]
+    done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path)
+    assert (done.stdout, done.stderr, done.returncode) == ("caught\n", "", 0)

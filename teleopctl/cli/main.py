@@ -43,6 +43,10 @@ def main() -> NoReturn:
         status = EXIT_INTERRUPTED
     # Nothing is left to be tidied up that an interrupt would have to reach.
     _signal.signal(_signal.SIGINT, _signal.SIG_DFL)
+    if "teleopctl.interrupts" in sys.modules:
+        from teleopctl import interrupts
+
+        interrupts.was_heeded()
     # Python would look through all that there is once more before it ends.
     gc.freeze()
     sys.exit(status)

@@ -120,7 +120,13 @@ def _compile(key: _Key, source: str, constants: dict[str, Any]) -> Any:
     namespace = {**constants, "__name__": name, "__loader__": _Source(source)}
     # As a text: compile() would first make the classes of the module ast, which takes longer than
     # all else here.
-    exec(source, namespace)  # noqa: S102 - of names and numbers
+    try:
+        exec(source, namespace)  # noqa: S102 - of names and numbers
+    except KeyboardInterrupt:
+        from teleopctl import interrupts
+
+        interrupts.was_heeded()
+        raise
     function: Any = namespace[key.direction.partition("_")[0]]
     function.__code__ = _in_file(function.__code__, f"{name}.py")
     function.__source__ = source
