@@ -31,6 +31,7 @@ def main() -> int:
         status = ending.code if isinstance(ending.code, int) else int(ending.code is not None)
         raise
     finally:
+        interrupts.was_heeded()
         progress.tell(progress.ENDED, str(status))
     return status
 

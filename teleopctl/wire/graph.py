@@ -10,8 +10,8 @@ from __future__ import annotations
 import zenoh
 
 from teleopctl.typed import TYPE_CHECKING
-from teleopctl.wire.keys import liveliness_key
-from teleopctl.wire.session import domain_id
+from teleopctl.wire.keys import LIVELINESS_PREFIX, liveliness_key
+from teleopctl.wire.session import domain_id, is_client
 from teleopctl.wire.tokens import EndpointToken, EntityKind, NodeToken, join_name, parse_token
 
 if TYPE_CHECKING:
@@ -23,6 +23,9 @@ _FEEDBACK_TYPE = "_FeedbackMessage"
 
 MOST_TOKENS = 100_000
 """Endpoints of a graph that are looked at: ten times a large fleet's, in 100 MB."""
+
+# A key below that of all tokens, which nobody has one at.
+_NOTHING = f"{LIVELINESS_PREFIX}/nobody"
 
 _NodeKey = tuple[str, str, str, int]
 
@@ -183,15 +186,20 @@ def query_graph(session: zenoh.Session, domain: int | None = None, timeout_s: fl
     """
     key = liveliness_key(domain_id() if domain is None else domain)
     liveliness = session.liveliness()
-    # What a peer has heard of before, Zenoh 1.10 tells on the thread that asks, and the end of an
-    # answer on another one, which often is first: the rest of the answer is lost. A subscriber
-    # hears it all before the end comes. Neither may run out of room: the thread that asks is the
-    # one that would make some.
+    # No channel may run out of room: what Zenoh knows already it tells on the thread that asks,
+    # which is the one that would make some.
+    if is_client(session):
+        replies = liveliness.get(key, zenoh.handlers.FifoChannel(MOST_TOKENS), timeout=timeout_s)
+        return Graph(_tokens(reply.ok for reply in replies if reply.ok is not None))
+    # The end of an answer Zenoh 1.10 tells a peer on another thread, often before all is told, and
+    # the rest is lost. So a subscriber hears the tokens; whoever has answered a question that came
+    # behind it, for nothing, has told it all.
     with liveliness.declare_subscriber(
         key, zenoh.handlers.FifoChannel(MOST_TOKENS), history=True
     ) as subscriber:
-        replies = liveliness.get(key, zenoh.handlers.FifoChannel(MOST_TOKENS), timeout=timeout_s)
-        samples = [reply.ok for reply in replies if reply.ok is not None]
+        for _ in liveliness.get(_NOTHING, timeout=timeout_s):
+            pass
+        samples: list[zenoh.Sample] = []
         while (sample := subscriber.try_recv()) is not None:
             samples.append(sample)
     return Graph(_tokens(samples))

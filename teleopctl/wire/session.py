@@ -20,6 +20,9 @@ from teleopctl.wire.keys import decimal
 if TYPE_CHECKING:
     from teleopctl.wire.config import SessionMode
 
+# The Zenoh ids of this process's sessions that are clients: Zenoh does not tell it of a session.
+_clients: set[str] = set()
+
 # That the router answers is known where this counts: only the machine may be busy.
 _BUSY_ROUTER_S = 5.0
 
@@ -99,11 +102,18 @@ def open_configured(config: SessionConfig) -> zenoh.Session:
         if config.mode == "client":
             raise RouterNotRunning(config.router) from error
         raise UnavailableError(f"Zenoh cannot open a session: {reason_of(error)}") from error
-    if config.mode == "peer" and config.router.endpoints:
+    if config.mode == "client":
+        _clients.add(str(session.zid()))
+    elif config.router.endpoints:
         from teleopctl.wire.introduction import introduce
 
         introduce(session, config.router)
     return session
+
+
+def is_client(session: zenoh.Session) -> bool:
+    """Whether a session of this process speaks to the router alone."""
+    return str(session.zid()) in _clients
 
 
 def close_session(session: zenoh.Session) -> None:
