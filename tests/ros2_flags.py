@@ -196,8 +196,6 @@ NOT_HERE = {
         "keystores and enclaves are those of DDS, which is not spoken here; Zenoh's TLS and access "
         "control are set up [by its configuration](ros2.md)"
     ),
-    "bag convert --input-options": "the bags are named by `--input`",
-    "bag record --static-topics-path": "topics are named by `--topics`, also before they exist",
     "launch -d": "means `--detach` here; `--debug` is there",
 }
 """Why a group, or a flag of one, is not here."""

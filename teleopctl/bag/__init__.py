@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from teleopctl.bag.editing.checking import Finding as Finding, check as check
     from teleopctl.bag.editing.copying import Output as Output, copy_bags as copy_bags
+    from teleopctl.bag.editing.input_file import Input as Input, read_inputs as read_inputs
     from teleopctl.bag.editing.output_file import read_outputs as read_outputs
+    from teleopctl.bag.editing.part import BagPart as BagPart
     from teleopctl.bag.editing.recovering import Recovery as Recovery, recover as recover
     from teleopctl.bag.editing.reindexing import reindex as reindex
     from teleopctl.bag.look.curves import (
@@ -53,6 +55,7 @@ if TYPE_CHECKING:
         default_folder as default_folder,
     )
     from teleopctl.bag.recorder.selection import Selection as Selection
+    from teleopctl.bag.recorder.static_topics import read_static_topics as read_static_topics
     from teleopctl.bag.records import (
         BagAttachment as BagAttachment,
         BagMessage as BagMessage,
@@ -95,7 +98,9 @@ else:
             "editing.recovering": "Recovery recover",
             "editing.reindexing": "reindex",
             "editing.copying": "Output copy_bags",
+            "editing.input_file": "Input read_inputs",
             "editing.output_file": "read_outputs",
+            "editing.part": "BagPart",
             "mcap_file.file_reader": "McapFileReader",
             "mcap_file.chunk_builder": "ChunkSettings Compression CompressionLevel",
             "mcap_file.repair": "Repair finish_file",
@@ -109,6 +114,7 @@ else:
             "recorder.options": "RecorderOptions",
             "recorder.recorder": "Recorder default_folder",
             "recorder.selection": "Selection",
+            "recorder.static_topics": "read_static_topics",
             "records": "BagAttachment BagMessage BagTopic TypeText",
             "service_events": "ServiceCounter ServiceCounts is_service_event service_of",
             "storage.bag": "Bag bag_files open_bag",

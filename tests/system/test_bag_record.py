@@ -89,6 +89,32 @@ def test_record_says_what_ros2_bag_says(ros):
     assert process.stdout == ""
 
 
+def test_static_topics_are_recorded_before_anybody_publishes_them(ros):
+    (ros.folder / "static.yaml").write_text(
+        "static_topics_and_types_list:\n"
+        "  - [/later, std_msgs/msg/String]\n"
+        "  - [/strange, nobody_msgs/msg/Thing]\n"
+    )
+    process = record(ros, "-o", "bag", "--static-topics-path", "static.yaml")
+    (subscription,) = ros.node.graph().subscriptions("/later")
+    assert subscription.type_name == "std_msgs/msg/String"
+    say(ros, "/later", ["one", "two"])
+    wait_until_written(ros.folder / "bag", 2)
+    stop(process)
+    lines = [line.partition("]: ")[2] for line in process.stderr.splitlines()]
+    assert lines == [
+        "Reading static topics from static.yaml",
+        "Read 2 static topics",
+        "Subscribed to topic '/later'",
+        "'nobody_msgs/msg/Thing' is not known here: '/strange' is recorded from when a node shows "
+        "it",
+        "Listening for topics...",
+        "Recording...",
+        "Recording stopped",
+    ]
+    assert contents(ros.folder / "bag") == {"/later": ["one", "two"]}
+
+
 @pytest.mark.parametrize(
     ("options", "message"),
     [

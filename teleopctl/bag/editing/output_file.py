@@ -11,12 +11,10 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import yaml
-
-from teleopctl import ros_yaml
 from teleopctl.bag.editing.copying import Output
 from teleopctl.bag.mcap_file.chunk_builder import ChunkSettings, Compression
 from teleopctl.bag.metadata import MCAP, SQLITE3
+from teleopctl.bag.option_file import Item, read_list
 from teleopctl.bag.recorder.selection import Selection
 from teleopctl.bag.records import NO_TIME_NS, BagTopic
 from teleopctl.bag.storage.bag_writer import WriterOptions
@@ -30,9 +28,9 @@ from teleopctl.errors import (
     did_you_mean,
 )
 from teleopctl.interfaces import NANOSECONDS_PER_SECOND
-from teleopctl.text_file import read_text
 
 _ROOT = "output_bags"
+_EXPECTED = f"The file has one key, {_ROOT}, with a list of bags: {_ROOT}: [{{uri: …, all: true}}]"
 
 # Any: values of YAML; `_Entry` checks them.
 _Values = dict[str, Any]
@@ -92,59 +90,26 @@ def read_outputs(path: Path) -> tuple[list[Output], list[str]]:
         InvalidFileError: It cannot be read, or a value is not what it should be.
         UnsupportedError: It wants what is not possible here.
     """
-    text = read_text(path)
-    try:
-        loader = ros_yaml.RosLoader(text)
-        try:
-            entries = _entries(path, loader)
-        finally:
-            loader.dispose()
-    except yaml.MarkedYAMLError as error:
-        line = error.problem_mark.line + 1 if error.problem_mark else 1
-        raise InvalidFileError(f"{path}:{line}: not YAML: {error.problem}") from error
-    except yaml.YAMLError as error:
-        raise InvalidFileError(f"{path}: not YAML: {error}") from error
+    entries = [_Entry(item) for item in read_list(path, _ROOT, _EXPECTED)]
     return [entry.output() for entry in entries], [r for entry in entries for r in entry.remarks]
-
-
-def _entries(path: Path, loader: Any) -> list[_Entry]:
-    root = loader.get_single_node()
-    listed = _pairs(path, root)
-    for key, line, _ in listed:
-        if key != _ROOT:
-            raise InvalidFileError(f"{path}:{line}: '{key}' is not known", hint=_expected())
-    node = listed[0][2] if listed else None
-    if not isinstance(node, yaml.SequenceNode) or not node.value:
-        raise InvalidFileError(f"{path}: it has no list '{_ROOT}'", hint=_expected())
-    return [_Entry(path, loader, item) for item in node.value]
-
-
-def _expected() -> str:
-    return f"The file has one key, {_ROOT}, with a list of bags: {_ROOT}: [{{uri: …, all: true}}]"
-
-
-def _pairs(path: Path, node: yaml.Node | None) -> list[tuple[str, int, yaml.Node]]:
-    """Keys of a mapping with their lines and values."""
-    if not isinstance(node, yaml.MappingNode):
-        line = node.start_mark.line + 1 if node is not None else 1
-        raise InvalidFileError(f"{path}:{line}: here has to be a mapping", hint=_expected())
-    return [(str(k.value), k.start_mark.line + 1, v) for k, v in node.value]
 
 
 class _Entry:
     """One output of the file."""
 
-    def __init__(self, path: Path, loader: Any, node: yaml.Node) -> None:
-        self._path = path
-        self._line = node.start_mark.line + 1
+    def __init__(self, item: Item) -> None:
+        self._path = item.path
+        self._line = item.line
         self._lines: dict[str, int] = {}
         self._values: _Values = {}
         self.remarks: list[str] = []
-        for key, line, value_node in _pairs(path, node):
+        if item.pairs is None:
+            raise InvalidFileError(f"{item.place}: here has to be a mapping", hint=_EXPECTED)
+        for key, line, value in item.pairs:
             if key in self._lines:
-                raise InvalidFileError(f"{path}:{line}: '{key}' stands here twice")
+                raise InvalidFileError(f"{item.path}:{line}: '{key}' stands here twice")
             self._lines[key] = line
-            self._take(key, loader.construct_object(value_node, deep=True))
+            self._take(key, value)
 
     def output(self) -> Output:
         """What is to be written."""

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Collection
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import dataclass, field, replace
 
 from teleopctl.bag.service_events import is_service_event, service_of
 from teleopctl.errors import UsageError
@@ -38,6 +38,7 @@ class Selection:
         exclude_topic_types: Types of topics.
         exclude_services: Names of services.
         exclude_actions: Names of actions.
+        static_topics: Topics with their types, which are subscribed to before anybody publishes.
         include_hidden_topics: Whether names with a part that starts with ``_`` count.
         include_unpublished_topics: Whether topics without a publisher are subscribed to.
         ignore_leaf_topics: Whether topics that nobody else subscribes to are left out.
@@ -56,6 +57,7 @@ class Selection:
     exclude_topic_types: Collection[str] = ()
     exclude_services: Collection[str] = ()
     exclude_actions: Collection[str] = ()
+    static_topics: Mapping[str, str] = field(default_factory=dict)
     include_hidden_topics: bool = False
     include_unpublished_topics: bool = False
     ignore_leaf_topics: bool = False
@@ -72,7 +74,7 @@ class Selection:
         """Whether nothing could ever be chosen."""
         everything = self.all_topics or self.all_services or self.all_actions
         named = self.topics or self.services or self.actions or self.topic_types
-        return not (everything or named or self.regex)
+        return not (everything or named or self.regex or self.static_topics)
 
     def with_absolute_names(
         self, topic: Callable[[str], str], service: Callable[[str], str]
@@ -88,6 +90,7 @@ class Selection:
             topics=frozenset(map(topic, self.topics)),
             services=frozenset(map(service, self.services)),
             actions=frozenset(map(service, self.actions)),
+            static_topics={topic(name): kind for name, kind in self.static_topics.items()},
             exclude_topics=frozenset(map(topic, self.exclude_topics)),
             exclude_services=frozenset(map(service, self.exclude_services)),
             exclude_actions=frozenset(map(service, self.exclude_actions)),
@@ -96,18 +99,20 @@ class Selection:
     def chooses(self, topic: str, type_name: str) -> bool:
         """Whether a topic's name and type are among those to be recorded."""
         action = _ACTION_TOPIC.fullmatch(topic)
+        is_static = topic in self.static_topics
         if action is not None:
             return self._chooses_named(
-                action["action"], self.all_actions, self.actions, self.exclude_actions
+                action["action"], self.all_actions or is_static, self.actions, self.exclude_actions
             )
         if is_service_event(topic, type_name):
             service, _ = service_of(topic, type_name)
             return self._chooses_named(
-                service, self.all_services, self.services, self.exclude_services
+                service, self.all_services or is_static, self.services, self.exclude_services
             )
+        everything = self.all_topics or is_static
         return (
             (type_name in self.topic_types and not self._excludes(topic, self.exclude_topics))
-            or self._chooses_named(topic, self.all_topics, self.topics, self.exclude_topics)
+            or self._chooses_named(topic, everything, self.topics, self.exclude_topics)
         ) and type_name not in self.exclude_topic_types
 
     def takes_hidden(self, topic: str, type_name: str) -> bool:
@@ -117,7 +122,8 @@ class Selection:
 
     def is_ready(self, topic: str, graph: Graph) -> bool:
         """Whether a topic has the publishers and subscribers that it has to have."""
-        if not self.include_unpublished_topics and not graph.publishers(topic):
+        needs_publisher = not self.include_unpublished_topics and topic not in self.static_topics
+        if needs_publisher and not graph.publishers(topic):
             return False
         return not self.ignore_leaf_topics or bool(graph.subscriptions(topic))
 

@@ -6,8 +6,10 @@ import threading
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
+from teleopctl.bag.known_definition import known_definition
 from teleopctl.bag.recorder.definitions import Definitions
 from teleopctl.bag.records import BagMessage, BagTopic, TypeText
+from teleopctl.interfaces import type_hash
 from teleopctl.node import (
     DurabilityPolicy,
     HistoryPolicy,
@@ -123,6 +125,9 @@ class Topics:
                 self._renew_if_latched_now(topic, graph)
             elif self._wants(name, types, graph):
                 self._begin(name, types[0], graph)
+        for name, type_name in self._selection.static_topics.items():
+            if name not in self._topics and self._wants(name, [type_name], graph):
+                self._begin_before_others(name, type_name)
         for topic in tuple(self._topics.values()):
             if not topic.is_described:
                 self._describe(topic, graph)
@@ -186,10 +191,21 @@ class Topics:
                 f"type description hashes for topic type '{type_name}' conflict: "
                 f"'{version}' != '{min(others)}': of '{name}' only the first one is recorded"
             )
-        topic = _Topic(name, type_name, version)
-        self._topics[name] = topic
+        self._add(_Topic(name, type_name, version), publishers)
+
+    def _begin_before_others(self, name: str, type_name: str) -> None:
+        """Subscribe to a topic that the graph does not show, if its type is known here."""
+        if known_definition(type_name) is None:
+            self._warn_once(
+                f"'{type_name}' is not known here: '{name}' is recorded from when a node shows it"
+            )
+            return
+        self._add(_Topic(name, type_name, type_hash(type_name)), [])
+
+    def _add(self, topic: _Topic, publishers: list[EndpointToken]) -> None:
+        self._topics[topic.name] = topic
         self._subscribe(topic, publishers)
-        self._logger.info(f"Subscribed to topic '{name}'")
+        self._logger.info(f"Subscribed to topic '{topic.name}'")
 
     def _subscribe(self, topic: _Topic, publishers: list[EndpointToken]) -> None:
         qos = self._qos.get(topic.name)

@@ -2,8 +2,8 @@
 
 import pytest
 
-from teleopctl.bag import Selection
-from teleopctl.errors import UsageError
+from teleopctl.bag import Selection, read_static_topics
+from teleopctl.errors import InvalidFileError, UsageError
 
 STRING = "std_msgs/msg/String"
 EVENT = "std_srvs/srv/Trigger_Event"
@@ -55,6 +55,11 @@ def recorded(**options):
         ({"regex": "chat", "exclude_topic_types": [STRING]}, []),
         ({"topics": ["/nobody"], "regex": "chat"}, [PLAIN]),
         ({"all_topics": True, "regex": "nothing"}, [PLAIN]),
+        ({"static_topics": dict([PLAIN])}, [PLAIN]),
+        ({"static_topics": dict([SERVICE, ACTION])}, [SERVICE, ACTION]),
+        ({"static_topics": dict([HIDDEN])}, []),
+        ({"static_topics": dict([PLAIN]), "exclude_regex": "chat"}, []),
+        ({"static_topics": dict([SERVICE]), "topics": ["/chatter"]}, [PLAIN, SERVICE]),
     ],
 )
 def test_what_is_recorded_follows_from_the_options(options, expected):
@@ -66,13 +71,20 @@ def test_nothing_is_recorded_unless_something_is_chosen():
     assert Selection(include_hidden_topics=True, exclude_topics=["/x"]).is_empty
     assert recorded() == []
     assert not Selection(actions=["/walk"]).is_empty
+    assert not Selection(static_topics=dict([PLAIN])).is_empty
 
 
 def test_a_name_without_slash_is_resolved_as_the_node_resolves_it():
-    selection = Selection(topics=["chatter"], services=["reset"], exclude_actions=["walk"])
+    selection = Selection(
+        topics=["chatter"],
+        services=["reset"],
+        exclude_actions=["walk"],
+        static_topics={"later": STRING},
+    )
     absolute = selection.with_absolute_names(lambda name: f"/t/{name}", lambda name: f"/s/{name}")
     assert absolute.topics == {"/t/chatter"}
     assert absolute.services == {"/s/reset"}
+    assert absolute.static_topics == {"/t/later": STRING}
     assert absolute.exclude_actions == {"/s/walk"}
 
 
@@ -81,3 +93,21 @@ def test_what_is_no_regular_expression_is_refused():
         Selection(regex="(")
     with pytest.raises(UsageError, match="is no regular expression"):
         Selection(all_topics=True, exclude_regex="[")
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("\n- /chatter", ":2: here have to be a topic and its type, not '/chatter'"),
+        ("\n- [/chatter, '']", ":2: here have to be a topic and its type"),
+        ("\n- [/a, b/C]\n- [/a, b/D]", ":3: '/a' stands here twice"),
+        (" {}", ": it has no list 'static_topics_and_types_list'"),
+        (" [", ":2: not YAML"),
+    ],
+)
+def test_a_wrong_file_of_static_topics_is_refused_with_its_line(tmp_path, text, told):
+    file = tmp_path / "static.yaml"
+    file.write_text(f"static_topics_and_types_list:{text}\n")
+    with pytest.raises(InvalidFileError) as caught:
+        read_static_topics(file)
+    assert caught.value.message.startswith(f"{file}{told}")

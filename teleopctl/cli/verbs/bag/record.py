@@ -28,6 +28,14 @@ def record(
     topics: Annotated[
         list[str] | None, Option("--topics", help="Topics to record.", complete="topics")
     ] = None,
+    static_topics_path: Annotated[
+        str | None,
+        Option(
+            "--static-topics-path",
+            help="YAML with topics and their types, recorded before anybody publishes them.",
+            metavar="FILE",
+        ),
+    ] = None,
     services: Annotated[
         list[str] | None,
         Option(
@@ -225,7 +233,7 @@ def record(
         )
     from dataclasses import replace
 
-    from teleopctl.bag import RecorderOptions, Selection
+    from teleopctl.bag import RecorderOptions, Selection, read_static_topics
     from teleopctl.cli.verbs.bag import recording
     from teleopctl.interfaces import NANOSECONDS_PER_SECOND, known_types
 
@@ -237,6 +245,7 @@ def record(
         services=services or (),
         actions=actions or (),
         topic_types=topic_types or (),
+        static_topics=read_static_topics(Path(static_topics_path)) if static_topics_path else {},
         regex=regex,
         exclude_regex=exclude_regex,
         exclude_topics=exclude_topics or (),
@@ -291,6 +300,7 @@ def record(
         options,
         level=log_level,
         reads_keys=not disable_keyboard_controls,
+        static_topics_path=static_topics_path,
     )
 
 

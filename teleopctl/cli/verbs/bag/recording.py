@@ -31,7 +31,8 @@ def check_selection(selection: Selection) -> None:
     if selection.is_empty:
         raise RefusedError(
             "Need to specify at least one option out of --all, --all-topics, --all-services, "
-            "--all-actions, --services, --actions, --topics, --topic-types or --regex"
+            "--all-actions, --services, --actions, --topics, --topic-types, --static-topics-path "
+            "or --regex"
         )
     s = selection
     by_topic = s.all_topics or s.topic_types or s.regex
@@ -120,7 +121,14 @@ def overrides(file: str | None) -> Mapping[str, QoSProfile]:
     return read_qos_overrides(Path(file))
 
 
-def run(folder: Path | None, options: RecorderOptions, *, level: str, reads_keys: bool) -> None:
+def run(
+    folder: Path | None,
+    options: RecorderOptions,
+    *,
+    level: str,
+    reads_keys: bool,
+    static_topics_path: str | None = None,
+) -> None:
     """Record until Ctrl-C, SIGTERM or the end of the terminal; then finish the bag.
 
     Args:
@@ -128,6 +136,7 @@ def run(folder: Path | None, options: RecorderOptions, *, level: str, reads_keys
         options: What is recorded, and how.
         level: What the log tells.
         reads_keys: Whether the space bar pauses.
+        static_topics_path: Where the selection has its static topics from, for the log.
 
     Raises:
         RefusedError: There is something at the place of the bag already.
@@ -162,6 +171,9 @@ def run(folder: Path | None, options: RecorderOptions, *, level: str, reads_keys
             logger.info("Press SPACE for pausing/resuming")
             if options.snapshot:
                 logger.info("Press S for writing a snapshot")
+        if static_topics_path is not None:
+            logger.info(f"Reading static topics from {static_topics_path}")
+            logger.info(f"Read {len(options.selection.static_topics)} static topics")
         try:
             recorder = Recorder(folder, options)
         finally:

@@ -88,6 +88,45 @@ def test_convert_writes_a_folder_or_what_a_file_says(here, capsys):
     assert written(here / "all") == messages
 
 
+def test_convert_reads_the_spans_of_bags_that_a_file_names(here, capsys):
+    messages = write_bag(here / "in", topics=1)
+    other = write_bag(here / "other", topics=1)
+    first, last = messages[10].log_time_ns, messages[19].log_time_ns
+    (here / "in.yaml").write_text(
+        "input_bags:\n"
+        f"- {{uri: in, storage_id: mcap, start_time_ns: {first}, end_time_ns: {last}}}\n"
+        f"- {{uri: other, end_time_ns: {last}, max_cache_size: 1}}\n"
+    )
+    (here / "out.yaml").write_text("output_bags:\n- {uri: out, all_topics: true}\n")
+    assert run("convert --input-options in.yaml -o out.yaml") == 0
+    printed = capsys.readouterr()
+    assert printed.out == "out: 30 messages\n"
+    assert printed.err == (
+        "WARNING: in.yaml:3: 'max_cache_size' has no effect on a bag that is read\n"
+    )
+    expected = [m.log_time_ns for m in (*messages[10:20], *other[:20])]
+    assert [m.log_time_ns for m in written(here / "out")] == sorted(expected)
+
+
+@pytest.mark.parametrize(
+    ("entry", "told"),
+    [
+        ("storage_id: mcap", "in.yaml:2: an input has no 'uri'"),
+        ("uri: none", "in.yaml:2: Bag path 'none' does not exist!"),
+        ("{uri: in, storage_id: rosbag_v2}", "in.yaml:2: storage_id cannot be 'rosbag_v2'"),
+        ("{uri: in, start_time_ns: 1.5}", "in.yaml:2: 'start_time_ns' has to be a whole number"),
+        ("{uri: in, uri: in}", "in.yaml:2: 'uri' stands here twice"),
+        ("{uri: in, topics: [/a]}", "in.yaml:2: 'topics' is not known"),
+        ("in", "in.yaml:2: here has to be a mapping"),
+    ],
+)
+def test_what_is_wrong_with_a_file_of_inputs_is_told_with_its_line(here, entry, told, capsys):
+    write_bag(here / "in")
+    (here / "in.yaml").write_text(f"input_bags:\n- {entry}\n")
+    assert run("convert --input-options in.yaml -o out") != 0
+    assert told in capsys.readouterr().err
+
+
 @pytest.mark.parametrize(
     ("line", "status", "told"),
     [
@@ -102,6 +141,8 @@ def test_convert_writes_a_folder_or_what_a_file_says(here, capsys):
         ("convert -o out", 2, "Name a bag to convert"),
         ("convert -i in mcap sqlite3 -o out", 1, "Bag path 'sqlite3' does not exist!"),
         ("convert in -o none.yaml", 1, "Cannot read none.yaml"),
+        ("convert --input-options none.yaml -o out", 1, "Cannot read none.yaml"),
+        ("convert -i in --input-options none.yaml -o out", 2, "Exactly one input source"),
     ],
 )
 def test_what_cannot_be_is_told_and_nothing_is_written(here, line, status, told, capsys):

@@ -1,13 +1,11 @@
 """``teleopctl bag convert``."""
 
-from collections.abc import Sequence
 from pathlib import Path
 
 from teleopctl.cli import console
 from teleopctl.cli.options import AsJson
 from teleopctl.cli.verb import Argument, Option
 from teleopctl.cli.verbs.bag.options import CompressionName, MaxBagDuration, MaxBagSize
-from teleopctl.errors import UsageError
 from teleopctl.typed import Annotated
 
 _STORAGES = ("mcap", "sqlite3")
@@ -37,6 +35,14 @@ def convert_bag(
             complete="bags",
         ),
     ] = None,
+    input_options: Annotated[
+        str | None,
+        Option(
+            "--input-options",
+            help="A YAML file with the bags, and from when to when each is read.",
+            metavar="YAML",
+        ),
+    ] = None,
     storage: Annotated[
         str, Option("-s", "--storage", help="Form of what is written.", choices=_STORAGES)
     ] = "mcap",
@@ -50,10 +56,10 @@ def convert_bag(
     With a YAML file there may be several outputs, each with its own choice of topics; it says form,
     compression and sizes itself.
     """
-    from teleopctl.bag import Output, read_outputs
+    from teleopctl.bag import BagPart, Output, read_outputs
     from teleopctl.cli.verbs.bag.files import writing
 
-    paths, storages = _inputs(inputs or [], words or [])
+    sources = writing.inputs(inputs or [], words or [], input_options)
     target = Path(output)
     options = writing.writer_options(compression, max_bag_size, max_bag_duration, storage)
     outputs = [Output(target, options=options)]
@@ -61,21 +67,11 @@ def convert_bag(
         outputs, remarks = read_outputs(target)
         for remark in remarks:
             console.warn(remark)
-    with writing.opened(paths, storages) as bags:
-        writing.write(bags, outputs, as_json=as_json)
-
-
-def _inputs(inputs: Sequence[str], words: Sequence[str]) -> tuple[list[str], list[str | None]]:
-    """Bags, and the form of the files of each where it was given."""
-    paths: list[str] = []
-    storages: list[str | None] = []
-    for word in inputs:
-        if paths and storages[-1] is None and word in _STORAGES and not Path(word).exists():
-            storages[-1] = word
-        else:
-            paths.append(word)
-            storages.append(None)
-    paths += words
-    if not paths:
-        raise UsageError("Name a bag to convert")
-    return paths, storages
+    with writing.opened(
+        [str(source.path) for source in sources], [source.storage for source in sources]
+    ) as bags:
+        parts = [
+            BagPart(bag, source.start_ns, source.end_ns)
+            for bag, source in zip(bags, sources, strict=True)
+        ]
+        writing.write(parts, outputs, as_json=as_json)

@@ -6,16 +6,19 @@ import contextlib
 import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from teleopctl.bag import (
     Compression,
+    Input,
     Output,
     Selection,
     WriterOptions,
     copy_bags,
     database_settings,
     open_bag,
+    read_inputs,
 )
 from teleopctl.cli import console
 from teleopctl.errors import NotFoundError, UsageError, what_there_is
@@ -25,6 +28,7 @@ from teleopctl.typed import TYPE_CHECKING
 if TYPE_CHECKING:
     from teleopctl.bag import Bag, BagTopic
 
+_STORAGES = ("mcap", "sqlite3")
 _PROGRESS_PERIOD_S = 0.2
 
 
@@ -40,6 +44,41 @@ def opened(paths: Iterable[str], storages: Sequence[str | None] = ()) -> Iterato
                 console.warn(remark)
             bags.append(bag)
         yield bags
+
+
+def inputs(words_of_flag: list[str], words: list[str], file: str | None) -> list[Input]:
+    """The bags that are read, by the one way in which they were named.
+
+    Args:
+        words_of_flag: What stood behind ``--input``: bags, and forms of the files of the last one.
+        words: Bags.
+        file: That of ``--input-options``.
+
+    Raises:
+        UsageError: None is named, or in both ways.
+        TeleopctlError: Something is wrong with the file.
+    """
+    if file is not None:
+        if words_of_flag or words:
+            raise UsageError(
+                "Exactly one input source must be provided: provide either -i, --input or "
+                "--input-options YAML file, but not both."
+            )
+        found, remarks = read_inputs(Path(file))
+        for remark in remarks:
+            console.warn(remark)
+        return found
+    found = []
+    for word in words_of_flag:
+        is_form = word in _STORAGES and not Path(word).exists()
+        if is_form and found and found[-1].storage is None:
+            found[-1] = replace(found[-1], storage=word)
+        else:
+            found.append(Input(Path(word)))
+    found += [Input(Path(word)) for word in words]
+    if not found:
+        raise UsageError("Name a bag to convert")
+    return found
 
 
 def write(bags: Sequence[Bag], outputs: Sequence[Output], *, as_json: bool) -> None:

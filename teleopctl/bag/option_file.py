@@ -1,0 +1,89 @@
+"""YAML files of options in which one key has a list, as rosbag2 has several of them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import yaml
+
+from teleopctl import ros_yaml
+from teleopctl.errors import InvalidFileError
+from teleopctl.text_file import read_text
+
+
+class Item(NamedTuple):
+    """One entry of the list.
+
+    Attributes:
+        path: The file.
+        line: Where it begins, from 1.
+        value: What it is, as YAML has it.
+        pairs: Of a mapping the keys with their lines and values, in the file's order, so that what
+            stands there twice is seen; None of anything else.
+    """
+
+    path: Path
+    line: int
+    # Any: values of YAML, from a file that nobody here wrote.
+    value: Any
+    pairs: list[tuple[str, int, Any]] | None
+
+    @property
+    def place(self) -> str:
+        """File and line."""
+        return f"{self.path}:{self.line}"
+
+
+def read_list(path: Path, root: str, expected: str) -> list[Item]:
+    """Read a file whose only key has a list.
+
+    Args:
+        path: The file.
+        root: The key.
+        expected: What the file has to be, as the hint of an error.
+
+    Raises:
+        InvalidFileError: It cannot be read, is not YAML, or has another form; with its line.
+    """
+    text = read_text(path)
+    try:
+        loader = ros_yaml.RosLoader(text)
+        try:
+            return [_item(path, loader, node) for node in _nodes(path, loader, root, expected)]
+        finally:
+            loader.dispose()
+    except yaml.MarkedYAMLError as error:
+        line = error.problem_mark.line + 1 if error.problem_mark else 1
+        raise InvalidFileError(f"{path}:{line}: not YAML: {error.problem}") from error
+    except yaml.YAMLError as error:
+        raise InvalidFileError(f"{path}: not YAML: {error}") from error
+
+
+def _nodes(path: Path, loader: Any, root: str, expected: str) -> list[yaml.Node]:
+    document = loader.get_single_node()
+    if not isinstance(document, yaml.MappingNode):
+        line = document.start_mark.line + 1 if document is not None else 1
+        raise InvalidFileError(f"{path}:{line}: here has to be a mapping", hint=expected)
+    for key, _ in document.value:
+        if key.value != root:
+            line = key.start_mark.line + 1
+            raise InvalidFileError(f"{path}:{line}: '{key.value}' is not known", hint=expected)
+    node = document.value[0][1] if document.value else None
+    if not isinstance(node, yaml.SequenceNode) or not node.value:
+        raise InvalidFileError(f"{path}: it has no list '{root}'", hint=expected)
+    return list(node.value)
+
+
+def _item(path: Path, loader: Any, node: yaml.Node) -> Item:
+    pairs = None
+    if isinstance(node, yaml.MappingNode):
+        pairs = [
+            (
+                str(key.value),
+                key.start_mark.line + 1,
+                loader.construct_object(value, deep=True),
+            )
+            for key, value in node.value
+        ]
+    return Item(path, node.start_mark.line + 1, loader.construct_object(node, deep=True), pairs)
