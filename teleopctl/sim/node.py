@@ -44,7 +44,23 @@ _ParameterDescriptor = get_message("rcl_interfaces/msg/ParameterDescriptor")
 _SetParametersResult = get_message("rcl_interfaces/msg/SetParametersResult")
 
 _DESCRIPTION_TOPIC = "/robot_description"
-_READ_AT_START = {"update_rate", "timestep", "lockstep_timeout", "state_rate", "paused"}
+_READ_AT_START = {
+    *("update_rate", "timestep", "lockstep_timeout", "state_rate", "paused"),
+    *("joint_states_topic", "joint_commands_topic", "robot_description"),
+}
+# The least and the most of each number: with more, time is no longer told in whole nanoseconds, or
+# a wait or a mass is one that the machine cannot represent.
+_RANGES = {
+    "update_rate": (1.0, 1e5),
+    "timestep": (0.0, 1e3),
+    "real_time_factor": (0.0, 1e6),
+    "lockstep_timeout": (0.0, 1e6),
+    "state_rate": (1.0, 1e5),
+    "mass_scale": (1e-6, 1e6),
+    "friction_scale": (0.0, 1e6),
+    "end_time": (0.0, 1e9),
+}
+_LEAST_TIMESTEP_S = 1e-5
 # How long a service waits for the loop, in seconds of wall time, beside a lockstep timeout.
 _PATIENCE_S = 10.0
 
@@ -105,54 +121,42 @@ class MujocoSim(Node):
         declare_sensor_settings(self)
         self.declare_parameter("joint_states_topic", STATES_TOPIC)
         self.declare_parameter("joint_commands_topic", COMMANDS_TOPIC)
-        for name, least in (
-            ("update_rate", 1),
-            ("timestep", 0.0 if not self._number("timestep") else 1e-5),
-            ("real_time_factor", 0.0),
-            ("lockstep_timeout", 0.0),
-            ("state_rate", 1),
-            ("mass_scale", 1e-6),
-            ("friction_scale", 0.0),
-            ("end_time", 0.0),
-        ):
-            if not self._number(name) >= least:
-                raise InvalidParameterError(
-                    f"Parameter '{name}' is {self.get_parameter(name).value}, "
-                    f"expected a number of at least {least:g}"
-                )
-        self.add_on_set_parameters_callback(self._on_set_parameters)
+        for name in _RANGES:
+            self._number(name)
+        self.add_on_set_parameters_callback(self._check_parameters)
+        self.add_post_set_parameters_callback(self._follow_parameters)
 
     def _number(self, name: str) -> float:
-        value = self.get_parameter(name).value
-        if isinstance(value, bool) or not isinstance(value, int | float):
-            raise InvalidParameterError(f"Parameter '{name}' is '{value}', expected a number")
-        return float(value)
+        return _checked_number(self.get_parameter(name))
 
     def _spawn_pose(self) -> Pose:
         x, y, z, *rpy = numbers_of(self, "spawn_pose", "x", "y", "z", "roll", "pitch", "yaw")
         return Pose((x, y, z), (rpy[0], rpy[1], rpy[2]))
 
-    def _on_set_parameters(self, parameters: list[Parameter]) -> Any:
+    def _check_parameters(self, parameters: list[Parameter]) -> Any:
         for parameter in parameters:
-            if parameter.name == "publish_base_tf" and self._loop is not None:
-                self._ports.show_base(bool(parameter.value))
-            if parameter.name == "gravity" and self._loop is not None:
-                try:
-                    self._set_gravity(checked_numbers(parameter, "x", "y", "z"))
-                except InvalidParameterError as error:
-                    return _SetParametersResult(successful=False, reason=error.message)
-            if parameter.name != "real_time_factor":
+            try:
                 if self._loop is not None and parameter.name in _READ_AT_START:
-                    reason = f"'{parameter.name}' is read at the start only"
-                    return _SetParametersResult(successful=False, reason=reason)
-                continue
-            value = parameter.value
-            if isinstance(value, bool) or not isinstance(value, int | float) or not value >= 0:
-                reason = "real_time_factor is a number of at least 0"
-                return _SetParametersResult(successful=False, reason=reason)
-            if self._loop is not None:
-                self._loop.set_real_time_factor(float(value))
+                    raise InvalidParameterError(f"'{parameter.name}' is read at the start only")
+                if parameter.name in _RANGES:
+                    _checked_number(parameter)
+                if parameter.name == "gravity":
+                    checked_numbers(parameter, "x", "y", "z")
+            except InvalidParameterError as error:
+                return _SetParametersResult(successful=False, reason=error.message)
         return _SetParametersResult(successful=True)
+
+    def _follow_parameters(self, parameters: list[Parameter]) -> None:
+        """Do what has been set; only now, since another one set with it may have been refused."""
+        if self._loop is None:
+            return
+        for parameter in parameters:
+            if parameter.name == "publish_base_tf":
+                self._ports.show_base(bool(parameter.value))
+            if parameter.name == "gravity":
+                self._set_gravity(checked_numbers(parameter, "x", "y", "z"))
+            if parameter.name == "real_time_factor":
+                self._loop.set_real_time_factor(_checked_number(parameter))
 
     def _set_gravity(self, gravity: list[float]) -> None:
         assert self._loop is not None
@@ -327,3 +331,17 @@ class MujocoSim(Node):
         if self._thread is not None and self._thread.is_alive():
             self._thread.join()
         super().destroy_node()
+
+
+def _checked_number(parameter: Parameter) -> float:
+    value, (least, most) = parameter.value, _RANGES[parameter.name]
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise InvalidParameterError(f"Parameter '{parameter.name}' is '{value}', expected a number")
+    if parameter.name == "timestep" and value:
+        least = _LEAST_TIMESTEP_S
+    if not least <= value <= most:
+        raise InvalidParameterError(
+            f"Parameter '{parameter.name}' is {value}, expected a number of at least {least:g} "
+            f"and at most {most:g}"
+        )
+    return float(value)

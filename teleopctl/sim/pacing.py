@@ -9,6 +9,9 @@ from collections import deque
 # Further behind than this (seconds of wall time), lost time is given up rather than caught up.
 _GIVE_UP_S = 0.25
 
+# The smallest factors ask for more than a wait can be: whoever waits asks again after so long.
+_LONGEST_WAIT_S = 60.0
+
 # Over how long the factor that is reached is measured, and how often it is looked at for that, in
 # seconds of wall time.
 _MEASURED_S, _LOOK_S = 1.0, 0.05
@@ -87,11 +90,14 @@ class Pacer:
         self.reached.note(sim_ns)
 
     def remaining_s(self, sim_ns: int) -> float:
-        """Seconds of wall time until a simulated time is due; not positive when it is."""
+        """Seconds of wall time until a simulated time is due, or the first minute of them.
+
+        Not positive when it is due.
+        """
         if self._factor <= 0.0:
             return 0.0
         due = self._wall_s + (sim_ns - self._sim_ns) * 1e-9 / self._factor
-        return due - time.monotonic()
+        return min(due - time.monotonic(), _LONGEST_WAIT_S)
 
     def give_up_lag(self, sim_ns: int) -> float:
         """Start anew from here when hopelessly late; returns the seconds given up, or 0."""

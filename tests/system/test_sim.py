@@ -10,6 +10,7 @@ import psutil
 import pytest
 
 from teleopctl.interfaces.store import get_message, get_service
+from teleopctl.node import Parameter
 from teleopctl.testing import LONGEST_WAIT_S, Process, RosGraph, eventually
 from tests.system.sim_partner import Partner, command, stamp_ns, teleop_urdf
 
@@ -214,10 +215,39 @@ def test_the_pace_follows_the_parameter(ros: RosGraph, partner: Partner) -> None
     partner.wait(lambda: bool(partner.clocks) and partner.clocks[-1] > 10 * 1_000_000_000)
 
 
+def test_a_pace_that_is_none_is_refused_while_running(ros: RosGraph, partner: Partner) -> None:
+    """Nor is one that is set together with what cannot be set."""
+    sim = start(ros, "real_time_factor:=0.01")
+    sim.wait_for_line("Simulation is running")
+    for wrong in ("inf", "nan", "-1.0"):
+        result = ros.run(f"param set /mujoco_sim real_time_factor {wrong}")
+        assert (result.returncode, "expected a number" in result.stderr) == (1, True)
+    set_ = get_service("rcl_interfaces/srv/SetParametersAtomically")
+    client = partner.create_client(set_, "/mujoco_sim/set_parameters_atomically")
+    assert client.wait_for_service(LONGEST_WAIT_S)
+    both = [Parameter("real_time_factor", value=0.0), Parameter("state_rate", value=5)]
+    request = set_.Request(parameters=[parameter.to_parameter_msg() for parameter in both])
+    response: Any = client.call(request, timeout_sec=LONGEST_WAIT_S)
+    assert not response.result.successful
+
+    # Ten simulated seconds would take a thousand; at full speed, less than this command.
+    assert "0.01" in ros.run("param get /mujoco_sim real_time_factor").stdout
+    assert partner.clocks[-1] < 10 * 1_000_000_000
+    # The smallest is one: time all but stands still, and the simulator answers.
+    assert ros.run("param set /mujoco_sim real_time_factor 1e-300").returncode == 0
+    assert ros.run("param get /mujoco_sim real_time_factor").returncode == 0
+    assert sim.returncode is None
+
+
 @pytest.mark.parametrize(
     ("parameter", "expected"),
     [
         ("real_time_factor:=-1", "'real_time_factor' is -1, expected a number of at least 0"),
+        ("real_time_factor:=.inf", "'real_time_factor' is inf, expected a number of at least 0"),
+        ("real_time_factor:=.nan", "'real_time_factor' is nan, expected a number of at least 0"),
+        ("lockstep_timeout:=.inf", "'lockstep_timeout' is inf, expected a number of at least 0"),
+        ("end_time:=1e300", "'end_time' is 1e+300, expected a number of at least 0"),
+        ("update_rate:=3000000000", "'update_rate' is 3000000000, expected a number of at least 1"),
         ("timestep:=fast", "'timestep' is 'fast', expected a number"),
     ],
 )
