@@ -16,6 +16,7 @@ import os
 import re
 import threading
 from collections.abc import Iterator, Mapping
+from html import unescape
 from pathlib import Path
 from types import ModuleType
 from typing import Any, NamedTuple
@@ -26,6 +27,7 @@ from teleopctl.expression import ExpressionError, compute
 from teleopctl.packages import include_package_of, package_share
 from teleopctl.printable import shortened
 from teleopctl.robot.any_robot import in_words, xacro_arguments
+from teleopctl.robot.formats.xacro_python import BoundedPython
 
 SAFE = "TELEOPCTL_SAFE"
 """The variable that makes every process read descriptions in safe mode."""
@@ -42,7 +44,8 @@ _lock = threading.Lock()
 
 _MISSING_ARGUMENT = "Undefined substitution argument"
 _UNBOUND_PREFIX = errors.codes[errors.XML_ERROR_UNBOUND_PREFIX]
-_EXPRESSION = re.compile(r"when evaluating expression '(?P<expression>.*?)'(?:\s|$)", re.DOTALL)
+# The innermost comes first, each on a line of its own.
+_EXPRESSION = re.compile(r"when evaluating expression '(?P<expression>.*?)' *(?:\n|$)", re.DOTALL)
 
 # A xacro file holds Python expressions, which may fail in any of these ways.
 _EXPRESSION_ERRORS = (
@@ -113,7 +116,7 @@ def read_xacro(
         _lock,
         contextlib.redirect_stderr(printed),
         contextlib.redirect_stdout(printed),
-        _only_arithmetic(xacro) if safe else contextlib.nullcontext(),
+        _only_arithmetic(xacro) if safe else _bounded_python(xacro),
         _bounded(xacro),
     ):
         # xacro notes what it includes, and never forgets.
@@ -195,6 +198,21 @@ def _only_arithmetic(xacro: ModuleType) -> Iterator[None]:
         vars(xacro).update(safe_eval=python, eval_extension=extension)
 
 
+@contextlib.contextmanager
+def _bounded_python(xacro: ModuleType) -> Iterator[None]:
+    """Let what a file computes end, see `teleopctl.robot.formats.xacro_python`."""
+    python, within = vars(xacro)["safe_eval"], BoundedPython()
+    inner = vars(vars(xacro)["substitution_args"])
+    vars(xacro).update(safe_eval=within.safe_eval)
+    # It is a builtin there, until the module has one of its own.
+    inner["eval"] = within.eval
+    try:
+        yield
+    finally:
+        vars(xacro).update(safe_eval=python)
+        del inner["eval"]
+
+
 def _find_package(name: str) -> str:
     """Return the folder of a package's files, for ``$(find PACKAGE)``.
 
@@ -262,7 +280,8 @@ def _place(xacro: ModuleType, path: Path, expression: str | None) -> str:
     if expression:
         with contextlib.suppress(OSError, UnicodeDecodeError):
             lines = file.read_text(encoding="utf-8").splitlines()
-            numbers = [n for n, line in enumerate(lines, 1) if f"${{{expression}}}" in line]
+            meant = f"${{{expression}}}"
+            numbers = [n for n, line in enumerate(lines, 1) if meant in unescape(line)]
             if len(numbers) == 1:
                 return f"{file}:{numbers[0]}"
     return str(file)

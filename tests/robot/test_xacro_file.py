@@ -227,3 +227,80 @@ def test_a_file_that_doubles_itself_is_refused(write, monkeypatch, safe):
     assert "<link" in expand_xacro(
         write('<xacro:macro name="m"><link name="l"/></xacro:macro><xacro:m/>')
     )
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "${9**9**9**9}",
+        "$(eval 9**9**9**9)",
+        "${1 &lt;&lt; 10**12}",
+        "${math.factorial(10**8)}",
+        "${len(list(range(10**12)))}",
+        "${python.sum(python.range(10**11))}",
+        "${python.sum(map(lambda x: python.sum(python.range(x)), [10**12]))}",
+        "${len([x for x in range(10**6) for y in range(10**6)])}",
+        "${'a' * 10**11}",
+        "${[0] * 10**11}",
+        "${10**11 * (0,)}",
+        "${'a'.ljust(10**11)}",
+        "${'%100000000000d' % 1}",
+        "${wide.format(1)}",
+        "${nested.format(1, 10**11)}",
+        "$(eval f'{1:100000000000}')",
+        "${('a' * 10**6).replace('a', 'b' * 10**6)}",
+        "${('a' * 10**6).join(str(x) for x in range(10**6))}",
+        "${(lambda f: f(f, 100))(lambda f, n: f(f, n - 1) + f(f, n - 1) if n else 1)}",
+        "${(lambda f: f(f, 'ab', 60))(lambda f, x, n: f(f, x + x, n - 1) if n else x)}",
+    ],
+)
+def test_an_expression_without_end_is_an_error_with_its_place(write, text, monkeypatch):
+    monkeypatch.setattr("teleopctl.robot.formats.xacro_python._MOST_OPERATIONS", 100_000)
+    wide = '<xacro:property name="wide" value="{:100000000000}"/>'
+    nested = '<xacro:property name="nested" value="{:{}}"/>'
+    message = failure(write(f'{wide}{nested}\n<link name="{text}"/>')).message
+    assert "more than" in message or "no number beyond" in message or "a width" in message
+    assert "robot.xacro:3: " in message or text.startswith("$(eval")
+
+
+def test_lists_of_lists_that_nobody_could_write_down_are_refused(write):
+    nested = "".join(
+        f'<xacro:property name="t{n}" value="${{[t{n - 1}, t{n - 1}]}}"/>' for n in range(1, 60)
+    )
+    path = write(f'<xacro:property name="t0" value="lol"/>{nested}<link name="${{t59}}"/>')
+    with pytest.raises(InvalidDescriptionError, match="more than 1,000,000 parts"):
+        expand_xacro(path)
+
+
+PYTHON = {
+    "2 ** 3 ** 2 % 7 + (1 &lt;&lt; 4)": "17",
+    "-0.5 ** 2": "-0.25",
+    "'ab' * 2 + '%.2f' % pi": "abab3.14",
+    "[x * y for x in range(4) if x for y in [10, 20]][-1]": "60",
+    "(lambda n: n + 1)(n=2)": "3",
+    "max(*[1, 7, 3])": "7",
+    "', '.join(sorted(dict(b=1, a=2)))": "a, b",
+    "dict((k, v) for k, v in zip('ab', [1, 2]))['b']": "2",
+    "10 ** 12": "1000000000000",
+    "max(10000000.0, 20000000)": "20000000",
+    "'a b'.replace(' ', '_').ljust(5, '-')": "a_b--",
+}
+
+
+@pytest.mark.parametrize("text", PYTHON)
+def test_what_expressions_mean_is_python(write, text):
+    text_of = f'<link name="${{{text}}}"/>'.replace("sorted(", "python.sorted(")
+    path = write(text_of.replace("zip(", "python.zip(").replace("range(", "python.range("))
+    assert f'<link name="{PYTHON[text]}"/>' in expand_xacro(path)
+
+
+def test_the_bounds_are_gone_after_an_expansion(write):
+    import xacro
+    from xacro import substitution_args
+
+    assert '"    3.14|x"' in expand_xacro(write("""<link name="$(eval f'{3.14:>8}|x')"/>"""))
+    before = vars(xacro)["safe_eval"]
+    failure(write("${9**9**9**9}"))
+    assert vars(xacro)["safe_eval"] is before
+    assert "eval" not in vars(substitution_args)
+    assert "<link" in expand_xacro(write('<link name="$(eval 1 + 1)"/>'))

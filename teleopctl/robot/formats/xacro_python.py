@@ -1,0 +1,270 @@
+"""The Python of xacro files, within bounds.
+
+What stands in ``${…}`` and ``$(eval …)`` is evaluated by Python itself, where one operation can
+keep the machine busy for ever: ``9**9**9**9`` cannot even be interrupted. So operations that make
+more than they are given are refused beforehand, all others are done on what is small, and between
+them the time is looked at. That is for mistakes and for simple traps: for a file of a stranger
+there is safe mode, which has no Python.
+"""
+
+from __future__ import annotations
+
+import ast
+import builtins
+import re
+import time
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from functools import lru_cache
+from types import CodeType
+from typing import Any
+
+from teleopctl.expression import ExpressionError
+
+# Some 3,000 digits: Python itself refuses to write more than 4,300.
+_LARGEST_INTEGER_BITS = 10_000
+# Characters of a text, or parts of a list and of what is in it.
+_LARGEST = 1_000_000
+# How much a file may make in all by operations and calls; lists of that size are 400 MB.
+_MOST_MADE = 10_000_000
+# Universal Robots' arms take 23, Python's own parts of them not counted.
+_MOST_OPERATIONS = 2_000_000
+# Of processor time, so that a busy machine changes nothing. The same arms take 0.1 s for all of
+# their file.
+_LONGEST_S = 30.0
+_LOOKS_EVERY = 64
+
+# What makes as much as a number says.
+_SIZED = frozenset(
+    (
+        *("bytearray", "bytes", "to_bytes", "comb", "factorial", "perm"),
+        *("center", "expandtabs", "ljust", "rjust", "zfill"),
+    )
+)
+_LARGEST_SIZE = 10_000
+# A width with six digits, or one that stands elsewhere.
+_WIDE = re.compile(r"\d{6}|%[^A-Za-z%]*\*|[:.][^{}]*\{")
+# Names, parts, sums and quotients grow by what is written there; most expressions are no more, and
+# one that is looked at takes three times as long to read.
+_PLAIN = re.compile(r"(?!.*\b(?:for|lambda)\b)[\w\s.,'\"\[\]+/-]*", re.DOTALL)
+# Those of Python's functions that evaluate, or wait for somebody.
+_NEVER = ("breakpoint", "compile", "eval", "exec", "input")
+
+_OPERATORS: dict[type[ast.operator], str] = {
+    ast.Add: "add",
+    ast.LShift: "shift",
+    ast.Mod: "remainder",
+    ast.Mult: "multiply",
+    ast.Pow: "power",
+}
+
+
+# Any, here and below: whatever values a file has.
+class BoundedPython:
+    """Evaluates the expressions of one file and of what it includes."""
+
+    def __init__(self) -> None:
+        self._operations = 0
+        self._made = 0
+        self._ends_s = time.thread_time() + _LONGEST_S
+        guards: dict[str, Callable[..., Any]] = {
+            "add": self._add,
+            "shift": self._shift,
+            "remainder": self._remainder,
+            "multiply": self._multiply,
+            "power": self._power,
+            "call": self._call,
+            "each": self._each,
+            "format": self._format,
+            "made": self._noted,
+        }
+        self._guards = {_hidden(name): guard for name, guard in guards.items()}
+        known = {name: value for name, value in vars(builtins).items() if name not in _NEVER}
+        self._builtins = {**known, "pow": self._pow, **self._guards}
+
+    def safe_eval(self, text: str, names: dict[str, Any], local: Any = None) -> Any:
+        """What stands in ``${…}``, in the place of xacro's function of that name.
+
+        Raises:
+            ExpressionError: It takes too long, or becomes too large.
+        """
+        names.update(__builtins__=self._guards)
+        return self._evaluate(_compiled(text.strip(), inner=False), names, local)
+
+    def eval(self, text: str, names: dict[str, Any], local: Any = None) -> Any:
+        """What stands in ``$(eval …)``, in the place of Python's function of that name.
+
+        Raises:
+            ExpressionError: It takes too long, or becomes too large.
+        """
+        names.update(__builtins__=self._builtins)
+        return self._evaluate(_compiled(text.strip(), inner=True), names, local)
+
+    def _evaluate(self, code: CodeType, names: dict[str, Any], local: Any) -> Any:
+        value = eval(code, names, local)  # noqa: S307 - that is what xacro files are
+        _size(value)
+        return value
+
+    # -- what an expression does -------------------------------------------------------------------
+
+    def _note(self) -> None:
+        """Count an operation, and look at the time now and then."""
+        self._operations += 1
+        if self._operations > _MOST_OPERATIONS:
+            raise ExpressionError(f"it takes more than {_MOST_OPERATIONS:,} operations")
+        if self._operations % _LOOKS_EVERY == 0 and time.thread_time() > self._ends_s:
+            raise ExpressionError(f"the file's expressions take more than {_LONGEST_S:g} s")
+
+    def _noted(self, value: Any) -> Any:
+        """Count an operation, and what it has made."""
+        self._note()
+        self._made += _size(value)
+        if self._made > _MOST_MADE:
+            raise ExpressionError(f"the file's expressions make more than {_MOST_MADE:,} parts")
+        return value
+
+    def _add(self, left: Any, right: Any) -> Any:
+        return self._noted(left + right)
+
+    def _multiply(self, left: Any, right: Any) -> Any:
+        for many, few in ((left, right), (right, left)):
+            if isinstance(few, int) and not isinstance(many, int | float | complex):
+                _limit(_size(many) * max(0, few))
+        return self._noted(left * right)
+
+    def _power(self, left: Any, right: Any) -> Any:
+        if isinstance(left, int) and isinstance(right, int) and abs(left) > 1:
+            _limit_bits(left.bit_length() * right)
+        return self._noted(left**right)
+
+    def _pow(self, left: Any, right: Any, modulus: Any = None) -> Any:
+        return self._power(left, right) if modulus is None else pow(left, right, modulus)
+
+    def _shift(self, left: Any, right: Any) -> Any:
+        if isinstance(left, int) and isinstance(right, int):
+            _limit_bits(left.bit_length() + right)
+        return self._noted(left << right)
+
+    def _remainder(self, left: Any, right: Any) -> Any:
+        if isinstance(left, str | bytes):
+            _check_format(left)
+        return self._noted(left % right)
+
+    def _format(self, value: Any, spec: str) -> str:
+        _check_format(spec)
+        return str(self._noted(format(value, spec)))
+
+    def _each(self, values: Iterable[Any]) -> Iterator[Any]:
+        for value in values:
+            self._note()
+            yield value
+
+    def _call(self, function: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Any:
+        self._note()
+        name = getattr(function, "__name__", "")
+        if name in _SIZED and any(isinstance(a, int) and a > _LARGEST_SIZE for a in args):
+            raise ExpressionError(f"{name} takes no number beyond {_LARGEST_SIZE}")
+        of = getattr(function, "__self__", None)
+        if isinstance(of, str | bytes):
+            if name in ("format", "format_map"):
+                _check_format(of)
+            if name == "join" and args:
+                args = (list(args[0]), *args[1:])
+                _limit(len(of) * len(args[0]) + sum(map(_size, args[0])))
+            if name in ("replace", "translate"):
+                _limit((len(of) + 1) * max(map(_size, args), default=0))
+        elif function is format and len(args) > 1:
+            return self._format(*args)
+        return self._noted(function(*args, **kwargs))
+
+
+class _Guarding(ast.NodeTransformer):
+    """Has the functions above do what an expression does."""
+
+    def visit_BinOp(self, node: ast.BinOp) -> ast.expr:
+        self.generic_visit(node)
+        name = _OPERATORS.get(type(node.op))
+        return node if name is None else _call_of(name, node.left, node.right)
+
+    def visit_Call(self, node: ast.Call) -> ast.expr:
+        self.generic_visit(node)
+        return _call_of("call", node.func, *node.args, keywords=node.keywords)
+
+    def visit_comprehension(self, node: ast.comprehension) -> ast.comprehension:
+        self.generic_visit(node)
+        node.iter = _call_of("each", node.iter)
+        return node
+
+    def visit_Lambda(self, node: ast.Lambda) -> ast.Lambda:
+        self.generic_visit(node)
+        node.body = _call_of("made", node.body)
+        return node
+
+    def visit_FormattedValue(self, node: ast.FormattedValue) -> ast.FormattedValue:
+        self.generic_visit(node)
+        if node.format_spec is not None and node.conversion == -1:
+            return ast.FormattedValue(_call_of("format", node.value, node.format_spec), -1, None)
+        return node
+
+
+def _hidden(name: str) -> str:
+    """A name that no expression can have."""
+    return f" {name}"
+
+
+def _call_of(name: str, *args: ast.expr, keywords: list[ast.keyword] | None = None) -> ast.Call:
+    return ast.Call(ast.Name(_hidden(name), ast.Load()), list(args), keywords or [])
+
+
+@lru_cache(maxsize=8192)
+def _compiled(text: str, *, inner: bool) -> CodeType:
+    """The code of an expression; ``inner`` ones see Python's own functions, and have no ``__``."""
+    code = compile(text, "<expression>", "eval")
+    if not inner and (names := [name for name in code.co_names if name.startswith("__")]):
+        # As xacro has it.
+        raise ExpressionError(f"Use of invalid name(s): {', '.join(names)}")
+    if _PLAIN.fullmatch(text):
+        return code
+    tree = ast.fix_missing_locations(_Guarding().visit(ast.parse(text, mode="eval")))
+    return compile(tree, "<expression>", "eval")
+
+
+def _size(value: Any) -> int:
+    """How many characters or parts something has; it stops at what is too much.
+
+    Raises:
+        ExpressionError: It is too large.
+    """
+    if isinstance(value, int):
+        _limit_bits(value.bit_length())
+        return 1
+    if not isinstance(value, str | bytes | list | tuple | set | frozenset | range | Mapping):
+        return 1
+    count, left = 0, [value]
+    while left:
+        one = left.pop()
+        count += 1
+        if isinstance(one, range):
+            count += max(0, (one.stop - one.start) // one.step)
+        elif isinstance(one, str | bytes):
+            count += len(one)
+        elif isinstance(one, list | tuple | set | frozenset | Mapping):
+            left.extend(one.values() if isinstance(one, Mapping) else one)
+        _limit(count + len(left))
+    return count
+
+
+def _limit(size: int) -> None:
+    if size > _LARGEST:
+        raise ExpressionError(f"a text or list would have more than {_LARGEST:,} parts")
+
+
+def _limit_bits(bits: int) -> None:
+    if bits > _LARGEST_INTEGER_BITS:
+        raise ExpressionError(
+            f"a number would have more than {_LARGEST_INTEGER_BITS * 3 // 10} digits"
+        )
+
+
+def _check_format(text: str | bytes) -> None:
+    if _WIDE.search(text if isinstance(text, str) else text.decode("latin-1")):
+        raise ExpressionError("a width that large, or one that is computed, is refused")
