@@ -300,6 +300,26 @@ def test_no_request_ends_the_simulator(caller: Caller, tmp_path: Path) -> None:
     assert caller.names(filter="^[[:lower:]]{6}$") == ["teleop"]
 
 
+def test_a_filter_that_takes_for_ever_holds_nothing_up(caller: Caller) -> None:
+    """Time goes on and other services answer; whoever asked is told."""
+    assert caller.names(filter="^(t(e|a)+[a-z]*)+$") == ["teleop", "table"]
+    filters = get_message("simulation_interfaces/msg/EntityFilters")
+    kind = get_service("simulation_interfaces/srv/GetEntities")
+    client = caller.create_client(kind, "/get_entities")
+    assert caller.spawn(CAN, 2.0, name="a" * 60 + "-").entity_name
+    endless = client.call_async(kind.Request(filters=filters(filter="^(a|a)*(a+)+$")))
+    caller.step(10)
+    assert caller.names(filter="^cube$") == ["cube"]
+    assert not endless.done()
+    refused: Any = endless.wait_for_response(LONGEST_WAIT_S)
+    assert refused.result.result == Result.RESULT_OPERATION_FAILED
+    assert "it takes longer than" in refused.result.error_message
+    for wrong in ("(", "((((a)", "a" * 20_000, "[[:alpha:]"):
+        assert caller.ask(
+            "GetEntities", "get_entities", filters=filters(filter=wrong)
+        ).result.result
+
+
 def test_places_with_names_come_with_a_world_and_what_can_be_spawned_is_listed(
     caller: Caller, tmp_path: Path
 ) -> None:

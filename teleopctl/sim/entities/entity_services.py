@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import re
-import string
+from collections.abc import Container
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,6 +12,7 @@ from teleopctl.interfaces import get_message, get_service, set_stamp
 from teleopctl.sim.entities.answers import Desk, Refusal, Result, has_tags
 from teleopctl.sim.entities.bounds import Box, bounds_of
 from teleopctl.sim.entities.entity import Entity, entities, find, motion_of, move
+from teleopctl.sim.entities.name_filter import matching
 from teleopctl.sim.entities.poses import (
     fill_pose,
     fill_twist,
@@ -31,20 +31,6 @@ _EntityState = get_message("simulation_interfaces/msg/EntityState")
 _Vector3 = get_message("geometry_msgs/msg/Vector3")
 _INVALID_POSE = get_service("simulation_interfaces/srv/SetEntityState").Response.INVALID_POSE
 
-# What regular expressions of POSIX have within brackets, and Python's have not.
-_POSIX_CLASSES = {
-    "alnum": "a-zA-Z0-9",
-    "alpha": "a-zA-Z",
-    "blank": " \\t",
-    "digit": "0-9",
-    "lower": "a-z",
-    "punct": re.escape(string.punctuation),
-    "space": r"\s",
-    "upper": "A-Z",
-    "xdigit": "0-9a-fA-F",
-}
-_POSIX_CLASS = re.compile(rf"\[:({'|'.join(_POSIX_CLASSES)}):\]")
-
 
 def offer_entity_services(desk: Desk) -> None:
     """Offer the services that ask for entities and move them.
@@ -62,14 +48,17 @@ def offer_entity_services(desk: Desk) -> None:
 
 
 # Any, here and below: messages, whose classes are made at run time.
-def _list(stage: Stage, request: Any, response: Any) -> None:
-    chosen = stage.ask(lambda: _chosen(stage, request.filters))
+async def _list(stage: Stage, request: Any, response: Any) -> None:
+    names = await _named(stage, request.filters)
+    chosen = stage.ask(lambda: _chosen(stage, names, request.filters))
     response.entities = [entity.name for entity in chosen]
 
 
-def _list_states(stage: Stage, request: Any, response: Any) -> None:
+async def _list_states(stage: Stage, request: Any, response: Any) -> None:
+    names = await _named(stage, request.filters)
+
     def look() -> None:
-        for entity in _chosen(stage, request.filters):
+        for entity in _chosen(stage, names, request.filters):
             response.entities.append(entity.name)
             state = _EntityState()
             _fill_state(state, stage, entity)
@@ -139,20 +128,20 @@ def _info(stage: Stage, entity: Entity) -> Any:
     return _EntityInfo(category=_Category(category=category))
 
 
-def _chosen(stage: Stage, filters: Any) -> list[Entity]:
-    """The entities that pass a filter."""
-    try:
-        pattern = re.compile(_POSIX_CLASS.sub(lambda m: _POSIX_CLASSES[m[1]], filters.filter))
-    except (re.error, OverflowError, RecursionError) as error:
-        raise Refusal(
-            Result.RESULT_OPERATION_FAILED, f"The filter '{filters.filter}': {error}"
-        ) from error
+async def _named(stage: Stage, filters: Any) -> frozenset[str]:
+    """The names that pass a filter."""
+    names = stage.ask(lambda: list(entities(stage.simulation)))
+    return frozenset(await matching(filters.filter, names))
+
+
+def _chosen(stage: Stage, names: Container[str], filters: Any) -> list[Entity]:
+    """The entities of some names that pass the rest of a filter."""
     categories = {category.category for category in filters.categories}
     chosen = []
     for entity in entities(stage.simulation).values():
         info = _info(stage, entity)
         if (
-            pattern.search(entity.name)
+            entity.name in names
             and (not categories or info.category.category in categories)
             and has_tags(info.tags, filters.tags)
             and _is_within(stage, entity, filters.bounds)

@@ -1,0 +1,107 @@
+"""Which names a regular expression of somebody else matches, without holding the simulator up.
+
+Python's own take exponentially long for some (``(a+)+$``), and nothing else runs meanwhile. So all
+but the simplest are looked for by a process of their own, which is ended when it takes too long.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import string
+import subprocess
+import sys
+import threading
+from collections.abc import Sequence
+
+from teleopctl.errors import InvalidMessageError
+from teleopctl.node import Future
+from teleopctl.printable import shortened
+
+# In seconds of wall time: Python itself starts in 0.02 to 0.1 s, and on a busy machine in some.
+_LONGEST_S = 5.0
+_LONGEST_PATTERN = 10_000
+# What with no more of these, and no longer, takes the cube of a name's length at most.
+_BRANCHING = re.compile(r"[*+?{|(]")
+_FEW = 2
+_SHORT = 200
+
+# What regular expressions of POSIX have within brackets, and Python's have not.
+_POSIX_CLASSES = {
+    "alnum": "a-zA-Z0-9",
+    "alpha": "a-zA-Z",
+    "blank": " \\t",
+    "digit": "0-9",
+    "lower": "a-z",
+    "punct": re.escape(string.punctuation),
+    "space": r"\s",
+    "upper": "A-Z",
+    "xdigit": "0-9a-fA-F",
+}
+_POSIX_CLASS = re.compile(rf"\[:({'|'.join(_POSIX_CLASSES)}):\]")
+
+_PROGRAM = """
+import json, re, sys
+pattern, names = json.load(sys.stdin)
+try:
+    found = re.compile(pattern)
+    print(json.dumps([name for name in names if found.search(name)]))
+except (re.error, OverflowError, RecursionError) as error:
+    print(json.dumps(str(error)))
+"""
+
+
+async def matching(pattern: str, names: Sequence[str], longest_s: float = _LONGEST_S) -> list[str]:
+    """Those of some names in which an expression is found; others run meanwhile.
+
+    Args:
+        pattern: As Python has them, and with the classes of POSIX.
+        names: Where to look.
+        longest_s: How long, in seconds of wall time.
+
+    Raises:
+        InvalidMessageError: It is no regular expression, or takes too long.
+    """
+    python = _POSIX_CLASS.sub(lambda m: _POSIX_CLASSES[m[1]], pattern)
+    if len(python) <= _SHORT and len(_BRANCHING.findall(python)) <= _FEW:
+        try:
+            found = re.compile(python)
+        except (re.error, OverflowError) as error:
+            raise _mistake(pattern, str(error)) from error
+        return [name for name in names if found.search(name)]
+    if len(python) > _LONGEST_PATTERN:
+        raise _mistake(pattern, f"it has more than {_LONGEST_PATTERN} characters")
+    answered: Future[list[str] | str] = Future()
+    asking = threading.Thread(
+        target=lambda: answered.set_result(_asked(python, names, longest_s)),
+        name="filter",
+        daemon=True,
+    )
+    asking.start()
+    answer = await answered
+    if isinstance(answer, list):
+        return answer
+    raise _mistake(pattern, answer or "")
+
+
+def _asked(pattern: str, names: Sequence[str], longest_s: float) -> list[str] | str:
+    """What a process of its own finds, or what is wrong."""
+    try:
+        done = subprocess.run(
+            [sys.executable, "-I", "-S", "-c", _PROGRAM],
+            input=json.dumps([pattern, list(names)]),
+            capture_output=True,
+            text=True,
+            timeout=longest_s,
+            check=True,
+        )
+        answer: list[str] | str = json.loads(done.stdout)
+    except subprocess.TimeoutExpired:
+        return f"it takes longer than {longest_s:g} s"
+    except (OSError, ValueError, subprocess.CalledProcessError) as error:
+        return f"it could not be looked for: {error}"
+    return answer
+
+
+def _mistake(pattern: str, why: str) -> InvalidMessageError:
+    return InvalidMessageError(f"The filter '{shortened(pattern)}': {why}")
