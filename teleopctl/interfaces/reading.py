@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from teleopctl.interfaces.parser import held_message, without_comment
-from teleopctl.interfaces.store import definition_text
+from teleopctl.interfaces.store import definition_text, known_types
 from teleopctl.interfaces.typenames import normalize, split
 from teleopctl.typed import NamedTuple
 
@@ -35,7 +35,10 @@ def definition_lines(type_name: str) -> Iterator[DefinitionLine]:
     """
     name = normalize(type_name)
     package = split(name)[0]
+    definition = known_types().find(name)
+    # What was not written down is put as most files have it: a type of the same package without it.
+    own = f"{package}/" if definition is not None and definition.text is None else ""
     for line in definition_text(name).splitlines():
-        text = line.rstrip()
+        text = line.rstrip().removeprefix(own)
         code = without_comment(text)
         yield DefinitionLine(text, code, held_message(code, package))

@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from teleopctl.packages.new import (
         BUILD_TYPES as BUILD_TYPES,
         NewPackage as NewPackage,
+        check_package as check_package,
         create_package as create_package,
         license_names as license_names,
     )
@@ -50,7 +51,7 @@ else:
             "finding": "PACKAGE_PATH_VARIABLE faults_of_search find_package include_package_of "
             "list_packages lookup_package package_layers package_names package_share resolve_uri",
             "modules": "installed_module_roots source_module_root",
-            "new": "BUILD_TYPES NewPackage create_package license_names",
+            "new": "BUILD_TYPES NewPackage check_package create_package license_names",
             "own": "builtin_package",
             "prefixes": "search_paths",
             "programs": "find_executable is_path",

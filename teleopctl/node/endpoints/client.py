@@ -215,6 +215,9 @@ class Client(ServiceEnd, Waitable, Generic[RequestT, ResponseT]):
         with self._lock:
             self._pending.add(future)
         sequence = next(self._sequence)
+        # Told first: a server of this process may have the request before this goes on.
+        if self._introspection is not None:
+            self._introspection.request_sent(self.gid, sequence, request)
 
         @transport_callback
         def receive(reply: zenoh.Reply) -> None:
@@ -229,8 +232,6 @@ class Client(ServiceEnd, Waitable, Generic[RequestT, ResponseT]):
             receive,
             future.reached_nobody,
         )
-        if self._introspection is not None:
-            self._introspection.request_sent(self.gid, sequence, request)
         return sequence, future
 
     def call(self, request: RequestT, timeout_sec: float | None = None) -> ResponseT | None:

@@ -207,13 +207,14 @@ class Service(ServiceEnd, Waitable, Generic[RequestT, ResponseT]):
         # Nobody can be told any more when the callback itself has shut down or destroyed.
         assert query is not None, "the header of a response answers nothing"
         with contextlib.suppress(zenoh.ZError):
+            # Told first: a client of this process may have the response before this goes on.
+            if self._introspection is not None:
+                self._introspection.response_sent(request.gid, request.sequence, response)
             query.reply(
                 self.key,
                 payload,
                 attachment=encode_attachment(request.sequence, time.time_ns(), request.gid),
             )
-            if self._introspection is not None:
-                self._introspection.response_sent(request.gid, request.sequence, response)
 
     def _close(self) -> None:
         if self._introspection is not None:

@@ -30,6 +30,22 @@ def create_package(package: NewPackage, folder: str, tell: Callable[[str], objec
         RefusedError: There is a folder of that name.
         SystemFailureError: The files cannot be written.
     """
+    check_package(package, folder)
+    place = joined(folder, package.name)
+    try:
+        for step in _steps(package, place):
+            _take(step, tell)
+    except OSError as error:
+        raise SystemFailureError(f"{error.filename}: {error.strerror}") from error
+
+
+def check_package(package: NewPackage, folder: str) -> None:
+    """Refuse a package that cannot be made.
+
+    Raises:
+        UsageError: A name cannot be used.
+        RefusedError: There is a folder of that name.
+    """
     check(package)
     place = joined(folder, package.name)
     if Path(place).exists():
@@ -38,11 +54,6 @@ def create_package(package: NewPackage, folder: str, tell: Callable[[str], objec
             hint="Either remove the directory or choose a different destination directory or "
             "package name.",
         )
-    try:
-        for step in _steps(package, place):
-            _take(step, tell)
-    except OSError as error:
-        raise SystemFailureError(f"{error.filename}: {error.strerror}") from error
 
 
 def _steps(package: NewPackage, place: str) -> Iterator[Step]:

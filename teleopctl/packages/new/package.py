@@ -56,13 +56,14 @@ def check(package: NewPackage) -> None:
     if _PACKAGE_NAME.fullmatch(package.name) is None:
         raise UsageError(
             f"'{package.name}' is no name of a package",
-            hint="A letter, then letters, digits and underscores, in lower case, as in arm_driver.",
+            hint="Two characters or more: a letter, then letters, digits and underscores, in lower "
+            "case, as in arm_driver.",
         )
     if is_python and package.name == "test":
         raise UsageError(
-            "An ament_python package cannot be named 'test': its code and its tests would lie in "
-            "the same folder",
-            hint="Choose a different package name.",
+            "Aborted since 'ament_python' packages can't be named 'test'. Please choose a "
+            "different package name.",
+            hint="Its code and its tests would lie in the same folder.",
         )
     if is_python:
         _check_module(package.name, "package name")

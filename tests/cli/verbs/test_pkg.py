@@ -124,8 +124,8 @@ def test_the_manifest_is_printed_without_its_comments_or_by_tag(ros):
 @pytest.mark.parametrize(
     ("line", "told"),
     [
-        ("prefix armm", "Package 'armm' not found"),
-        ("xml armm", "Package 'armm' not found"),
+        ("prefix armm", "Package not found: 'armm'"),
+        ("xml armm", "Package not found: 'armm'"),
         ("executables armm", "Package 'armm' not found"),
         ("xml arm -t depends", "XML tag not found: "),
         ("xml tf2_ros", "Package XML manifest not found"),

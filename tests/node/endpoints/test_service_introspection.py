@@ -56,6 +56,8 @@ def test_a_call_gives_four_events_with_the_clients_identity_and_number(calls, sp
         assert bytes(event.info.client_gid) == calls.client.gid
         assert event.info.sequence_number == 2, "calls that were not told of count as well"
         assert event.info.stamp.sec > 0
+    stamps = [(by_type[kind].info.stamp.sec, by_type[kind].info.stamp.nanosec) for kind in range(4)]
+    assert stamps == sorted(stamps), "what is sent is told before it is received"
     assert [[r.a for r in by_type[kind].request] for kind in range(4)] == [[2], [2], [], []]
     assert [[r.sum for r in by_type[kind].response] for kind in range(4)] == [[], [], [5], [5]]
 

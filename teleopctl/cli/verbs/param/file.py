@@ -119,7 +119,10 @@ def load_parameters(
         def load(node: str) -> bool:
             values = wanted.for_node(node, use_wildcard=not no_use_wildcard)
             if not values:
-                raise NotFoundError(f"{parameter_file} has no parameters for '{node}'")
+                raise NotFoundError(
+                    "Param file does not contain selected parameters: "
+                    f"{parameter_file} has none for '{node}'"
+                )
             return load_values(parameters, node, values, told)
 
         nodes = parameters.meant(node_name, include_hidden=include_hidden)
@@ -151,7 +154,10 @@ def restore_parameters(
         def restore(node: str) -> bool:
             values = wanted.for_node(node)
             if not values:
-                raise NotFoundError(f"{parameter_file} has no parameters for '{node}'")
+                raise NotFoundError(
+                    "Param file does not contain selected parameters: "
+                    f"{parameter_file} has none for '{node}'"
+                )
             told.say(f"{node}:")
             return load_values(parameters, node, values, told, indent="  ")
 

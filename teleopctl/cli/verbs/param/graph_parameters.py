@@ -254,7 +254,10 @@ def not_set(parameters: Parameters, nodes: list[str], name: str) -> NotFoundErro
     """The error for a parameter that none of these nodes has; of one node, with a likely name."""
     if len(nodes) != 1:
         return NotFoundError("Parameter not set", hint=f"No node has a parameter '{name}'.")
-    hint = did_you_mean(name, parameters.names(nodes[0]))
+    names = parameters.names(nodes[0])
+    if name in names:
+        return NotFoundError("Parameter not set", hint="It is declared, and has no value yet.")
+    hint = did_you_mean(name, names)
     return NotFoundError(
         "Parameter not set", hint=hint or f"`teleopctl param list {nodes[0]}` lists what there is."
     )

@@ -7,6 +7,7 @@ from teleopctl.errors import UsageError
 from teleopctl.packages import (
     BUILD_TYPES,
     NewPackage,
+    check_package,
     create_package,
     license_names,
 )
@@ -79,8 +80,9 @@ def create(
     name = maintainer_name or _user()
     if node_name and node_name == library_name:
         node_name += "_node"
-        console.warn(
-            f"A node and a library cannot have the same name: the node is called {node_name}."
+        console.note(
+            "[WARNING] node name can not be equal to the library name\n"
+            f"[WARNING] renaming node to {node_name}"
         )
     package = NewPackage(
         package_name,
@@ -94,6 +96,7 @@ def create(
         node_name,
         library_name,
     )
+    check_package(package, destination_directory)
     directory = os.path.abspath(destination_directory)  # noqa: PTH100 - as it was named
     if as_json:
         create_package(package, destination_directory, lambda _: None)
@@ -111,9 +114,10 @@ def create(
         create_package(package, destination_directory, console.out)
     if license not in license_names():
         console.flush()
-        console.warn(
-            f"Unknown license '{license}': it stands in package.xml, but no LICENSE was written. "
-            f"Texts are known of {', '.join(license_names())}."
+        console.note(
+            f"\n[WARNING]: Unknown license '{license}'.  This has been set in the package.xml, but "
+            "no LICENSE file has been created.\nIt is recommended to use one of the ament license "
+            "identifiers:\n" + "\n".join(license_names())
         )
 
 

@@ -104,7 +104,7 @@ def prefix(
     Of one that is used where it lies, that is a folder of links. Where several packages have that
     name, those that it hides are named on stderr.
     """
-    package = packages.find_package(name)
+    package = _found(name)
     if as_json:
         folders = {"prefix": str(package.prefix), "share": str(package.share)}
         console.out_json({"package": name, **folders})
@@ -114,6 +114,18 @@ def prefix(
     for hidden in dict(_others(package)).get("hides", ()):
         programs = ", ".join(sorted(hidden.executables)) or "none"
         console.note(f"It hides {hidden.folder} (programs: {programs})")
+
+
+def _found(name: str) -> Package:
+    """The package of a name.
+
+    Raises:
+        NotFoundError: There is none.
+    """
+    try:
+        return packages.find_package(name)
+    except NotFoundError as error:
+        raise NotFoundError(f"Package not found: '{name}'", hint=error.hint) from error
 
 
 def xml(
@@ -132,7 +144,7 @@ def xml(
     """Print the manifest of a package, or the text of one of its tags."""
     from lxml import etree
 
-    manifest = packages.find_package(name).share / "package.xml"
+    manifest = _found(name).share / "package.xml"
     if not manifest.is_file():
         raise NotFoundError(
             f"Package XML manifest not found: package '{name}' has no {manifest.name}"

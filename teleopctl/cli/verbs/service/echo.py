@@ -28,7 +28,7 @@ from teleopctl.cli.verbs.topic.text_options import (
     style_of,
 )
 from teleopctl.cli.words.messages import service_class_named
-from teleopctl.errors import RefusedError
+from teleopctl.errors import NotFoundError, RefusedError
 from teleopctl.typed import Annotated, Any
 
 
@@ -114,11 +114,13 @@ def _type_of(service: str) -> str:
         RefusedError: It has several.
     """
     known = live_graph().service_names_and_types(include_hidden=True)
-    types = types_of(service, known, kind="service")
+    try:
+        types = types_of(service, known, kind="service")
+    except NotFoundError as error:
+        raise NotFoundError(f"Cannot find type for '{service}'", hint=error.hint) from error
     if len(types) > 1:
         raise RefusedError(
-            f"Cannot echo service '{service}', as it contains more than one type: "
-            f"[{', '.join(types)}]",
-            hint="Name the one that is meant.",
+            f"More than one type associated with service '{service}'",
+            hint=f"Name the one that is meant: {' or '.join(types)}.",
         )
     return types[0]

@@ -64,4 +64,4 @@ def test_reindex_says_what_ros2_says(bag, capsys):
     )
     assert (bag / "metadata.yaml").exists()
     assert run("reindex bag/bag_0.mcap") == 1
-    assert "Must specify a bag directory" in capsys.readouterr().err
+    assert capsys.readouterr().err == "teleopctl: Must specify a bag directory\n"

@@ -46,7 +46,7 @@ def test_a_definition_is_shown_with_those_of_its_messages_below_their_fields(ros
         "\t\tint32 sec\n"
         "\t\tuint32 nanosec\n"
         "\tstring frame_id\n"
-        "geometry_msgs/Vector3 vector\n"
+        "Vector3 vector\n"
         "\tfloat64 x\n"
         "\tfloat64 y\n"
         "\tfloat64 z\n"

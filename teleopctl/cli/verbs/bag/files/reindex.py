@@ -5,6 +5,7 @@ from pathlib import Path
 from teleopctl.cli import console
 from teleopctl.cli.options import AsJson
 from teleopctl.cli.verbs.bag.options import BagPath, Storage
+from teleopctl.errors import NotFoundError
 
 
 def reindex_bag(bag_path: BagPath, storage: Storage = None, as_json: AsJson = False) -> None:
@@ -15,6 +16,8 @@ def reindex_bag(bag_path: BagPath, storage: Storage = None, as_json: AsJson = Fa
     from teleopctl.bag import reindex
 
     del storage  # the names of the files tell
+    if not Path(bag_path).is_dir():
+        raise NotFoundError("Must specify a bag directory")
     console.note(f"Beginning reindexing bag in directory: {bag_path}")
     metadata = reindex(Path(bag_path))
     console.note(f"Reindexing complete: {metadata.message_count} messages.")
