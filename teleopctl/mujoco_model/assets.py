@@ -14,6 +14,7 @@ import mujoco
 
 from teleopctl.errors import TeleopctlError
 from teleopctl.mujoco_model.convex import can_decompose, convex_pieces, hull_of, split, touching
+from teleopctl.mujoco_model.cutting import cut_ahead
 from teleopctl.mujoco_model.mesh_content import oversize, read_mesh
 from teleopctl.mujoco_model.paint import drawn_by, paint
 from teleopctl.packages import resolve_uri
@@ -37,20 +38,26 @@ def resolve_meshes(
     """
     warnings: list[str] = []
     complained: set[str] = set()
+    usable: list[tuple[Any, str, Path]] = []
     for mesh in list(spec.meshes):
         uri: str = mesh.file
         if not uri:
             continue  # it has its corners
         reason = _use_file(spec, mesh, folder or Path(), try_each=try_each)
         if reason is None:
-            path = (folder or Path()) / resolve_uri(uri)
-            if words := _touch(spec, mesh, path, may_cut=not try_each):
-                warnings.append(f"Mesh '{uri}' {words}")
+            if touching(spec, mesh):
+                usable.append((mesh, uri, (folder or Path()) / resolve_uri(uri)))
             continue
         if uri not in complained:
             complained.add(uri)
             warnings.append(f"Mesh '{uri}' is left out: {reason}")
         _drop_mesh(spec, mesh)
+    may_cut = not try_each and can_decompose()
+    if may_cut:
+        cut_ahead([path for _, _, path in usable])
+    for mesh, uri, path in usable:
+        if words := _touch(spec, mesh, path, may_cut=may_cut):
+            warnings.append(f"Mesh '{uri}' {words}")
     return warnings
 
 
@@ -61,9 +68,7 @@ def _touch(spec: mujoco.MjSpec, mesh: Any, path: Path, *, may_cut: bool) -> str:
     Returns:
         What it touches as, as a sentence's end; empty for itself.
     """
-    if not touching(spec, mesh):
-        return ""
-    pieces = convex_pieces(path) if may_cut and can_decompose() else []
+    pieces = convex_pieces(path) if may_cut else []
     if not pieces:
         return hull_of(path).fault
     split(spec, mesh, pieces)

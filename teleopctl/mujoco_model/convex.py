@@ -2,7 +2,7 @@
 
 MuJoCo lets a mesh touch as its convex hull, so that nothing goes into a ring or between two fingers
 of one part. Where CoACD is installed (the extra ``decomposition``) such meshes are cut into
-pieces. That takes a second or more for each, once: they are kept in the user's cache folder.
+pieces, once: they are kept in the user's cache folder. See `cutting` for how that takes place.
 What stands and has few triangles, such as walls, needs no such cut: it touches with a slab below
 each triangle. What stays a hull that is larger than its mesh is told.
 """
@@ -45,6 +45,7 @@ _SETTINGS = {
     "seed": 0,
 }
 _EDITION = b"2"
+_PIECES = ".convex.npz"
 # What a piece has of the shape that it is of.
 _KEPT = (
     *("pos", "quat", "group", "rgba", "contype", "conaffinity", "condim", "priority", "friction"),
@@ -98,12 +99,18 @@ def hull_of(path: Path) -> Hull:
     return hull
 
 
+def is_to_cut(path: Path) -> bool:
+    """Whether a mesh file is hollow, and its pieces are not there yet."""
+    hull = hull_of(path)
+    return not hull.is_open and hull.ratio > _HOLLOW and not _kept_at(path, _PIECES).is_file()
+
+
 def convex_pieces(path: Path) -> list[Piece]:
     """The convex pieces of a mesh file; none where its hull is as good, or it is not closed."""
     hull = hull_of(path)
     if hull.is_open or hull.ratio <= _HOLLOW:
         return []
-    kept = _kept_at(path, ".convex.npz")
+    kept = _kept_at(path, _PIECES)
     try:
         if kept.is_file():
             return _loaded(kept)

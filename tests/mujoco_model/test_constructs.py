@@ -1,5 +1,6 @@
 """What URDF can say, one small robot for each: it loads, is heavy as written, and behaves."""
 
+import logging
 import math
 from pathlib import Path
 
@@ -9,6 +10,7 @@ import pytest
 import trimesh
 
 from teleopctl.mujoco_model import RobotModel, build_model, convex, mesh_content
+from teleopctl.mujoco_model.cutting import cut_ahead
 from teleopctl.mujoco_model.mesh_content import MeshContent, read_mesh
 from teleopctl.robot import RobotDescription, simulated, unknown_tags
 from teleopctl.sim import Simulation
@@ -244,6 +246,7 @@ def test_a_ring_lets_a_ball_through_where_it_can_be_cut(
     )
 
     monkeypatch.setattr("teleopctl.mujoco_model.assets.can_decompose", lambda: True)
+    monkeypatch.setattr("teleopctl.mujoco_model.assets.cut_ahead", lambda files: None)
     monkeypatch.setattr(convex, "_cut", sectors)
     cut = build_model(robot(*parts))
     monkeypatch.setattr(convex, "_cut", lambda path: pytest.fail("it was cut again"))
@@ -317,13 +320,25 @@ def test_a_link_that_does_not_touch_its_robot_goes_through_it() -> None:
     assert touching("false") == 0
 
 
-def test_coacd_cuts_an_angle_into_its_two_legs_and_leaves_a_box_whole(tmp_path: Path) -> None:
+def test_coacd_cuts_an_angle_into_its_two_legs_and_leaves_a_box_whole(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+) -> None:
     pytest.importorskip("coacd", reason="the extra 'decomposition' is not installed")
     legs = [trimesh.creation.box((1.0, 0.2, 0.2)), trimesh.creation.box((0.2, 0.2, 1.0))]
     legs[1].apply_translation((0.4, 0.0, 0.6))
     trimesh.util.concatenate(legs).export(tmp_path / "angle.stl")
     legs[0].export(tmp_path / "box.stl")
 
+    with caplog.at_level(logging.WARNING):
+        cut_ahead([tmp_path / "angle.stl", tmp_path / "box.stl"])
+    assert [record.message.partition(":")[0] for record in caplog.records] == [
+        "Cutting hollow meshes into convex pieces, up to half a minute for each"
+    ]
+    assert "angle.stl" in caplog.text and "box.stl" not in caplog.text
+    caplog.clear()
+    cut_ahead([tmp_path / "angle.stl", tmp_path / "box.stl"])
+    assert not caplog.records
+    monkeypatch.setattr(convex, "_cut", lambda path: pytest.fail("it was not cut ahead"))
     pieces = convex.convex_pieces(tmp_path / "angle.stl")
 
     hulls = [trimesh.PointCloud(vertices).convex_hull.volume for vertices, _ in pieces]
