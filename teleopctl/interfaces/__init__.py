@@ -12,6 +12,7 @@ if TYPE_CHECKING:
         deserialize as deserialize,
         serialize as serialize,
     )
+    from teleopctl.interfaces.cdr.prepared import PreparedMessage as PreparedMessage
     from teleopctl.interfaces.definition import (
         Definition as Definition,
         Field as Field,
@@ -120,6 +121,7 @@ else:
         __name__,
         {
             "cdr": "as_numpy check_readable class_within deserialize serialize",
+            "cdr.prepared": "PreparedMessage",
             "definition": "Definition Field FieldType Shape",
             "reading": "DefinitionLine definition_lines",
             "fields.numeric": "MOST_ELEMENTS NumericField numeric_fields",

@@ -208,6 +208,11 @@ class Drives:
         """Whether a joint takes commands."""
         return name in self._drive_of
 
+    @property
+    def moving(self) -> bool:
+        """Whether any set-point moves in this control period."""
+        return bool(self._setpoint_speed.any())
+
     def _index_command(self, names: tuple[str, ...]) -> None:
         known = [
             (self._drive_of[name], column)

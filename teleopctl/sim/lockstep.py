@@ -12,9 +12,8 @@ from __future__ import annotations
 import threading
 from collections import deque
 from collections.abc import Callable
-from dataclasses import dataclass
 
-from teleopctl.sim.loop_ports import Command, Ports, Sampler
+from teleopctl.sim.loop_ports import Command, Ports, Sampler, Steps
 from teleopctl.sim.pacing import Beat, Pacer
 from teleopctl.sim.simulation import Simulation
 
@@ -23,14 +22,6 @@ _CLOCK_RATE_HZ = 100.0
 # How far the loop goes at once while nobody takes part, in nanoseconds of simulated time: ten
 # times what it costs to go round, for the smallest robots, and short for whoever comes.
 _COAST_NS = 50_000_000
-
-
-@dataclass(eq=False)
-class _Steps:
-    """Physics steps that somebody has asked for; ``on_end`` is told whether all were made."""
-
-    left: int
-    on_end: Callable[[bool], None]
 
 
 class LockstepLoop:
@@ -68,10 +59,12 @@ class LockstepLoop:
         self._clock_beat = Beat(_CLOCK_RATE_HZ)
         self._view_beat = Beat(view_rate_hz)
         self._changed = threading.Condition()
+        # Whether `_ready` has anything to look at: at 1 kHz each lock that is not taken counts.
+        self._called = True
         self._stopped = False
         self._paused = paused
         self._parked = False
-        self._steps: deque[_Steps] = deque()
+        self._steps: deque[Steps] = deque()
         self._requests: deque[Callable[[], None]] = deque()
         self._partner = False
         self._viewed = False
@@ -124,7 +117,7 @@ class LockstepLoop:
         """
         self._give_up_steps()
         with self._changed:
-            self._paused = paused
+            self._paused, self._called = paused, True
             self._changed.notify_all()
             return self._changed.wait_for(
                 lambda: self._stopped or self._parked == paused or self._paused != paused,
@@ -151,7 +144,8 @@ class LockstepLoop:
                 time is to go on, or to stand still at once, and when the loop ends.
         """
         with self._changed:
-            self._steps.append(_Steps(count, on_end))
+            self._steps.append(Steps(count, on_end))
+            self._called = True
             self._changed.notify_all()
             stopped = self._stopped
         if stopped:
@@ -190,6 +184,7 @@ class LockstepLoop:
         """Have a function run on the loop's thread between two steps, without waiting for it."""
         with self._changed:
             self._requests.append(request)
+            self._called = True
             self._changed.notify_all()
 
     def set_real_time_factor(self, factor: float) -> None:
@@ -217,7 +212,7 @@ class LockstepLoop:
     def stop(self) -> None:
         """Make `run` return."""
         with self._changed:
-            self._stopped = True
+            self._stopped = self._called = True
             self._changed.notify_all()
         self._give_up_steps()
 
@@ -231,11 +226,10 @@ class LockstepLoop:
 
     def run(self) -> None:
         """Step until stopped, or until the end: what is due at that time is still exchanged."""
-        self._pacer.resume(self._simulation.time_ns)
+        simulation = self._simulation
+        self._pacer.resume(simulation.time_ns)
         while self._ready():
-            simulation = self._simulation
-            with self._changed:
-                steps = self._steps[0] if self._steps else None
+            steps = pending[0] if (pending := self._steps) else None
             if simulation.at_tick and not self._exchange(stepping=steps is not None):
                 continue
             if self.at_end:
@@ -245,7 +239,7 @@ class LockstepLoop:
             count = self._block(steps)
             (simulation.step if steps or self._attended else simulation.coast)(count)
             now = simulation.time_ns
-            if not (steps or self.paused):
+            if not (steps or self._paused):
                 self._wait_until_due(now)
             if steps is None:
                 self._publish(now)
@@ -255,7 +249,7 @@ class LockstepLoop:
             if steps.left == 0:
                 self._end(steps)
 
-    def _end(self, steps: _Steps) -> None:
+    def _end(self, steps: Steps) -> None:
         with self._changed:
             if steps not in self._steps:
                 return  # they were given up meanwhile
@@ -273,7 +267,7 @@ class LockstepLoop:
 
     def _ready(self) -> bool:
         """Stand still while paused; False when the loop shall end."""
-        while True:
+        while self._called:
             while request := self._next_request():
                 request()
             with self._changed:
@@ -288,17 +282,14 @@ class LockstepLoop:
                         self._parked = False
                         self._pacer.resume(self._simulation.time_ns)
                         self._changed.notify_all()
+                    self._called = self._paused or bool(self._steps)
                     return True
                 self._parked = True
                 self._changed.notify_all()
                 self._changed.wait_for(
-                    lambda: (
-                        self._stopped
-                        or not self._paused
-                        or bool(self._steps)
-                        or bool(self._requests)
-                    )
+                    lambda: self._stopped or not self._paused or self._steps or self._requests
                 )
+        return True
 
     def _exchange(self, *, stepping: bool) -> bool:
         """The control tick: state out, command in. False when the loop was stopped meanwhile."""
@@ -323,6 +314,8 @@ class LockstepLoop:
 
     def _await_command(self, now: int) -> Command | None:
         """The command for this tick, or None to go on as before."""
+        if self._command is self._unstamped is None and not (self._partner or self._lost):
+            return None
         with self._changed:
             unstamped, self._unstamped = self._unstamped, None
             if self._expected():
@@ -358,10 +351,12 @@ class LockstepLoop:
         command = self._command
         return command if command is not None and command.stamp_ns == now else None
 
-    def _block(self, steps: _Steps | None) -> int:
+    def _block(self, steps: Steps | None) -> int:
         """Physics steps until something has to be done, those that were asked for among that."""
         simulation = self._simulation
         count = simulation.steps_to_tick
+        if count == 1 and self._attended:
+            return count
         if steps is None and not self._attended:
             count = max(count, simulation.steps_until(simulation.time_ns + _COAST_NS))
         if self._clocked:
@@ -383,6 +378,8 @@ class LockstepLoop:
         lag = self._pacer.give_up_lag(now)
         if lag > 0.0 and not self._lost:
             self._ports.fell_behind(lag, self._pacer.reached.of(now))
+        if self._pacer.real_time_factor <= 0.0:
+            return
         with self._changed:
             while (remaining := self._pacer.remaining_s(now)) > 0.0:
                 if self._stopped or self._paused or self._requests:

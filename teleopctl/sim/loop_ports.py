@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Protocol
 
@@ -23,6 +24,19 @@ class Command:
     position: list[float] = field(default_factory=list)
     velocity: list[float] = field(default_factory=list)
     effort: list[float] = field(default_factory=list)
+
+
+@dataclass(eq=False)
+class Steps:
+    """Physics steps that somebody has asked for.
+
+    Attributes:
+        left: How many are still to be made.
+        on_end: Told whether all were made.
+    """
+
+    left: int
+    on_end: Callable[[bool], None]
 
 
 class Ports(Protocol):

@@ -20,9 +20,9 @@ from teleopctl.sim.drives import Drives
 from teleopctl.sim.entities.pushes import Push, Pushes, read_pushes
 from teleopctl.sim.free_bodies import FreeBodies, LinkPose
 from teleopctl.sim.gazebo_plugins.planar_move import PlanarMove
-from teleopctl.sim.mjcf.ball_joints import BallJoints
 from teleopctl.sim.mjcf.file_actuators import FileActuators
 from teleopctl.sim.parting import Parting
+from teleopctl.sim.state.joint_states import JointStates
 from teleopctl.sim.state.physics import physics_state, put_physics_state, scale_model, wake
 from teleopctl.sim.state.sliding import Physics, turns_by_sliding
 
@@ -52,6 +52,7 @@ class Simulation:
         positions: Joint positions (rad or m) as of the last `read`.
         velocities: Joint velocities (rad/s or m/s) as of the last `read`.
         efforts: What the drives exert (N m or N) as of the last `read`.
+        read: Copies the present joint states into these three.
         free_bodies: What moves freely.
         movers: What moves the robot as topics ask.
         control_period_ns: Time between two control ticks.
@@ -72,11 +73,12 @@ class Simulation:
         self._scales = mass_scale, friction_scale
         self.control_period_ns = control_period_ns
         self.steps_per_period = -(-control_period_ns // (timestep_ns or model.timestep_ns))
-        self._bind(model)
         joints = model.joints
-        self.joint_names = tuple(joint.name for joint in joints)
-        self._balls = BallJoints(joints)
-        self.positions, self.velocities, self.efforts = np.zeros((3, len(joints)))
+        self._states = states = JointStates(joints)
+        self.joint_names, self.read = states.names, states.read
+        self.positions, self.velocities = states.positions, states.velocities
+        self.efforts = states.efforts
+        self._bind(model)
         self._steps = self.resets = self.standing_moves = 0
         self._pushes = Pushes()
         self._drives = Drives(self._m, self._d, joints, control_period_ns * 1e-9, self._others)
@@ -98,10 +100,8 @@ class Simulation:
         self._d: Any = mujoco.MjData(self._m)
         self._physics = Physics(self._m, slides=turns_by_sliding(model))
         self._observed: Any = None
-        self._troubles = self._d.warning.number
-        named = [self._m.joint(joint.ball or joint.name) for joint in model.joints]
-        self._qpos = np.array([joint.qposadr[0] for joint in named], dtype=int)
-        self._dof = np.array([joint.dofadr[0] for joint in named], dtype=int)
+        self._troubles = memoryview(self._d.warning.number)  # quicker to read than numpy's
+        self._states.bind(self._m, self._d)
         self.free_bodies = FreeBodies(self._m, self._d, model.free_bodies)
         self._others = [thing.name for thing in model.things]
 
@@ -111,9 +111,10 @@ class Simulation:
         Args:
             model: With more around the robot than the one so far, or with less.
         """
-        m, d = self._m, self._d
+        m, d, physics = self._m, self._d, self._physics
         self._bind(model)
         carry_over(m, d, self._m, self._d)
+        self._physics.restore(physics.save())
         self._drives = self._drives.moved_to(self._m, self._d, self._others)
         self._file_actuators = FileActuators(self._m, self._d, model.joints)
         self._parting = self._parting.moved_to(self._m, self._d)
@@ -153,10 +154,12 @@ class Simulation:
     def step(self, count: int) -> None:
         """Advance by a number of physics steps."""
         while count > 0:
-            if self.at_tick:
+            to_tick = self.steps_per_period - self._steps % self.steps_per_period
+            if to_tick == self.steps_per_period:
                 self._begin_period()
-            block = 1 if self._pushes else min(count, self.steps_to_tick)
+            block = min(count, to_tick)
             if self._pushes:
+                block = 1
                 self._pushes.begin_step(self._m, self._d)
                 self._physics.step(self._d, 1)
                 self._pushes.end_step(self._d)
@@ -196,6 +199,8 @@ class Simulation:
             self._drives.plan_period()
         for mover in self.movers:
             mover.plan_period(self._m, self._d)
+        if self._physics.slides:
+            self._physics.begin_period(moving=bool(self.movers) or self._drives.moving)
 
     def step_to(self, time_ns: int) -> None:
         """Advance to the first physics step at or after a time."""
@@ -227,7 +232,7 @@ class Simulation:
         mujoco.mj_resetData(self._m, self._d)
         self._restore_standing()
         self.model.put_at_start(self._m, self._d, keyframe)
-        self._balls.put(self._d, positions or {})
+        self._states.put_balls(self._d, positions or {})
         for joint in self.model.joints:
             if joint.ball:
                 continue
@@ -236,6 +241,7 @@ class Simulation:
             if velocities and joint.name in velocities:
                 self._d.joint(joint.name).qvel[0] = velocities[joint.name]
         self._pushes.clear(self._d)
+        self._physics.begin_period(moving=True)
         self._drives.reset()
         for mover in self.movers:
             mover.forget()
@@ -252,6 +258,7 @@ class Simulation:
             **self._drives.save(),
             "pushes": self._pushes.save(self._m),
             "waiting": self._parting.save(),
+            "sliding": self._physics.save(),
             "step": np.array([self._steps % self.steps_per_period, self.steps_per_period], float),
         }
 
@@ -267,6 +274,7 @@ class Simulation:
         for push in pushes:
             self._pushes.add(push)
         self._parting.restore(saved["waiting"])
+        self._physics.restore(saved["sliding"])
         put_physics_state(self._m, self._d, saved)
         self.standing_moves += 1
         wake(self._m, self._d)
@@ -305,15 +313,6 @@ class Simulation:
         return self._drives.commandable(name) or name in self._file_actuators
 
     # --- state ----------------------------------------------------------------------------
-
-    def read(self) -> None:
-        """Copy the present joint states into `positions`, `velocities` and `efforts`."""
-        # "clip" spares numpy a buffer: no number is out of range.
-        self._d.qpos.take(self._qpos, out=self.positions, mode="clip")
-        self._d.qvel.take(self._dof, out=self.velocities, mode="clip")
-        self._d.qfrc_actuator.take(self._dof, out=self.efforts, mode="clip")
-        if self._balls:
-            self._balls.read(self._d, self.positions, self.velocities)
 
     def observe(self) -> tuple[mujoco.MjModel, mujoco.MjData]:
         """MuJoCo's model, and a copy of its data with what its sensors measure at this time.
@@ -396,4 +395,6 @@ class Simulation:
     @property
     def diverged(self) -> bool:
         """Whether physics has broken down since the last reset; MuJoCo then starts it anew."""
-        return any(self._troubles[kind] for kind in _BROKEN)
+        troubles = self._troubles
+        position, velocity, acceleration = _BROKEN
+        return bool(troubles[position] or troubles[velocity] or troubles[acceleration])

@@ -2,29 +2,42 @@
 
 Both take the same physics steps of the same robot in one process, in turns. What the loop adds is
 paid each time that it goes round, and it goes round less often while nobody takes part: the ratio
-should not depend on the rate of the control ticks. With somebody at each tick it does, and that is
-shown beside it.
+should not depend on the rate of the control ticks.
+
+With somebody who listens to each tick it does. The floor is then MuJoCo, called once for each
+tick, and Zenoh, which sends as many bytes to the same process.
 """
 
 from __future__ import annotations
 
+import subprocess
+import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from pathlib import Path
 
 import mujoco
 import pytest
 
+from teleopctl.interfaces import get_message
 from teleopctl.mujoco_model.model import RobotModel, build_model
+from teleopctl.node import Node, init
 from teleopctl.packages import package_share
+from teleopctl.robot import STATES_TOPIC, simulated
 from teleopctl.robot.description import RobotDescription
 from teleopctl.robot.xacro_file import expand_xacro
 from teleopctl.sim.lockstep import LockstepLoop
+from teleopctl.sim.loop_ports import Ports
+from teleopctl.sim.ports import TopicPorts
 from teleopctl.sim.simulation import Simulation
+from teleopctl.testing import LONGEST_WAIT_S, RosGraph
+from tests.benchmarks import tick_peer
+from tests.sim import test_driving
 from tests.sim.robots import control, joint, link, model
 
 ARM = package_share("teleop_description") / "urdf" / "teleop.urdf.xacro"
-SIMULATED_NS = 2_000_000_000
-ROUNDS = 5
+SIMULATED_NS = 300_000_000
+ROUNDS = 25
 
 
 def arm() -> RobotModel:
@@ -43,6 +56,28 @@ def walker() -> RobotModel:
             parent = name
     commands = {f"joint_{limb}_{number}": "position" for limb in range(5) for number in range(6)}
     return model(*parts, control(**commands))
+
+
+def six_axes() -> RobotModel:
+    """Links of 0.5 kg whose axes alternate."""
+    parts, parent = [link("base", "")], "base"
+    for number in range(6):
+        name, axis = f"link_{number}", "0 1 0" if number % 2 else "0 0 1"
+        parts += [link(name), joint(f"joint_{number}", parent, name, axis=axis)]
+        parent = name
+    return model(*parts, control(**{f"joint_{number}": "position" for number in range(6)}))
+
+
+def two_wheels() -> RobotModel:
+    return build_model(RobotDescription.from_urdf(simulated(test_driving.CART).urdf))
+
+
+def four_wheels() -> RobotModel:
+    """A base that turns by sliding its wheels, on the ground."""
+    return test_driving.sliding_base().simulation.model
+
+
+ROBOTS = [arm, six_axes, two_wheels, four_wheels, walker]
 
 
 class Silence:
@@ -83,43 +118,98 @@ class End:
             self.loop.stop()
 
 
-def loop_seconds(robot: RobotModel, period_ns: int, *, ticks: bool) -> float:
-    """Processor time of our loop."""
+def loop_seconds(
+    simulation: Simulation, *, ticks: bool = False, ports: Ports | None = None
+) -> float:
+    """Processor time of our loop, from its start or from where it is."""
     end = End()
-    simulation = Simulation(robot, control_period_ns=period_ns)
-    end.loop = LockstepLoop(simulation, Silence(), real_time_factor=0.0, sampler=end)
+    simulation.reset_time()
+    end.loop = LockstepLoop(simulation, ports or Silence(), real_time_factor=0.0, sampler=end)
     end.loop.set_heard(clock=ticks, ticks=ticks)
     start = time.process_time()
     end.loop.run()
     return time.process_time() - start
 
 
-def bare_seconds(robot: RobotModel, period_ns: int) -> float:
-    """Processor time of MuJoCo, called once for each tick."""
-    steps = -(-period_ns // 1_000_000)
-    robot.mj_model.opt.timestep = period_ns * 1e-9 / steps
-    data = mujoco.MjData(robot.mj_model)
+def bare_seconds(simulation: Simulation, *, send: Callable[[], object] | None = None) -> float:
+    """Processor time of MuJoCo from the same state, called once for each tick."""
+    m, _ = simulation.observe()
+    data = mujoco.MjData(m)
+    state = mujoco.mjtState.mjSTATE_INTEGRATION
+    mujoco.mj_setState(m, data, simulation.save()["physics"], state)
+    steps, periods = simulation.steps_per_period, SIMULATED_NS // simulation.control_period_ns
     start = time.process_time()
-    for _ in range(SIMULATED_NS // period_ns):
-        mujoco.mj_step(robot.mj_model, data, steps)
+    for _ in range(periods):
+        mujoco.mj_step(m, data, steps)
+        if send is not None:
+            send()
     return time.process_time() - start
 
 
-@pytest.mark.parametrize("make", [arm, walker])
+def at_rest(robot: RobotModel, rate_hz: int) -> Simulation:
+    simulation = Simulation(robot, control_period_ns=1_000_000_000 // rate_hz)
+    simulation.step_to(500_000_000)
+    return simulation
+
+
+@pytest.mark.parametrize("make", ROBOTS)
 def test_physics_without_controllers(make: Callable[[], RobotModel], capsys) -> None:
     robot = make()
     for rate in (10, 100, 500, 1000):
-        period_ns = 1_000_000_000 // rate
+        simulation = at_rest(robot, rate)
         # In turns, and the least of each: what else the machine does disturbs neither.
         bare, alone, attended = [], [], []
         for _ in range(ROUNDS):
-            alone.append(loop_seconds(robot, period_ns, ticks=False))
-            bare.append(bare_seconds(robot, period_ns))
-            attended.append(loop_seconds(robot, period_ns, ticks=True))
+            alone.append(loop_seconds(simulation))
+            bare.append(bare_seconds(simulation))
+            attended.append(loop_seconds(simulation, ticks=True))
         ratio = min(alone) / min(bare)
         with capsys.disabled():
             print(
-                f"\n{make.__name__:6} {rate:5d} Hz: {ratio:.2f} times bare mj_step, "
-                f"{min(attended) / min(bare):.2f} with somebody at each tick"
+                f"\n{make.__name__:11} {rate:5d} Hz: {ratio:.2f} times bare mj_step, "
+                f"{min(attended) / min(bare):.2f} going round at each tick"
             )
         assert ratio < 1.2
+
+
+@pytest.fixture
+def listener() -> Iterator[None]:
+    """A process that takes the states and does nothing with them."""
+    script = str(Path(tick_peer.__file__))
+    with subprocess.Popen(
+        [sys.executable, script, STATES_TOPIC],
+        stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
+    ) as peer:  # fmt: skip
+        assert peer.stdout is not None and peer.stdin is not None
+        assert peer.stdout.readline() == "ready\n"
+        yield
+        peer.stdin.close()
+
+
+@pytest.mark.parametrize("make", ROBOTS)
+def test_a_listener_at_each_tick(
+    ros: RosGraph, listener: None, make: Callable[[], RobotModel], capsys
+) -> None:
+    robot, rate = make(), 1000
+    state_type = get_message("sensor_msgs/msg/JointState")
+    with init(args=[]), Node("benchmark") as node:
+        simulation = at_rest(robot, rate)
+        ports = TopicPorts(node, simulation, STATES_TOPIC)
+        raw = node.create_publisher(state_type, "/raw_states", 10)
+        for topic in (STATES_TOPIC, "/raw_states"):
+            assert node.wait_for_subscribers(topic, 1, LONGEST_WAIT_S)
+        channel, payload, attachment = raw._channel, bytes(64 + 24 * len(robot.joints)), bytes(33)
+        bare, floor, ours = [], [], []
+        for _ in range(ROUNDS):
+            ours.append(loop_seconds(simulation, ticks=True, ports=ports))
+            floor.append(
+                bare_seconds(simulation, send=lambda: channel.put(payload, attachment=attachment))
+            )
+            bare.append(bare_seconds(simulation))
+    with capsys.disabled():
+        per_tick = 1e6 / (SIMULATED_NS / 1e9 * rate)
+        print(
+            f"\n{make.__name__:11} {rate:5d} Hz with a listener: {min(ours) * per_tick:.1f} us a "
+            f"tick, {min(ours) / min(floor):.2f} times mj_step and Zenoh alone, "
+            f"{min(ours) / min(bare):.2f} times bare mj_step"
+        )

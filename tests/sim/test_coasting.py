@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import threading
 
+import mujoco
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from teleopctl.mujoco_model.model import build_model
+from teleopctl.mujoco_model.model import RobotModel, build_model
 from teleopctl.sim.lockstep import LockstepLoop
 from teleopctl.sim.simulation import Simulation
+from teleopctl.sim.state.saved_state import SavedState
 from teleopctl.testing import LONGEST_WAIT_S
 from tests.sim.robots import INERTIAL, box, control, joint, link, robot
+from tests.sim.test_driving import sliding_base
 from tests.sim.test_lockstep import Recorder
 
 SHAPE = INERTIAL + box("collision", "0.2 0.2 0.2")
@@ -94,6 +97,64 @@ def test_coasting_ends_at_the_tick_that_finds_physics_broken_down(ticks: int) ->
         ends.append(simulation.time_ns)
     assert ends[0] == ends[1]
     assert ends[0] > 10_000_000
+
+
+@pytest.fixture(scope="module")
+def base() -> RobotModel:
+    """A base on four wheels that turns by sliding them."""
+    return sliding_base().simulation.model
+
+
+def turning(base: RobotModel) -> Simulation:
+    """It begins to turn, in the middle of a control period."""
+    simulation = Simulation(base, control_period_ns=10_000_000)
+    simulation.step(200)
+    wheels = [joint.name for joint in base.joints]
+    simulation.apply(wheels, velocity=[3.0 if "left" in wheel else -3.0 for wheel in wheels])
+    simulation.step(105)
+    return simulation
+
+
+def test_a_base_that_slides_has_the_same_bits_however_its_steps_are_cut(base: RobotModel) -> None:
+    fast, slow = turning(base), turning(base)
+    for simulation in (fast, slow):
+        simulation.hold()
+    slow.step(701)
+    while remaining := fast.steps_until(slow.time_ns):
+        fast.coast(min(remaining, 90))
+    assert everything(fast) == everything(slow)
+
+
+@pytest.mark.parametrize("steps", [0, 300])
+def test_a_base_that_slides_goes_on_from_a_saved_state_with_the_same_bits(
+    base: RobotModel, steps: int
+) -> None:
+    first, other = turning(base), Simulation(base, control_period_ns=10_000_000)
+    if steps:
+        first.hold()
+        first.step(steps)
+    SavedState.of(first).put(other)
+    for simulation in (first, other):
+        simulation.step(200)
+    assert everything(first) == everything(other)
+
+
+def test_a_base_at_rest_takes_the_steps_of_mujoco_alone(
+    base: RobotModel, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    simulation = Simulation(base, control_period_ns=10_000_000)
+    simulation.step(500)
+    looks = 0
+    step = mujoco.mj_step1
+
+    def look(model: mujoco.MjModel, data: mujoco.MjData) -> None:
+        nonlocal looks
+        looks += 1
+        step(model, data)
+
+    monkeypatch.setattr(mujoco, "mj_step1", look)
+    simulation.step(160)
+    assert 0 < looks <= 160 // 16 + 1
 
 
 def test_a_loop_without_listeners_tells_nothing_and_goes_the_same_way() -> None:

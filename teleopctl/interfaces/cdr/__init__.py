@@ -2,6 +2,8 @@
 
 `layout` has the rules of the standard, `writing` and `reading` turn a definition into the source of
 a function by those rules, `codec` compiles and keeps the functions, `serialization` uses them.
+`prepared`, not imported here, writes numbers into what was serialised before.
+`prepared`, not imported here, writes numbers into what was serialised before.
 """
 
 from teleopctl.interfaces.cdr.serialization import (

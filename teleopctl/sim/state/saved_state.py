@@ -93,7 +93,8 @@ class SavedState:
         if only := next((part for part in here if part not in there), ""):
             raise RefusedError(f"The state is of another model: it lacks the {only}")
         now = simulation.save()
-        sizes, saved = ({k: v.size for k, v in one.items()} for one in (now, self.values))
+        values = {"sliding": now["sliding"], **self.values}  # files of before lack that
+        sizes, saved = ({k: v.size for k, v in one.items()} for one in (now, values))
         # Pairs that overlapped come apart, and pushes end.
         for name in {"waiting", "pushes"} & saved.keys():
             saved[name] = sizes[name]
@@ -101,7 +102,7 @@ class SavedState:
             raise RefusedError("The state is of another model: the same parts are made otherwise")
         if not all(np.isfinite(value).all() for value in self.values.values()):
             raise RefusedError("The state makes no sense: not all of its numbers are finite")
-        simulation.restore(self.values)
+        simulation.restore(values)
 
 
 def _plain_size(path: Path) -> int:

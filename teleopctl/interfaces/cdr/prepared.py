@@ -1,0 +1,63 @@
+"""Messages of which only a time and numbers change: serialised once, then written in place."""
+
+from __future__ import annotations
+
+import struct
+from array import array
+from collections.abc import Iterable
+
+from teleopctl.interfaces.cdr.serialization import deserialize, serialize
+from teleopctl.interfaces.message import Message
+from teleopctl.interfaces.stamps import split
+from teleopctl.typed import Any
+
+_STAMP = struct.Struct("<iI")
+
+
+class PreparedMessage:
+    """The CDR of a message with a header and sequences of ``float64`` that keep their lengths.
+
+    At 1 kHz, to fill in a message and to serialise it takes more than a physics step; this takes a
+    tenth of that. Where each value lies is found by which bytes change with it.
+
+    For processors that are little-endian, as CDR is here.
+
+    Args:
+        message: Has a ``header``.
+        sequences: Its fields of ``float64[]`` whose numbers change. The rest of the message, but
+            for its stamp, stays as it is now.
+
+    Attributes:
+        data: The bytes to be sent.
+        numbers: The numbers of each sequence, to be written to; of format ``d``.
+    """
+
+    def __init__(self, message: Message, sequences: Iterable[str]) -> None:
+        self.data = serialize(message)
+        view = memoryview(self.data)
+        # Any: the fields of a message whose type is not known here.
+        probe: Any = deserialize(self.data, type(message))
+        seen = []
+        for sec, nanosec in ((0, 0), (-1, 0xFFFFFFFF)):
+            probe.header.stamp.sec, probe.header.stamp.nanosec = sec, nanosec
+            seen.append(serialize(probe))
+        self._stamp, _ = _changed(*seen)
+        self.numbers: dict[str, memoryview[float]] = {}
+        for name in sequences:
+            size = 8 * len(getattr(probe, name))
+            seen = []
+            for byte in (b"\0", b"\xff"):
+                setattr(probe, name, array("d", byte * size))
+                seen.append(serialize(probe))
+            first, end = _changed(*seen)
+            self.numbers[name] = view[first:end].cast("d")
+
+    def set_stamp(self, nanoseconds: int) -> None:
+        """Set the time of the header."""
+        _STAMP.pack_into(self.data, self._stamp, *split(nanoseconds))
+
+
+def _changed(one: bytearray, other: bytearray) -> tuple[int, int]:
+    """From where to before where two messages differ; they do in all bytes between."""
+    places = [place for place, (a, b) in enumerate(zip(one, other, strict=True)) if a != b]
+    return (places[0], places[-1] + 1) if places else (0, 0)

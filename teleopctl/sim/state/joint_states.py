@@ -1,0 +1,71 @@
+"""Joint states as they are read out of MuJoCo's data, at each control tick."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from teleopctl.sim.mjcf.ball_joints import BallJoints
+
+if TYPE_CHECKING:
+    from teleopctl.mujoco_model import JointSpec
+
+
+class JointStates:
+    """The states of a robot's joints, in one order.
+
+    Args:
+        joints: The robot's movable joints.
+
+    Attributes:
+        names: The joints.
+        positions: In rad or m, as of the last `read`, (n,).
+        velocities: In rad/s or m/s, (n,).
+        efforts: What the drives exert, in N m or N, (n,).
+    """
+
+    def __init__(self, joints: Sequence[JointSpec]) -> None:
+        self.names = tuple(joint.name for joint in joints)
+        self.positions, self.velocities, self.efforts = np.zeros((3, len(joints)))
+        self._joints = joints
+        self._balls = BallJoints(joints)
+
+    # Any stands for MuJoCo's types, which have no static ones.
+    def bind(self, model: Any, data: Any) -> None:
+        """Read from a model's data from now on."""
+        named = [model.joint(joint.ball or joint.name) for joint in self._joints]
+        qpos = [int(joint.qposadr[0]) for joint in named]
+        dof = [int(joint.dofadr[0]) for joint in named]
+        self._d = data
+        # Views: numpy takes four times as long to copy a few numbers.
+        self._copied = [
+            (target.data[first:end], source.data[at : at + end - first])
+            for source, places, target in (
+                (data.qpos, qpos, self.positions),
+                (data.qvel, dof, self.velocities),
+                (data.qfrc_actuator, dof, self.efforts),
+            )
+            for first, end, at in _runs(places)
+        ]
+
+    def read(self) -> None:
+        """Take the present states."""
+        for target, source in self._copied:
+            target[:] = source
+        if self._balls:
+            self._balls.read(self._d, self.positions, self.velocities)
+
+    def put_balls(self, data: Any, given: Mapping[str, float]) -> None:
+        """Turn the balls of which turns are given; a turn that is not given is 0."""
+        self._balls.put(data, given)
+
+
+def _runs(places: Sequence[int]) -> Iterator[tuple[int, int, int]]:
+    """What lies in one piece: from which joint to before which, and where."""
+    first = 0
+    for end in range(1, len(places) + 1):
+        if end == len(places) or places[end] != places[end - 1] + 1:
+            yield first, end, places[first]
+            first = end
