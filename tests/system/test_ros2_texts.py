@@ -9,6 +9,7 @@ from teleopctl.cli import main
 from teleopctl.testing import eventually
 from tests import ROOT
 from tests.ros2_table import rows
+from tests.system.ros2_refusals import REFUSALS
 
 FIBONACCI = "action_tutorials_interfaces/action/Fibonacci"
 TALKER = "demo_nodes_cpp demo_nodes_cpp::Talker"
@@ -140,6 +141,14 @@ def graph(shared_ros):
 
 def _succeeds(line: str) -> bool:
     return main.run(line.split()) == 0
+
+
+@pytest.mark.parametrize("refusal", REFUSALS, ids=lambda one: str(one.line))
+def test_what_is_wrong_is_told_in_ros2s_words(graph, capsys, refusal):
+    line = refusal.line
+    status = main.run(line if isinstance(line, list) else line.split())
+    said = f"teleopctl: {refusal.words}{refusal.more}\n"
+    assert (*capsys.readouterr(), status) == ("", said, refusal.status)
 
 
 def test_they_follow_one_another_as_in_a_terminal(graph, capsys):

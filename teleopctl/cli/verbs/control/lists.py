@@ -58,6 +58,11 @@ def list_controllers(
     as_json: AsJson = False,
 ) -> None:
     """List loaded controllers and their states."""
+    if reference_interfaces:
+        console.warn(
+            "The '--reference-interfaces' argument is deprecated and will be removed in future "
+            "releases. Use '--exported-interfaces' instead."
+        )
     with manager_client(controller_manager, ros_args) as client:
         controllers = client.list_controllers()
     if as_json:
@@ -89,7 +94,7 @@ def list_controllers(
             _print_list("chained to interfaces", _chained(controller))
         if reference_interfaces or exported_interfaces or verbose:
             _print_list("exported reference interfaces", controller.reference_interfaces)
-        if exported_interfaces or verbose:
+        if reference_interfaces or exported_interfaces or verbose:
             _print_list("exported state interfaces", controller.exported_state_interfaces)
 
 
