@@ -11,8 +11,8 @@ from _thread import allocate_lock
 
 import zenoh
 
-from teleopctl.interrupts import transport_callback
 from teleopctl.typed import TYPE_CHECKING
+from teleopctl.wire import direct_callback
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -82,10 +82,9 @@ class _Topic:
     def __init__(self, session: zenoh.Session, key: str, receive: Receive) -> None:
         # Replaced, never changed, so that a sample is handed on without a lock.
         self.receivers: tuple[Receive, ...] = (receive,)
-        handler = zenoh.handlers.Callback(self._hand_on, indirect=False)
-        self.channel: zenoh.Subscriber[None] = session.declare_subscriber(key, handler)
+        callback = direct_callback(self._hand_on)
+        self.channel: zenoh.Subscriber[None] = session.declare_subscriber(key, callback)
 
-    @transport_callback
     def _hand_on(self, sample: zenoh.Sample) -> None:
         for receive in self.receivers:
             receive(sample)

@@ -11,6 +11,7 @@ if TYPE_CHECKING:
         decode_attachment as decode_attachment,
         encode_attachment as encode_attachment,
     )
+    from teleopctl.wire.callbacks import direct_callback as direct_callback
     from teleopctl.wire.config import (
         has_room_for_shared_memory as has_room_for_shared_memory,
         session_config as session_config,
@@ -68,6 +69,7 @@ else:
         {
             "address": "RouterAddress",
             "attachment": "Attachment decode_attachment encode_attachment",
+            "callbacks": "direct_callback",
             "config": "has_room_for_shared_memory session_config",
             "connections": "session_ports",
             "graph": "Graph NodeEntry action_type actions_of is_hidden_name query_graph",

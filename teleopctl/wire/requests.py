@@ -13,6 +13,7 @@ from teleopctl.interfaces import ResponseT, deserialize, serialize, type_hash
 from teleopctl.interrupts import transport_callback
 from teleopctl.typed import TYPE_CHECKING, Generic, Protocol, TypeVar, cast
 from teleopctl.wire.attachment import GID_SIZE, Attachment, decode_attachment, encode_attachment
+from teleopctl.wire.callbacks import direct_callback
 from teleopctl.wire.keys import topic_key
 from teleopctl.wire.session import domain_id
 
@@ -52,7 +53,7 @@ def send_request(
     """
     session.get(
         key,
-        zenoh.handlers.Callback(receive, end, indirect=False),
+        direct_callback(receive, end),
         target=zenoh.QueryTarget.ALL_COMPLETE,
         consolidation=zenoh.ConsolidationMode.NONE,
         timeout=timeout_s,
@@ -134,7 +135,6 @@ class Question(Generic[ResponseT]):
             self._settle,
         )
 
-    @transport_callback
     def _receive(self, reply: zenoh.Reply) -> None:
         if reply.ok is None:
             return

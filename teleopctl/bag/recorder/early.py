@@ -13,9 +13,8 @@ from typing import TYPE_CHECKING
 
 import zenoh
 
-from teleopctl.interrupts import transport_callback
 from teleopctl.node import MessageInfo
-from teleopctl.wire import decode_attachment
+from teleopctl.wire import decode_attachment, direct_callback
 
 if TYPE_CHECKING:
     from teleopctl.node import Node
@@ -40,7 +39,7 @@ class EarlyMessages:
         self._bytes = 0
         session = node.context.session
         self._subscriber = session.declare_subscriber(
-            f"{node.context.domain_id}/**", zenoh.handlers.Callback(self._take, indirect=False)
+            f"{node.context.domain_id}/**", direct_callback(self._take)
         )
 
     def hand_over(self, key: str, receiver: Receiver) -> None:
@@ -68,7 +67,6 @@ class EarlyMessages:
         """Listen no more."""
         self._subscriber.undeclare()
 
-    @transport_callback
     def _take(self, sample: zenoh.Sample) -> None:
         key = str(sample.key_expr)
         if self._receivers.get(key, key) is None:

@@ -219,7 +219,6 @@ class Client(ServiceEnd, Waitable, Generic[RequestT, ResponseT]):
         if self._introspection is not None:
             self._introspection.request_sent(self.gid, sequence, request)
 
-        @transport_callback
         def receive(reply: zenoh.Reply) -> None:
             self._receive(reply, sequence, future)
 
@@ -289,7 +288,6 @@ class Client(ServiceEnd, Waitable, Generic[RequestT, ResponseT]):
             self._pending.discard(future)
         future.cancel()
 
-    @transport_callback
     def _receive(self, reply: zenoh.Reply, sequence: int, future: Future[ResponseT]) -> None:
         """Take the first answer that belongs to the request; further servers' are dropped."""
         sample = reply.ok

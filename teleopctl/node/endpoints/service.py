@@ -11,7 +11,6 @@ import zenoh
 
 from teleopctl.errors import InvalidMessageError, TeleopctlError
 from teleopctl.interfaces import RequestT, ResponseT, deserialize, serialize
-from teleopctl.interrupts import transport_callback
 from teleopctl.node.endpoints.arrivals import KeepLast
 from teleopctl.node.endpoints.service_end import ServiceEnd, ServiceInfo
 from teleopctl.node.endpoints.waitable import Waitable
@@ -23,6 +22,7 @@ from teleopctl.wire import (
     EntityKind,
     Refusals,
     decode_attachment,
+    direct_callback,
     encode_attachment,
 )
 
@@ -100,7 +100,7 @@ class Service(ServiceEnd, Waitable, Generic[RequestT, ResponseT]):
         self.refusals = Refusals(f"a request to '{name}'", node.get_logger().error)
         receive = self._answer_now if immediate else self._queue
         self._channel: Any = node.context.session.declare_queryable(
-            self.key, zenoh.handlers.Callback(receive, indirect=False), complete=True
+            self.key, direct_callback(receive), complete=True
         )
         self._announce()
 
@@ -137,14 +137,12 @@ class Service(ServiceEnd, Waitable, Generic[RequestT, ResponseT]):
         arrival = self._queries.take()
         return None if arrival is None else self._read(*arrival)
 
-    @transport_callback
     def _queue(self, query: zenoh.Query) -> None:
         if len(self._queries) == self._depth:
             self.refusals.refuse(f"{self._depth} wait already, the oldest falls out")
         self._queries.put((query, time.time_ns()), 0)
         self.tell_executor()
 
-    @transport_callback
     def _answer_now(self, query: zenoh.Query) -> None:
         try:
             self._handle(query, time.time_ns())

@@ -11,7 +11,6 @@ import zenoh
 
 from teleopctl.errors import InvalidMessageError, TeleopctlError
 from teleopctl.interfaces import MessageT, deserialize
-from teleopctl.interrupts import transport_callback
 from teleopctl.node.endpoints.arrivals import KeepAll, KeepLast
 from teleopctl.node.endpoints.endpoint import LARGE_MESSAGE, Endpoint, expect_large_messages
 from teleopctl.node.endpoints.waitable import Waitable
@@ -20,7 +19,7 @@ from teleopctl.node.values.exceptions import RCLError
 from teleopctl.node.values.handle import Handle
 from teleopctl.node.values.qos import QoSProfile, ReliabilityPolicy, bound_ns
 from teleopctl.typed import TYPE_CHECKING, Any, Generic, NamedTuple, TypeAlias, TypedDict
-from teleopctl.wire import EntityKind, Refusals, decode_attachment
+from teleopctl.wire import EntityKind, Refusals, decode_attachment, direct_callback
 
 if TYPE_CHECKING:
     from teleopctl.node.endpoints.events.callbacks import SubscriptionEventCallbacks
@@ -175,7 +174,7 @@ class Subscription(Endpoint, Waitable, Generic[MessageT]):
         if not (immediate or qos.is_latched or qos.queue_depth is None):
             return self.node.context.fan_out.declare_subscriber(self.key, self._queue)
         receive = self._handle_now if immediate else self._queue
-        handler = zenoh.handlers.Callback(receive, indirect=False)
+        handler = direct_callback(receive)
         if not qos.is_latched:
             return session.declare_subscriber(self.key, handler)
         from zenoh import ext
@@ -248,7 +247,6 @@ class Subscription(Endpoint, Waitable, Generic[MessageT]):
             return None
         return functools.partial(self.callback, *arguments)
 
-    @transport_callback
     def _queue(self, sample: zenoh.Sample) -> None:
         size = len(sample.payload) if self._samples.counts_bytes else 0
         if not self._samples.put((sample, time.time_ns()), size):
@@ -256,7 +254,6 @@ class Subscription(Endpoint, Waitable, Generic[MessageT]):
         self._tell_of(sample)
         self.tell_executor()
 
-    @transport_callback
     def _handle_now(self, sample: zenoh.Sample) -> None:
         self._tell_of(sample)
         arguments = self._arguments(sample, time.time_ns())

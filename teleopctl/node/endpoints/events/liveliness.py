@@ -13,7 +13,6 @@ import functools
 
 import zenoh
 
-from teleopctl.interrupts import transport_callback
 from teleopctl.node.endpoints.events.callbacks import (
     EventCallback,
     LivelinessChangedInfo,
@@ -25,7 +24,7 @@ from teleopctl.node.endpoints.events.watchdog import Watchdog
 from teleopctl.node.values.callback_groups import CallbackGroup
 from teleopctl.node.values.qos import LivelinessPolicy, bound_ns
 from teleopctl.typed import TYPE_CHECKING
-from teleopctl.wire import INFINITE_NS, EndpointToken, EntityKind, assertion_key
+from teleopctl.wire import INFINITE_NS, EndpointToken, EntityKind, assertion_key, direct_callback
 
 if TYPE_CHECKING:
     from teleopctl.node.endpoints.endpoint import Endpoint
@@ -88,7 +87,7 @@ class LivelinessChangedHandler(GraphHandler):
         self._told = (0, 0)
         super().__init__(endpoint, callback, group)
         self._assertions = endpoint.node.context.session.declare_subscriber(
-            assertion_key(endpoint.key), zenoh.handlers.Callback(self._hear, indirect=False)
+            assertion_key(endpoint.key), direct_callback(self._hear)
         )
 
     def _find(self) -> list[EndpointToken]:
@@ -125,7 +124,6 @@ class LivelinessChangedHandler(GraphHandler):
             self._changed = True
         self.tell_executor()
 
-    @transport_callback
     def _hear(self, sample: zenoh.Sample) -> None:
         self.asserted(sample.payload.to_bytes())
 
