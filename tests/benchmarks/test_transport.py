@@ -1,9 +1,10 @@
 """Publisher to subscribers between processes, against raw Zenoh in Python.
 
 One way: a message goes over, and each subscriber answers with the time at which it had it decoded;
-the last one counts. Rate: bursts of small messages, of each of which the last is answered. All
-sides run in turn in the same minute, and the ratio of the medians is what counts: to raw Zenoh, and
-to Zenoh that does by hand what the messages of ROS 2 take (see `echo_peers`).
+the last one counts. Rate: bursts of small messages, of each of which the last is answered. Stream:
+processor time of the subscriber's process, at a steady rate. All sides run in turn in the same
+minute, and the ratio of the medians is what counts: to raw Zenoh, and to Zenoh that does by hand
+what the messages of ROS 2 take (see `echo_peers`).
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
+import psutil
 import pytest
 
 from tests.benchmarks import echo_peers
@@ -25,6 +27,7 @@ from tests.benchmarks import echo_peers
 STRING, IMAGE = echo_peers.STRING, "sensor_msgs/msg/Image"
 KINDS = ("raw", "hand", "node")
 BURST = 50
+STREAM_HZ, AT_ONCE = 1000, 5
 
 
 class Case(NamedTuple):
@@ -96,6 +99,11 @@ class Side:
         for _ in range(messages):
             self.publish()
         return (max(self._answers) - start) / 1e9 if self._all.wait(longest_s) else None
+
+    def processor_seconds(self) -> float:
+        """How long the subscribers' processes have computed so far."""
+        times = [psutil.Process(peer.pid).cpu_times() for peer in self._peers]
+        return sum(each.user + each.system for each in times)
 
     def close(self) -> None:
         for peer in self._peers:
@@ -194,4 +202,27 @@ def test_rate(ros, each, capsys):
             f"\n64 B to {each}: raw {rates['raw']:.0f} Hz, by hand {rates['hand']:.0f} Hz, node "
             f"{rates['node']:.0f} Hz, ratio of the times {medians['node'] / medians['raw']:.2f}, "
             f"to the same work {medians['node'] / medians['hand']:.2f}"
+        )
+
+
+def test_stream(ros, capsys):
+    sides = {kind: Side(kind, Case(64, STRING, 0), BURST) for kind in KINDS}
+    shares: dict[str, list[float]] = {kind: [] for kind in sides}
+    for _ in range(3):
+        for kind, side in sides.items():
+            spent_s, start = side.processor_seconds(), time.monotonic()
+            for number in range(1, 2 * STREAM_HZ + 1):
+                for _ in range(AT_ONCE):
+                    side.publish()
+                time.sleep(max(0.0, start + number / STREAM_HZ - time.monotonic()))
+            taken_s = time.monotonic() - start
+            shares[kind].append((side.processor_seconds() - spent_s) / taken_s)
+    for side in sides.values():
+        side.close()
+    raw, hand, node = (statistics.median(shares[kind]) * 100 for kind in KINDS)
+    with capsys.disabled():
+        print(
+            f"\n64 B, {AT_ONCE} of them at {STREAM_HZ} Hz: raw {raw:.0f} % of a core, by hand "
+            f"{hand:.0f} %, node {node:.0f} %, ratio {node / raw:.2f}, to the same work "
+            f"{node / hand:.2f}"
         )
