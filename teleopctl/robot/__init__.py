@@ -20,6 +20,10 @@ if TYPE_CHECKING:
         joint_actuators as joint_actuators,
     )
     from teleopctl.robot.formats.mjcf_sensors import sensor_tags as sensor_tags
+    from teleopctl.robot.formats.mjcf_sizes import (
+        check_mjcf as check_mjcf,
+        check_mjcf_text as check_mjcf_text,
+    )
     from teleopctl.robot.formats.mjcf_urdf import ball_turns as ball_turns
     from teleopctl.robot.formats.model_file import (
         ModelKind as ModelKind,
@@ -109,6 +113,7 @@ else:
             "described_namespace with_mesh_paths xacro_arguments",
             "description": "RobotDescription",
             "formats.mjcf": "Mjcf load_mjcf",
+            "formats.mjcf_sizes": "check_mjcf check_mjcf_text",
             "formats.mjcf_actuators": "JointActuator joint_actuators",
             "formats.mjcf_sensors": "sensor_tags",
             "formats.mjcf_urdf": "ball_turns",

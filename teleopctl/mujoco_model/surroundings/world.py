@@ -15,6 +15,7 @@ from teleopctl.mujoco_model.inertia import repair_inertias
 from teleopctl.mujoco_model.surroundings.scene_spec import MIMIC_LEFT_OUT, scene_spec
 from teleopctl.mujoco_model.unserved import unserved_tags
 from teleopctl.mujoco_model.urdf_import import apply_gazebo, import_urdf
+from teleopctl.robot import check_mjcf, check_mjcf_text
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -195,7 +196,9 @@ def _import(
 def _read_scene(world: World) -> mujoco.MjSpec:
     try:
         if world.text:
+            check_mjcf_text(world.text, world.path)
             return mujoco.MjSpec.from_string(world.text)
+        check_mjcf(world.path)
         return mujoco.MjSpec.from_file(str(world.path))
     except ValueError as error:
         raise _refusal(world.path, error) from error

@@ -14,6 +14,7 @@ from typing import Any
 import mujoco
 
 from teleopctl.errors import InvalidDescriptionError
+from teleopctl.robot.formats.mjcf_sizes import check_mjcf
 from teleopctl.robot.formats.places import transform
 from teleopctl.tf import Transform
 
@@ -91,9 +92,11 @@ def load_mjcf(path: Path) -> Mjcf:
     """Read an MJCF file with all that it includes.
 
     Raises:
-        InvalidDescriptionError: MuJoCo does not accept it, or there is no robot in it.
+        InvalidDescriptionError: MuJoCo does not accept it or would take too much for it, or there
+            is no robot in it.
     """
     path = path.absolute()
+    check_mjcf(path)
     try:
         spec = mujoco.MjSpec.from_file(str(path))
         _name_parts(spec)

@@ -1,0 +1,169 @@
+"""Numbers in MJCF files that would fill the memory, or keep MuJoCo's parser busy for hours.
+
+A few characters ask for a height field of 40 GB, or for ten million copies of a body, and MuJoCo
+cannot be interrupted in making them. So the text is looked at before, with what it includes.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from lxml import etree
+
+from teleopctl.errors import InvalidDescriptionError
+
+
+class _Size(NamedTuple):
+    """What some attributes ask for: as much as the product of all their numbers."""
+
+    attributes: tuple[str, ...]
+    most: int
+    what: str
+
+
+# By tag. What takes 1 GB or 10 s is too much: MuJoCo 4.0 takes 20 bytes for a cell or a pixel.
+_SIZES = {
+    "camera": _Size(("resolution",), 100_000_000, "pixels"),
+    "composite": _Size(("count",), 10_000, "parts"),
+    "flexcomp": _Size(("count",), 100_000, "points"),
+    "hfield": _Size(("nrow", "ncol"), 16_000_000, "cells"),
+    "mesh": _Size(("params",), 1_000_000, "points"),
+    "texture": _Size(("width", "height"), 50_000_000, "pixels"),
+    "user": _Size(("dim",), 1_000_000, "numbers"),
+}
+# <size>, each of its numbers that is of each body, joint, … as a whole.
+_USER_NUMBERS = ("nuserdata", "nuser_")
+_MOST_USER_NUMBERS = 1_000_000
+# MuJoCo's parser takes 10 s for so many, and four times as long for twice as many.
+_MOST_COPIES = 10_000
+
+
+def check_mjcf(path: Path) -> None:
+    """See that MuJoCo can read a file, and what it includes, in time and in the memory there is.
+
+    What is wrong otherwise, and what cannot be read, MuJoCo tells.
+
+    Raises:
+        InvalidDescriptionError: It cannot.
+    """
+    _Reading(path.absolute().parent).check(path.absolute())
+
+
+def check_mjcf_text(text: str, path: Path) -> None:
+    """The same of a text.
+
+    Args:
+        text: What would stand in a file; what it includes is taken from the current folder.
+        path: What to call it.
+    """
+    reading = _Reading(Path.cwd())
+    root = _parsed(text.encode())
+    if root is not None:
+        reading.look(root, path)
+
+
+class _Reading:
+    """Looks at a file and at what it includes.
+
+    Args:
+        folder: Where included files are.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        self._seen: set[Path] = set()
+        # How many elements a file has that is to be attached, by its name as an asset.
+        self._attached: dict[str, float] = {}
+
+    def check(self, path: Path) -> float:
+        """Look at a file; returns how many elements it has, with all copies."""
+        if path in self._seen:
+            return 0.0  # MuJoCo includes no file twice
+        self._seen.add(path)
+        try:
+            root = _parsed(path.read_bytes())
+        except OSError:
+            return 0.0
+        return 0.0 if root is None else self.look(root, path)
+
+    def look(self, root: etree._Element, path: Path) -> float:
+        """Look at a document; returns how many elements it has, with all copies."""
+        for model in root.iter("model"):
+            if file := model.get("file"):
+                self._attached[model.get("name") or Path(file).stem] = self._included(file, path)
+        for element in root.iter("*"):
+            _check_size(element, path)
+        return self._count(root, path)
+
+    def _count(self, element: etree._Element, path: Path) -> float:
+        """How many elements there are in and with an element; from the leaves up."""
+        counts: dict[etree._Element, float] = {}
+        for _, one in etree.iterwalk(element, events=("end",), tag="*"):
+            inner = sum(counts.pop(child, 0.0) for child in one)
+            if one.tag == "include":
+                inner += self._included(one.get("file") or "", path)
+            if one.tag == "attach":
+                inner += self._attached.get(one.get("model") or "", 0.0)
+            if one.tag == "replicate":
+                inner *= max(1.0, math.prod(_numbers(one.get("count"))))
+                if inner > _MOST_COPIES:
+                    raise _refusal(one, path, f"makes {inner:.6g} elements", _MOST_COPIES)
+            counts[one] = inner + 1.0
+        return counts[element]
+
+    def _included(self, name: str, path: Path) -> float:
+        # MuJoCo starts from the folder of the first file; some files mean their own.
+        for folder in (self._folder, path.parent):
+            file = (folder / name).resolve()
+            if name and file.is_file():
+                return self.check(file)
+        return 0.0
+
+
+def _check_size(element: etree._Element, path: Path) -> None:
+    if size := _SIZES.get(str(element.tag)):
+        asked = math.prod(
+            number for name in size.attributes for number in _numbers(element.get(name))
+        )
+        if asked > size.most:
+            raise _refusal(element, path, f"has {asked:.6g} {size.what}", size.most)
+    if element.tag == "size":
+        for name, value in element.attrib.items():
+            if str(name).startswith(_USER_NUMBERS):
+                for number in _numbers(str(value)):
+                    if number > _MOST_USER_NUMBERS:
+                        words = f"asks for {number:.6g} numbers in {name}"
+                        raise _refusal(element, path, words, _MOST_USER_NUMBERS)
+
+
+def _refusal(element: etree._Element, path: Path, words: str, most: int) -> InvalidDescriptionError:
+    name = element.get("name")
+    what = f"<{element.tag} name='{name}'>" if name else f"<{element.tag}>"
+    return InvalidDescriptionError(
+        f"{path}:{element.sourceline}: {what} {words}, and {most:,} are the most"
+    )
+
+
+def _numbers(text: str | None) -> Iterator[float]:
+    """The numbers of an attribute that are larger than one, which are as many as it says."""
+    for word in (text or "").split():
+        try:
+            number = float(word)
+        except ValueError:
+            continue
+        if number > 1.0:
+            yield number
+
+
+# Any: lxml takes what has no root for None.
+def _parsed(content: bytes) -> Any:
+    parser = etree.XMLParser(
+        resolve_entities=False, remove_comments=True, remove_pis=True, huge_tree=True, recover=True
+    )
+    try:
+        return etree.fromstring(content, parser)
+    except (etree.XMLSyntaxError, ValueError):
+        return None
