@@ -102,8 +102,9 @@ def echo_transforms(
                 if once:
                     return
             except TransformException as error:
+                now_s = node.get_clock().nanoseconds() * 1e-9
                 fail(
-                    f"Failure at {time.time()}\nException thrown:{error.message}\n"
+                    f"Failure at {now_s:.3f}\nException thrown:{error.message}\n"
                     f"The current list of frames is:\n{buffer.all_frames_as_string()}"
                 )
             deadline += period_s

@@ -32,6 +32,7 @@ node.declare_parameter(
         integer_range=[IntegerRange(from_value=0, to_value=100, step=2)],
     ),
 )
+node.declare_parameter("free", 1, ParameterDescriptor(dynamic_typing=True))
 node.declare_parameter("fixed", 7, ParameterDescriptor(read_only=True))
 node.declare_parameter("int", 3)
 node.declare_parameter("ints", [1, 2])

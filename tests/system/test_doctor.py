@@ -135,12 +135,17 @@ def test_a_subscription_that_asks_for_more_than_is_offered_is_found(ros):
 
 @needs_multicast
 def test_hello_prints_one_table(ros):
-    lines = ros.run("doctor hello --once").stdout.splitlines()
-    assert lines[:3] == [
-        "MULTIMACHINE COMMUNICATION SUMMARY",
-        "Topic: /canyouhearme, Published Msg Count: 1",
-        "Subscribed from:",
-    ]
+    host = r"( {16}\S+ +\d+ +\n)?"
+    columns = " " * 16 + "Hostname" + " " * 13 + "Msg Count /1.0s\n"
+    assert re.fullmatch(
+        "MULTIMACHINE COMMUNICATION SUMMARY\n"
+        "Topic: /canyouhearme, Published Msg Count: 1\n"
+        f"Subscribed from:\n{columns}{host}"
+        "Multicast Group/Port: 225.0.0.1/49150, Sent Msg Count: 1\n"
+        f"Received from:\n{columns}{host}"
+        "------------------------------------------------------------\n",
+        ros.run("doctor hello --once").stdout,
+    )
 
 
 @needs_multicast
@@ -150,8 +155,11 @@ def test_a_datagram_comes_from_one_command_to_another(ros_without_router):
     receiving.wait_for_line("Waiting for UDP multicast datagram...")
     sent = ros_without_router.run(f"multicast send --port {port}")
     assert sent.stdout == "Sending one UDP multicast datagram...\n"
-    receiving.wait_for_line(r"Received from [\d.]+:\d+: 'Hello World!'")
     assert receiving.wait() == 0
+    assert re.fullmatch(
+        r"Waiting for UDP multicast datagram...\nReceived from [\d.]+:\d+: 'Hello World!'\n",
+        receiving.stdout,
+    ), receiving.stderr
 
 
 @pytest.mark.parametrize("words", ["send --group 10.0.0.1", "send --ttl 0", "receive --port 70000"])

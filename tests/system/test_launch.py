@@ -1,6 +1,7 @@
 """``teleopctl launch`` in the foreground: output, crashes, respawning, Ctrl-C, arguments."""
 
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -248,6 +249,19 @@ def test_show_args_and_print_start_nothing(ros):
         "\n    'how':\n        no description given\n"
     )
     assert ros.run("launch -p file.yaml how:=x").stdout == "echo-1:\n  echo world\n"
+    write(ros, "launch: [executable: {cmd: echo hello, output: screen}]\n", "plain.yaml")
+    assert ros.run("launch -s plain.yaml").stdout == (
+        "Arguments (pass arguments as '<name>:=<value>'):\n\n  No arguments.\n"
+    )
+    done = ros.run("launch plain.yaml")
+    assert re.fullmatch(
+        r"\[INFO\] \[launch\]: All log files can be found below /.+\n"
+        r"\[INFO\] \[launch\]: Default logging verbosity is set to INFO\n"
+        r"\[INFO\] \[echo-1\]: process started with pid \[(\d+)\]\n"
+        r"\[echo-1\] hello\n"
+        r"\[INFO\] \[echo-1\]: process has finished cleanly \[pid \1\]\n",
+        done.stdout,
+    ), done.stdout
     missing = ros.run("launch file.yaml")
     assert missing.returncode == 2
     assert "Required launch argument 'how'" in missing.stderr

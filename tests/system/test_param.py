@@ -226,6 +226,11 @@ def test_a_refusal_has_the_reason_of_rclpy(param, words, reason):
     assert f"Setting parameter failed: {reason}" in errors
 
 
+def test_what_may_be_deleted_is_gone_then(param):
+    assert param("delete", "/arm/many", "free") == (0, "Deleted parameter successfully\n", "")
+    assert param("get", "/arm/many", "free")[:2] == (1, "")
+
+
 def test_what_cannot_be_deleted_is_told(param):
     status, text, errors = param("delete", "/arm/many", "int")
     assert (status, text) == (1, "")

@@ -1,6 +1,7 @@
 """``tf`` and the programs ``tf2_echo``, ``tf2_monitor``, ``static_transform_publisher``."""
 
 import json
+import re
 
 STATIC = "tf2_ros static_transform_publisher"
 MOVE_AND_TURN = "--x 1 --y 2 --z 3 --yaw 1.5707963267948966"
@@ -71,10 +72,38 @@ def test_the_node_tf2_echo_prints_the_same_and_logs_while_it_waits(ros):
     assert echo.stdout.startswith(PRINTED)
 
 
+def test_what_cannot_be_looked_up_is_told_with_the_frames_that_there_are(ros):
+    moving = "{transforms: [{header: {stamp: {sec: 9}, frame_id: world}, child_frame_id: cup}]}"
+    words = ["topic", "pub", "-r", "50", "-w", "0", "/tf", "tf2_msgs/msg/TFMessage", moving]
+    ros.spawn(words).wait_for_line("publishing #1")
+    echo = ros.spawn("run tf2_ros tf2_echo world cup -t 5")
+    echo.wait_for_line("Frame cup exists with parent world.", stream="stdout")
+    echo.interrupt()
+    assert echo.wait() == 0
+    reason = "Lookup would require extrapolation (into the past|at time).*"
+    assert re.match(
+        rf"Failure at \d+\.\d{{3}}\nException thrown:{reason}, when looking up transform from "
+        r"frame \[cup\] to frame \[world\]\nThe current list of frames is:\n"
+        r"Frame cup exists with parent world\.\n\n",
+        echo.stdout,
+    )
+
+
 def test_old_arguments_of_static_transform_publisher_still_work(ros):
     process = publish_static(ros, "1 2 3 1.5707963267948966 0 0 world cup")
     process.wait_for_line("Old-style arguments are deprecated; see --help for new-style arguments")
     assert ros.run("tf echo world cup --once").stdout == PRINTED
+    said = re.sub(
+        r"\[[\d.]+\] \[static_transform_publisher_[^]]+\]", "[WHEN] [WHO]", process.stderr
+    )
+    assert said == (
+        "[INFO] [WHEN] [WHO]: Spinning until stopped - publishing transform\n"
+        "translation: ('1.000000', '2.000000', '3.000000')\n"
+        "rotation: ('0.000000', '0.000000', '0.707107', '0.707107')\n"
+        "from 'world' to 'cup'\n"
+        "[WARN] [WHEN] [WHO]: Old-style arguments are deprecated; see --help for new-style "
+        "arguments\n"
+    )
 
 
 def test_wrong_command_lines_end_with_status_2_and_one_message(ros):

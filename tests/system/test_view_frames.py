@@ -40,6 +40,14 @@ def test_the_tree_is_written_as_a_graph_and_as_a_picture(frames, tmp_path, comma
     assert {"world", "base", "arm", "static"} <= set(texts)
     assert not (tmp_path / "tree.pdf").exists()
     assert "dot" in done.stderr
+    if command.startswith("run"):
+        lines = [line.partition(" [view_frames]: ")[2] for line in done.stderr.splitlines()]
+        assert [line for line in lines if "dot" not in line] == [
+            "Listening to tf data for 1.0 seconds...",
+            "Generating graph...",
+            f"Exporting graph in {tmp_path}/tree.gv file...",
+            f"Exporting graph in {tmp_path}/tree.svg file...",
+        ]
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="the stand-in for dot is a shell script")
