@@ -14,6 +14,7 @@ if TYPE_CHECKING:
         SPEED_STIFFNESS as SPEED_STIFFNESS,
         compensated_bodies as compensated_bodies,
         drive_name as drive_name,
+        lifting_efforts as lifting_efforts,
         motor_name as motor_name,
         rotors_told as rotors_told,
     )
@@ -33,7 +34,10 @@ if TYPE_CHECKING:
         without_things as without_things,
     )
     from teleopctl.mujoco_model.surroundings.world import WORLD_PREFIX as WORLD_PREFIX
-    from teleopctl.mujoco_model.unserved import unserved_tags as unserved_tags
+    from teleopctl.mujoco_model.unserved import (
+        gazebos_own_tags as gazebos_own_tags,
+        unserved_tags as unserved_tags,
+    )
 else:
     from teleopctl.lazy import attach
 
@@ -42,7 +46,8 @@ else:
         {
             "cameras": "CameraModel",
             "drives": (
-                "SPEED_LAG_S SPEED_STIFFNESS compensated_bodies drive_name motor_name rotors_told"
+                "SPEED_LAG_S SPEED_STIFFNESS compensated_bodies drive_name lifting_efforts "
+                "motor_name rotors_told"
             ),
             "free_bodies": "FreeBody free_root",
             "joints": "JointSpec",
@@ -52,6 +57,6 @@ else:
             "surroundings.thing": "Thing",
             "surroundings.things": "in_world with_thing without_things",
             "surroundings.world": "WORLD_PREFIX",
-            "unserved": "unserved_tags",
+            "unserved": "gazebos_own_tags unserved_tags",
         },
     )

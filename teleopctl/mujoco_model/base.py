@@ -48,7 +48,7 @@ class FreeBase:
 
 def world_frame(description: RobotDescription, *, fixed_base: bool) -> str:
     """The frame that stands still at the world's origin."""
-    return description.root if fixed_base else WORLD
+    return description.root if fixed_base or description.gazebo.static else WORLD
 
 
 def free_base(
@@ -62,7 +62,7 @@ def free_base(
         fixed_base: Whether it is to stand whatever its name is.
     """
     root = description.root
-    if fixed_base or root == WORLD:
+    if fixed_base or description.gazebo.static or root == WORLD:
         return None
     name = f"{root}_to_{WORLD}"
     while name in description.joints:

@@ -55,6 +55,8 @@ class CameraModel:
             ``coloured``, and ``info`` and ``depth_info`` of those.
         noise: Of the image, as a part of full white.
         encoding: Of its images: ``rgb8``, ``bgr8`` or ``mono8``.
+        baseline_m: How far to the right of another camera ``camera_info`` says that it is.
+        rectified: fx, fy, cx, cy, tx, ty of the projection matrix where the description has them.
     """
 
     name: str
@@ -73,6 +75,8 @@ class CameraModel:
     topics: Mapping[str, str] = field(default_factory=dict)
     noise: Noise | None = None
     encoding: str = "rgb8"
+    baseline_m: float = 0.0
+    rectified: tuple[float, float, float, float, float, float] | None = None
 
     def sees(self, what: str) -> bool:
         """Whether it publishes this; see ``topics``."""
@@ -107,7 +111,12 @@ class CameraModel:
     def projection(self) -> tuple[float, ...]:
         """The twelve numbers of the projection matrix P of a single camera, row by row."""
         fx, fy, cx, cy = self._pinhole
-        return (fx, 0.0, cx, 0.0, 0.0, fy, cy, 0.0, 0.0, 0.0, 1.0, 0.0)
+        if self.rectified is not None:
+            fx, fy, cx, cy, tx, ty = self.rectified
+        else:
+            # As of the right camera of a pair that stands so far apart.
+            tx, ty = -fx * self.baseline_m, 0.0
+        return (fx, 0.0, cx, tx, 0.0, fy, cy, ty, 0.0, 0.0, 1.0, 0.0)
 
     @property
     def optical_rotation(self) -> Quaternion:
@@ -187,6 +196,8 @@ def _camera(sensor: Sensor, frame: str) -> CameraModel:
         focal=camera.intrinsics,
         noise=sensor.noise.get("camera"),
         encoding=_ENCODINGS.get(camera.format.upper(), "rgb8"),
+        baseline_m=_said(sensor, "hack_baseline", "hackBaseline") or 0.0,
+        rectified=camera.projection,
     )
 
 

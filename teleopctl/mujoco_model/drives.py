@@ -23,6 +23,7 @@ from typing import TYPE_CHECKING, Any
 
 import mujoco
 import numpy as np
+import numpy.typing as npt
 
 if TYPE_CHECKING:
     from teleopctl.mujoco_model.joints import JointSpec
@@ -250,3 +251,23 @@ def compensated_bodies(model: mujoco.MjModel, unsupported_dofs: np.ndarray) -> n
         own_free = count > 0 and bool(unsupported_dofs[first : first + count].any())
         carried[body] = 0.0 if own_free or (parent and not carried[parent]) else 1.0
     return carried
+
+
+def lifting_efforts(
+    model: mujoco.MjModel, data: mujoco.MjData, bodies: npt.NDArray[np.int_]
+) -> npt.NDArray[np.float64]:
+    """The generalised forces that lift bodies against gravity: -J^T m g, summed over them.
+
+    Args:
+        model: The ``mujoco.MjModel``.
+        data: Its ``mujoco.MjData``, with the bodies' places.
+        bodies: Their numbers.
+
+    Returns:
+        N m or N, (nv,).
+    """
+    lifted, jacobian = np.zeros(model.nv), np.zeros((3, model.nv))
+    for body in bodies:
+        mujoco.mj_jac(model, data, jacobian, None, data.xipos[body], body)
+        lifted -= jacobian.T @ (model.body_mass[body] * model.opt.gravity)
+    return lifted

@@ -59,6 +59,7 @@ class RobotModel:
         world_geoms: The numbers of the shapes in ``mj_model`` that are of the world.
         warnings: What had to be repaired or left out, one sentence each.
         excluded: Pairs of links that overlap at the start: no contact until they have come apart.
+        weightless: Links of the robot on which gravity does not act.
         start: How a robot of an MJCF file starts; None for one of a URDF.
         keyframes: The states that an MJCF file names.
     """
@@ -75,6 +76,7 @@ class RobotModel:
     world_geoms: tuple[int, ...]
     warnings: tuple[str, ...]
     excluded: tuple[tuple[str, str], ...]
+    weightless: tuple[str, ...] = ()
     start: Start | None = None
     keyframes: Mapping[str, Start] = field(default_factory=dict)
 
@@ -193,6 +195,11 @@ def build_model(
         world_geoms=world_geoms(model),
         warnings=tuple(warnings),
         excluded=tuple(excluded),
+        weightless=tuple(
+            link
+            for link, physics in description.gazebo.links.items()
+            if not physics.gravity and link in description.links
+        ),
     )
 
 

@@ -13,25 +13,28 @@ from lxml import etree
 
 from teleopctl.mujoco_model.sensors.camera_topics import CAMERA_TYPES
 from teleopctl.mujoco_model.sensors.unserved_sensors import (
+    GAZEBOS_OWN,
     OF_PLUGINS,
     Tag,
     is_so_anyway,
     tags_of_sensor,
+    told_of,
     value_of,
     words,
 )
-from teleopctl.robot import tags_of_plugin
-
-# By kind of element: the tags that have their effect, or that change nothing of a simulation.
-# `fdir1` is a direction of friction, which is the same in all; the joints' are Gazebo's solver's.
-_OF_LINKS = words("material mu1 mu2 selfCollide sensor visual fdir1 maxContacts max_contacts")
-_OF_JOINTS = words(
-    "implicitSpringDamper provideFeedback provide_feedback preserveFixedJoint "
-    "disableFixedJointLumping disableJointLumping sensor"
+from teleopctl.robot import (
+    OF_JOINTS,
+    OF_LINKS,
+    OF_ROBOTS,
+    Table,
+    gazebo_colour,
+    gazebos_own,
+    tags_of_plugin,
 )
-_OF_ROBOTS = frozenset({"allow_auto_disable"})
-_STIFF = ": contacts are as stiff as steps of physics allow"
-_BECAUSE = {"mu2": ": friction is <mu1> in all directions", "kp": _STIFF, "kd": _STIFF}
+
+# Places that are listed of one kind of tag.
+_TOLD_PLACES = 5
+_ACROSS = "has no effect: friction is <mu1> in all directions"
 # What the plug-in may say that runs a controller manager; its robot is this one.
 _OF_CONTROL = words(
     "parameters ros controller_manager_name controller_manager_prefix_node_name robot_param "
@@ -53,6 +56,22 @@ def unserved_tags(urdf: str) -> list[str]:
     Args:
         urdf: The expanded robot description, which is well formed.
     """
+    return _of_description(urdf)[0]
+
+
+def gazebos_own_tags(urdf: str) -> list[str]:
+    """One sentence for all that speaks to Gazebo's window, drawing or solver alone, if any does.
+
+    Args:
+        urdf: See there.
+    """
+    lines: dict[str, list[int]] = {}
+    for ask in _of_description(urdf)[1]:
+        lines.setdefault(ask.called.strip("<>"), []).append(ask.tag.sourceline or 0)
+    return [gazebos_own(lines)] if lines else []
+
+
+def _of_description(urdf: str) -> tuple[list[str], list[Tag]]:
     # Whatever was said of the text's encoding, it is decoded by now.
     parser = etree.XMLParser(
         encoding="utf-8", resolve_entities=False, remove_comments=True, remove_pis=True
@@ -63,29 +82,31 @@ def unserved_tags(urdf: str) -> list[str]:
         for kind in ("link", "joint")
     }
     sentences: list[str] = []
-    found: dict[str, list[Tag]] = {}
+    found: dict[tuple[str, str], list[Tag]] = {}
+    own: list[Tag] = []
     for gazebo in robot.iterfind("gazebo"):
         reference = gazebo.get("reference") or ""
-        served = frozenset[str]() if reference else _OF_ROBOTS
-        if reference in names["link"]:
-            served |= _OF_LINKS
-        if reference in names["joint"]:
-            served |= _OF_JOINTS
-        if not served:
+        tables = [OF_LINKS] if reference in names["link"] else []
+        tables += [OF_JOINTS] if reference in names["joint"] else []
+        if reference and not tables:
             sentences.append(
                 f"<gazebo> (line {gazebo.sourceline}) is left out: there is no link or joint "
                 f"'{reference}'"
             )
             continue
         sentences += _left_out(gazebo, names["link"])
-        for ask in _of_gazebo(gazebo, f"'{reference}'" if reference else "the robot", served):
-            found.setdefault(str(ask.tag.tag), []).append(ask)
-    for name, tags in found.items():
-        places = ", ".join(
-            dict.fromkeys(f"{ask.where} (line {ask.tag.sourceline})" for ask in tags)
-        )
-        sentences.append(f"<{name}> of {places} has no effect{_BECAUSE.get(name, '')}")
-    return sentences
+        where = f"'{reference}'" if reference else "the robot"
+        for ask in _of_gazebo(gazebo, where, tables or [OF_ROBOTS]):
+            if ask.gazebos_own:
+                own.append(ask)
+            else:
+                found.setdefault((ask.called, ask.words), []).append(ask)
+    for (called, told), tags in found.items():
+        places = list(dict.fromkeys(f"{ask.where} (line {ask.tag.sourceline})" for ask in tags))
+        listed = ", ".join(places[:_TOLD_PLACES])
+        more = len(places) - _TOLD_PLACES
+        sentences.append(f"{called} of {listed}{f' and {more} more' if more > 0 else ''} {told}")
+    return sentences, own
 
 
 def _left_out(gazebo: etree._Element, links: set[str | None]) -> Iterator[str]:
@@ -107,18 +128,43 @@ def _left_out(gazebo: etree._Element, links: set[str | None]) -> Iterator[str]:
             )
 
 
-def _of_gazebo(gazebo: etree._Element, where: str, served: frozenset[str]) -> Iterator[Tag]:
+def _of_gazebo(gazebo: etree._Element, where: str, tables: list[Table]) -> Iterator[Tag]:
+    """What one ``<gazebo>`` asks for in vain.
+
+    Args:
+        gazebo: The element.
+        where: What it refers to.
+        tables: What may stand in it: of a link and a joint with one name, either's.
+    """
+    several = [
+        {(found.element, found.path): found for found in table.findings(gazebo)} for table in tables
+    ]
+    for key, found in several[0].items():
+        if all(key in others for others in several):
+            yield told_of(found, where)
+    across, along = gazebo.find("mu2"), gazebo.find("mu1")
+    differs = across is not None and (along is None or not _is_same(along, across))
+    if across is not None and differs and OF_LINKS in tables:
+        yield Tag(across, where, "<mu2>", _ACROSS)
+    for material in gazebo.iterfind("material") if OF_LINKS in tables else ():
+        script = value_of(material) or (material.findtext("script/name") or "").strip()
+        if script and gazebo_colour(script) is None:
+            yield Tag(
+                material, where, "<material>", f"has no effect: {script} is no colour of ours"
+            )
     for tag in gazebo:
-        if tag.tag == "sensor" and tag.tag in served:
+        if tag.tag == "sensor" and gazebo.get("reference"):
             yield from tags_of_sensor(tag, where.strip("'"))
-        elif tag.tag == "mu2" and tag.tag in served:
-            along = gazebo.find("mu1")
-            if along is None or value_of(along) != value_of(tag):
-                yield Tag(tag, where)
         elif tag.tag == "plugin":
             yield from _of_controller(tag)
-        elif tag.tag not in served and not is_so_anyway(tag):
-            yield Tag(tag, where)
+
+
+def _is_same(one: etree._Element, other: etree._Element) -> bool:
+    """Whether two tags say one number."""
+    try:
+        return float(value_of(one)) == float(value_of(other))
+    except ValueError:
+        return value_of(one) == value_of(other)
 
 
 def _of_controller(plugin: etree._Element) -> Iterator[Tag]:
@@ -129,4 +175,5 @@ def _of_controller(plugin: etree._Element) -> Iterator[Tag]:
         return  # told as a whole
     for tag in plugin:
         if tag.tag not in known | OF_PLUGINS and not is_so_anyway(tag):
-            yield Tag(tag, f"plug-in '{plugin.get('name')}'")
+            where = f"plug-in '{plugin.get('name')}'"
+            yield Tag(tag, where, f"<{tag.tag}>", gazebos_own=tag.tag in GAZEBOS_OWN)

@@ -15,7 +15,7 @@ from lxml import etree
 
 from teleopctl.errors import InvalidDescriptionError
 from teleopctl.mujoco_model.contacts import give_friction
-from teleopctl.robot import gazebo_colour, repair_urdf
+from teleopctl.robot import repair_urdf
 
 if TYPE_CHECKING:
     from teleopctl.robot import RobotDescription
@@ -56,7 +56,9 @@ def import_urdf(urdf: str) -> mujoco.MjSpec:
 
 
 def apply_gazebo(spec: mujoco.MjSpec, description: RobotDescription) -> None:
-    """Give links the colours and the friction of their ``<gazebo reference="link">``.
+    """Give links and joints what their ``<gazebo reference="…">`` says of them.
+
+    Links get colours and friction, and some have no weight; joints get springs.
 
     Args:
         spec: The ``mujoco.MjSpec`` to edit.
@@ -67,12 +69,18 @@ def apply_gazebo(spec: mujoco.MjSpec, description: RobotDescription) -> None:
         body = spec.body(link)
         if body is None:
             continue
-        colour = gazebo_colour(properties.material) if properties.material else None
+        if not properties.gravity:
+            body.gravcomp = 1.0
         for geom in body.geoms:
-            if colour is not None:
-                geom.rgba[:3] = colour
+            if properties.rgba is not None:
+                geom.rgba[:3] = properties.rgba[:3]
             if properties.mu1 is not None:
                 give_friction(geom, properties.mu1, default)
+    for name, spring in description.gazebo.springs.items():
+        joint = spec.joint(name)
+        if joint is not None:
+            # A joint that does not move, or in several ways, has none; neither has Gazebo's.
+            joint.stiffness[0], joint.springref = spring.stiffness, spring.relaxed
 
 
 def _with_compiler_options(urdf: str) -> str:

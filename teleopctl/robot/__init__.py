@@ -30,7 +30,7 @@ if TYPE_CHECKING:
         model_kind as model_kind,
         read_model as read_model,
     )
-    from teleopctl.robot.formats.urdf_tags import unknown_tags as unknown_tags
+    from teleopctl.robot.formats.source_lines import in_files as in_files
     from teleopctl.robot.free_joints import JointSet as JointSet
     from teleopctl.robot.gazebo_colours import gazebo_colour as gazebo_colour
     from teleopctl.robot.gazebo_plugins.effects import GroundTruth as GroundTruth
@@ -85,6 +85,18 @@ if TYPE_CHECKING:
         simulated as simulated,
         with_plugin_joints as with_plugin_joints,
     )
+    from teleopctl.robot.tags.gazebo import (
+        OF_JOINTS as OF_JOINTS,
+        OF_LINKS as OF_LINKS,
+        OF_ROBOTS as OF_ROBOTS,
+        of_sensors as of_sensors,
+    )
+    from teleopctl.robot.tags.table import (
+        Finding as Finding,
+        Table as Table,
+        gazebos_own as gazebos_own,
+    )
+    from teleopctl.robot.tags.urdf import unknown_tags as unknown_tags
     from teleopctl.robot.urdf import (
         Box as Box,
         Capsule as Capsule,
@@ -118,7 +130,7 @@ else:
             "formats.mjcf_sensors": "sensor_tags",
             "formats.mjcf_urdf": "ball_turns",
             "formats.model_file": "ModelKind model_kind read_model",
-            "formats.urdf_tags": "unknown_tags",
+            "formats.source_lines": "in_files",
             "free_joints": "JointSet",
             "gazebo_plugins.effects": "GroundTruth",
             "gazebo_plugins.table": "MotionPlugins motion_plugins tags_of_plugin",
@@ -132,6 +144,9 @@ else:
             "sensors.plugin_tag": "Plugin",
             "sensors.sensor_names": "RosNames",
             "sensors.sensor_tag": "Camera Noise Rays Sensor Sweep",
+            "tags.gazebo": "OF_JOINTS OF_LINKS OF_ROBOTS of_sensors",
+            "tags.table": "Finding Table gazebos_own",
+            "tags.urdf": "unknown_tags",
             "simulated_hardware": "SimulatedDescription simulated with_plugin_joints",
             "urdf": "Box Capsule Cylinder Geometry Joint Link Material Mesh Mimic Pose Sphere",
             "gazebo_colours": "gazebo_colour",

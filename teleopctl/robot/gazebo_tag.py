@@ -7,7 +7,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from teleopctl.errors import InvalidDescriptionError
-from teleopctl.robot.elements import Element, describe
+from teleopctl.robot.elements import Element, child_text, describe, to_number
+from teleopctl.robot.gazebo_colours import gazebo_colour
 from teleopctl.robot.sensors.plugin_tag import Plugin, read_plugin
 from teleopctl.robot.sensors.sensor_tag import (
     Sensor,
@@ -23,14 +24,29 @@ class LinkPhysics:
     """How a link looks and touches; None where the description leaves it to the simulator.
 
     Attributes:
-        material: A colour of Gazebo's, by name.
+        rgba: Its colour.
         mu1: Its coefficient of friction.
         self_collide: Whether it touches other links of the robot.
+        gravity: Whether it has a weight.
     """
 
-    material: str = ""
+    rgba: tuple[float, float, float, float] | None = None
     mu1: float | None = None
     self_collide: bool | None = None
+    gravity: bool = True
+
+
+@dataclass(frozen=True, slots=True)
+class Spring:
+    """A spring in a joint.
+
+    Attributes:
+        stiffness: In N m/rad or N/m.
+        relaxed: Where it pulls to, in rad or m.
+    """
+
+    stiffness: float
+    relaxed: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,11 +55,15 @@ class GazeboTag:
 
     Attributes:
         links: Per-link settings, by link.
+        springs: By joint.
+        static: Whether the robot's root link stands still.
         sensors: The sensors of all links.
         plugins: Plug-ins of the whole robot.
     """
 
     links: Mapping[str, LinkPhysics] = field(default_factory=dict)
+    springs: Mapping[str, Spring] = field(default_factory=dict)
+    static: bool = False
     sensors: tuple[Sensor, ...] = ()
     plugins: tuple[Plugin, ...] = ()
 
@@ -55,35 +75,74 @@ def read_gazebo(robot: Element) -> GazeboTag:
         InvalidDescriptionError: When a value is no number, or a camera has no image.
     """
     links: dict[str, LinkPhysics] = {}
+    springs: dict[str, Spring] = {}
+    static = False
+    joints = {joint.get("name") for joint in robot.findall("joint")}
     sensors: list[Sensor] = []
     plugins: list[Plugin] = []
     children = _children_of_joints(robot)
     for element in robot.findall("gazebo"):
         link = element.get("reference")
         if not link:
+            static = _flag(element, "static", default=static)
             found = [read_plugin(child) for child in element.findall("plugin")]
             plugins += found
             sensors += filter(None, (sensor_of_plugin(plugin, children) for plugin in found))
             continue
         links[link] = _read_physics(element, links.get(link, LinkPhysics()))
+        if link in joints and element.find("springStiffness") is not None:
+            stiffness = number_in(element, "springStiffness", 0.0)
+            springs[link] = Spring(stiffness, number_in(element, "springReference", 0.0))
         for child in element.findall("sensor"):
             on_joint = child.get("type") == "force_torque"
             sensors.append(read_sensor(child, children.get(link, link) if on_joint else link))
-    return GazeboTag(links, tuple(sensors), tuple(plugins))
+    return GazeboTag(links, springs, static, tuple(sensors), tuple(plugins))
 
 
 def _read_physics(element: Element, before: LinkPhysics) -> LinkPhysics:
-    collide = _said(element, "selfCollide")
     friction = number_in(element, "mu1", before.mu1, finite=False)
     if friction is not None and friction < 0.0:
         raise InvalidDescriptionError(
             f"{describe(element)}: <mu1> should not be negative, got {friction:g}"
         )
+    # Both are words of Gazebo's; the one that says no wins.
+    weighs = _flag(element, "gravity", default=before.gravity)
+    collides = before.self_collide
+    for tag in ("selfCollide", "self_collide"):
+        if _said(element, tag):
+            collides = _flag(element, tag, default=True)
     return LinkPhysics(
-        material=_said(element, "material") or before.material,
+        rgba=_colour(element) or before.rgba,
         mu1=friction,
-        self_collide=flag(element, collide) if collide else before.self_collide,
+        self_collide=collides,
+        gravity=weighs and not _flag(element, "turnGravityOff", default=False),
     )
+
+
+def _colour(element: Element) -> tuple[float, float, float, float] | None:
+    """What a ``<material>`` says, by Gazebo's name or in numbers."""
+    named = _said(element, "material")
+    for material in (element.find("material"), element.find("visual/material")):
+        if material is None:
+            continue
+        named = named or child_text(material, "script/name")
+        for tag in ("diffuse", "ambient"):
+            text = child_text(material, tag)
+            values = [value for word in text.split() if (value := to_number(word)) is not None]
+            if len(values) == len(text.split()) and len(values) in (3, 4):
+                red, green, blue, *alpha = values
+                return red, green, blue, alpha[0] if alpha else 1.0
+            if text:
+                raise InvalidDescriptionError(
+                    f"{describe(material)}: <{tag}> should be 3 or 4 numbers, got '{text}'"
+                )
+    colour = gazebo_colour(named) if named else None
+    return None if colour is None else (*colour, 1.0)
+
+
+def _flag(element: Element, tag: str, *, default: bool) -> bool:
+    text = _said(element, tag)
+    return flag(element, text) if text else default
 
 
 def _said(element: Element, tag: str) -> str:

@@ -18,7 +18,7 @@ import threading
 from collections.abc import Iterator, Mapping
 from html import unescape
 from pathlib import Path
-from types import ModuleType
+from types import MappingProxyType, ModuleType
 from typing import Any, NamedTuple
 from xml.parsers.expat import ExpatError, errors
 
@@ -27,6 +27,7 @@ from teleopctl.expression import ExpressionError, compute
 from teleopctl.packages import include_package_of, package_share
 from teleopctl.printable import shortened
 from teleopctl.robot.any_robot import in_words, xacro_arguments
+from teleopctl.robot.formats.source_lines import Places, noting_lines, places_in
 from teleopctl.robot.formats.xacro_python import BoundedPython
 
 SAFE = "TELEOPCTL_SAFE"
@@ -66,10 +67,12 @@ class ExpandedXacro(NamedTuple):
     Attributes:
         text: URDF.
         files: The files that it was made from, the file itself first.
+        places: Where the lines of the text were written, if somebody has asked for it.
     """
 
     text: str
     files: tuple[Path, ...]
+    places: Places = MappingProxyType({})
 
 
 def expand_xacro(
@@ -94,9 +97,19 @@ def expand_xacro(
 
 
 def read_xacro(
-    path: Path | str, mappings: Mapping[str, str] | None = None, *, safe: bool | None = None
+    path: Path | str,
+    mappings: Mapping[str, str] | None = None,
+    *,
+    safe: bool | None = None,
+    places: bool = False,
 ) -> ExpandedXacro:
     """Expand a xacro file as `expand_xacro` does, and tell the files that it includes.
+
+    Args:
+        path: See there.
+        mappings: See there.
+        safe: See there.
+        places: Whether to note where each line was written.
 
     Raises:
         InvalidDescriptionError: As `expand_xacro`.
@@ -118,11 +131,13 @@ def read_xacro(
         contextlib.redirect_stdout(printed),
         _only_arithmetic(xacro) if safe else _bounded_python(xacro),
         _bounded(xacro),
+        noting_lines(xacro) if places else contextlib.nullcontext() as notes,
     ):
         # xacro notes what it includes, and never forgets.
         xacro.all_includes.clear()
         try:
             document = xacro.process_file(str(path), mappings=arguments, verbosity=0)
+            written = None if notes is None else notes.take_out(document)
             text: str = document.toprettyxml(indent="  ")
             included = dict.fromkeys(Path(name).absolute() for name in xacro.all_includes)
         except ExpatError as error:
@@ -137,7 +152,8 @@ def read_xacro(
             raise _expansion_error(xacro, Path(path), error) from error
     for line in printed.getvalue().splitlines():
         _log.warning("%s: %s", path, line)
-    return ExpandedXacro(text, (Path(path).absolute(), *included))
+    files = (Path(path).absolute(), *included)
+    return ExpandedXacro(text, files, places_in(text, written) if written else {})
 
 
 def is_safe(env: Mapping[str, str] = os.environ) -> bool:

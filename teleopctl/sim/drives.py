@@ -110,6 +110,7 @@ class Drives:
         self._speed_step: Array = self._effort / self._damping
         roots = [m.body(name).id for name in others]
         self._own = ~np.isin(m.body_rootid, roots)
+        self._weightless = np.zeros(0, dtype=int)
         self.settled = False
         self._command_names: tuple[str, ...] = ()
         self._command_rows = np.zeros(0, dtype=int)
@@ -148,6 +149,7 @@ class Drives:
             others: See `Drives`.
         """
         moved = Drives(model, data, self._joints, self._period_s, others)
+        moved.leave_alone(self._m.body(body).name for body in self._weightless)
         for name in _STATE:
             setattr(moved, name, getattr(self, name))
         moved._apply_modes()
@@ -271,7 +273,23 @@ class Drives:
         unsupported[self._dof[~by_effort]] = False
         unsupported[self._followers] = False
         carried = compensated_bodies(self._m, unsupported)
+        carried[self._weightless] = 1.0
         self._m.body_gravcomp[self._own] = carried[self._own]
+
+    def leave_alone(self, links: Iterable[str]) -> None:
+        """Name the links on which gravity does not act, before the first reset.
+
+        A joint that moves nothing else carries nothing. One that moves others too counts what lifts
+        these links among the effort that it can exert.
+        """
+        m = self._m
+        self._weightless = np.array([m.body(name).id for name in links], dtype=int)
+        loaded = set(range(m.nbody)) - set(map(int, self._weightless))
+        for body in sorted(loaded, reverse=True):
+            loaded.add(int(m.body_parentid[body]))
+        for joint in range(m.njnt) if len(self._weightless) else ():
+            if int(m.jnt_bodyid[joint]) not in loaded:
+                m.jnt_actgravcomp[joint] = 0
 
     def plan_period(self) -> None:
         """Set the path of every set-point for the control period that begins."""

@@ -68,7 +68,8 @@ def _report_base(logger: Logger, description: RobotDescription, model: RobotMode
     link, base = description.root, model.base
     if base is None:
         if link != "world":
-            logger.info(f"The root link '{link}' is fixed to the world, as fixed_base asks")
+            asks = "<static>" if description.gazebo.static else "fixed_base"
+            logger.info(f"The root link '{link}' is fixed to the world, as {asks} asks")
         return
     start = "starts resting on the ground" if base.rests else f"starts at z = {base.height_m:g} m"
     logger.info(

@@ -74,14 +74,14 @@ class Simulation:
         self.control_period_ns = control_period_ns
         self.steps_per_period = -(-control_period_ns // (timestep_ns or model.timestep_ns))
         joints = model.joints
-        self._states = states = JointStates(joints)
+        self._states = states = JointStates(joints, model.weightless)
         self.joint_names, self.read = states.names, states.read
-        self.positions, self.velocities = states.positions, states.velocities
-        self.efforts = states.efforts
+        self.positions, self.velocities, self.efforts = states.values
         self._bind(model)
         self._steps = self.resets = self.standing_moves = 0
         self._pushes = Pushes()
         self._drives = Drives(self._m, self._d, joints, control_period_ns * 1e-9, self._others)
+        self._drives.leave_alone(model.weightless)
         self._file_actuators = FileActuators(self._m, self._d, joints)
         self.movers: list[PlanarMove] = []
         self._parting = Parting(self._m, self._d, model.excluded)

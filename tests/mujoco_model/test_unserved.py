@@ -33,7 +33,7 @@ def test_each_kind_of_tag_is_told_once_with_its_lines() -> None:
 </gazebo>
 <gazebo reference="tip"><kp value="3"/><selfCollide>false</selfCollide><mu1>1</mu1><mu2>2</mu2>
 </gazebo>
-<gazebo reference="mount"><springStiffness>2</springStiffness></gazebo>
+<gazebo reference="mount"><stiffness>2</stiffness></gazebo>
 <gazebo reference="nobody"><kp>1</kp></gazebo>
 <gazebo><static>true</static><self_collide>true</self_collide></gazebo>"""
 
@@ -41,10 +41,8 @@ def test_each_kind_of_tag_is_told_once_with_its_lines() -> None:
         "<gazebo> (line 11) is left out: there is no link or joint 'nobody'",
         "<kp> of 'base' (line 4), 'tip' (line 8) has no effect: contacts are as stiff as steps of "
         "physics allow",
-        "<gravity> of 'base' (line 5) has no effect",
         "<mu2> of 'tip' (line 8) has no effect: friction is <mu1> in all directions",
-        "<springStiffness> of 'mount' (line 10) has no effect",
-        "<static> of the robot (line 12) has no effect",
+        "<stiffness> of 'mount' (line 10) is unknown (is it springStiffness?)",
     )
 
 
@@ -128,16 +126,23 @@ def test_a_camera_on_what_is_no_link_is_left_out_and_told(reference: str) -> Non
     ("inside", "beside", "tag"),
     [
         ("<distortion><center>0.4 0.5</center></distortion>", "", "center"),
-        ("<image><format>L16</format></image>", "", "format"),
-        ("<lens><type>equidistant</type><scale_to_hfov>true</scale_to_hfov></lens>", "", "lens"),
+        ("<lens><type>equidistant</type><scale_to_hfov>true</scale_to_hfov></lens>", "", "type"),
         ("<pose>0 0 1 0 0 0</pose>", "", "pose"),
-        ("", "<motion>3</motion>", "motion"),
+        ("", "<parent>base</parent>", "parent"),
     ],
 )
 def test_what_a_camera_does_not_do_is_told(inside: str, beside: str, tag: str) -> None:
     line = 3 if inside else 4
     assert warnings(camera(inside, beside)) == (
         f"<{tag}> of sensor 'eye' (line {line}) has no effect",
+    )
+
+
+def test_what_no_camera_has_and_what_stands_there_twice_is_told() -> None:
+    again = camera("<image><format>L16</format></image>", "<update_rat>3</update_rat>")
+    assert warnings(again) == (
+        "<image> of sensor 'eye' (line 3) stands there again: the first is taken",
+        "<update_rat> of sensor 'eye' (line 4) is unknown (is it update_rate?)",
     )
 
 
@@ -163,7 +168,7 @@ def test_what_an_imu_does_not_do_is_told() -> None:
 
     assert warnings(tags) == (
         "<orientation_reference_frame> of sensor 'i' (line 4) has no effect",
-        "<lens> of sensor 'i' (line 5) has no effect",
+        "<lens> of sensor 'i' (line 5) is unknown",
     )
 
 

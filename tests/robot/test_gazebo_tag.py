@@ -17,7 +17,7 @@ def test_physics_of_a_link_is_read_from_all_its_tags():
         '<gazebo reference="a"><mu1 value="0.2"/><material>Gazebo/Red</material></gazebo>'
         '<gazebo reference="a"><selfCollide value="1"/></gazebo>'
     )
-    assert found.links["a"] == LinkPhysics("Gazebo/Red", 0.2, True)
+    assert found.links["a"] == LinkPhysics((0.85, 0.1, 0.1, 1.0), 0.2, True)
 
 
 def test_a_camera_has_sensible_defaults():

@@ -221,3 +221,22 @@ def test_cameras_without_a_word_on_topics_have_names_unless_they_are_alone() -> 
 )  # fmt: skip
 def test_topics_are_those_of_gazebo(sensor: str, wanted: dict[str, str]) -> None:
     assert topics(sensor) == [wanted]
+
+
+def test_the_projection_is_shifted_as_the_description_says() -> None:
+    baseline = '<plugin name="p" filename="libgazebo_ros_camera.so"><hack_baseline>0.2'
+    said = "<p_fx>9</p_fx><p_fy>8</p_fy><p_cx>7</p_cx><p_cy>6</p_cy><tx>5</tx><ty>4</ty>"
+    cameras = build_model(
+        robot(
+            link("eye", ""),
+            eye("pair", "camera", beside=f"{baseline}</hack_baseline></plugin>"),
+            eye("said", "camera", f"<lens><projection>{said}</projection></lens>"),
+            eye("alone", "camera"),
+        )
+    ).cameras
+    focal = WIDTH / 2 / math.tan(FOV / 2)
+    shifts = {camera.name: camera.projection[3::4] for camera in cameras}
+    assert shifts["pair"] == pytest.approx((-0.2 * focal, 0.0, 0.0))
+    assert shifts["alone"] == (0.0, 0.0, 0.0)
+    (chosen,) = (camera for camera in cameras if camera.name == "said")
+    assert chosen.projection == (9, 0, 7, 5, 0, 8, 6, 4, 0, 0, 1, 0)

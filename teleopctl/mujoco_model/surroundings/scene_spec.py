@@ -69,6 +69,8 @@ def scene_spec(scene: Scene, *, try_each: bool = False) -> tuple[mujoco.MjSpec, 
     builder = _Builder()
     if scene.gravity is not None:
         builder.spec.option.gravity = scene.gravity
+    if scene.magnetic_field is not None:
+        builder.spec.option.magnetic = scene.magnetic_field
     for model in scene.models:
         builder.add_model(model)
     for light in scene.lights[:_MOST_LIGHTS]:
@@ -321,6 +323,8 @@ def _add_light(spec: mujoco.MjSpec, light: SceneLight) -> None:
         pos=list(light.pose.translation),
         dir=list(rotate(light.pose.rotation, light.direction)),
         diffuse=list(light.color),
+        specular=list(light.specular),
+        attenuation=list(light.attenuation),
         castshadow=light.shadows,
         cutoff=math.degrees(light.angle),
     )

@@ -56,6 +56,8 @@ def add_world(spec: mujoco.MjSpec, world: World, frame: str) -> tuple[list[FreeB
     """
     things, warnings = read_things(world)
     spec.option.gravity = things.option.gravity
+    if things.option.magnetic.tolist() != mujoco.MjOption().magnetic.tolist():
+        spec.option.magnetic = things.option.magnetic
     bodies = attach_things(spec, things, str(world.path), frame)
     # What SDF leaves out is told with its file and line.
     told = () if world.scene is None else world.scene.remarks

@@ -14,6 +14,7 @@ from teleopctl.robot import (
     Mesh,
     RobotDescription,
     described_controllers,
+    in_files,
     model_kind,
     read_model,
     simulated,
@@ -57,6 +58,7 @@ class RobotReport:
         trial: What became of it in simulation, where that was asked for.
         driven: What its controllers made of it, where it stood before.
         frames: Its frames, likewise.
+        places: Where the lines of its text were written, if not in that file.
     """
 
     file: Path
@@ -75,6 +77,7 @@ class RobotReport:
     trial: Trial | None = None
     driven: Driven | None = None
     frames: Frames | None = None
+    places: Mapping[int, tuple[Path, int]] = field(default_factory=dict)
 
     @property
     def fault(self) -> str:
@@ -116,7 +119,9 @@ def check_robot(
     report = RobotReport(file, model_kind(file))
     own = {name: value for name, value in arguments.items() if name not in _OF_THE_LAUNCH}
     try:
-        text = with_mesh_paths(read_model(file, own).text, file.absolute().parent)
+        read = read_model(file, own, places=True)
+        report.places = read.places
+        text = with_mesh_paths(read.text, file.absolute().parent)
         try:
             report.description = description = RobotDescription.from_urdf(text)
             _see_files(report, description)
@@ -126,7 +131,8 @@ def check_robot(
         except TeleopctlError as error:
             raise error.at(str(file)) from error
     except TeleopctlError as error:
-        report.error = f"{error.message} ({error.hint})" if error.hint else error.message
+        message = f"{error.message} ({error.hint})" if error.hint else error.message
+        report.error = in_files(message, report.places)
         return report
     report.repaired = list(description.repairs)
     report.guessed += remarks
@@ -134,8 +140,11 @@ def check_robot(
     try:
         robot = _see_model(report, urdf, fixed_base=arguments.get("fixed_base") == "true")
     except TeleopctlError as error:
-        report.refusal = error.message
+        report.refusal = in_files(error.message, report.places)
         return report
+    finally:
+        for told in (report.repaired, report.guessed, report.without_effect, report.unknown):
+            told[:] = [in_files(sentence, report.places) for sentence in told]
     if simulate_s:
         report.trial = try_out(robot, simulate_s)
         _see_motion(report, robot, arguments, choose)
@@ -165,12 +174,12 @@ def _see_motion(
 def _see_model(report: RobotReport, urdf: str, *, fixed_base: bool) -> SimulatedRobot:
     import mujoco
 
-    from teleopctl.mujoco_model import rotors_told, unserved_tags
+    from teleopctl.mujoco_model import gazebos_own_tags, rotors_told, unserved_tags
     from teleopctl.sim import simulate
 
     assert report.description is not None
-    # Its lines are those of the file, unless xacro made it.
     report.without_effect = unserved_tags(report.description.urdf)
+    report.without_effect += gazebos_own_tags(report.description.urdf)
     said = [
         told for part in RobotDescription.from_urdf(urdf).ros2_control for told in part.warnings
     ]

@@ -45,7 +45,11 @@ def model_kind(path: Path | str) -> ModelKind:
 
 
 def read_model(
-    path: Path | str, mappings: Mapping[str, str] | None = None, *, safe: bool | None = None
+    path: Path | str,
+    mappings: Mapping[str, str] | None = None,
+    *,
+    safe: bool | None = None,
+    places: bool = False,
 ) -> ExpandedXacro:
     """Read a robot's file, and tell the files that it includes.
 
@@ -53,6 +57,7 @@ def read_model(
         path: URDF, xacro, SDF or MJCF, told apart by the root element.
         mappings: Values of a xacro file's ``<xacro:arg>`` by name; the others take none.
         safe: See `expand_xacro`.
+        places: Whether to note where each line was written.
 
     Returns:
         URDF as text. That of an MJCF file says which file it is of (`RobotDescription.mjcf`),
@@ -74,7 +79,7 @@ def read_model(
     if plain is not None:
         include_package_of(Path(path))
         return ExpandedXacro(plain, (Path(path).absolute(),))
-    return read_xacro(path, mappings, safe=safe)
+    return read_xacro(path, mappings, safe=safe, places=places)
 
 
 def _plain_urdf(path: Path) -> str | None:

@@ -184,6 +184,8 @@ class SceneLight:
         color: Its red, green and blue.
         angle: Half the angle of a spot's cone.
         shadows: Whether it casts shadows.
+        specular: What of it shiny things throw back: red, green and blue.
+        attenuation: How it fades at d metres: by 1 / (constant + linear d + quadratic d²).
     """
 
     kind: LightKind
@@ -192,6 +194,8 @@ class SceneLight:
     color: Vector3 = (0.5, 0.5, 0.5)
     angle: float = 0.8
     shadows: bool = True
+    specular: Vector3 = (0.3, 0.3, 0.3)
+    attenuation: Vector3 = (1.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -222,6 +226,7 @@ class Scene:
         models: What stands and lies in it.
         lights: What shines.
         gravity: The acceleration of free fall; None where it says nothing.
+        magnetic_field: In tesla; None where it says nothing.
         origin: Where its origin is on the earth: latitude and longitude in degrees, metres above
             the ellipsoid; None where it says nothing.
         remarks: What is left out, a sentence each with its place in the file.
@@ -239,3 +244,4 @@ class Scene:
     is_model: bool = False
     origin: Vector3 | None = None
     poses: tuple[ScenePose, ...] = ()
+    magnetic_field: Vector3 | None = None

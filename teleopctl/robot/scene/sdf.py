@@ -22,14 +22,10 @@ from teleopctl.robot.scene.scene import (
 from teleopctl.robot.scene.sdf_frames import MODEL, Frames
 from teleopctl.robot.scene.sdf_model import Reading
 from teleopctl.robot.scene.sdf_reading import SdfFile, parse_sdf, relative_to
+from teleopctl.robot.tags import sdf as tags
 from teleopctl.tf import Transform
 
 _LIGHTS: dict[str, LightKind] = {"directional": "directional", "point": "point", "spot": "spot"}
-# What changes nothing here: Gazebo's window, its solver (the launch decides the step), its weather.
-_WORLD = frozenset(
-    {"model", "include", "light", "gravity", "state", "frame", "physics", "gui", "scene"}
-    | {"magnetic_field", "atmosphere", "audio", "wind", "spherical_coordinates", "plugin", "joint"}
-)
 # What <spherical_coordinates> may say: numbers that are read, and what there is but one of here.
 _ON_EARTH: dict[str, str | None] = {
     "latitude_deg": None,
@@ -78,7 +74,7 @@ def read_sdf_text(text: str, path: Path) -> Scene:
 def _scene(reading: Reading, root: Any, file: SdfFile) -> Scene:
     world = root.find("world")
     if world is None:
-        file.leave_rest(root, ("model", "light"))
+        file.account(root, tags.ROOT)
         models: list[SceneModel] = []
         for element in root.findall("model"):
             model = reading.model(file, element)
@@ -88,7 +84,7 @@ def _scene(reading: Reading, root: Any, file: SdfFile) -> Scene:
             raise InvalidDescriptionError(
                 f"{file.path}:{root.sourceline}: there is neither a world nor a model in it"
             )
-        lights = [_light(file, element, Frames(file)) for element in root.findall("light")]
+        lights = _lights(file, root, Frames(file))
         return Scene(
             models[0].name,
             tuple(models),
@@ -98,10 +94,10 @@ def _scene(reading: Reading, root: Any, file: SdfFile) -> Scene:
             tuple(reading.files),
             is_model=len(models) == 1,
         )
-    file.leave_rest(root, ("world",))
+    file.account(root, tags.ROOT)
     for other in root.findall("world")[1:]:
         file.leave_out(other, "is left out: of several worlds the first is taken")
-    file.leave_rest(world, _WORLD)
+    file.account(world, tags.WORLD)
     for joint in world.findall("joint"):
         file.leave_out(joint, "is left out: joints are within models")
     for plugin in world.findall("plugin"):
@@ -110,23 +106,26 @@ def _scene(reading: Reading, root: Any, file: SdfFile) -> Scene:
             file.leave_out(plugin, f"({filename}) is left out")
     frames, suns = Frames(file), list[SceneLight]()
     models = _models(reading, file, world, suns, frames)
-    lights = [_light(file, element, frames) for element in world.findall("light")]
+    lights = _lights(file, world, frames)
     poses = [
         ScenePose(name, frames.find(name, element))
         for element in world.findall("frame")
         if (name := element.get("name") or "")
     ]
-    gravity = world.find("gravity")
+    # Until SDF 1.5 it was the solver's.
+    falls = next(filter(len, map(world.findall, ("gravity", "physics/gravity"))), ())
+    field = world.find("magnetic_field")
     origin = _origin(file, world.find("spherical_coordinates"))
     return Scene(
         world.get("name") or "",
         tuple(_with_states(file, world, models)),
         (*lights, *suns),
-        None if gravity is None else _vector(file, gravity),
+        _vector(file, falls[0]) if falls else None,
         reading.remarks.sentences(),
         tuple(reading.files),
         origin=origin,
         poses=tuple(poses),
+        magnetic_field=None if field is None else _vector(file, field),
     )
 
 
@@ -134,7 +133,6 @@ def _origin(file: SdfFile, element: Any | None) -> Vector3 | None:
     """Where the world is on the earth; None where that is not said."""
     if element is None:
         return None
-    file.leave_rest(element, _ON_EARTH)
     for tag, usual in _ON_EARTH.items():
         said = element.find(tag)
         text = "" if said is None else (said.text or "").strip()
@@ -213,27 +211,52 @@ def _with_states(file: SdfFile, world: Any, models: list[SceneModel]) -> list[Sc
         for element in world.iterfind("state/model")
         if element.find("pose") is not None
     }
+    moving = {model.name for model in models if len(model.bodies) > 1 and not model.static}
+    for element in world.iterfind("state/model"):
+        if element.get("name") in moving:
+            file.leave_out(element, "of the saved state is where its parts are as they were made")
     return [replace(model, pose=places.get(model.name, model.pose)) for model in models]
 
 
+def _lights(file: SdfFile, holder: Any, frames: Frames) -> list[SceneLight]:
+    found = []
+    for element in holder.findall("light"):
+        file.account(element, tags.LIGHT)
+        if file.flag(element, "light_on", default=True):
+            found.append(_light(file, element, frames))
+    return found
+
+
 def _light(file: SdfFile, element: Any, frames: Frames) -> SceneLight:
-    kind = _LIGHTS.get(element.get("type") or "", "point")
-    parts = (element.findtext("diffuse") or "1 1 1 1").split()
+    pose, fades = element.find("pose"), element.find("attenuation")
+    constant, linear, quadratic = (
+        max(0.0, file.number(element, f"attenuation/{part}", usual))
+        for part, usual in (("constant", 1.0), ("linear", 1.0), ("quadratic", 0.0))
+    )
+    return SceneLight(
+        _LIGHTS.get(element.get("type") or "", "point"),
+        frames.find(relative_to(pose), element) @ file.pose(pose),
+        file.vector(element, "direction", (0.0, 0.0, -1.0)),
+        _shine(file, element, "diffuse", "1 1 1 1"),
+        min(max(file.number(element, "spot/outer_angle", 1.6) / 2.0, 0.0), math.pi / 2.0),
+        file.flag(element, "cast_shadows"),
+        _shine(file, element, "specular", "0.1 0.1 0.1 1"),
+        (1.0, 0.0, 0.0)
+        if fades is None or constant + linear + quadratic == 0.0
+        else (constant, linear, quadratic),
+    )
+
+
+def _shine(file: SdfFile, element: Any, tag: str, usual: str) -> Vector3:
+    """The red, green and blue of a light."""
+    parts = (element.findtext(tag) or usual).split()
     try:
         red, green, blue = (min(max(float(part), 0.0), 1.0) for part in parts[:3])
     except ValueError as error:
         raise InvalidDescriptionError(
-            f"{file.place(element)}: the <diffuse> of a light is '{' '.join(parts)}'"
+            f"{file.place(element)}: the <{tag}> of a light is '{' '.join(parts)}'"
         ) from error
-    pose = element.find("pose")
-    return SceneLight(
-        kind,
-        frames.find(relative_to(pose), element) @ file.pose(pose),
-        file.vector(element, "direction", (0.0, 0.0, -1.0)),
-        (red, green, blue),
-        min(max(file.number(element, "spot/outer_angle", 1.6) / 2.0, 0.0), math.pi / 2.0),
-        file.flag(element, "cast_shadows"),
-    )
+    return red, green, blue
 
 
 def _vector(file: SdfFile, element: Any) -> Vector3:

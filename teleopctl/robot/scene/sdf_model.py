@@ -21,6 +21,7 @@ from teleopctl.robot.scene.sdf_frames import MODEL, Frames
 from teleopctl.robot.scene.sdf_includes import find_file, model_file
 from teleopctl.robot.scene.sdf_reading import Remarks, SdfFile, parse_sdf, relative_to
 from teleopctl.robot.scene.sdf_shapes import read_inertial, read_shape
+from teleopctl.robot.tags import sdf as tags
 from teleopctl.robot.urdf import Mimic
 from teleopctl.tf import Transform, conjugate, rotate
 
@@ -31,28 +32,6 @@ _KINDS: dict[str, JointKind] = {
     "fixed": "fixed",
     "ball": "ball",
 }
-# What changes nothing here: how Gazebo lets things sleep, show themselves and feel the wind.
-_MODEL = frozenset(
-    {"static", "pose", "link", "joint", "frame", "model", "include", "plugin", "self_collide"}
-    | {"allow_auto_disable", "enable_wind", "meta"}
-)
-_LINK = frozenset(
-    {"pose", "inertial", "visual", "collision", "sensor", "gravity", "self_collide", "kinematic"}
-    | {"velocity_decay", "enable_wind", "must_be_base_link"}
-)
-_JOINT = frozenset({"pose", "parent", "child", "axis", "sensor", "physics"})
-_AXIS = frozenset(
-    {"xyz", "limit", "dynamics", "use_parent_model_frame", "initial_position", "mimic"}
-)
-_INCLUDE = frozenset({"uri", "name", "static", "pose", "placement_frame", "plugin"})
-# What is read by nobody, and matters unless it says what is so here: links move, and nothing but
-# contacts slows them down.
-_ODD_IN_LINK: dict[str, tuple[str, ...]] = {
-    "kinematic": ("false", "0"),
-    "velocity_decay/linear": (),
-    "velocity_decay/angular": (),
-}
-_ODD_IN_AXIS: dict[str, tuple[str, ...]] = {"initial_position": ()}
 # An include that includes itself ends here.
 _DEEPEST, _MOST_MODELS = 16, 20_000
 # What Gazebo writes where there was a plug-in of its own.
@@ -82,7 +61,7 @@ class Reading:
         Raises:
             InvalidDescriptionError: It is broken, or includes itself.
         """
-        file.leave_rest(element, _INCLUDE)
+        file.account(element, tags.INCLUDE)
         uri = (element.findtext("uri") or "").strip()
         if not uri:
             file.leave_out(element, "is left out: it has no <uri>")
@@ -157,7 +136,7 @@ class Reading:
             raise InvalidDescriptionError(
                 f"{file.place(element)}: more than {_MOST_MODELS} models in one another"
             )
-        file.leave_rest(element, _MODEL)
+        file.account(element, tags.MODEL)
         for tag in ("link", "joint", "frame"):
             _see_names(file, element.findall(tag))
         frames = Frames(file)
@@ -255,8 +234,7 @@ def _sensors(file: SdfFile, holder: Any, frames: Frames) -> tuple[SceneSensor, .
 
 
 def _body(file: SdfFile, link: Any, frames: Frames, *, weighs: bool, collides: bool) -> SceneBody:
-    file.leave_rest(link, _LINK)
-    file.leave_odd(link, _ODD_IN_LINK)
+    file.account(link, tags.LINK)
     name = link.get("name") or ""
     shapes = [
         read_shape(file, element, _within(file, element, name, frames))
@@ -276,7 +254,7 @@ def _body(file: SdfFile, link: Any, frames: Frames, *, weighs: bool, collides: b
 
 
 def _joint(file: SdfFile, element: Any, frames: Frames, links: Container[str]) -> SceneJoint:
-    file.leave_rest(element, _JOINT)
+    file.account(element, tags.JOINT)
     name = element.get("name") or ""
     kind = _KINDS.get(element.get("type") or "")
     ends = [(element.findtext(tag) or "").strip() for tag in ("parent", "child")]
@@ -301,8 +279,6 @@ def _joint(file: SdfFile, element: Any, frames: Frames, links: Container[str]) -
             sensors=_sensors(file, element, frames),
             place=file.place(element),
         )
-    file.leave_rest(axis, _AXIS)
-    file.leave_odd(axis, _ODD_IN_AXIS)
     lower, upper = _limits(file, axis)
     if element.get("type") == "continuous":
         lower, upper = -math.inf, math.inf

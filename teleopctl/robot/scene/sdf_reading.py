@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -12,12 +11,11 @@ from typing import Any
 from teleopctl.errors import InvalidDescriptionError
 from teleopctl.robot.elements import parse_file, to_number
 from teleopctl.robot.scene.scene import NOWHERE, Vector3
+from teleopctl.robot.tags.table import Finding, Table, gazebos_own, in_words, plain
 from teleopctl.tf import Transform, quaternion_from_rpy
 
 # Until SDF 1.2 it was <gazebo>.
 SDF_ROOTS = ("sdf", "gazebo")
-# Lines that are listed of one kind of remark.
-_MOST_LINES = 5
 _IN_POSE = 6
 _TRUE = frozenset({"1", "true"})
 _VERSION = re.compile(r"(\d{1,4})\.(\d{1,4})", re.ASCII)
@@ -30,25 +28,30 @@ class Remarks:
 
     Attributes:
         lines: The lines by file and words.
+        own: Those of what speaks to Gazebo alone, by file and tag.
     """
 
     lines: dict[tuple[Path, str], list[int]] = field(default_factory=dict)
+    own: dict[Path, dict[str, list[int]]] = field(default_factory=dict)
 
     def add(self, path: Path, line: int, words: str) -> None:
         """Note that something is left out."""
         self.lines.setdefault((path, words), []).append(line)
 
+    def add_own(self, path: Path, line: int, tag: str) -> None:
+        """Note what has no meaning but in Gazebo."""
+        self.own.setdefault(path, {}).setdefault(tag, []).append(line)
+
     def sentences(self) -> tuple[str, ...]:
-        """One for each kind of thing in each file."""
-        return tuple(
-            f"{path}:{_in_words(lines)}: {words}" for (path, words), lines in self.lines.items()
-        )
+        """One for each kind of thing in each file, and one for all that is for Gazebo alone."""
+        told = [f"{path}:{in_words(lines)}: {words}" for (path, words), lines in self.lines.items()]
+        return *told, *(f"{path}: {gazebos_own(tags)}" for path, tags in self.own.items())
 
 
-def _in_words(lines: list[int]) -> str:
-    listed = ", ".join(map(str, sorted(lines)[:_MOST_LINES]))
-    more = len(lines) - _MOST_LINES
-    return f"{listed} and {more} more lines" if more > 0 else listed
+def _is_a_value(found: Finding) -> bool:
+    """Whether it is something that is said of a thing, rather than a thing."""
+    entry, text = found.entry, (found.element.text or "").strip()
+    return entry is None or entry.fate == "works" or bool(entry.because) or bool(text)
 
 
 # Any, here and below: elements of lxml, whose class has no types.
@@ -74,29 +77,26 @@ class SdfFile:
         """Note that an element is left out."""
         name = element.get("name")
         named = f" '{name}'" if name and element.tag not in ("visual", "collision") else ""
-        tag = str(element.tag).rpartition("}")[2]
-        self.remarks.add(self.path, element.sourceline or 0, f"<{tag}>{named} {words}")
+        self.remarks.add(
+            self.path, element.sourceline or 0, f"<{plain(element.tag)}>{named} {words}"
+        )
 
-    def leave_rest(self, element: Any, known: Iterable[str]) -> None:
-        """Note the children of an element that nobody reads."""
-        for child in element:
-            if isinstance(child.tag, str) and child.tag not in known:
-                self.leave_out(child)
-
-    def leave_odd(self, element: Any, usual: Mapping[str, Sequence[str]]) -> None:
-        """Note the descendants that ask for something else than what is so here.
+    def account(self, element: Any, table: Table, path: str = "") -> None:
+        """Note what of an element has no effect: its attributes, and all that is in it.
 
         Args:
             element: The element.
-            usual: By path, what may stand there without being noted; zero where that is nothing.
+            table: What there is of it.
+            path: Where the table has it.
         """
-        for path, texts in usual.items():
-            for found in element.iterfind(path):
-                text = " ".join((found.text or "").split()).lower()
-                numbers = [to_number(word) for word in text.split()]
-                if text not in texts and (texts or any(number != 0.0 for number in numbers)):
-                    words = f"<{path}> ({text}) has no effect"
-                    self.remarks.add(self.path, found.sourceline or 0, words)
+        for found in table.findings(element, path):
+            line = found.element.sourceline or 0
+            if found.entry is not None and found.entry.fate == "gazebo's own":
+                self.remarks.add_own(self.path, line, str(plain(found.element.tag)))
+            elif "@" in found.path or _is_a_value(found):
+                self.remarks.add(self.path, line, found.sentence)
+            else:
+                self.leave_out(found.element)
 
     def numbers(self, element: Any, count: int) -> tuple[float, ...]:
         """The numbers in an element.

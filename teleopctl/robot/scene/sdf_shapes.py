@@ -11,29 +11,13 @@ from teleopctl.robot.gazebo_colours import gazebo_colour
 from teleopctl.robot.scene.scene import Rgba, SceneInertial, SceneShape, ShapeKind, Vector3
 from teleopctl.robot.scene.sdf_includes import find_file
 from teleopctl.robot.scene.sdf_reading import SdfFile
+from teleopctl.robot.tags import sdf as tags
 from teleopctl.tf import Transform
 
+# What Gazebo draws where nobody has said a colour.
+_GREY = (0.7, 0.7, 0.7)
 # What has three sizes in one tag.
 _OF_THREE = {"box": "size", "ellipsoid": "radii"}
-# What changes nothing here: the settings of Gazebo's solvers and of its drawing.
-_VISUAL = frozenset(
-    {"pose", "geometry", "material", "transparency", "cast_shadows", "meta", "visibility_flags"}
-    | {"laser_retro", "plugin"}
-)
-_COLLISION = frozenset({"pose", "geometry", "surface", "max_contacts", "laser_retro", "density"})
-# What is read by nobody, and matters unless it is what it is here.
-_ODD_IN_COLLISION: dict[str, tuple[str, ...]] = {
-    "laser_retro": (),
-    "surface/bounce/restitution_coefficient": (),
-    "surface/friction/ode/slip1": (),
-    "surface/friction/ode/slip2": (),
-    "surface/friction/torsional/patch_radius": (),
-    "surface/friction/torsional/surface_radius": (),
-    "surface/contact/collide_without_contact": ("false", "0"),
-    "surface/contact/collide_bitmask": ("65535", "0xffff"),
-    "surface/contact/ode/kp": ("1000000000000", "1e12", "1e+12", "1000000000000.0"),
-    "surface/contact/ode/kd": ("1", "1.0"),
-}
 
 
 # Any, here and below: elements of lxml, whose class has no types.
@@ -49,12 +33,15 @@ def read_shape(file: SdfFile, element: Any, pose: Transform) -> SceneShape | Non
         InvalidDescriptionError: A number in it is none, or has no sense.
     """
     touches = element.tag == "collision"
-    file.leave_rest(element, _COLLISION if touches else _VISUAL)
+    file.account(element, tags.COLLISION if touches else tags.VISUAL)
     geometry = element.find("geometry")
     solid = None if geometry is None else next(iter(geometry), None)
     if solid is None:
         file.leave_out(element, "is left out: it has no shape")
         return None
+    file.account(geometry, tags.GEOMETRY)
+    for other in list(geometry)[1:]:
+        file.leave_out(other, "is left out: of several shapes the first is taken")
     if solid.tag == "empty":
         return None
     found = _geometry(file, solid)
@@ -78,7 +65,6 @@ def read_shape(file: SdfFile, element: Any, pose: Transform) -> SceneShape | Non
 
 def _friction(file: SdfFile, collision: Any) -> float | None:
     """The coefficient of friction of a shape, None where it says none."""
-    file.leave_odd(collision, _ODD_IN_COLLISION)
     coefficient = file.number(collision, "surface/friction/ode/mu", math.nan)
     across = collision.find("surface/friction/ode/mu2")
     if across is not None and file.number(across, ".", math.nan) != coefficient:
@@ -168,9 +154,6 @@ def _heightmap(file: SdfFile, solid: Any) -> _Found | None:
         file.leave_out(solid, f"is left out: its size is {size}, and should be positive")
         return None
     place = Transform(file.vector(solid, "pos", (0.0, 0.0, 0.0)))
-    for tag in ("texture", "blend"):
-        for element in solid.findall(tag):
-            file.leave_out(element)
     return "heightmap", size, path, place
 
 
@@ -206,23 +189,42 @@ def _sizes(file: SdfFile, solid: Any) -> Vector3 | None:
 
 
 def _colour(file: SdfFile, visual: Any) -> Rgba | None:
+    opaque = 1.0 - file.number(visual, "transparency", 0.0)
+    found = _opaque_colour(file, visual)
+    if found is not None:
+        return *found[:3], found[3] * opaque
+    if opaque == 1.0:
+        return None
+    if visual.find("geometry/mesh") is None:
+        return *_GREY, opaque
+    file.leave_out(visual.find("transparency"), "has no effect on the colours of a mesh")
+    return None
+
+
+def _opaque_colour(file: SdfFile, visual: Any) -> Rgba | None:
     material = visual.find("material")
     if material is None:
         return None
-    opaque = 1.0 - file.number(visual, "transparency", 0.0)
-    diffuse = material.find("diffuse")
     for path in ("pbr/metal/albedo_map", "pbr/specular/albedo_map"):
         picture = material.find(path)
         if picture is not None:
             file.leave_out(picture, "is left out: the shape has one colour")
-    if diffuse is not None:
-        parts = (diffuse.text or "").split()
-        red, green, blue, *alpha = file.numbers(diffuse, len(parts) if len(parts) in (3, 4) else 4)
-        return red, green, blue, (alpha[0] if alpha else 1.0) * opaque
+    if material.find("diffuse") is not None:
+        if material.find("ambient") is not None:
+            # Shadows are as dark as the light of the whole scene has them.
+            line = material.find("ambient").sourceline
+            file.remarks.add_own(file.path, line or 0, "ambient")
+        return _rgba(file, material.find("diffuse"))
     script = material.find("script/name")
     colour = None if script is None else gazebo_colour((script.text or "").strip())
     if colour is not None:
-        return *colour, opaque
+        return *colour, 1.0
     if script is not None:
         file.leave_out(script, f"'{(script.text or '').strip()}' is left out: no colour of ours")
-    return None
+    return None if material.find("ambient") is None else _rgba(file, material.find("ambient"))
+
+
+def _rgba(file: SdfFile, element: Any) -> Rgba:
+    count = len((element.text or "").split())
+    red, green, blue, *alpha = file.numbers(element, count if count in (3, 4) else 4)
+    return red, green, blue, alpha[0] if alpha else 1.0

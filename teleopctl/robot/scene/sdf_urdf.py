@@ -3,7 +3,8 @@
 In URDF a link is where the joint is that moves it; in SDF the two may differ. So frames of links
 are those of their joints, as ROS's own reader of SDF has it, and what is in a link keeps its place.
 URDF knows no ball joints: a ball that carries nothing, such as a caster, slides instead of rolling.
-Nor has it ellipsoids, which become meshes; planes, heightmaps and springs are left out, and named.
+Nor has it ellipsoids, which become meshes; planes and heightmaps are left out, and named. What is
+Gazebo's beyond URDF, such as springs, stands in ``<gazebo>``.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ from lxml import etree
 from teleopctl.errors import InvalidDescriptionError
 from teleopctl.robot.formats.mesh_export import unit_ball
 from teleopctl.robot.formats.places import add_origin, numbers, pose_text
+from teleopctl.robot.formats.source_lines import places_in
 from teleopctl.robot.repair import REMARK
 from teleopctl.robot.scene.scene import (
     SceneBody,
@@ -75,8 +77,11 @@ def sdf_as_urdf(path: Path) -> ExpandedXacro:
         _add_joint(robot, replace(joint, kind="fixed") if rolls else joint, frames)
     _add_gazebo(robot, model, frames, casters)
     etree.indent(robot)
+    # What is new in it stands nowhere; of several files nobody knows which one it was.
+    written = [(path, e.sourceline) if e.sourceline else None for e in robot.iter("*")]
     text: str = etree.tostring(robot, encoding="unicode")
-    return ExpandedXacro(text, scene.files)
+    places = places_in(text, written) if len(scene.files) == 1 else {}
+    return ExpandedXacro(text, scene.files, places)
 
 
 def _without_form(model: SceneModel) -> Iterator[str]:
@@ -91,8 +96,6 @@ def _without_form(model: SceneModel) -> Iterator[str]:
             if shape.density is not None and body.inertial is None:
                 yield f"{shape.place}: the <density> in link '{body.name}' is taken for water's"
     for joint in model.joints:
-        if joint.stiffness:
-            yield f"{joint.place}: the spring of joint '{joint.name}' is left out: URDF has none"
         if _is_held(joint):
             yield f"{joint.place}: joint '{joint.name}' is a fixed one: its range is one point, 0"
 
@@ -223,8 +226,11 @@ def _add_gazebo(
         if not body.self_collides:
             etree.SubElement(element, "selfCollide").text = "false"
     for joint in model.joints:
-        if joint.sensors:
+        if joint.sensors or joint.stiffness:
             element = etree.SubElement(robot, "gazebo", reference=joint.name)
+            if joint.stiffness:
+                etree.SubElement(element, "springStiffness").text = numbers(joint.stiffness)
+                etree.SubElement(element, "springReference").text = numbers(joint.relaxed)
             for sensor in joint.sensors:
                 element.append(_sensor(sensor, Transform()))
     if model.plugins:

@@ -37,6 +37,7 @@ class Camera:
 
     Its pixels are square, so that ``horizontal_fov`` and the size of the image decide all.
     ``intrinsics`` are fx, fy, cx, cy in pixels of ``<lens>``, or None; they win over the angles.
+    ``projection`` is what rectified images are told to have instead, with tx and ty, or None.
     """
 
     name: str
@@ -52,6 +53,7 @@ class Camera:
     p1: float = 0.0
     p2: float = 0.0
     intrinsics: tuple[float, float, float, float] | None = None
+    projection: tuple[float, float, float, float, float, float] | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -284,6 +286,7 @@ def _read_camera(element: Element) -> Camera:
         near=number_in(clip, "near", 0.0) or 0.1,
         far=number_in(clip, "far", 0.0) or 100.0,
         intrinsics=_read_intrinsics(element.find("lens/intrinsics")),
+        projection=_read_projection(element.find("lens/projection")),
         **coefficients,
     )
 
@@ -304,6 +307,17 @@ def _read_intrinsics(element: Element | None) -> tuple[float, float, float, floa
     return fx, fy, cx, cy
 
 
+def _read_projection(
+    element: Element | None,
+) -> tuple[float, float, float, float, float, float] | None:
+    if element is None:
+        return None
+    fx, fy, cx, cy, tx, ty = (
+        number_in(element, tag, 0.0) for tag in ("p_fx", "p_fy", "p_cx", "p_cy", "tx", "ty")
+    )
+    return (fx, fy, cx, cy, tx, ty) if min(fx, fy) > 0.0 else None
+
+
 def _read_pose(element: Element) -> Pose:
     if element.find("pose") is None:
         return Pose()
@@ -313,8 +327,11 @@ def _read_pose(element: Element) -> Pose:
         raise InvalidDescriptionError(
             f"{describe(element)}: <pose> should be 6 finite numbers, got '{text}'"
         )
-    x, y, z, roll, pitch, yaw = values
-    return Pose((x, y, z), (roll, pitch, yaw))
+    x, y, z, *turn = values
+    pose = element.find("pose")
+    if pose is not None and pose.get("degrees") in ("true", "1"):
+        turn = list(map(math.radians, turn))
+    return Pose((x, y, z), (turn[0], turn[1], turn[2]))
 
 
 def number_in(

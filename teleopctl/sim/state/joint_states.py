@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from teleopctl.mujoco_model import lifting_efforts
 from teleopctl.sim.mjcf.ball_joints import BallJoints
 
 if TYPE_CHECKING:
@@ -18,17 +19,21 @@ class JointStates:
 
     Args:
         joints: The robot's movable joints.
+        weightless: Links on which gravity does not act.
 
     Attributes:
         names: The joints.
+        values: Positions, velocities and efforts, (3, n).
         positions: In rad or m, as of the last `read`, (n,).
         velocities: In rad/s or m/s, (n,).
         efforts: What the drives exert, in N m or N, (n,).
     """
 
-    def __init__(self, joints: Sequence[JointSpec]) -> None:
+    def __init__(self, joints: Sequence[JointSpec], weightless: Sequence[str] = ()) -> None:
         self.names = tuple(joint.name for joint in joints)
-        self.positions, self.velocities, self.efforts = np.zeros((3, len(joints)))
+        self.values = np.zeros((3, len(joints)))
+        self.positions, self.velocities, self.efforts = self.values
+        self._weightless = weightless
         self._joints = joints
         self._balls = BallJoints(joints)
 
@@ -38,7 +43,8 @@ class JointStates:
         named = [model.joint(joint.ball or joint.name) for joint in self._joints]
         qpos = [int(joint.qposadr[0]) for joint in named]
         dof = [int(joint.dofadr[0]) for joint in named]
-        self._d = data
+        self._m, self._d, self._dof = model, data, dof
+        self._lifted = np.array([model.body(name).id for name in self._weightless], dtype=int)
         # Views: numpy takes four times as long to copy a few numbers.
         self._copied = [
             (target.data[first:end], source.data[at : at + end - first])
@@ -54,6 +60,11 @@ class JointStates:
         """Take the present states."""
         for target, source in self._copied:
             target[:] = source
+        if self._weightless:
+            # MuJoCo lifts what has no weight by a force, and counts that as the joints' own.
+            lifting = lifting_efforts(self._m, self._d, self._lifted)
+            lifting[self._m.jnt_actgravcomp[self._m.dof_jntid] == 0] = 0.0
+            self.efforts -= lifting[self._dof]
         if self._balls:
             self._balls.read(self._d, self.positions, self.velocities)
 

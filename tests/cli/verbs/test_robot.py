@@ -255,3 +255,47 @@ def test_what_is_absurd_is_told_in_words(
     for number, (content, words) in enumerate(said.items()):
         main.run(["robot", "check", str(write(tmp_path / f"robot{number}.urdf", content))])
         assert words in capsys.readouterr().out
+
+
+def test_what_a_xacro_file_says_in_vain_is_told_with_its_own_lines(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    namespace = 'xmlns:xacro="http://www.ros.org/wiki/xacro"'
+    (tmp_path / "wheel.xacro").write_text(
+        f"""<robot {namespace}><xacro:macro name="wheel" params="name">
+<link name="${{name}}"><visual><geometry><sphere radius="1"/></geometry>
+<glow/></visual></link>
+<joint name="${{name}}_joint" type="fixed"><parent link="base"/><child link="${{name}}"/></joint>
+</xacro:macro></robot>"""
+    )
+    file = tmp_path / "robot.xacro"
+    file.write_text(
+        f"""<robot name="r" {namespace}>
+<xacro:include filename="wheel.xacro"/>
+<link name="base"/>
+<xacro:wheel name="a"/><xacro:wheel name="b"/>
+<gazebo reference="base"><kp>1</kp>
+<sensor name="s" type="imu"><visualize>true</visualize></sensor></gazebo>
+</robot>"""
+    )
+    assert main.run(["robot", "check", str(file), "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["unknown"] == [f"<glow> in <visual> is unknown ({tmp_path / 'wheel.xacro'}:3)"]
+    assert found["without_effect"] == [
+        f"<kp> of 'base' ({file}:5) has no effect: contacts are as stiff as steps of physics allow",
+        f"Without meaning outside of Gazebo's window, drawing and solver: <visualize> ({file}:6)",
+    ]
+
+
+def test_what_a_robot_of_sdf_says_in_vain_is_told_with_its_own_lines(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "model.sdf"
+    sensor = '<sensor name="s" type="imu">\n<updat_rate>1</updat_rate></sensor>'
+    file.write_text(f'<sdf version="1.9">\n<model name="m"><link name="l">{sensor}</link>'
+                    "</model></sdf>")  # fmt: skip
+    main.run(["robot", "check", str(file), "--json"])
+    found = json.loads(capsys.readouterr().out)
+    assert found["without_effect"] == [
+        f"<updat_rate> of sensor 's' ({file}:3) is unknown (is it update_rate?)"
+    ]

@@ -231,7 +231,9 @@ def test_a_joint_ends_where_its_range_does_on_one_side_too(tmp_path: Path) -> No
     description = RobotDescription.from_urdf(read_model(file).text)
     limits = Joints.of(description)["j"].limits
     assert (limits.lower, limits.effort, limits.velocity) == (-0.1, math.inf, math.inf)
-    assert description.repairs == (f"{file}:1: the spring of joint 'j' is left out: URDF has none",)
+    assert description.repairs == ()
+    hinge = build_model(description).mj_model.joint("j")
+    assert (hinge.stiffness.flat[0], hinge.qpos_spring[0]) == (3.0, 0.0)
 
 
 def test_a_follower_and_a_sensor_of_sdf_are_those_of_urdf(tmp_path: Path) -> None:
@@ -268,9 +270,9 @@ def test_what_has_no_effect_is_told_unless_it_says_what_is_so(tmp_path: Path) ->
     assert scene(tmp_path, world(block("false", "0.0", "0", "1.0"))).remarks == ()
     found = scene(tmp_path, world(block("1", "0.5", "0.9", "0.2")))
     assert [remark.partition(":2: ")[2] for remark in found.remarks] == [
-        "<kinematic> (1) has no effect",
-        "<velocity_decay/linear> (0.5) has no effect",
-        "<surface/bounce/restitution_coefficient> (0.9) has no effect",
+        "<kinematic> has no effect",
+        "<velocity_decay> is left out",
+        "<surface/bounce/restitution_coefficient> has no effect",
         "<mu2> has no effect: friction is <mu> in all directions",
     ]
 
@@ -334,6 +336,7 @@ def test_what_nobody_reads_is_told_with_its_lines(tmp_path: Path) -> None:
         "3: <actor> 'walker' is left out",
         "4: <plugin> 'x' (libfancy.so) is left out",
         "4: <polyline> is left out",
+        " Without meaning outside of Gazebo's window, drawing and solver: <max_step_size> (line 3)",
     ]
 
 
@@ -498,3 +501,49 @@ def test_a_world_has_its_place_on_the_earth(tmp_path: Path) -> None:
     assert scene(tmp_path, world()).origin is None
     with pytest.raises(InvalidDescriptionError, match="<latitude_deg> should be a finite number"):
         scene(tmp_path, world(place.replace("47.4", "north")))
+
+
+def test_lights_fade_shine_and_are_out_as_they_are_written(tmp_path: Path) -> None:
+    fades = (
+        "<attenuation><constant>0.5</constant><linear>0.2</linear><quadratic>0.1</quadratic>"
+        "</attenuation>"
+    )
+    found = simulated(
+        tmp_path,
+        world(
+            "<magnetic_field>1e-5 2e-5 3e-5</magnetic_field>",
+            f"<light name='a' type='point'>{fades}<specular>0.4 0.5 0.6 1</specular></light>",
+            "<light name='out' type='point'><light_on>false</light_on></light>",
+        ),
+    )
+    assert found.warnings == ()
+    lights = [n for n in range(found.mj_model.nlight) if found.mj_model.light_type[n] == 2]
+    (lamp,) = lights
+    assert found.mj_model.light_attenuation[lamp] == pytest.approx([0.5, 0.2, 0.1])
+    assert found.mj_model.light_specular[lamp] == pytest.approx([0.4, 0.5, 0.6])
+    assert found.mj_model.opt.magnetic == pytest.approx([1e-5, 2e-5, 3e-5])
+
+
+def test_in_old_worlds_the_solver_has_the_gravity(tmp_path: Path) -> None:
+    found = scene(tmp_path, world("<physics><gravity>0 0 -1</gravity></physics>"), "1.4")
+    assert found.gravity == (0.0, 0.0, -1.0)
+    assert found.remarks == ()
+
+
+def test_what_stands_there_twice_and_what_is_misspelt_is_told(tmp_path: Path) -> None:
+    twice = f"<link name='l'>\n<inertal/><pose>0 0 1 0 0 0</pose>\n<pose/>{SHAPES}</link>"
+    found = scene(tmp_path, world(model("m", twice)))
+    assert [remark.partition("world.sdf:")[2] for remark in found.remarks] == [
+        "3: <inertal> in <link> is unknown (is it inertial?)",
+        "4: Of several <pose> side by side the first is taken",
+    ]
+
+
+def test_what_is_for_gazebo_alone_is_one_line(tmp_path: Path) -> None:
+    window = "\n<gui/>\n<scene><ambient>1 1 1 1</ambient></scene>"
+    dull = "<visual name='v'><cast_shadows>0</cast_shadows><geometry><box/></geometry></visual>"
+    found = scene(tmp_path, world(window, model("m", f"<link name='l'>{dull * 3}</link>")))
+    (remark,) = found.remarks
+    assert remark.endswith(
+        "drawing and solver: <gui> (line 3), <scene> (line 4), <cast_shadows> (line 4)"
+    )

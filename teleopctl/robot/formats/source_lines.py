@@ -1,0 +1,127 @@
+"""Where what stands in an expanded description was written: lines of xacro files, or of SDF.
+
+xacro forgets lines. Here each element gets an attribute with its place as its file is read; macros
+copy it with the element, and it is taken out of what they have made.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import re
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+from lxml import etree
+
+# By line of a text: the file and the line in it.
+Places = Mapping[int, tuple[Path, int]]
+
+_NOTE = "teleopctl-place"
+_LINES = re.compile(r"\bline (\d+(?:, \d+)*)")
+
+
+def in_files(sentence: str, places: Places) -> str:
+    """A sentence about lines of a text, with the places where they were written.
+
+    Args:
+        sentence: With ``line 3`` or ``line 3, 5``.
+        places: Those of the text.
+    """
+
+    def written(match: re.Match[str]) -> str:
+        numbers = [int(number) for number in match[1].split(", ")]
+        if not all(number in places for number in numbers):
+            return match[0]
+        told = (f"{_shown(places[number][0])}:{places[number][1]}" for number in numbers)
+        return ", ".join(dict.fromkeys(told))
+
+    return _LINES.sub(written, sentence) if places else sentence
+
+
+def _shown(path: Path) -> str:
+    """A file as seen from the current folder, if it is below that."""
+    here = Path.cwd()
+    return os.path.relpath(path, here) if path.is_relative_to(here) else str(path)
+
+
+class NotedLines:
+    """The places of the elements that are being read.
+
+    Attributes:
+        files: By what the notes call them.
+    """
+
+    def __init__(self) -> None:
+        self.files: list[Path] = []
+
+    # Any: documents of minidom, which xacro works on.
+    def note(self, document: Any, path: Path) -> None:
+        """Note in each element of a document where it is.
+
+        Args:
+            document: What xacro has read.
+            path: The file.
+        """
+        parser = etree.XMLParser(resolve_entities=False, remove_comments=True, remove_pis=True)
+        try:
+            lines = [element.sourceline for element in etree.parse(path, parser).iter("*")]
+        except (OSError, etree.XMLSyntaxError):
+            return  # who reads it says so
+        self.files.append(path)
+        for element, line in zip(document.getElementsByTagName("*"), lines, strict=False):
+            # What is xacro's own is gone afterwards, and refuses what it does not know.
+            if ":" not in element.tagName:
+                element.setAttribute(_NOTE, f"{len(self.files) - 1}:{line}")
+
+    # Any: likewise.
+    def take_out(self, document: Any) -> list[tuple[Path, int] | None]:
+        """The places of the elements of what was made, whose notes are taken out."""
+        found: list[tuple[Path, int] | None] = []
+        for element in document.getElementsByTagName("*"):
+            file, _, line = element.getAttribute(_NOTE).partition(":")
+            found.append((self.files[int(file)], int(line)) if line.isdecimal() else None)
+            if element.hasAttribute(_NOTE):
+                element.removeAttribute(_NOTE)
+        return found
+
+
+@contextlib.contextmanager
+def noting_lines(xacro: ModuleType) -> Iterator[NotedLines]:
+    """Let xacro keep the places of elements."""
+    notes, parse = NotedLines(), vars(xacro)["parse"]
+
+    # Any: xacro's own.
+    def noting(source: Any, filename: str | None = None) -> Any:
+        document = parse(source, filename)
+        if source is None and filename is not None:
+            notes.note(document, Path(filename).absolute())
+        return document
+
+    vars(xacro).update(parse=noting)
+    try:
+        yield notes
+    finally:
+        vars(xacro).update(parse=parse)
+
+
+def places_in(text: str, written: list[tuple[Path, int] | None]) -> dict[int, tuple[Path, int]]:
+    """The places of a text's lines.
+
+    Args:
+        text: XML.
+        written: The place of each element in it, in the order of the text.
+    """
+    parser = etree.XMLParser(
+        encoding="utf-8", resolve_entities=False, remove_comments=True, remove_pis=True
+    )
+    elements = list(etree.fromstring(text.encode(), parser).iter("*"))
+    if len(elements) != len(written):
+        return {}
+    return {
+        element.sourceline: place
+        for element, place in zip(elements, written, strict=True)
+        if place is not None and element.sourceline
+    }

@@ -1,0 +1,1 @@
+"""Which tags and attributes descriptions may have, and what becomes of each."""

@@ -1,0 +1,238 @@
+"""Tables of tags: every tag and attribute that a format has, and its fate here.
+
+A table is written as lines of a mark, the path of a tag, and what may stand in that:
+
+    + surface/friction/ode: mu mu2
+    - surface/friction/ode: slip1 fdir1 | friction is the same in all directions
+    - .: kinematic=false=0
+    * surface/contact/ode: max_vel=0.01
+    > .: sensor@name@type
+
+``+`` has its effect, or whoever reads it tells what it lacks; ``-`` has none, and is told unless it
+says what is the case anyway: one of the texts behind ``=``, or zero; ``*`` likewise, and speaks to
+Gazebo's own window, drawing or solver alone; ``>`` is read, and what it holds is told, by others.
+Attributes have ``@`` in front, behind their tag or as words of their own. Of a tag that has its
+effect only the first counts, unless there is a ``*`` behind it. What a table does not have is
+unknown.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from difflib import get_close_matches
+from typing import TYPE_CHECKING, Literal, NamedTuple
+
+from teleopctl.robot.elements import to_number
+
+if TYPE_CHECKING:
+    from lxml import etree
+
+Fate = Literal["works", "no effect", "gazebo's own", "read by others"]
+
+_MARKS: dict[str, Fate] = {
+    "+": "works",
+    "-": "no effect",
+    "*": "gazebo's own",
+    ">": "read by others",
+}
+# What a <pose> may say of itself; the frame was an attribute until SDF 1.6.
+_OF_POSES = ("relative_to", "rotation_format", "degrees", "frame")
+
+
+# Lines that are listed of one kind of thing.
+_MOST_LINES = 5
+
+
+class Entry(NamedTuple):
+    """A tag or an attribute that is known.
+
+    Attributes:
+        fate: What becomes of it.
+        usual: Texts with which it says what is the case anyway; without any, zero does. A blank
+            in them is ``_``.
+        because: Why it has no effect; empty where that needs no words.
+        many: Whether there may be several, side by side.
+    """
+
+    fate: Fate
+    usual: tuple[str, ...] = ()
+    because: str = ""
+    many: bool = True
+
+
+class Finding(NamedTuple):
+    """Something in a file that has no effect.
+
+    Attributes:
+        element: The tag, or the one with the attribute.
+        path: Where it stands, as the table has it.
+        entry: What the table says of it; None for what nobody knows.
+        alike: What that may have been meant to be; empty for nothing.
+    """
+
+    element: etree._Element
+    path: str
+    entry: Entry | None
+    alike: str = ""
+
+    @property
+    def called(self) -> str:
+        """What it is called in a sentence."""
+        _, at, attribute = self.path.rpartition("@")
+        if at:
+            return f"'{attribute}' of <{plain(self.element.tag)}>"
+        if self.entry is not None:
+            return f"<{self.path}>"
+        parent = self.element.getparent()
+        inside = "" if parent is None else f" in <{plain(parent.tag)}>"
+        return f"<{plain(self.element.tag)}>{inside}"
+
+    @property
+    def sentence(self) -> str:
+        """What is said of it, without its place."""
+        if self.entry is not None and self.entry.fate == "works":
+            return f"Of several <{plain(self.element.tag)}> side by side the first is taken"
+        if self.entry is None:
+            hint = f" (is it {self.alike}?)" if self.alike else ""
+            kind = "Attribute " if "@" in self.path else ""
+            return f"{kind}{self.called} is unknown{hint}"
+        because = f": {self.entry.because}" if self.entry.because else ""
+        return f"{self.called} has no effect{because}"
+
+
+class Table(Mapping[str, Entry]):
+    """The tags of a format by their paths below an element, attributes as ``path@name``.
+
+    Args:
+        text: As the module says.
+        everywhere: Attributes that any tag may have.
+    """
+
+    def __init__(self, text: str, everywhere: tuple[str, ...] = ()) -> None:
+        self._everywhere = everywhere
+        self._entries: dict[str, Entry] = {}
+        for line in filter(None, map(str.strip, text.splitlines())):
+            mark, above, names = line.split(maxsplit=2)
+            names, _, because = names.partition(" | ")
+            parent = above.rstrip(":").strip(".")
+            for word in names.split():
+                self._add(parent, word, _MARKS[mark], because)
+        self._below: dict[str, list[str]] = {}
+        for path in self._entries:
+            cut = "@" if "@" in path else "/"
+            self._below.setdefault(path.rpartition(cut)[0] + cut.strip("/"), []).append(path)
+
+    def _add(self, parent: str, word: str, fate: Fate, because: str) -> None:
+        whole, *usual = word.split("=")
+        entry = Entry(fate, tuple(usual), because)
+        whole, *attributes = whole.split("@")
+        path, name = "", ""
+        parts = [part for part in f"{parent}/{whole}".split("/") if part]
+        for part in parts:
+            name, path = part, f"{path}/{part.removesuffix('*')}".lstrip("/")
+            self._entries.setdefault(path, Entry("works", many=part.endswith("*")))
+        if whole:
+            self._entries[path] = entry._replace(many=fate != "works" or name.endswith("*"))
+            entry = Entry("works")
+        for attribute in (*attributes, *(_OF_POSES if name == "pose" else ())):
+            self._entries[f"{path}@{attribute}"] = entry
+
+    def __getitem__(self, path: str) -> Entry:
+        return self._entries[path]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._entries)
+
+    def __len__(self) -> int:
+        return len(self._entries)
+
+    def findings(self, element: etree._Element, path: str = "") -> Iterator[Finding]:
+        """What of an element has no effect.
+
+        Args:
+            element: The element.
+            path: Where the table has it.
+        """
+        yield from self._of_attributes(element, path)
+        met: set[str] = set()
+        for child in element:
+            if not isinstance(child.tag, str):
+                continue  # a comment
+            here = f"{path}/{plain(child.tag)}".lstrip("/")
+            entry = self._entries.get(here)
+            if entry is None:
+                yield Finding(child, here, None, self._alike(path, plain(child.tag)))
+            elif here in met and not entry.many:
+                yield Finding(child, here, entry)
+            elif entry.fate == "works":
+                met.add(here)
+                yield from self.findings(child, here)
+            elif entry.fate == "read by others":
+                if any(known.startswith(f"{here}@") for known in self._entries):
+                    yield from self._of_attributes(child, here)
+            elif not says_what_is_so(child, entry.usual):
+                yield Finding(child, here, entry)
+
+    def _of_attributes(self, element: etree._Element, path: str) -> Iterator[Finding]:
+        for attribute in element.attrib:
+            here = f"{path}@{plain(attribute)}"
+            entry = self._entries.get(here)
+            if entry is None and plain(attribute) not in self._everywhere:
+                yield Finding(element, here, None, self._alike(f"{path}@", plain(attribute)))
+            elif entry is None:
+                continue
+            elif entry.fate == "no effect" and not _is_usual(
+                str(element.get(attribute)), entry.usual
+            ):
+                yield Finding(element, here, entry)
+
+    def _alike(self, above: str, name: str) -> str:
+        names = [path.removeprefix(above).lstrip("/") for path in self._below.get(above, ())]
+        return next(iter(get_close_matches(name, names, n=1)), "")
+
+
+def says_what_is_so(element: etree._Element, usual: tuple[str, ...] = ()) -> bool:
+    """Whether a tag, with all that is in it, asks for what is the case without it.
+
+    Args:
+        element: The tag.
+        usual: See `Entry`.
+    """
+    if len(element):
+        return all(says_what_is_so(child) for child in element)
+    return _is_usual(element.text or element.get("value") or "", usual)
+
+
+def gazebos_own(tags: Mapping[str, list[int]]) -> str:
+    """One sentence for all tags that speak to Gazebo's window, drawing or solver alone.
+
+    Args:
+        tags: Their lines.
+    """
+    listed = ", ".join(f"<{tag}> (line {in_words(lines, 1)})" for tag, lines in tags.items())
+    return f"Without meaning outside of Gazebo's window, drawing and solver: {listed}"
+
+
+def in_words(lines: list[int], most: int = _MOST_LINES) -> str:
+    """Lines of a file, of which only some are listed."""
+    different = sorted({*lines})
+    listed = ", ".join(map(str, different[:most]))
+    more = len(different) - most
+    return f"{listed} and {more} more lines" if more > 0 else listed
+
+
+def plain(name: object) -> str:
+    """A name without its namespace's address."""
+    return str(name).rpartition("}")[2]
+
+
+def _is_usual(text: str, usual: tuple[str, ...]) -> bool:
+    words = text.lower().split()
+    if " ".join(words) in usual:
+        return True
+    numbers = [to_number(word) for word in words]
+    if None in numbers or not numbers:
+        return False
+    if usual:
+        return any(numbers == [to_number(part) for part in one.split("_")] for one in usual)
+    return not any(numbers)

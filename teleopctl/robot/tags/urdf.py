@@ -1,0 +1,103 @@
+"""The tags of URDF and of ``<ros2_control>``, and what a description has besides.
+
+Within ``<gazebo>`` others look; what hangs below ``<mujoco>`` MuJoCo reads.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from lxml import etree
+
+from teleopctl.robot.elements import parse
+from teleopctl.robot.repair import REMARK
+from teleopctl.robot.tags.table import Finding, Table
+
+_TOLD_LINES = 3
+_JOINTS = "commands and states are those of joints, not of actuators"
+_DRIVEN = "joints are driven as <ros2_control> says"
+
+# Of what may stand once, whoever repairs a description says that there are several.
+URDF = Table(f"""
+    + .: @name @version link*@name joint*@name@type material*@name
+    > .: mujoco {REMARK}
+    > .: gazebo@reference
+    - .: transmission* | {_DRIVEN}
+    - link: @type
+    + link/inertial*: origin*@xyz@rpy mass*@value inertia*@ixx@ixy@ixz@iyy@iyz@izz
+    + link: visual*@name collision*@name
+    + link/visual: origin*@xyz@rpy material*@name
+    + link/visual/geometry*: box*@size cylinder*@radius@length capsule*@radius@length
+    + link/visual/geometry: sphere*@radius mesh*@filename@scale
+    + link/visual/material: color*@rgba texture*@filename
+    + link/collision: origin*@xyz@rpy
+    + link/collision/geometry*: box*@size cylinder*@radius@length capsule*@radius@length
+    + link/collision/geometry: sphere*@radius mesh*@filename@scale
+    - link/collision: verbose
+    + material: color*@rgba texture*@filename
+    + joint: origin*@xyz@rpy parent*@link child*@link axis*@xyz
+    + joint: limit*@lower@upper@effort@velocity mimic*@joint@multiplier@offset
+    + joint: dynamics*@damping@friction safety_controller@soft_lower_limit@soft_upper_limit
+    - joint/safety_controller: @k_position @k_velocity
+    - joint: calibration | joints know where they are
+    + .: ros2_control*@name@type@rw_rate@is_async@thread_priority
+    + ros2_control/hardware: plugin group param*@name
+    - ros2_control/hardware: async | hardware is read and written in the cycle
+    + ros2_control/properties/async: @thread_priority
+    - ros2_control/properties/async: @affinity @scheduling_policy @print_warnings
+    + ros2_control: joint*@name@mimic sensor*@name gpio*@name transmission*@name
+    + ros2_control/joint: param*@name limits@enable
+    + ros2_control/sensor: param*@name
+    + ros2_control/gpio: param*@name
+    + ros2_control/joint: command_interface*@name@data_type@size state_interface*@name
+    + ros2_control/joint/state_interface: @data_type @size param*@name
+    + ros2_control/joint/command_interface: param*@name limits@enable
+    + ros2_control/sensor: state_interface*@name@data_type@size
+    + ros2_control/sensor/state_interface: param*@name
+    + ros2_control/gpio: command_interface*@name@data_type@size state_interface*@name
+    + ros2_control/gpio/command_interface: param*@name limits@enable
+    + ros2_control/gpio/state_interface: @data_type @size param*@name
+    + ros2_control/transmission: plugin param*@name joint*@name@role actuator*@name@role
+    - ros2_control/transmission/joint: mechanical_reduction=1 offset | {_JOINTS}
+    - ros2_control/transmission/actuator: mechanical_reduction=1 offset | {_JOINTS}
+    - ros2_control/transmission/joint: @read_only=false
+    - ros2_control/transmission/actuator: @read_only=false
+""")
+
+
+def unknown_tags(urdf: str) -> list[str]:
+    """One sentence for each kind of tag or attribute that URDF does not have, or nobody obeys.
+
+    Args:
+        urdf: The expanded robot description, which is well formed.
+    """
+    robot: etree._Element = parse(urdf)
+    lines: dict[str, list[int]] = {}
+    for found in URDF.findings(robot):
+        if found.path.count("/geometry/") and found.entry is None and "@" not in found.path:
+            continue  # whoever reads the shape says that it is none, and of which link
+        lines.setdefault(_sentence(found), []).append(found.element.sourceline or 0)
+    return in_lines(lines)
+
+
+def in_lines(lines: Mapping[str, list[int]]) -> list[str]:
+    """Sentences with the lines that each is about.
+
+    Args:
+        lines: By sentence.
+    """
+    return [f"{sentence} ({_lines(numbers)})" for sentence, numbers in lines.items()]
+
+
+def _sentence(found: Finding) -> str:
+    """By the tag alone, so that one sentence is about it wherever it stands."""
+    if found.entry is None or "@" in found.path:
+        return found.sentence
+    return found.sentence.replace(f"<{found.path}>", f"<{found.path.rpartition('/')[2]}>")
+
+
+def _lines(numbers: list[int]) -> str:
+    different = list(dict.fromkeys(numbers))
+    told = ", ".join(map(str, different[:_TOLD_LINES]))
+    more = len(different) - _TOLD_LINES
+    return f"line {told}" + (f" and {more} more" if more > 0 else "")
