@@ -6,13 +6,15 @@ from collections.abc import Iterator
 from typing import Any
 
 import mujoco
+import numpy as np
+import numpy.typing as npt
 
 _Object = mujoco.mjtObj
-# How many numbers positions and velocities of a joint are, where not one each.
-_SIZES = {
-    int(mujoco.mjtJoint.mjJNT_FREE): (7, 6),
-    int(mujoco.mjtJoint.mjJNT_BALL): (4, 3),
-}
+_Numbers = npt.NDArray[np.intp]
+
+# How many numbers positions and velocities of a joint are, by its type: free, ball, slide, hinge.
+_POSITIONS = np.array([7, 4, 1, 1])
+_DOFS = np.array([6, 3, 1, 1])
 
 
 # Any, here and below: MuJoCo's models and data have no types.
@@ -30,32 +32,37 @@ def carry_over(m: Any, d: Any, new_m: Any, new_d: Any) -> None:
     """
     new_m.opt.gravity[:] = m.opt.gravity
     new_d.time = d.time
-    for old, new in _common(m, new_m, _Object.mjOBJ_JOINT):
-        (positions, dofs), (new_positions, new_dofs) = _places(m, old), _places(new_m, new)
-        new_d.qpos[new_positions] = d.qpos[positions]
-        for field in ("qvel", "qacc", "qacc_warmstart", "qfrc_applied"):
-            getattr(new_d, field)[new_dofs] = getattr(d, field)[dofs]
-    for old, new in _common(m, new_m, _Object.mjOBJ_ACTUATOR):
-        new_d.ctrl[new] = d.ctrl[old]
-        count = int(m.actuator_actnum[old])
-        here, there = int(m.actuator_actadr[old]), int(new_m.actuator_actadr[new])
-        new_d.act[there : there + count] = d.act[here : here + count]
-    for old, new in _common(m, new_m, _Object.mjOBJ_BODY):
-        new_d.xfrc_applied[new] = d.xfrc_applied[old]
-        new_m.body_pos[new], new_m.body_quat[new] = m.body_pos[old], m.body_quat[old]
-        if m.body_mocapid[old] >= 0:
-            here, there = int(m.body_mocapid[old]), int(new_m.body_mocapid[new])
-            new_d.mocap_pos[there], new_d.mocap_quat[there] = d.mocap_pos[here], d.mocap_quat[here]
-    for old, new in _common(m, new_m, _Object.mjOBJ_EQUALITY):
-        new_d.eq_active[new] = d.eq_active[old]
+    # By arrays: there may be thousands, and time stands still meanwhile.
+    old, new = _common(m, new_m, _Object.mjOBJ_JOINT)
+    kinds = m.jnt_type[old]
+    here = _spans(m.jnt_qposadr[old], _POSITIONS[kinds])
+    there = _spans(new_m.jnt_qposadr[new], _POSITIONS[kinds])
+    new_d.qpos[there] = d.qpos[here]
+    here = _spans(m.jnt_dofadr[old], _DOFS[kinds])
+    there = _spans(new_m.jnt_dofadr[new], _DOFS[kinds])
+    for field in ("qvel", "qacc", "qacc_warmstart", "qfrc_applied"):
+        getattr(new_d, field)[there] = getattr(d, field)[here]
+    old, new = _common(m, new_m, _Object.mjOBJ_ACTUATOR)
+    new_d.ctrl[new] = d.ctrl[old]
+    counts = m.actuator_actnum[old]
+    here, there = _spans(m.actuator_actadr[old], counts), _spans(new_m.actuator_actadr[new], counts)
+    new_d.act[there] = d.act[here]
+    old, new = _common(m, new_m, _Object.mjOBJ_BODY)
+    new_d.xfrc_applied[new] = d.xfrc_applied[old]
+    new_m.body_pos[new], new_m.body_quat[new] = m.body_pos[old], m.body_quat[old]
+    held = m.body_mocapid[old] >= 0
+    here, there = m.body_mocapid[old][held], new_m.body_mocapid[new][held]
+    new_d.mocap_pos[there], new_d.mocap_quat[there] = d.mocap_pos[here], d.mocap_quat[here]
+    old, new = _common(m, new_m, _Object.mjOBJ_EQUALITY)
+    new_d.eq_active[new] = d.eq_active[old]
 
 
-def _common(m: Any, new_m: Any, kind: mujoco.mjtObj) -> Iterator[tuple[int, int]]:
+def _common(m: Any, new_m: Any, kind: mujoco.mjtObj) -> tuple[_Numbers, _Numbers]:
     """Numbers of what is in both models: in the first, and in the second."""
     there = {key: number for number, key in enumerate(_keys(new_m, kind))}
-    for number, key in enumerate(_keys(m, kind)):
-        if key in there:
-            yield number, there[key]
+    pairs = [(old, there[key]) for old, key in enumerate(_keys(m, kind)) if key in there]
+    old, new = np.array(pairs, dtype=np.intp).reshape(-1, 2).T
+    return old, new
 
 
 def _keys(m: Any, kind: mujoco.mjtObj) -> Iterator[str | int]:
@@ -73,8 +80,8 @@ def _keys(m: Any, kind: mujoco.mjtObj) -> Iterator[str | int]:
         yield name or unnamed
 
 
-def _places(m: Any, joint: int) -> tuple[slice, slice]:
-    """Where a joint has its positions and its velocities."""
-    positions, velocities = _SIZES.get(int(m.jnt_type[joint]), (1, 1))
-    first, dof = int(m.jnt_qposadr[joint]), int(m.jnt_dofadr[joint])
-    return slice(first, first + positions), slice(dof, dof + velocities)
+def _spans(starts: _Numbers, counts: _Numbers) -> _Numbers:
+    """The numbers of several spans, one after the other."""
+    ends = np.cumsum(counts)
+    total = int(ends[-1]) if len(ends) else 0
+    return np.repeat(starts - ends + counts, counts) + np.arange(total)
