@@ -29,8 +29,9 @@ if TYPE_CHECKING:
     from teleopctl.mujoco_model.surroundings.carrying import carry_over as carry_over
     from teleopctl.mujoco_model.surroundings.thing import Thing as Thing
     from teleopctl.mujoco_model.surroundings.things import (
+        Coming as Coming,
         in_world as in_world,
-        with_thing as with_thing,
+        with_things as with_things,
         without_things as without_things,
     )
     from teleopctl.mujoco_model.surroundings.world import WORLD_PREFIX as WORLD_PREFIX
@@ -55,7 +56,7 @@ else:
             "sensors.camera_topics": "CAMERA_TYPES",
             "surroundings.carrying": "carry_over",
             "surroundings.thing": "Thing",
-            "surroundings.things": "in_world with_thing without_things",
+            "surroundings.things": "Coming in_world with_things without_things",
             "surroundings.world": "WORLD_PREFIX",
             "unserved": "gazebos_own_tags unserved_tags",
         },

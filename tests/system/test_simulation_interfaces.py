@@ -300,6 +300,33 @@ def test_no_request_ends_the_simulator(caller: Caller, tmp_path: Path) -> None:
     assert caller.names(filter="^[[:lower:]]{6}$") == ["teleop"]
 
 
+def test_many_that_are_spawned_at_once_are_there_each_as_it_asked(caller: Caller) -> None:
+    one = get_message("simulation_interfaces/msg/SpawnEntity")
+    resource = get_message("simulation_interfaces/msg/Resource")
+    can, empty = resource(resource_string=CAN), resource(resource_string="<mujoco/>")
+    requests = [one(name=f"can{n}", entity_resource=can) for n in range(12)]
+    for n, each in enumerate(requests):
+        each.initial_pose.pose.position.x, each.initial_pose.pose.position.z = 5.0 + n, 1.0
+    requests += [
+        one(name="can3", entity_resource=can),
+        one(name="can4", entity_resource=can, allow_renaming=True),
+        one(name="none", entity_resource=empty),
+    ]
+    many = caller.ask("SpawnEntities", "spawn_entities", spawn_requests=requests)
+    codes = [each.result.result for each in many.results]
+    assert codes == [
+        *(12 * [Result.RESULT_OK]),
+        SpawnEntity.Response.NAME_NOT_UNIQUE,
+        Result.RESULT_OK,
+        SpawnEntity.Response.RESOURCE_PARSE_ERROR,
+    ]
+    assert many.results[13].entity_name == "can4_1"
+    names = [f"can{n}" for n in range(12)]
+    assert sorted(caller.names(filter="^can")) == sorted([*names, "can4_1"])
+    state = caller.do("GetEntityState", "get_entity_state", entity="can7").state
+    assert state.pose.position.x == pytest.approx(12.0)
+
+
 def test_a_filter_that_takes_for_ever_holds_nothing_up(caller: Caller) -> None:
     """Time goes on and other services answer; whoever asked is told."""
     assert caller.names(filter="^(t(e|a)+[a-z]*)+$") == ["teleop", "table"]
@@ -371,7 +398,10 @@ poses:
     )
     spawned = caller.spawn(kitchen, 3.0, name="kitchen")
     assert spawned.entity_name == "kitchen"
-    assert "2 things: kitchen/shelf, kitchen/jar" in spawned.result.error_message
+    assert spawned.result.error_message == (
+        "there is no entity 'kitchen' but kitchen/shelf and kitchen/jar, "
+        "which are deleted together by that name"
+    )
     assert caller.spawn(CAN, 1.0, name="kitchen").result.result != Result.RESULT_OK
     assert caller.names(filter="kitchen") == ["kitchen/shelf", "kitchen/jar"]
     caller.do("DeleteEntity", "delete_entity", entity="kitchen")
@@ -496,6 +526,12 @@ def test_the_command_line_has_words_for_them(
 
     assert sim("spawn", "can.urdf", "--at=2,0,1") == "Spawned can"
     assert json.loads(sim("list", "--json")) == ["teleop", "table", "cube", "can"]
+    (tmp_path / "kitchen.yaml").write_text(
+        "things: {shelf: {shape: box, size: [1, 1, 1], at: [9, 0, 1]}, "
+        "jar: {shape: sphere, radius: 0.1, mass: 1, at: [9, 0, 2]}}"
+    )
+    assert sim("spawn", "kitchen.yaml") == "Spawned kitchen/shelf, kitchen/jar"
+    assert sim("delete", "kitchen") == "Deleted kitchen"
     assert sim("step", "200") == "Advanced by 200 steps"
     height = caller.height("can")
     assert sim("save", "state.json") == f"Saved into {tmp_path / 'state.json'}"

@@ -6,7 +6,7 @@ numbers in front. What was wrong with it is known before anything has happened t
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -34,16 +34,8 @@ _ASSETS = ("meshes", "textures", "materials", "hfields")
 _IN_THE_WORLD = ("geoms", "lights", "sites", "cameras")
 
 
-def with_thing(
-    model: RobotModel,
-    world: World,
-    name: str,
-    place: np.ndarray,
-    turn: np.ndarray,
-    *,
-    own_pose: bool = False,
-) -> RobotModel:
-    """Return a model with one more thing.
+class Coming:
+    """A thing that is to come into a model.
 
     It moves freely unless its file makes it part of the world: by a root link named ``world``, or,
     for MuJoCo's scenes, by a body without a free joint. A file with several parts of which some
@@ -51,59 +43,111 @@ def with_thing(
     place.
 
     Args:
-        model: The model so far.
         world: The thing, as a world of its own.
         name: What it is to be called; its other bodies are ``NAME/body``.
         place: Where its topmost body is to be in the world, (3,), in metres.
         turn: The rotation of that, (4,), w x y z.
         own_pose: Whether it is where its file has it, as seen from there.
 
+    Attributes:
+        name: What it is to be called.
+        names: What the things are called that it becomes.
+        warnings: What had to be repaired or left out, one sentence each.
+
     Raises:
-        InvalidDescriptionError: MuJoCo cannot simulate it, or its name is taken.
+        InvalidDescriptionError: MuJoCo cannot simulate it.
     """
-    things, warnings = read_things(world)
+
+    def __init__(
+        self,
+        world: World,
+        name: str,
+        place: np.ndarray,
+        turn: np.ndarray,
+        *,
+        own_pose: bool = False,
+    ) -> None:
+        self.name, self._where = name, str(world.path)
+        self._things, warnings = read_things(world)
+        self._place, self._turn = place, turn
+        self._parts_are_placed = self._held = False
+        names = [name]
+        tops = list(self._things.worldbody.bodies)
+        if len(tops) == 1 and not list(self._things.worldbody.geoms):
+            _put(tops[0], *(_from(place, turn, self._things) if own_pose else (place, turn)))
+            if world.moves and not list(tops[0].joints):
+                tops[0].add_freejoint()
+            _rename(self._things, tops[0].name, name)
+        elif any(joint.type == mujoco.mjtJoint.mjJNT_FREE for joint in self._things.joints):
+            for number, top in enumerate(tops, 1):
+                top.name = top.name or f"part{number}"
+            names = [f"{name}/{top.name}" for top in tops]
+            self._parts_are_placed = True
+            _rename(self._things, None, name)
+        elif not tops and not list(self._things.worldbody.geoms):
+            raise InvalidDescriptionError(f"{world.path}: there is nothing in it")
+        else:
+            self._held = True
+            _rename(self._things, None, name)
+        self.names, self.warnings = tuple(names), tuple(warnings)
+
+    def add_to(self, spec: mujoco.MjSpec, prefix: str, frame: str) -> list[FreeBody]:
+        """Put it into a robot's spec; only once.
+
+        Args:
+            spec: The ``mujoco.MjSpec``.
+            prefix: In front of the names of all its parts but bodies.
+            frame: The frame at the world's origin.
+
+        Returns:
+            What moves freely of it.
+
+        Raises:
+            InvalidDescriptionError: A body of its name is there already.
+        """
+        if spec.body(self.name) is not None:
+            raise InvalidDescriptionError(f"There is '{self.name}' already")
+        holder, origin = None, None
+        if self._held:
+            holder = spec.worldbody.add_body(name=self.name)
+            _put(holder, self._place, self._turn)
+        if self._parts_are_placed:
+            origin = self._place, self._turn
+        return attach_things(
+            spec, self._things, self._where, frame, prefix=prefix, holder=holder, origin=origin
+        )
+
+
+def with_things(model: RobotModel, coming: Sequence[Coming]) -> RobotModel:
+    """Return a model with more things; for many it takes little longer than for one.
+
+    MuJoCo compiles the whole model anew, in a time that grows with the square of what moves
+    freely: 0.5 s for a thousand.
+
+    Args:
+        model: The model so far.
+        coming: What comes, each for the first time.
+
+    Raises:
+        InvalidDescriptionError: MuJoCo cannot simulate one of them, or its name is taken.
+    """
     spec = model.spec.copy()
-    if spec.body(name) is not None:
-        raise InvalidDescriptionError(f"There is '{name}' already")
-    serial = 1 + max(
+    last = max(
         (int(thing.prefix.split("/")[1]) for thing in model.things if thing.spawned), default=0
     )
-    prefix = f"{WORLD_PREFIX}{serial}/"
-    tops = list(things.worldbody.bodies)
-    is_one = len(tops) == 1 and not list(things.worldbody.geoms)
-    parts = [name]
-    holder, origin = None, None
-    if is_one:
-        _put(tops[0], *(_from(place, turn, things) if own_pose else (place, turn)))
-        if world.moves and not list(tops[0].joints):
-            tops[0].add_freejoint()
-        _rename(things, tops[0].name, name)
-    elif any(joint.type == mujoco.mjtJoint.mjJNT_FREE for joint in things.joints):
-        for number, top in enumerate(tops, 1):
-            top.name = top.name or f"part{number}"
-        parts = [f"{name}/{top.name}" for top in tops]
-        origin = place, turn
-        _rename(things, None, name)
-        warnings.append(f"it is {len(parts)} things: {', '.join(parts)}")
-    elif not tops and not list(things.worldbody.geoms):
-        raise InvalidDescriptionError(f"{world.path}: there is nothing in it")
-    else:
-        holder = spec.worldbody.add_body(name=name)
-        _put(holder, place, turn)
-        _rename(things, None, name)
-    bodies = attach_things(
-        spec, things, str(world.path), model.world_frame,
-        prefix=prefix, holder=holder, origin=origin,
-    )  # fmt: skip
-    joints = {body.link: body.joint for body in bodies}
+    moving, things = list(model.free_bodies), list(model.things)
+    for serial, each in enumerate(coming, last + 1):
+        prefix = f"{WORLD_PREFIX}{serial}/"
+        bodies = each.add_to(spec, prefix, model.world_frame)
+        joints = {body.link: body.joint for body in bodies}
+        moving += bodies
+        things += [Thing(name, joints.get(name, ""), prefix, spawned=True) for name in each.names]
+    where = ", ".join(each.name for each in coming)
     return replace(
-        _compiled(model, spec, str(world.path)),
-        free_bodies=(*model.free_bodies, *bodies),
-        things=(
-            *model.things,
-            *(Thing(part, joints.get(part, ""), prefix, spawned=True) for part in parts),
-        ),
-        warnings=tuple(warnings),
+        _compiled(model, spec, where),
+        free_bodies=tuple(moving),
+        things=tuple(things),
+        warnings=tuple(warning for each in coming for warning in each.warnings),
     )
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Awaitable, Callable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 from teleopctl.errors import (
@@ -21,6 +21,7 @@ from teleopctl.sim.entities.poses import frame_of, pose_in_world
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from teleopctl.mujoco_model import Coming
     from teleopctl.sim.entities.stage import Stage
 
 _Answer = get_service("simulation_interfaces/srv/SpawnEntity").Response
@@ -49,7 +50,27 @@ class SpawnServices:
         desk.offer("GetSpawnables", "get_spawnables", self._list)
 
     # Any, here and below: messages, whose classes are made at run time.
-    def _spawn(self, stage: Stage, request: Any, response: Any) -> None:
+    async def _spawn(self, stage: Stage, request: Any, response: Any) -> None:
+        await self._begin(stage, request)(response)
+
+    async def _spawn_many(self, stage: Stage, request: Any, response: Any) -> None:
+        begun = []
+        for each in request.spawn_requests:
+            answer = _SpawnResult()
+            response.results.append(answer)
+            with self._desk.answering(answer.result):
+                begun.append((answer, self._begin(stage, each)))
+        for answer, finish in begun:
+            with self._desk.answering(answer.result):
+                await finish(answer)
+        failed = [r for r in response.results if r.result.result != Result.RESULT_OK]
+        if failed:
+            raise Refusal(
+                _Many.ENTITIES_SPAWN_FAILED, f"{len(failed)} of {len(response.results)} failed"
+            )
+
+    def _begin(self, stage: Stage, request: Any) -> Callable[[Any], Awaitable[None]]:
+        """Have a thing come; returns what answers when it is there."""
         world = _read(request)
         name = name_for(stage, world, request.name, renames=request.allow_renaming)
         try:
@@ -71,27 +92,22 @@ class SpawnServices:
                 f"the namespace {request.entity_namespace} is without effect: '{name}' has no "
                 "interfaces of its own"
             )
-        try:
-            remarks += stage.spawn(world, name, pose[:3], pose[3:], judge=_judge)
-        except InvalidDescriptionError as error:
-            raise Refusal(_Answer.RESOURCE_PARSE_ERROR, error.message) from error
-        for remark in remarks:
-            self._logger.warning(f"Spawning '{name}': {remark}")
-        self._logger.info(f"Spawned '{name}'")
-        response.entity_name = name
-        response.result.error_message = "; ".join(remarks)
+        spawned = stage.spawn(world, name, pose[:3], pose[3:], judge=_judge)
 
-    def _spawn_many(self, stage: Stage, request: Any, response: Any) -> None:
-        for each in request.spawn_requests:
-            answer = _SpawnResult()
-            with self._desk.answering(answer.result):
-                self._spawn(stage, each, answer)
-            response.results.append(answer)
-        failed = [r for r in response.results if r.result.result != Result.RESULT_OK]
-        if failed:
-            raise Refusal(
-                _Many.ENTITIES_SPAWN_FAILED, f"{len(failed)} of {len(response.results)} failed"
-            )
+        async def finish(answer: Any) -> None:
+            try:
+                thing = await spawned
+            except InvalidDescriptionError as error:
+                raise Refusal(_Answer.RESOURCE_PARSE_ERROR, error.message) from error
+            assert thing is not None  # only what is cancelled has no result
+            remarks.extend(thing.warnings)
+            for remark in remarks:
+                self._logger.warning(f"Spawning '{name}': {remark}")
+            self._logger.info(f"Spawned {' and '.join(repr(each) for each in thing.names)}")
+            answer.entity_name = name
+            answer.result.error_message = "; ".join((*remarks, *_told_of_parts(thing)))
+
+        return finish
 
     def _delete(self, stage: Stage, request: Any, response: Any) -> None:
         del response
@@ -134,6 +150,15 @@ def _read(request: Any) -> World:
 def meshes_left_out(warnings: Sequence[str]) -> list[str]:
     """Those of the warnings about a model that tell of a mesh without which it is made."""
     return [warning for warning in warnings if re.search(r"Mesh '.*' is left out: ", warning)]
+
+
+def _told_of_parts(thing: Coming) -> Iterator[str]:
+    """What to know of a name that is none of an entity."""
+    if thing.names != (thing.name,):
+        yield (
+            f"there is no entity '{thing.name}' but {' and '.join(thing.names)}, which are deleted "
+            "together by that name"
+        )
 
 
 def _judge(warnings: Sequence[str]) -> None:

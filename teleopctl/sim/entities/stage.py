@@ -9,9 +9,10 @@ import numpy as np
 import numpy.typing as npt
 
 from teleopctl.errors import NotFoundError, RefusedError, UnavailableError
-from teleopctl.mujoco_model import in_world, with_thing, without_things
+from teleopctl.mujoco_model import Coming, in_world, without_things
 from teleopctl.node import Future
 from teleopctl.sim.entities.entity import entities, find
+from teleopctl.sim.entities.spawning import Spawning
 
 if TYPE_CHECKING:
     from teleopctl.mujoco_model import RobotModel
@@ -66,6 +67,7 @@ class Stage:
         # Any: a message, whose class is made at run time.
         self.infos: dict[str, Any] = {}
         self._patience_s = patience_s
+        self._spawning = Spawning(lambda: self.simulation.model, self._take)
         self._on_restart = on_restart
 
     def ask(self, what: Callable[[], T]) -> T:
@@ -115,8 +117,8 @@ class Stage:
         *,
         own_pose: bool = False,
         judge: Callable[[tuple[str, ...]], None] = lambda _: None,
-    ) -> tuple[str, ...]:
-        """Put a thing into the world.
+    ) -> Future[Coming]:
+        """Put a thing into the world, together with others that come meanwhile.
 
         Args:
             world: The thing, as a world of its own.
@@ -124,18 +126,20 @@ class Stage:
             place: Where it is to be, (3,), in metres.
             turn: Its rotation, (4,), w x y z.
             own_pose: Whether it is where its file has it, as seen from there.
-            judge: Takes what is returned, and raises what it thinks of it before anything is done.
+            judge: Takes a warning for each part that was repaired or left out, and raises what it
+                thinks of them before anything is done.
 
         Returns:
-            A warning for each part that was repaired or left out.
-
-        Raises:
-            InvalidDescriptionError: MuJoCo cannot simulate it.
+            What takes the thing when it is there, or an InvalidDescriptionError: MuJoCo cannot
+            simulate it.
         """
-        model = with_thing(self.simulation.model, world, name, place, turn, own_pose=own_pose)
-        judge(model.warnings)
-        self._take(model)
-        return model.warnings
+
+        def read() -> Coming:
+            coming = Coming(world, name, place, turn, own_pose=own_pose)
+            judge(coming.warnings)
+            return coming
+
+        return self._spawning.add(name, read)
 
     def delete(self, name: str) -> None:
         """Take a thing out of the world, or all that a file brought under a name.
@@ -144,20 +148,20 @@ class Stage:
             NotFoundError: There is nothing of that name.
             RefusedError: It is the robot.
         """
-        if parts := self._parts_of(name):
-            self._take(without_things(self.simulation.model, parts))
-            return
-        if find(self.simulation, name).is_robot:
-            raise RefusedError(
-                f"'{name}' is the robot of this simulator: it stays as long as that runs"
-            )
-        self._take(without_things(self.simulation.model, [name]))
+        with self._spawning.changing:
+            parts = self._parts_of(name)
+            if not parts and find(self.simulation, name).is_robot:
+                raise RefusedError(
+                    f"'{name}' is the robot of this simulator: it stays as long as that runs"
+                )
+            self._take(without_things(self.simulation.model, parts or [name]))
 
     def delete_spawned(self) -> None:
         """Take out all that came in while the simulation ran."""
-        spawned = [entity.name for entity in entities(self.simulation).values() if entity.spawned]
-        if spawned:
-            self._take(without_things(self.simulation.model, spawned))
+        with self._spawning.changing:
+            known = entities(self.simulation).values()
+            if spawned := [entity.name for entity in known if entity.spawned]:
+                self._take(without_things(self.simulation.model, spawned))
 
     def load(
         self,
@@ -178,10 +182,11 @@ class Stage:
         Raises:
             InvalidDescriptionError: MuJoCo cannot simulate it.
         """
-        model = in_world(self.simulation.model, world)
-        judge(model.warnings)
-        self.pause()
-        self._take(model, self._begin_world)
+        with self._spawning.changing:
+            model = in_world(self.simulation.model, world)
+            judge(model.warnings)
+            self.pause()
+            self._take(model, self._begin_world)
         self.world, self.world_source = world, source
         self.reset(time=True, state=False, spawned=False)
         self.stopped = True
@@ -272,8 +277,8 @@ class Stage:
         return name
 
     def is_free(self, name: str) -> bool:
-        """Whether nothing has a name, neither an entity nor a link of the robot."""
-        if self._parts_of(name):
+        """Whether nothing has a name, neither an entity nor a link nor what is on its way."""
+        if self._parts_of(name) or self._spawning.awaits(name):
             return False
         try:
             find(self.simulation, name)

@@ -37,7 +37,9 @@ def get_model_list(stage: Stage, request: Any, response: Any, warn: Callable[[st
     stage.ask(look)
 
 
-def spawn_entity(stage: Stage, request: Any, response: Any, warn: Callable[[str], None]) -> None:
+async def spawn_entity(
+    stage: Stage, request: Any, response: Any, warn: Callable[[str], None]
+) -> None:
     """Put a model of a text, URDF or SDF, into the world."""
     world = read_world_text(request.xml, "xml")
     # Without a name it gets another one where its own is taken.
@@ -52,9 +54,11 @@ def spawn_entity(stage: Stage, request: Any, response: Any, warn: Callable[[str]
             f"the namespace {request.robot_namespace} is without effect: '{name}' has no "
             "interfaces of its own"
         )
-    for remark in stage.spawn(world, name, pose[:3], pose[3:], own_pose=True):
+    thing = await stage.spawn(world, name, pose[:3], pose[3:], own_pose=True)
+    assert thing is not None  # only what is cancelled has no result
+    for remark in thing.warnings:
         warn(f"'{name}': {remark}")
-    response.status_message = f"SpawnEntity: Successfully spawned entity [{name}]"
+    response.status_message = f"SpawnEntity: Successfully spawned entity [{', '.join(thing.names)}]"
 
 
 def delete_entity(stage: Stage, request: Any, response: Any, warn: Callable[[str], None]) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Awaitable, Callable
 from typing import TYPE_CHECKING, Any
 
 from teleopctl.errors import RefusedError
@@ -29,7 +29,8 @@ if TYPE_CHECKING:
     from teleopctl.sim.entities.stage import Stage
 
 # Any, here and below: messages, whose classes are made at run time. Warnings go to the last one.
-Handler = Callable[["Stage", Any, Any, Callable[[str], None]], None]
+# What goes on for long is a coroutine.
+Handler = Callable[["Stage", Any, Any, Callable[[str], None]], "Awaitable[None] | None"]
 
 _EMPTY = "std_srvs/srv/Empty"
 _ALWAYS: dict[str, tuple[str, Handler]] = {
@@ -89,13 +90,14 @@ class GazeboServices:
         def warn(words: str) -> None:
             logger.warning(f"{name}: {words}")
 
-        def answer(request: Any, response: Any) -> Any:
+        async def answer(request: Any, response: Any) -> Any:
             text, done = "", False
             try:
                 stage = self._find_stage()
                 if stage is None:
                     raise RefusedError(NO_ROBOT)
-                handler(stage, request, response, warn)
+                if (outcome := handler(stage, request, response, warn)) is not None:
+                    await outcome
                 done = True
             except Refusal as refusal:
                 text = str(refusal)

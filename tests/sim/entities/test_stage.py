@@ -2,18 +2,28 @@
 
 from __future__ import annotations
 
+import threading
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from teleopctl.errors import InvalidDescriptionError, RefusedError
-from teleopctl.mujoco_model import RobotModel, build_model, in_world, with_thing, without_things
+from teleopctl.mujoco_model import (
+    Coming,
+    RobotModel,
+    build_model,
+    in_world,
+    with_things,
+    without_things,
+)
+from teleopctl.node import Future
 from teleopctl.robot import World, read_world, read_world_text
 from teleopctl.sim.entities.bounds import bounds_of
 from teleopctl.sim.entities.entity import entities, find, motion_of, move
 from teleopctl.sim.entities.pushes import Push
 from teleopctl.sim.entities.spawn_services import meshes_left_out
+from teleopctl.sim.entities.spawning import Spawning
 from teleopctl.sim.simulation import Simulation
 from tests.mujoco_model.test_world import cube, rod, wall, world_urdf
 from tests.sim.robots import INERTIAL, box, joint, link
@@ -54,7 +64,8 @@ def running(model: RobotModel) -> Simulation:
 
 
 def spawn(simulation: Simulation, text: str, name: str, *place: float) -> None:
-    simulation.take(with_thing(simulation.model, thing(text), name, np.array(place), UPRIGHT))
+    coming = Coming(thing(text), name, np.array(place), UPRIGHT)
+    simulation.take(with_things(simulation.model, [coming]))
 
 
 def observed(simulation: Simulation) -> tuple[float, ...]:
@@ -207,10 +218,10 @@ def test_a_file_of_several_things_becomes_as_many_placed_as_it_has_them(model: R
   shelf: {shape: box, size: [1, 1, 0.2], at: [1, 0, 0.1]}
   jar: {shape: sphere, radius: 0.1, mass: 0.5, at: [1, 0, 0.4], rpy: [0, 0, 0.5]}"""
     left = np.array([0.5**0.5, 0.0, 0.0, 0.5**0.5])
-    found = with_thing(simulation.model, thing(text), "pantry", np.array([4.0, 3.0, 1.0]), left)
-    simulation.take(found)
+    coming = Coming(thing(text), "pantry", np.array([4.0, 3.0, 1.0]), left)
+    simulation.take(with_things(simulation.model, [coming]))
 
-    assert found.warnings == ("it is 2 things: pantry/shelf, pantry/jar",)
+    assert coming.names == ("pantry/shelf", "pantry/jar")
     assert [name for name in entities(simulation) if "/" in name] == ["pantry/shelf", "pantry/jar"]
     # One metre ahead of the place is one to the left of the world.
     jar, shelf = (motion_of(simulation, find(simulation, f"pantry/{n}")) for n in ("jar", "shelf"))
@@ -223,7 +234,7 @@ def test_a_file_of_several_things_becomes_as_many_placed_as_it_has_them(model: R
     alone = without_things(simulation.model, ["pantry/shelf"])
     assert [thing.name for thing in alone.things][-1] == "pantry/jar"
     twins = thing(SPHERE.replace(BALL, 2 * BALL))
-    both = with_thing(model, twins, "twins", np.zeros(3), UPRIGHT)
+    both = with_things(model, [Coming(twins, "twins", np.zeros(3), UPRIGHT)])
     assert [thing.name for thing in both.things][-2:] == ["twins/part1", "twins/part2"]
 
 
@@ -242,4 +253,48 @@ def test_what_cannot_be_simulated_is_refused_before_anything_has_changed(
     model: RobotModel, text: str, message: str
 ) -> None:
     with pytest.raises(InvalidDescriptionError, match=message):
-        with_thing(model, thing(text), "x", np.zeros(3), UPRIGHT)
+        with_things(model, [Coming(thing(text), "x", np.zeros(3), UPRIGHT)])
+
+
+def test_what_waits_is_compiled_at_once_and_what_is_wrong_holds_up_itself_alone(
+    model: RobotModel,
+) -> None:
+    simulation, taken = running(model), []
+    begun, go_on = threading.Event(), threading.Event()
+
+    def take(new: RobotModel) -> None:
+        begun.set()
+        assert go_on.wait(60.0)
+        taken.append(len(new.things) - len(simulation.model.things))
+        simulation.take(new)
+
+    spawning = Spawning(lambda: simulation.model, take)
+
+    def come(text: str, name: str, x: float) -> Future[Coming]:
+        return spawning.add(name, lambda: Coming(thing(text), name, np.array([x, 0, 1]), UPRIGHT))
+
+    first = come(BLOCK, "first", 4.0)
+    assert begun.wait(60.0)
+    others = [come(BLOCK, f"block{n}", 5.0 + n) for n in range(20)]
+    assert spawning.awaits("first") and spawning.awaits("block19")
+    go_on.set()
+    assert all(each.wait(60.0) and each.result() for each in (first, *others))
+    assert taken == [1, 20]
+    assert len(entities(simulation)) == len(entities(running(model))) + 21
+
+    begun.clear()
+    go_on.clear()
+    good = [come(SPHERE, "ball", 40.0)]
+    assert begun.wait(60.0)
+    good += [come(SPHERE, "another", 41.0)]
+    wrong = [come("<mujoco><worldbody/></mujoco>", "x", 1.0)]
+    wrong += [come(BLOCK, "block3", 42.0)]
+    good += [come(SPHERE, "third", 43.0)]
+    go_on.set()
+    assert all(each.wait(60.0) and each.result() for each in good)
+    for each, why in ((wrong[0], "there is nothing in it"), (wrong[1], "There is 'block3'")):
+        assert each.wait(60.0)
+        with pytest.raises(InvalidDescriptionError, match=why):
+            each.result()
+    assert {"ball", "another", "third"} <= set(entities(simulation))
+    assert taken[2:] == [1, 1, 1]

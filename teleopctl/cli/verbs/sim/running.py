@@ -96,7 +96,7 @@ def spawn(
     if as_json:
         console.out_json({"entity": entity})
     else:
-        console.out(f"Spawned {entity}")
+        console.out(f"Spawned {', '.join(_parts_of(entity))}")
 
 
 def delete(entity: EntityName, as_json: AsJson = False) -> None:
@@ -123,6 +123,12 @@ def _say(message: str, as_json: bool) -> None:
         console.out_json({"message": message})
     else:
         console.out(message)
+
+
+def _parts_of(entity: str) -> list[str]:
+    """What is there by a name: the entity, or several that a file has brought."""
+    names = _standard("GetEntities").entities
+    return [entity] if entity in names else [n for n in names if n.startswith(f"{entity}/")]
 
 
 def _place(text: str) -> list[float]:

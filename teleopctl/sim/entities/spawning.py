@@ -1,0 +1,104 @@
+"""What comes into a simulation while it runs: all that waits is put in at once.
+
+MuJoCo compiles a whole model anew for each change, in a time that grows with the square of what is
+in it. So who spawns waits for a thread that takes all that has come meanwhile: hundreds cost little
+more than one.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, NamedTuple
+
+from teleopctl.errors import InvalidDescriptionError
+from teleopctl.mujoco_model import Coming, with_things
+from teleopctl.node import Future
+
+if TYPE_CHECKING:
+    from teleopctl.mujoco_model import RobotModel
+
+
+class _Waiting(NamedTuple):
+    """One that waits, how it is read, and what takes it when it is in."""
+
+    name: str
+    read: Callable[[], Coming]
+    done: Future[Coming]
+
+
+class Spawning:
+    """Puts things into a model that nobody else changes meanwhile.
+
+    Args:
+        present: Returns the model so far.
+        take: Has the simulation go on with another one.
+
+    Attributes:
+        changing: To be held by whoever changes the model.
+    """
+
+    def __init__(
+        self, present: Callable[[], RobotModel], take: Callable[[RobotModel], None]
+    ) -> None:
+        self.changing = threading.Lock()
+        self._present, self._take = present, take
+        self._lock = threading.Lock()
+        self._waiting: list[_Waiting] = []
+        self._at_work: list[_Waiting] = []
+
+    def add(self, name: str, read: Callable[[], Coming]) -> Future[Coming]:
+        """Put in a thing soon, on another thread.
+
+        Args:
+            name: What it is to be called.
+            read: Returns it, anew each time, or raises why it is not to come.
+
+        Returns:
+            What takes it when it is there, or why it is not: what ``read`` has raised, an
+            InvalidDescriptionError of MuJoCo's, or an UnavailableError of the simulation's.
+        """
+        done: Future[Coming] = Future()
+        with self._lock:
+            begins = not self._waiting and not self._at_work
+            self._waiting.append(_Waiting(name, read, done))
+        if begins:
+            threading.Thread(target=self._work, name="spawning", daemon=True).start()
+        return done
+
+    def awaits(self, name: str) -> bool:
+        """Whether a thing of a name is on its way."""
+        with self._lock:
+            return any(name == each.name for each in (*self._at_work, *self._waiting))
+
+    def _work(self) -> None:
+        while True:
+            with self._lock:
+                self._at_work, self._waiting = self._waiting, []
+            if not self._at_work:
+                return
+            with self.changing:
+                self._put_in(self._at_work)
+
+    def _put_in(self, waiting: Sequence[_Waiting]) -> None:
+        coming: list[tuple[_Waiting, Coming]] = []
+        for each in waiting:
+            try:
+                coming.append((each, each.read()))
+            except Exception as error:  # noqa: BLE001 - whoever waits is to know
+                each.done.set_exception(error)
+        if not coming:
+            return
+        try:
+            self._take(with_things(self._present(), [thing for _, thing in coming]))
+        except Exception as error:  # noqa: BLE001 - likewise
+            if isinstance(error, InvalidDescriptionError) and len(coming) > 1:
+                # One of them is to blame.
+                for each, _ in coming:
+                    self._put_in([each])
+                return
+            for each, _ in coming:
+                each.done.set_exception(error)
+            return
+        for each, thing in coming:
+            each.done.set_result(thing)
