@@ -162,6 +162,8 @@ class Recorder:
             if self._session is not None:
                 raise RefusedError("Recorder is already recording.")
             self.folder = folder or self.folder
+            logger = self.node.get_logger()
+            logger.info(f"Starting recording to '{self.folder}'")
             self._session = Session(
                 self.node,
                 self.folder,
@@ -170,8 +172,8 @@ class Recorder:
                 self._services.tell_split,
                 self._fail,
             )
-            logger = self.node.get_logger()
             if self._options.discovery:
+                logger.info("Topics discovery started.")
                 logger.info("Listening for topics...")
             if self._gate.is_open:
                 logger.info("Recording...")
@@ -186,6 +188,7 @@ class Recorder:
             session = self._session
             if session is None:
                 return
+            self.follow(active=False)
             try:
                 session.close()
             finally:
@@ -227,8 +230,10 @@ class Recorder:
 
     def follow(self, *, active: bool) -> None:
         """Begin or end to record topics that appear."""
-        if self._session is not None:
-            self._session.follow(active=active)
+        session = self._session
+        if session is not None and session.is_following != active:
+            self.node.get_logger().info(f"Topics discovery {'started' if active else 'stopped'}.")
+            session.follow(active=active)
 
     def flush(self) -> None:
         """Wait until all that was received is with the operating system, or in the memory.
