@@ -1,6 +1,6 @@
 """What verbs say of what is wrong: the words of ros2, then what is added to them here.
 
-The words are those of the format strings in the sources of ros2cli, ros2launch and rosbag2 (Jazzy).
+The words are those of the format strings in the sources of ros2cli, ros2launch and ros2bag (Jazzy).
 Here they stand behind ``teleopctl: ``; behind them may follow what was wrong, and below them what
 to do.
 """
@@ -216,4 +216,66 @@ COMPONENT = [
     ),
 ]
 
-REFUSALS = [*TOPIC, *NODE, *SERVICE, *PARAM, *ACTION, *INTERFACE, *LIFECYCLE, *COMPONENT]
+_PLACES = (
+    "\n  Packages are looked for in $TELEOPCTL_PACKAGE_PATH, below and above the current folder, "
+    "in $AMENT_PREFIX_PATH and among the installed distributions."
+)
+
+PACKAGES = [
+    Refusal("pkg prefix nope_pkg", "Package not found", f": 'nope_pkg'{_PLACES}"),
+    Refusal("pkg xml nope_pkg", "Package not found", f": 'nope_pkg'{_PLACES}"),
+    Refusal(
+        "pkg xml tf2_ros",
+        "Package XML manifest not found",
+        ": package 'tf2_ros' has no package.xml",
+    ),
+    Refusal("pkg executables nope_pkg", "Package 'nope_pkg' not found", _PLACES),
+    Refusal("run nope_pkg x", "Package 'nope_pkg' not found", _PLACES),
+    Refusal(
+        "run teleop_py_pkg nope",
+        "No executable found",
+        "\n  teleop_py_pkg has simple_parameter, simple_publisher, simple_subscriber.",
+    ),
+    Refusal("launch nope_pkg x.launch.py", "Package 'nope_pkg' not found", _PLACES),
+    Refusal(
+        "launch demo_nodes_cpp talker_listener_launch.py a",
+        "malformed launch argument 'a', expected format '<name>:=<value>'",
+        status=2,
+    ),
+]
+
+BAG = [
+    Refusal("bag info nope", "Bag path 'nope' does not exist!"),
+    Refusal("bag play nope", "Bag path 'nope' does not exist!"),
+    Refusal("bag reindex nope", "Must specify a bag directory"),
+    Refusal(
+        "bag record",
+        "Need to specify at least one option out of --all, --all-topics, --all-services, ",
+        "--all-actions, --services, --actions, --topics, --topic-types, --static-topics-path or "
+        "--regex",
+    ),
+    Refusal(
+        "bag record --topics /x --exclude-topics /y",
+        "--exclude-topics argument requires either --all, --all-topics, --topic-types or --regex",
+    ),
+    Refusal(
+        "bag record --topics /x --exclude-regex y",
+        "--exclude-regex argument requires either --all, --all-topics, --topic-types, "
+        "--all-services",
+        ", --all-actions or --regex",
+    ),
+    Refusal(
+        "bag record -a --use-sim-time --no-discovery",
+        "--use-sim-time and --no-discovery both set, but are incompatible settings. "
+        "The /clock topic needs to be discovered to record with sim time.",
+    ),
+    Refusal(
+        "bag record -a --compression-format zstd",
+        "Invalid choice: Cannot specify compression format without a compression mode.",
+    ),
+]
+
+REFUSALS = [
+    *(*TOPIC, *NODE, *SERVICE, *PARAM, *ACTION, *INTERFACE, *LIFECYCLE, *COMPONENT),
+    *(*PACKAGES, *BAG),
+]

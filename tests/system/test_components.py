@@ -110,7 +110,11 @@ def test_a_component_runs_alone_until_ctrl_c(ros):
     assert alone.wait() == 0
     done = ros.run("component standalone composition composition::Talkr")
     assert done.returncode == 1
-    assert "Failed to load component" in done.stderr
+    # First what the container logs, with the time.
+    assert done.stderr.splitlines()[1:] == [
+        "teleopctl: Failed to load component: Failed to find class with the requested plugin name.",
+        "  Did you mean composition::Talker or composition::Server or composition::Client?",
+    ]
 
 
 STRANGERS = """

@@ -144,7 +144,8 @@ def _succeeds(line: str) -> bool:
 
 
 @pytest.mark.parametrize("refusal", REFUSALS, ids=lambda one: str(one.line))
-def test_what_is_wrong_is_told_in_ros2s_words(graph, capsys, refusal):
+def test_what_is_wrong_is_told_in_ros2s_words(graph, capsys, monkeypatch, tmp_path, refusal):
+    monkeypatch.chdir(tmp_path)  # where there are no packages
     line = refusal.line
     status = main.run(line if isinstance(line, list) else line.split())
     said = f"teleopctl: {refusal.words}{refusal.more}\n"
