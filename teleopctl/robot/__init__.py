@@ -95,6 +95,7 @@ if TYPE_CHECKING:
         Finding as Finding,
         Table as Table,
         gazebos_own as gazebos_own,
+        plain as plain,
     )
     from teleopctl.robot.tags.urdf import unknown_tags as unknown_tags
     from teleopctl.robot.urdf import (
@@ -145,7 +146,7 @@ else:
             "sensors.sensor_names": "RosNames",
             "sensors.sensor_tag": "Camera Noise Rays Sensor Sweep",
             "tags.gazebo": "OF_JOINTS OF_LINKS OF_ROBOTS of_sensors",
-            "tags.table": "Finding Table gazebos_own",
+            "tags.table": "Finding Table gazebos_own plain",
             "tags.urdf": "unknown_tags",
             "simulated_hardware": "SimulatedDescription simulated with_plugin_joints",
             "urdf": "Box Capsule Cylinder Geometry Joint Link Material Mesh Mimic Pose Sphere",

@@ -17,6 +17,15 @@ Vector3 = tuple[float, float, float]
 
 _LATE_DECLARATION = re.compile(rb"\A\s+<\?xml[^>]*\?>")
 
+# What Gazebo's reader of XML lets pass, and files have: a prefix such as gz: that is not declared,
+# two hyphens in a comment, a declaration behind a comment.
+_LET_PASS = (
+    etree.ErrorTypes.NS_ERR_UNDEFINED_NAMESPACE,
+    etree.ErrorTypes.NS_ERR_QNAME,
+    etree.ErrorTypes.ERR_HYPHEN_IN_COMMENT,
+    etree.ErrorTypes.ERR_RESERVED_XML_NAME,
+)
+
 
 class Element(Protocol):
     """The part of an lxml element that reading and repairing use."""
@@ -73,7 +82,8 @@ def parse(text: str) -> Element:
 def parse_file(path: Path, content: bytes) -> Element:
     """Parse what stands in a file of a robot or of a world.
 
-    Blank lines may stand before its XML declaration, as Gazebo and MuJoCo have it.
+    Blank lines may stand before its XML declaration, as Gazebo and MuJoCo have it, prefixes may be
+    undeclared, and comments may hold two hyphens.
 
     Args:
         path: The file, for errors.
@@ -84,12 +94,20 @@ def parse_file(path: Path, content: bytes) -> Element:
     """
     content = _LATE_DECLARATION.sub(lambda match: b"\n" * match[0].count(b"\n"), content)
     # Entities have no business here: they could read other files.
-    parser = etree.XMLParser(resolve_entities=False, remove_comments=True, remove_pis=True)
+    parser = etree.XMLParser(
+        resolve_entities=False, remove_comments=True, remove_pis=True, recover=True
+    )
     try:
-        root: Element = etree.fromstring(content, parser)
+        root: Element | None = etree.fromstring(content, parser)
     except etree.XMLSyntaxError as error:
-        reason = error.msg or "it is empty"
-        raise InvalidDescriptionError(f"{path}:{error.lineno}: invalid XML: {reason}") from error
+        raise InvalidDescriptionError(
+            f"{path}:{error.lineno}: invalid XML: {error.msg or 'it is empty'}"
+        ) from error
+    for fault in parser.error_log:
+        if fault.type not in _LET_PASS:
+            raise InvalidDescriptionError(f"{path}:{fault.line}: invalid XML: {fault.message}")
+    if root is None:
+        raise InvalidDescriptionError(f"{path}:1: invalid XML: it is empty")
     return root
 
 

@@ -9,7 +9,7 @@ from lxml import etree
 
 from teleopctl.mujoco_model.sensors.camera_topics import CAMERA_TYPES, PLUGIN_TOPIC_TAGS
 from teleopctl.plugins import SENSORS
-from teleopctl.robot import Finding, of_sensors
+from teleopctl.robot import Finding, of_sensors, plain
 
 
 class Tag(NamedTuple):
@@ -35,7 +35,7 @@ def told_of(found: Finding, where: str) -> Tag:
         where: What it is said of.
     """
     entry, attribute = found.entry, found.path.rpartition("@")[2]
-    name = str(etree.QName(found.element).localname)
+    name = plain(found.element.tag)
     called = f"Attribute '{attribute}' in <{name}>" if "@" in found.path else f"<{name}>"
     if entry is None:
         hint = f" (is it {found.alike}?)" if found.alike else ""

@@ -147,7 +147,8 @@ class Reading:
             frames.put(name, frame, holder)
             frames.attached[name] = holder
         for joint in element.findall("joint"):
-            name, child = joint.get("name") or "", (joint.findtext("child") or "").strip()
+            child = (joint.findtext("child") or "").strip()
+            name = _frame_of_joint(joint)
             frames.put(name, joint, child)
             frames.attached[name] = child
         parts = self._nested(file, element, frames, depth)
@@ -253,13 +254,21 @@ def _body(file: SdfFile, link: Any, frames: Frames, *, weighs: bool, collides: b
     )
 
 
+def _frame_of_joint(joint: Any) -> str:
+    """What the frame of a joint is called: until SDF 1.6 links and frames might have its name."""
+    name, model = joint.get("name") or "", joint.getparent()
+    taken = {one.get("name") for tag in ("link", "frame") for one in model.findall(tag)}
+    return f"{name} (joint)" if name in taken else name
+
+
 def _joint(file: SdfFile, element: Any, frames: Frames, links: Container[str]) -> SceneJoint:
     file.account(element, tags.JOINT)
     name = element.get("name") or ""
     kind = _KINDS.get(element.get("type") or "")
     ends = [(element.findtext(tag) or "").strip() for tag in ("parent", "child")]
     if kind is None:
-        file.leave_out(element, f"of the type {element.get('type')} is taken for a fixed one")
+        words = f"<joint> of the type {element.get('type')} is taken for a fixed one"
+        file.remarks.add(file.path, element.sourceline or 0, words)
         kind = "fixed"
     parent, child = map(frames.link_of, ends)
     for end, link in zip(ends, (parent, child), strict=True):
@@ -267,7 +276,7 @@ def _joint(file: SdfFile, element: Any, frames: Frames, links: Container[str]) -
             raise InvalidDescriptionError(
                 f"{file.place(element)}: joint '{name}' is at '{end}', which is no link"
             )
-    place = frames.find(name, element)
+    place = frames.find(_frame_of_joint(element), element)
     axis = element.find("axis")
     if axis is None:
         return SceneJoint(

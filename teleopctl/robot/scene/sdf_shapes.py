@@ -70,9 +70,7 @@ def _friction(file: SdfFile, collision: Any) -> float | None:
     if across is not None and file.number(across, ".", math.nan) != coefficient:
         file.leave_out(across, "has no effect: friction is <mu> in all directions")
     if coefficient < 0.0:
-        raise InvalidDescriptionError(
-            f"{file.place(collision)}: a coefficient of friction of {coefficient:g}"
-        )
+        return math.inf  # as Gazebo has it
     return None if math.isnan(coefficient) else coefficient
 
 

@@ -20,6 +20,8 @@ OF_LINKS = Table(
     + material: diffuse ambient script/name
     * material: specular emissive shininess shader script/uri lighting=true=1
     * material/script: uri
+    - material: pbr
+    - visual/material: pbr
     + visual/material: diffuse ambient script/name
     * visual/material: specular emissive shininess shader script/uri lighting=true=1
     > .: sensor*@name@type plugin*@name@filename fdir1

@@ -28,7 +28,7 @@ WORLD = Table("""
     * state/model/link: velocity acceleration wrench collision
     * state: sim_time wall_time real_time iterations light
     - state: insertions deletions joint
-    * .: gui scene
+    * .: gui scene gz:policies
     - .: wind atmosphere actor road population audio
 """)
 INCLUDE = Table("""
@@ -50,7 +50,8 @@ LINK = Table("""
     - inertial: fluid_added_mass | there is no fluid
     - inertial: density=1000 auto_inertia_params
     > .: visual collision sensor
-    - .: kinematic=false=0 velocity_decay damping enable_wind=false=0 must_be_base_link=false=0
+    - .: kinematic=false=0 damping enable_wind=false=0 must_be_base_link=false=0
+    - velocity_decay: linear angular
     - .: projector audio_sink audio_source battery light particle_emitter
 """)
 GEOMETRY = Table("""
@@ -58,11 +59,10 @@ GEOMETRY = Table("""
     + cylinder: radius length
     + capsule: radius length
     + mesh: uri scale
-    + mesh/submesh: name
-    - mesh/submesh: center=false=0
     - mesh: @optimization convex_decomposition
     + heightmap: uri size pos
     * heightmap: texture blend use_terrain_paging sampling
+    > mesh: submesh
     > .: polyline image cone empty
 """)
 VISUAL = Table("""
@@ -84,7 +84,7 @@ COLLISION = Table(f"""
     * .: max_contacts
     - .: laser_retro auto_inertia_params
     + surface/friction/ode: mu mu2
-    - surface/friction/torsional: patch_radius surface_radius ode
+    - surface/friction/torsional: patch_radius surface_radius ode/slip
     * surface/friction/torsional: coefficient=1 use_patch_radius=true=1
     - surface/friction/ode: slip1 slip2
     > surface/friction/ode: fdir1

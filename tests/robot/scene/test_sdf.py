@@ -271,7 +271,7 @@ def test_what_has_no_effect_is_told_unless_it_says_what_is_so(tmp_path: Path) ->
     found = scene(tmp_path, world(block("1", "0.5", "0.9", "0.2")))
     assert [remark.partition(":2: ")[2] for remark in found.remarks] == [
         "<kinematic> has no effect",
-        "<velocity_decay> is left out",
+        "<velocity_decay/linear> has no effect",
         "<surface/bounce/restitution_coefficient> has no effect",
         "<mu2> has no effect: friction is <mu> in all directions",
     ]
@@ -540,10 +540,45 @@ def test_what_stands_there_twice_and_what_is_misspelt_is_told(tmp_path: Path) ->
 
 
 def test_what_is_for_gazebo_alone_is_one_line(tmp_path: Path) -> None:
-    window = "\n<gui/>\n<scene><ambient>1 1 1 1</ambient></scene>"
+    window = "\n<gui><fullscreen>1</fullscreen></gui>\n<scene><ambient>1 1 1 1</ambient></scene>"
     dull = "<visual name='v'><cast_shadows>0</cast_shadows><geometry><box/></geometry></visual>"
     found = scene(tmp_path, world(window, model("m", f"<link name='l'>{dull * 3}</link>")))
     (remark,) = found.remarks
     assert remark.endswith(
         "drawing and solver: <gui> (line 3), <scene> (line 4), <cast_shadows> (line 4)"
     )
+
+
+def test_a_joint_may_have_the_name_of_its_link_as_in_old_files(tmp_path: Path) -> None:
+    content = (
+        f"<link name='base'>{MASS}</link><link name='wheel'><pose>0 1 0 0 0 0</pose>{MASS}</link>"
+        "<joint name='wheel' type='revolute'><pose>0 0 1 0 0 0</pose><parent>base</parent>"
+        "<child>wheel</child><axis><xyz>0 1 0</xyz></axis></joint>"
+    )
+    (found,) = scene(tmp_path, world(model("m", content)), "1.4").models
+    assert found.bodies["wheel"].pose.translation == (0.0, 1.0, 0.0)
+    assert found.joints[0].pose.translation == (0.0, 1.0, 1.0)
+    assert found.joints[0].child == "wheel"
+
+
+def test_xml_as_gazebo_takes_it_is_read(tmp_path: Path) -> None:
+    file = tmp_path / "world.sdf"
+    file.write_text(
+        "<!-- a -- b -->\n<?xml version='1.0'?>\n<sdf version='1.9'><world name='w'>\n"
+        "<gz:rules/><model name='m'><link name='l'/></model></world></sdf>"
+    )
+    found = read_world(file).scene
+    assert found is not None
+    assert [one.name for one in found.models] == ["m"]
+    assert found.remarks == (f"{file}:4: <gz:rules> in <world> is unknown",)
+    file.write_text("<sdf version='1.9'>\n<world name='w'></sdf>")
+    with pytest.raises(InvalidDescriptionError, match=r"world\.sdf:2: invalid XML: .*mismatch"):
+        read_world(file)
+
+
+def test_friction_below_zero_holds_whatever_there_is(tmp_path: Path) -> None:
+    rough = "<surface><friction><ode><mu>-1</mu><mu2>-1</mu2></ode></friction></surface>"
+    shapes = SHAPES.replace("</collision>", f"{rough}</collision>")
+    found = simulated(tmp_path, world(model("m", f"<link name='l'>{MASS}{shapes}</link>")))
+    assert found.warnings == ()
+    assert found.mj_model.geom_friction[:, 0].max() == 1000.0
