@@ -34,6 +34,8 @@ from teleopctl.robot import (
 
 # Places that are listed of one kind of tag.
 _TOLD_PLACES = 5
+_OF_SHAPES = "collision/surface/friction/ode"
+_FRICTIONS = (("mu1", "mu2"), (f"{_OF_SHAPES}/mu", f"{_OF_SHAPES}/mu2"))
 _ACROSS = "has no effect: friction is <mu1> in all directions"
 # What the plug-in may say that runs a controller manager; its robot is this one.
 _OF_CONTROL = words(
@@ -142,10 +144,10 @@ def _of_gazebo(gazebo: etree._Element, where: str, tables: list[Table]) -> Itera
     for key, found in several[0].items():
         if all(key in others for others in several):
             yield told_of(found, where)
-    across, along = gazebo.find("mu2"), gazebo.find("mu1")
-    differs = across is not None and (along is None or not _is_same(along, across))
-    if across is not None and differs and OF_LINKS in tables:
-        yield Tag(across, where, "<mu2>", _ACROSS)
+    for first, second in _FRICTIONS if OF_LINKS in tables else ():
+        across, along = gazebo.find(second), gazebo.find(first)
+        if across is not None and (along is None or not _is_same(along, across)):
+            yield Tag(across, where, "<mu2>", _ACROSS)
     for material in gazebo.iterfind("material") if OF_LINKS in tables else ():
         script = value_of(material) or (material.findtext("script/name") or "").strip()
         if script and gazebo_colour(script) is None:

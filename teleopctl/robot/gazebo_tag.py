@@ -18,6 +18,8 @@ from teleopctl.robot.sensors.sensor_tag import (
     sensor_of_plugin,
 )
 
+_OF_SHAPES = "collision/surface/friction/ode/mu"
+
 
 @dataclass(frozen=True, slots=True)
 class LinkPhysics:
@@ -100,7 +102,9 @@ def read_gazebo(robot: Element) -> GazeboTag:
 
 
 def _read_physics(element: Element, before: LinkPhysics) -> LinkPhysics:
-    friction = number_in(element, "mu1", before.mu1, finite=False)
+    # A tag of URDF's own, or that of SDF, which goes into the link's shapes.
+    friction = number_in(element, _OF_SHAPES, before.mu1, finite=False)
+    friction = number_in(element, "mu1", friction, finite=False)
     if friction is not None and friction < 0.0:
         raise InvalidDescriptionError(
             f"{describe(element)}: <mu1> should not be negative, got {friction:g}"

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from functools import cache
 
+from teleopctl.robot.tags.sdf import SURFACE
 from teleopctl.robot.tags.table import Table
 
 _STIFF = "contacts are as stiff as steps of physics allow"
@@ -15,7 +16,8 @@ _STIFF = "contacts are as stiff as steps of physics allow"
 _VALUE = ("value",)
 
 OF_LINKS = Table(
-    f"""
+    SURFACE.format("collision*/")
+    + f"""
     + .: @reference material mu1 mu2 selfCollide self_collide gravity turnGravityOff
     + material: diffuse ambient script/name
     * material: specular emissive shininess shader script/uri lighting=true=1
@@ -25,12 +27,15 @@ OF_LINKS = Table(
     + visual/material: diffuse ambient script/name
     * visual/material: specular emissive shininess shader script/uri lighting=true=1
     > .: sensor*@name@type plugin*@name@filename fdir1
+    + .: collision*@name
+    * collision: max_contacts
+    - collision: pose geometry laser_retro density
     * .: maxContacts max_contacts maxVel max_vel minDepth min_depth genTexCoord
     * visual: cast_shadows=true=1 meta visibility_flags=4294967295 laser_retro
     - visual: transparency geometry pose plugin
     - .: kp=1e12 kd=1 | {_STIFF}
     - .: dampingFactor laserRetro laser_retro static=false=0 kinematic=false=0 velocity_decay
-    - .: enable_wind=false=0 collision inertial light projector battery particle_emitter pose
+    - .: enable_wind=false=0 inertial light projector battery particle_emitter pose
     - .: audio_sink audio_source must_be_base_link=false=0
     """,
     _VALUE,

@@ -5,6 +5,23 @@ from __future__ import annotations
 from teleopctl.robot.tags.table import Table
 
 _STIFF = "contacts are as stiff as steps of physics allow"
+# How a shape touches; behind ``{0}`` is what it stands in.
+SURFACE = f"""
+    + {{0}}surface/friction/ode: mu mu2
+    - {{0}}surface/friction/torsional: patch_radius surface_radius ode/slip
+    * {{0}}surface/friction/torsional: coefficient=1 use_patch_radius=true=1
+    - {{0}}surface/friction/ode: slip1 slip2
+    > {{0}}surface/friction/ode: fdir1
+    * {{0}}surface/friction: bullet
+    - {{0}}surface/bounce: restitution_coefficient
+    * {{0}}surface/bounce: threshold
+    - {{0}}surface/contact: collide_without_contact=false=0 collide_without_contact_bitmask=1
+    - {{0}}surface/contact: collide_bitmask=65535=0xffff category_bitmask=65535=0xffff
+    * {{0}}surface/contact: poissons_ratio elastic_modulus bullet
+    - {{0}}surface/contact/ode: kp=1e12 kd=1 | {_STIFF}
+    * {{0}}surface/contact/ode: soft_cfm soft_erp=0.2 max_vel=0.01 min_depth
+    - {{0}}surface: soft_contact
+"""
 
 ROOT = Table("""
     + .: @version
@@ -78,26 +95,15 @@ VISUAL = Table("""
     * .: cast_shadows=true=1 meta visibility_flags=4294967295 laser_retro
     - .: plugin
 """)
-COLLISION = Table(f"""
+COLLISION = Table(
+    """
     + .: @name pose density
     > .: geometry
     * .: max_contacts
     - .: laser_retro auto_inertia_params
-    + surface/friction/ode: mu mu2
-    - surface/friction/torsional: patch_radius surface_radius ode/slip
-    * surface/friction/torsional: coefficient=1 use_patch_radius=true=1
-    - surface/friction/ode: slip1 slip2
-    > surface/friction/ode: fdir1
-    * surface/friction: bullet
-    - surface/bounce: restitution_coefficient
-    * surface/bounce: threshold
-    - surface/contact: collide_without_contact=false=0 collide_without_contact_bitmask=1
-    - surface/contact: collide_bitmask=65535=0xffff category_bitmask=65535=0xffff
-    * surface/contact: poissons_ratio elastic_modulus bullet
-    - surface/contact/ode: kp=1e12 kd=1 | {_STIFF}
-    * surface/contact/ode: soft_cfm soft_erp=0.2 max_vel=0.01 min_depth
-    - surface: soft_contact
-""")
+    """
+    + SURFACE.format("")
+)
 LIGHT = Table("""
     + .: @name @type pose diffuse specular direction cast_shadows light_on
     + attenuation: constant linear quadratic

@@ -218,7 +218,9 @@ def in_words(lines: list[int], most: int = _MOST_LINES) -> str:
     different = sorted({*lines})
     listed = ", ".join(map(str, different[:most]))
     more = len(different) - most
-    return f"{listed} and {more} more lines" if more > 0 else listed
+    if more <= 0:
+        return listed
+    return f"{listed} and {more} more line{'s' if more > 1 else ''}"
 
 
 def plain(name: object) -> str:

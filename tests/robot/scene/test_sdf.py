@@ -565,12 +565,12 @@ def test_xml_as_gazebo_takes_it_is_read(tmp_path: Path) -> None:
     file = tmp_path / "world.sdf"
     file.write_text(
         "<!-- a -- b -->\n<?xml version='1.0'?>\n<sdf version='1.9'><world name='w'>\n"
-        "<gz:rules/><model name='m'><link name='l'/></model></world></sdf>"
+        "<acme:tint/><model name='m'><link name='l'/></model></world></sdf>"
     )
     found = read_world(file).scene
     assert found is not None
     assert [one.name for one in found.models] == ["m"]
-    assert found.remarks == (f"{file}:4: <gz:rules> in <world> is unknown",)
+    assert found.remarks == (f"{file}:4: <acme:tint> in <world> is unknown",)
     file.write_text("<sdf version='1.9'>\n<world name='w'></sdf>")
     with pytest.raises(InvalidDescriptionError, match=r"world\.sdf:2: invalid XML: .*mismatch"):
         read_world(file)
