@@ -6,7 +6,8 @@ from functools import partial
 import pytest
 
 from teleopctl.cli import main
-from teleopctl.testing import eventually
+from teleopctl.testing import LONGEST_WAIT_S, eventually
+from teleopctl.wire import Graph
 from tests import ROOT
 from tests.ros2_table import rows
 from tests.system.ros2_refusals import REFUSALS
@@ -40,9 +41,82 @@ label='unconfigured'))
 
 """
 
+TOPICS = {
+    "/lc_talker/transition_event": "lifecycle_msgs/msg/TransitionEvent",
+    "/parameter_events": "rcl_interfaces/msg/ParameterEvent",
+    "/rosout": "rcl_interfaces/msg/Log",
+}
+OF_EACH_NODE = {
+    "describe_parameters": "rcl_interfaces/srv/DescribeParameters",
+    "get_parameter_types": "rcl_interfaces/srv/GetParameterTypes",
+    "get_parameters": "rcl_interfaces/srv/GetParameters",
+    "get_type_description": "type_description_interfaces/srv/GetTypeDescription",
+    "list_parameters": "rcl_interfaces/srv/ListParameters",
+    "set_parameters": "rcl_interfaces/srv/SetParameters",
+    "set_parameters_atomically": "rcl_interfaces/srv/SetParametersAtomically",
+}
+OF_LC_TALKER = {
+    "change_state": "lifecycle_msgs/srv/ChangeState",
+    "get_available_states": "lifecycle_msgs/srv/GetAvailableStates",
+    "get_available_transitions": "lifecycle_msgs/srv/GetAvailableTransitions",
+    "get_state": "lifecycle_msgs/srv/GetState",
+    "get_transition_graph": "lifecycle_msgs/srv/GetAvailableTransitions",
+}
+SERVICES = {
+    **{f"/ComponentManager/{name}": kind for name, kind in OF_EACH_NODE.items()},
+    **{f"/fibonacci_action_server/{name}": kind for name, kind in OF_EACH_NODE.items()},
+    **{f"/lc_talker/{name}": kind for name, kind in sorted((OF_EACH_NODE | OF_LC_TALKER).items())},
+    **{f"/test/{name}": kind for name, kind in OF_EACH_NODE.items()},
+}
+
+# The transitions of every managed node, in the order in which rcl_lifecycle registers them.
+TRANSITIONS = [
+    ("configure", 1, "unconfigured", "configuring"),
+    ("transition_success", 10, "configuring", "inactive"),
+    ("transition_failure", 11, "configuring", "unconfigured"),
+    ("transition_error", 12, "configuring", "errorprocessing"),
+    ("cleanup", 2, "inactive", "cleaningup"),
+    ("transition_success", 20, "cleaningup", "unconfigured"),
+    ("transition_failure", 21, "cleaningup", "inactive"),
+    ("transition_error", 22, "cleaningup", "errorprocessing"),
+    ("activate", 3, "inactive", "activating"),
+    ("transition_success", 30, "activating", "active"),
+    ("transition_failure", 31, "activating", "inactive"),
+    ("transition_error", 32, "activating", "errorprocessing"),
+    ("deactivate", 4, "active", "deactivating"),
+    ("transition_success", 40, "deactivating", "inactive"),
+    ("transition_failure", 41, "deactivating", "active"),
+    ("transition_error", 42, "deactivating", "errorprocessing"),
+    ("shutdown", 5, "unconfigured", "shuttingdown"),
+    ("shutdown", 6, "inactive", "shuttingdown"),
+    ("shutdown", 7, "active", "shuttingdown"),
+    ("transition_success", 50, "shuttingdown", "finalized"),
+    ("transition_failure", 51, "shuttingdown", "finalized"),
+    ("transition_error", 52, "shuttingdown", "errorprocessing"),
+    ("transition_success", 60, "errorprocessing", "unconfigured"),
+    ("transition_failure", 61, "errorprocessing", "finalized"),
+    ("transition_error", 62, "errorprocessing", "finalized"),
+]
+
 TEXTS: list[tuple[str | list[str], str]] = [
     ("node list", "/ComponentManager\n/fibonacci_action_server\n/lc_talker\n/test\n"),
     ("node list -c", "4\n"),
+    (
+        "topic list -v",
+        "Published topics:\n"
+        " * /lc_talker/transition_event [lifecycle_msgs/msg/TransitionEvent] 1 publisher\n"
+        " * /parameter_events [rcl_interfaces/msg/ParameterEvent] 4 publishers\n"
+        " * /rosout [rcl_interfaces/msg/Log] 4 publishers\n"
+        "\n"
+        "Subscribed topics:\n"
+        "\n",
+    ),
+    ("topic list -t", "".join(f"{name} [{kind}]\n" for name, kind in TOPICS.items())),
+    ("topic list -c", f"{len(TOPICS)}\n"),
+    ("service list", "".join(f"{name}\n" for name in SERVICES)),
+    ("service list -t", "".join(f"{name} [{kind}]\n" for name, kind in SERVICES.items())),
+    ("service list -c", f"{len(SERVICES)}\n"),
+    ("service find -c lifecycle_msgs/srv/GetState", "1\n"),
     (
         "topic info /lc_talker/transition_event",
         "Type: lifecycle_msgs/msg/TransitionEvent\nPublisher count: 1\nSubscription count: 0\n",
@@ -84,6 +158,13 @@ TEXTS: list[tuple[str | list[str], str]] = [
     ("lifecycle get", "/lc_talker: unconfigured [1]\n"),
     ("lifecycle get /lc_talker", "unconfigured [1]\n"),
     ("lifecycle list /lc_talker", CONFIGURE + SHUTDOWN),
+    (
+        "lifecycle list -a /lc_talker",
+        "".join(
+            f"- {label} [{number}]\n\tStart: {start}\n\tGoal: {goal}\n"
+            for label, number, start, goal in TRANSITIONS
+        ),
+    ),
     ("lifecycle set /lc_talker configure", "Transitioning successful\n"),
     ("lifecycle get lc_talker", "inactive [2]\n"),
     ("component types demo_nodes_cpp", "demo_nodes_cpp::Listener\ndemo_nodes_cpp::Talker\n"),
@@ -136,7 +217,12 @@ def graph(shared_ros):
         "component list /ComponentManager",
     ):
         eventually(partial(_succeeds, line), what=line)
+    assert shared_ros.node.context.wait_for_graph(_is_whole, LONGEST_WAIT_S)
     return shared_ros
+
+
+def _is_whole(graph: Graph) -> bool:
+    return all(map(graph.servers, SERVICES)) and len(graph.publishers("/rosout")) == 4
 
 
 def _succeeds(line: str) -> bool:
