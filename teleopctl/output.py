@@ -274,6 +274,13 @@ def outlive_output(*, log_file: Path | None = None, lossless_stdout: bool = Fals
         )
 
 
+def discard_output() -> None:
+    """Forget unwritten output after the reader has gone, so that nothing complains at exit."""
+    null = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(null, sys.stdout.fileno())
+    os.close(null)
+
+
 def take_log_file() -> Path | None:
     """The log of this process, from the environment, which loses it: children have other ones."""
     path = os.environ.pop(LOG_FILE, None)

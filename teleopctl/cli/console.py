@@ -164,13 +164,6 @@ def tolerate_narrow_encodings() -> None:
             stream.reconfigure(errors="replace")
 
 
-def discard_output() -> None:
-    """Forget unwritten output after the reader has gone, so that nothing complains at exit."""
-    null = os.open(os.devnull, os.O_WRONLY)
-    os.dup2(null, sys.stdout.fileno())
-    os.close(null)
-
-
 def _note(text: str) -> None:
     sys.stderr.write(text + "\n")
     sys.stderr.flush()

@@ -96,7 +96,9 @@ def run(
         if with_nothing_left is not None and _leaves_nothing(words):
             with_nothing_left(status)
     except BrokenPipeError:
-        console.discard_output()
+        from teleopctl.output import discard_output
+
+        discard_output()
         return 0
     except KeyboardInterrupt as interrupt:
         if interrupt.args:
@@ -208,7 +210,9 @@ def _unforeseen(error: Exception, words: Sequence[str]) -> TeleopctlError:
     import errno
 
     if isinstance(error, OSError) and error.errno == errno.ENOSPC:
-        console.discard_output()
+        from teleopctl.output import discard_output
+
+        discard_output()
         return SystemFailureError(f"Cannot write: {error.strerror}")
     if isinstance(error, OSError) and error.filename is not None:
         # Permissions, broken links and the like: nothing that a defect of ours would explain.

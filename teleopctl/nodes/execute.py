@@ -46,7 +46,7 @@ def run_executable(
 def execute(executable: Executable, args: Sequence[str]) -> int:
     """Run a program that was found, see `run_executable`."""
     from teleopctl.compat import activation
-    from teleopctl.output import outlive_output, take_log_file
+    from teleopctl.output import discard_output, outlive_output, take_log_file
 
     log_file = take_log_file()
     # In the foreground what it prints may be a result, for a pipe or a file that a person chose.
@@ -67,6 +67,9 @@ def execute(executable: Executable, args: Sequence[str]) -> int:
         return EXIT_INTERRUPTED
     except Exception as error:
         if _is_external_shutdown(error):
+            return 0
+        if isinstance(error, BrokenPipeError) and not _passed_a_users_code(error, executable):
+            discard_output()  # who read it, as ``head`` does, has enough
             return 0
         if isinstance(error, TeleopctlError) and not _passed_a_users_code(error, executable):
             raise

@@ -1,7 +1,14 @@
 """``tf`` and the programs ``tf2_echo``, ``tf2_monitor``, ``static_transform_publisher``."""
 
 import json
+<<<<<<< HEAD
 import re
+=======
+import subprocess
+import sys
+
+from teleopctl.testing import LONGEST_WAIT_S
+>>>>>>> 7a44a9f (A program of ours whose reader has enough ends without a traceback)
 
 STATIC = "tf2_ros static_transform_publisher"
 MOVE_AND_TURN = "--x 1 --y 2 --z 3 --yaw 1.5707963267948966"
@@ -30,6 +37,18 @@ def test_tf_echo_prints_a_static_transform_once(ros):
     publish_static(ros, f"{MOVE_AND_TURN} --frame-id world --child-frame-id cup")
     done = ros.run("tf echo world cup --once")
     assert (done.returncode, done.stdout) == (0, PRINTED), done.stderr
+
+
+def test_tf2_echo_ends_when_its_reader_has_enough(ros):
+    publish_static(ros, f"{MOVE_AND_TURN} --frame-id world --child-frame-id cup")
+    command = [sys.executable, "-m", "teleopctl.nodes", "tf2_ros", "tf2_echo", "world", "cup"]
+    with subprocess.Popen(
+        command, env=ros.env, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    ) as echo:
+        assert echo.stdout is not None and echo.stderr is not None
+        assert echo.stdout.readline() == "At time 0.0\n"
+        echo.stdout.close()
+        assert (echo.wait(LONGEST_WAIT_S), echo.stderr.read()) == (0, "")
 
 
 def test_tf_echo_prints_json(ros):
