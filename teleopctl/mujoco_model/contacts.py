@@ -1,14 +1,15 @@
 """How parts touch, and which parts of a robot may touch each other.
 
 Neighbours of one robot never do: their shapes overlap around the joint's axis by construction.
-Links that overlap in the robot's initial pose, such as the meshed roots of two fingers, do not
-touch until they have come apart: contact would push against the drives for ever. What moves freely
-touches everything.
+Links that overlap in the robot's initial pose do not touch until they have come apart: contact
+would push against the drives for ever. Where one drive alone moves the two against each other, as
+it does the fingers of a gripper, they never do: how far it goes its limits say, and the way back to
+where it started must stay open. What moves freely touches everything.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -112,20 +113,25 @@ class Overlap:
         depth_m: How far, in metres.
         one_robot: Whether only driven and fixed joints are between them: neither moves freely
             without the other.
+        one_drive: Whether all joints between them are one and its mimics.
     """
 
     first: str
     second: str
     depth_m: float
     one_robot: bool
+    one_drive: bool
 
 
-def overlaps(model: mujoco.MjModel, positions: np.ndarray) -> list[Overlap]:
+def overlaps(
+    model: mujoco.MjModel, positions: np.ndarray, leaders: Mapping[str, str]
+) -> list[Overlap]:
     """The pairs of links whose shapes overlap in a pose; what stands in the ground does not count.
 
     Args:
         model: The compiled ``mujoco.MjModel``.
         positions: The pose, as MuJoCo's ``qpos``.
+        leaders: The joint that each mimic follows in the end.
 
     Returns:
         The pairs in a stable order.
@@ -147,5 +153,22 @@ def overlaps(model: mujoco.MjModel, positions: np.ndarray) -> list[Overlap]:
         before = found.get((first, second))
         depth = max(-float(contact.dist), 0.0 if before is None else before.depth_m)
         one_robot = free_root(model, numbers[0]) == free_root(model, numbers[1])
-        found[first, second] = Overlap(first, second, depth, one_robot)
+        between = _joints_between(model, *numbers)
+        one_drive = len({leaders.get(joint, joint) for joint in between}) == 1
+        found[first, second] = Overlap(first, second, depth, one_robot, one_drive)
     return [found[pair] for pair in sorted(found)]
+
+
+def _joints_between(model: mujoco.MjModel, first: int, second: int) -> list[str]:
+    ways: list[set[int]] = []
+    for body in (first, second):
+        way = set()
+        while body:
+            way.add(body)
+            body = int(model.body_parentid[body])
+        ways.append(way)
+    return [
+        model.joint(int(model.body_jntadr[body]) + number).name
+        for body in ways[0] ^ ways[1]
+        for number in range(int(model.body_jntnum[body]))
+    ]

@@ -166,10 +166,18 @@ def build_model(
     base = draft.base
     if base is not None:
         base = place_base(spec, bare, base, initial_positions(bare, joints), spawn_pose)
-    overlapping = overlaps(bare, initial_positions(bare, joints))
-    excluded = [(pair.first, pair.second) for pair in overlapping if pair.one_robot]
-    for first, second in excluded:
-        spec.add_exclude(bodyname1=first, bodyname2=second)
+    leaders = {joint.name: joint.mimic.joint for joint in joints if joint.mimic is not None}
+    overlapping = overlaps(bare, initial_positions(bare, joints), leaders)
+    held = [pair for pair in overlapping if pair.one_robot]
+    for pair in held:
+        spec.add_exclude(bodyname1=pair.first, bodyname2=pair.second)
+    links = description.links
+    for_ever = [p for p in held if p.one_drive and p.first in links and p.second in links]
+    warnings += [
+        f"'{pair.first}' and '{pair.second}' overlap at the start: they do not touch each other"
+        for pair in for_ever
+    ]
+    excluded = [(pair.first, pair.second) for pair in held if pair not in for_ever]
     warnings += [
         f"'{pair.first}' and '{pair.second}' overlap at the start by {1e3 * pair.depth_m:.1f} mm: "
         "they are pushed apart"

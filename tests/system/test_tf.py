@@ -1,14 +1,11 @@
 """``tf`` and the programs ``tf2_echo``, ``tf2_monitor``, ``static_transform_publisher``."""
 
 import json
-<<<<<<< HEAD
 import re
-=======
 import subprocess
 import sys
 
 from teleopctl.testing import LONGEST_WAIT_S
->>>>>>> 7a44a9f (A program of ours whose reader has enough ends without a traceback)
 
 STATIC = "tf2_ros static_transform_publisher"
 MOVE_AND_TURN = "--x 1 --y 2 --z 3 --yaw 1.5707963267948966"
