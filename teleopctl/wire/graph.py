@@ -186,16 +186,15 @@ def query_graph(session: zenoh.Session, domain: int | None = None, timeout_s: fl
     """
     key = liveliness_key(domain_id() if domain is None else domain)
     liveliness = session.liveliness()
-    # No channel may run out of room: what Zenoh knows already it tells on the thread that asks,
-    # which is the one that would make some.
     if is_client(session):
         replies = liveliness.get(key, zenoh.handlers.FifoChannel(MOST_TOKENS), timeout=timeout_s)
         return Graph(_tokens(reply.ok for reply in replies if reply.ok is not None))
     # The end of an answer Zenoh 1.10 tells a peer on another thread, often before all is told, and
     # the rest is lost. So a subscriber hears the tokens; whoever has answered a question that came
-    # behind it, for nothing, has told it all.
+    # behind it, for nothing, has told it all. What Zenoh knows already it tells on the thread that
+    # asks, so a channel that waits for room in it would wait for ever: this one drops the oldest.
     with liveliness.declare_subscriber(
-        key, zenoh.handlers.FifoChannel(MOST_TOKENS), history=True
+        key, zenoh.handlers.RingChannel(MOST_TOKENS), history=True
     ) as subscriber:
         for _ in liveliness.get(_NOTHING, timeout=timeout_s):
             pass

@@ -198,6 +198,17 @@ def test_a_peer_is_told_the_whole_of_a_large_graph_each_time(world, ros):
     assert asking.stdout == "{300}\n"
 
 
+def test_a_graph_that_is_too_large_for_a_peer_is_told_as_far_as_it_goes(world, ros):
+    session = world.open("peer")
+    for number in range(60):
+        world.declare(session, node(zid=str(session.zid()), nid=number))
+    asks = ASKS_AS_A_PEER.replace(".endpoints", ".nodes").replace("== 300", "== 50")
+    limited = f"import teleopctl.wire.graph\nteleopctl.wire.graph.MOST_TOKENS = 50\n{asks}"
+    asking = ros.spawn_command([sys.executable, "-c", limited])
+    assert asking.wait() == 0, asking.stderr
+    assert asking.stdout == "{50}\n"
+
+
 def test_the_domain_of_the_environment_is_the_default(world, ros):
     world.declare(world.open("peer"), node()._replace(domain=ros.domain))
     watcher = GraphWatcher(world.open("client"))
