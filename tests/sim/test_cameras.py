@@ -4,15 +4,19 @@ import itertools
 import math
 from collections.abc import Iterator
 
+import mujoco
 import numpy as np
 import pytest
 
+from teleopctl.errors import InvalidMessageError
+from teleopctl.interfaces import get_message
 from teleopctl.mujoco_model import CameraModel
 from teleopctl.mujoco_model.model import RobotModel, build_model
 from teleopctl.pictures import depths_of
 from teleopctl.sim.cameras import quality
 from teleopctl.sim.cameras.lens import distorted, view_of
 from teleopctl.sim.cameras.messages import Rectifier, compress_depths, new_compressed, new_points
+from teleopctl.sim.cameras.model_topic import model_from_message
 from teleopctl.sim.cameras.renderer import CameraRenderer
 from tests.sim.robots import box, joint, link, robot
 
@@ -69,6 +73,27 @@ def renderer(scene: RobotModel) -> Iterator[CameraRenderer]:
     made.place({})
     yield made
     made.close()
+
+
+def test_a_model_that_is_none_or_another_robots_is_refused_in_words(scene: RobotModel) -> None:
+    """Whatever bytes somebody sends: what they ask for may be more than there is."""
+    size = mujoco.mj_sizeModel(scene.mj_model)
+    whole = np.zeros(size, np.uint8)
+    mujoco.mj_saveModel(scene.mj_model, None, whole)
+    message = get_message("std_msgs/msg/UInt8MultiArray")
+    assert model_from_message(message(data=whole), scene).mj_model.nbody == scene.mj_model.nbody
+    assert model_from_message(message(), scene) is scene
+
+    other = mujoco.MjModel.from_xml_string("<mujoco/>")
+    foreign = np.zeros(mujoco.mj_sizeModel(other), np.uint8)
+    mujoco.mj_saveModel(other, None, foreign)
+    arena = np.frombuffer(int(scene.mj_model.narena).to_bytes(8, "little"), np.uint8)
+    (places,) = np.nonzero(np.all(np.lib.stride_tricks.sliding_window_view(whole, 8) == arena, 1))
+    greedy = whole.copy()
+    greedy[places[0] + 7] = 0x20
+    for wrong in (greedy, foreign, whole[: size // 2], np.zeros(4000, np.uint8)):
+        with pytest.raises(InvalidMessageError):
+            model_from_message(message(data=wrong), scene)
 
 
 def centres(picture: np.ndarray) -> list[tuple[float, float]]:

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from teleopctl.interfaces.store import get_message
-from teleopctl.robot import Noise
+from teleopctl.mujoco_model import Coming, with_things, without_things
+from teleopctl.robot import Noise, read_world_text
 from teleopctl.sim.sensors.noise import NoiseSource
 from tests.sim.robots import box, joint, link
 from tests.sim.test_sensors import Measured, gazebo
@@ -58,6 +59,25 @@ def test_a_scan_has_the_distances_of_the_walls_and_is_infinite_where_nothing_is(
     assert (message.angle_min, message.angle_max) == pytest.approx((-math.pi, math.pi))
     assert message.angle_increment == pytest.approx(quarter)
     assert (message.range_min, message.range_max) == pytest.approx((0.1, 10.0))
+
+
+@pytest.mark.parametrize("kind", ["gpu_lidar", "ray"])
+def test_what_comes_is_seen_where_it_is_and_no_more_when_it_has_left(kind: str) -> None:
+    """By what is drawn and by what collides alike."""
+    measured = looking(scan(3, -0.1, 0.1), kind)
+    simulation = measured.simulation
+    assert list(read(measured).ranges)[1] == pytest.approx(2.0, abs=1e-6)
+    post = read_world_text("things: {post: {shape: box, size: [0.2, 0.2, 4]}}", "text")
+    for x in (1.0, 0.6):
+        place, turn = np.array([x, 0.0, 1.0]), np.array([1.0, 0.0, 0.0, 0.0])
+        simulation.take(with_things(simulation.model, [Coming(post, f"post{x}", place, turn)]))
+        assert list(read(measured).ranges)[1] == pytest.approx(x - 0.1, abs=1e-6)
+    # What stood there is put elsewhere, out of its way.
+    simulation.put_standing("post0.6", np.array([-4.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0]))
+    simulation.refresh()
+    assert list(read(measured).ranges)[1] == pytest.approx(0.9, abs=1e-6)
+    simulation.take(without_things(simulation.model, ["post1.0", "post0.6"]))
+    assert list(read(measured).ranges)[1] == pytest.approx(2.0, abs=1e-6)
 
 
 def test_points_of_rings_lie_on_what_the_rays_meet() -> None:

@@ -104,6 +104,7 @@ def test_the_run_of_a_lost_worker_is_done_again_by_another(
     assert f"{job} is sent to 1 worker\n" in sweep.stderr
     assert (job / "runs" / "001" / "bag" / "metadata.yaml").is_file(), "bags come back"
     assert run["folder"] == str(job / "runs" / "001")
+    assert not list((tmp_path / "other").rglob("sweep-*")), "what was sent is taken away"
 
 
 def _has_ended(pid: int) -> bool:
@@ -145,6 +146,22 @@ def test_paths_below_what_is_sent_are_those_of_the_worker(tmp_path: Path) -> Non
     assert Path(built_in.there(request, there).file).name == "sim.yaml"
     with pytest.raises(RefusedError, match="does not lie in"):
         make_parcel(file, package / "worlds", tmp_path)
+
+
+def test_links_are_sent_as_what_they_point_to_but_none_without_end(tmp_path: Path) -> None:
+    job, meshes = tmp_path / "job", tmp_path / "meshes"
+    for folder in (job, meshes):
+        folder.mkdir()
+    (job / "go.launch.yaml").write_text("text")
+    (meshes / "arm.stl").write_text("mesh")
+    (job / "meshes").symlink_to(meshes)
+    (job / "one.stl").symlink_to(meshes / "arm.stl")
+    (meshes / "back").symlink_to(job)
+    _, data = make_parcel(job / "go.launch.yaml", None, job)
+    there = tmp_path / "there"
+    unpack(data, there)
+    names = sorted(str(path.relative_to(there)) for path in there.rglob("*") if path.is_file())
+    assert names == ["go.launch.yaml", "meshes/arm.stl", "one.stl"]
 
 
 def test_what_is_too_large_is_not_sent(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

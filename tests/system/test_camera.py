@@ -223,6 +223,58 @@ def test_what_comes_later_is_drawn_where_the_pinhole_has_it_until_it_leaves(
     partner.close()
 
 
+# Tells how many contexts of OpenGL there are at most at a time, and models that are built.
+COUNTING = """
+import sys
+import mujoco
+import teleopctl.nodes.camera as camera
+from teleopctl import mujoco_model
+from teleopctl.sim import choose_backend
+choose_backend()
+counts = {"alive": 0, "most": 0, "models": 0}
+class Counted:
+    def __init__(self, *size):
+        self._gl = mujoco_context(*size)
+        counts["alive"] += 1
+        counts["most"] = max(counts["most"], counts["alive"])
+    def make_current(self):
+        self._gl.make_current()
+    def free(self):
+        counts["alive"] -= 1
+        self._gl.free()
+def building(*args, **kwargs):
+    counts["models"] += 1
+    return build(*args, **kwargs)
+mujoco_context, build = mujoco.GLContext, mujoco_model.build_model
+mujoco.GLContext, mujoco_model.build_model = Counted, building
+camera.check_drawing = lambda: None
+camera.main(sys.argv)
+print(counts["most"], counts["alive"], counts["models"], flush=True)
+"""
+
+
+def test_all_cameras_are_drawn_from_one_model_with_one_context(
+    ros: RosGraph, viewer: Viewer
+) -> None:
+    partner = Partner(EYES)
+    sim = ros.spawn_module("teleopctl.nodes", ["mujoco_sim", "mujoco_sim"])
+    words = ["-c", COUNTING, "--ros-args", "-p", "quality:=fast"]
+    drawing = ros.spawn_command([sys.executable, *words])
+    sim.wait_for_line("Simulation is running")
+    labels: list = []
+    viewer.collect("sensor_msgs/msg/Image", "/eye/image", viewer.images)
+    viewer.wait(lambda: viewer.images)
+    viewer.collect("sensor_msgs/msg/Image", "/names/labels_map", labels)
+    viewer.wait(lambda: labels)
+    viewer.images.clear()
+    viewer.wait(lambda: viewer.images)
+
+    drawing.interrupt()
+    drawing.wait()
+    assert drawing.stdout.split() == ["1", "0", "1"], drawing.stderr
+    partner.close()
+
+
 def depth(cloud: Any, row: float, column: float) -> float:
     """How far a point of a cloud of 160 by 120 is, along the optical axis."""
     points = np.frombuffer(cloud.data, np.float32).reshape(120, 160, 4)

@@ -18,10 +18,11 @@ from teleopctl.control import (
     manager_settings,
     switch_controller,
 )
-from teleopctl.errors import TeleopctlError
+from teleopctl.errors import InvalidParameterError, TeleopctlError
 from teleopctl.node import read_parameter_file
 from teleopctl.nodes.checking.bases import ways_by_topic
 from teleopctl.nodes.checking.motions import Motion, Trier
+from teleopctl.robot import COMMANDS_TOPIC, STATES_TOPIC
 
 if TYPE_CHECKING:
     from sensor_msgs.msg import JointState
@@ -29,12 +30,12 @@ if TYPE_CHECKING:
     from teleopctl.robot import ChosenControllers
     from teleopctl.sim import SimulatedRobot
 
-# Where the simulator and its hardware meet, see `teleopctl.control.hardware.topic`.
-_STATES, _COMMANDS = "/robot_joint_states", "/robot_joint_commands"
 _MANAGER = "controller_manager"
 PLANAR_MOVE = "planar_move"
 """What stands for the type of a controller where Gazebo's plug-in moves a base."""
 _DEFAULT_RATE_HZ = 100
+# As the simulator has it.
+_MOST_HZ = 100_000
 # States come, then controllers hold for a while, in s.
 _BEFORE_S = 0.1
 _SETTLING_S = 0.5
@@ -113,6 +114,11 @@ def _drive(robot: SimulatedRobot, given: ChosenControllers, driven: Driven) -> N
     manager = f"{given.namespace}/{_MANAGER}"
     parameters = file.for_node(manager)
     rate = parameters.get("update_rate", _DEFAULT_RATE_HZ)
+    if isinstance(rate, bool) or not isinstance(rate, int) or not 1 <= rate <= _MOST_HZ:
+        raise InvalidParameterError(
+            f"{given.file}: update_rate of '{manager}' is {rate!r}, expected a whole number "
+            f"from 1 to {_MOST_HZ}"
+        )
     simulation = Simulation(robot.model, control_period_ns=round(1e9 / rate))
     simulation.movers = robot.simulation.movers
     stack = ControlStack(update_rate=rate, parameters=parameters, last_only=True)
@@ -128,9 +134,9 @@ def _drive(robot: SimulatedRobot, given: ChosenControllers, driven: Driven) -> N
     def answer(time_ns: int, state: JointState) -> JointState | None:
         nonlocal ended
         stack.time_ns = time_ns
-        stack.node.receive(_STATES, state)
+        stack.node.receive(STATES_TOPIC, state)
         ended = next(script, True) is True
-        command: JointState = stack.node.published(_COMMANDS)[-1]
+        command: JointState = stack.node.published(COMMANDS_TOPIC)[-1]
         return command
 
     run_in_lockstep(simulation, answer, lambda _: not ended and not simulation.diverged)

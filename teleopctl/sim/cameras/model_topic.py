@@ -75,14 +75,15 @@ def model_from_message(message: Any, described: RobotModel) -> RobotModel:
         described: The model of the robot and its world at the start.
 
     Raises:
-        InvalidMessageError: It is of another version of MuJoCo, or of another robot.
+        InvalidMessageError: It is none, or of another version of MuJoCo, or of another robot.
     """
     data = bytes(message.data)
     if not data:
         return described
     try:
         model = mujoco.MjModel.from_binary_path(_FILE, {_FILE: data})
-    except ValueError as error:
+        mujoco.MjData(model)  # what it asks for may be more than there is
+    except (ValueError, mujoco.FatalError) as error:
         raise InvalidMessageError(f"{MODEL_TOPIC}: {error}") from error
     for kind, names in (
         (mujoco.mjtObj.mjOBJ_CAMERA, [camera.name for camera in described.cameras]),

@@ -80,8 +80,10 @@ class GazeboServices:
             full = self._node.resolve_service_name(name)
             if not self._node.matched(EntityKind.SC, full, type_name):
                 continue
-            if not self._node.matched(EntityKind.SS, full, type_name):
-                del self._waiting[name]
+            if self._node.matched(EntityKind.SS, full, type_name):
+                continue
+            # Two threads may have come here; what is offered is a change of the graph itself.
+            if self._waiting.pop(name, None) is not None:
                 self._offer(name, type_name, handler)
 
     def _offer(self, name: str, type_name: str, handler: Handler) -> None:

@@ -14,7 +14,7 @@ from typing import Any
 from teleopctl.errors import RefusedError, UnavailableError
 from teleopctl.extras import extra
 from teleopctl.sweep.cluster.parcel import Parcel, unpack
-from teleopctl.sweep.cluster.worker import do_run, stop_runs, versions
+from teleopctl.sweep.cluster.worker import do_run, forget_sweep, stop_runs, versions
 from teleopctl.sweep.one_run import RunRequest, RunResult
 from teleopctl.sweep.process import clear_run, failed
 from teleopctl.sweep.sweep import Sweep
@@ -146,6 +146,8 @@ class Cluster:
                 sweep.note(result)
                 on_result(result)
                 each.release()
+            with contextlib.suppress(Exception):
+                self._client.run(forget_sweep, name)
         except BaseException:
             with contextlib.suppress(Exception):
                 self._client.cancel(list(asked))

@@ -144,14 +144,19 @@ def _packed_folder(folder: Path) -> bytes:
 
 
 def _sendable(folder: Path) -> Iterator[Path]:
-    for here, folders, files in os.walk(folder):
+    above: dict[Path, tuple[Path, ...]] = {folder: ()}
+    for here, folders, files in os.walk(folder, followlinks=True):
+        # A link to a folder that it is in would have no end.
+        own = (*above.pop(Path(here)), Path(here).resolve())
         folders[:] = [
             name
             for name in folders
             if not name.startswith(".")
             and name != "__pycache__"
             and not any(Path(here, name, file).is_file() for file in _NOT_SENT)
+            and Path(here, name).resolve() not in own
         ]
+        above |= {Path(here, name): own for name in folders}
         yield from (path for name in files if (path := Path(here, name)).is_file())
 
 

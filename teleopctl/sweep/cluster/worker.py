@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 import tempfile
 import threading
 from dataclasses import asdict, replace
@@ -69,6 +70,15 @@ def do_run(
 def stop_runs(sweep: str) -> None:
     """End the runs of a sweep that are at work here, and begin no other."""
     _processes(sweep).stop()
+
+
+# Any: a worker of Dask's, which gives itself.
+def forget_sweep(sweep: str, dask_worker: Any = None) -> None:
+    """Take away what was sent for a sweep that is over: a worker may be there for months."""
+    with _lock:
+        _sweeps.pop(sweep, None)
+        home = Path(dask_worker.local_directory).absolute()
+        shutil.rmtree(home / f"sweep-{sweep}", ignore_errors=True)
 
 
 def _processes(sweep: str) -> RunProcesses:

@@ -216,6 +216,21 @@ def test_a_robot_is_moved_by_each_of_its_controllers_and_physics_says_how_far(
     assert "so that they touch nothing: left, right" in out
 
 
+@pytest.mark.parametrize("rate", ["0", "-5", ".inf", "1000000000000", "fast", "true"])
+def test_a_rate_of_control_that_is_none_is_the_robots_mistake(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], rate: str
+) -> None:
+    """One sentence, and whatever else is known of the robot."""
+    controllers = tmp_path / "controllers.yaml"
+    controllers.write_text(f"controller_manager: {{ros__parameters: {{update_rate: {rate}}}}}")
+    file = write(tmp_path / "arm.urdf", *ARM)
+    given = f"controllers_file:={controllers}"
+    assert main.run(["robot", "check", str(file), given, "-s", "--json"]) == 1
+    fault = json.loads(capsys.readouterr().out)["driven"]["fault"]
+    assert fault.startswith(f"{controllers}: update_rate of '/controller_manager' is ")
+    assert fault.endswith("expected a whole number from 1 to 100000")
+
+
 def test_a_chain_of_links_may_be_longer_than_pythons_stack(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
