@@ -291,7 +291,9 @@ def test_the_camera_info_has_the_intrinsics_of_the_sensor(camera: Process, viewe
     assert info.header.frame_id == "rgb_camera_optical"
     focal = 1152 / np.tan(0.575)
     assert list(info.k) == pytest.approx([focal, 0, 1151.5, 0, focal, 647.5, 0, 0, 1])
-    assert list(info.p) == pytest.approx([focal, 0, 1151.5, 0, 0, focal, 647.5, 0, 0, 0, 1, 0])
+    # Its <hackBaseline>, in metres, as gazebo_ros_camera has it: minus the focal length times that.
+    moved = -0.2 * focal
+    assert list(info.p) == pytest.approx([focal, 0, 1151.5, moved, 0, focal, 647.5, 0, 0, 0, 1, 0])
     assert "drawing" not in camera.stderr, "nobody looked at an image"
 
 
