@@ -97,7 +97,7 @@ def test_describe_dump_and_load(ros, node, tmp_path):
 # A verb that is meant for several nodes, what it prints of the one that answers, and its status.
 OF_SEVERAL = {
     "list": ("/simple_parameter:\n  simple_int_param\n", 0),
-    "get simple_int_param": ("/simple_parameter:\n  simple_int_param: Integer value is: ", 1),
+    "get simple_int_param": ("/simple_parameter:\n  Integer value is: ", 1),
     "set /* simple_int_param 24": ("Set parameter of /simple_parameter successful\n", 1),
     "dump /*": ("/simple_parameter:\n  ros__parameters:\n", 1),
 }
@@ -171,13 +171,19 @@ def test_every_type_is_read_as_ros2_prints_it(param, name, text):
 
 
 def test_several_parameters_and_nodes_are_read_at_once(param):
-    several = "/arm/many:\n  int: Integer value is: 3\n  bool: Boolean value is: True\n"
+    several = "int:\n  Integer value is: 3\nbool:\n  Boolean value is: True\n"
     assert param("get", "arm/many", "int", "bool") == (0, several, "")
-    alone = "/arm/many:\n  use_sim_time: Boolean value is: False\n"
+    assert param("get", "arm/many", "int", "bool", "--hide-type")[1] == "int: 3\nbool: True\n"
+    alone = "/arm/many:\n  Boolean value is: False\n"
     assert param("get", "use_sim_time") == (0, alone, "")
     assert param("get", "/arm/*", "use_sim_time") == (0, alone, "")
+    assert param("get", "use_sim_time", "--hide-type")[1] == "/arm/many: False\n"
+    by_node = "/arm/many:\n  int: Integer value is: 3\n  bool: Boolean value is: True\n"
+    assert param("get", "/arm/*", "int", "bool") == (0, by_node, "")
+    missing = "teleopctl: Parameter 'nothing' not set on any node\n"
+    assert param("get", "nothing") == (1, "", missing)
     status, text, errors = param("get", "/arm/many", "int", "nothing")
-    assert (status, text) == (1, "/arm/many:\n  int: Integer value is: 3\n")
+    assert (status, text) == (1, "int:\n  Integer value is: 3\n")
     assert "Parameter not set: nothing" in errors
     declared = "teleopctl: Parameter not set\n  It is declared, and has no value yet.\n"
     assert param("get", "/arm/many", "none") == (1, "", declared)
@@ -240,17 +246,28 @@ def test_what_cannot_be_deleted_is_told(param):
 def test_several_parameters_are_set_together_or_each_for_itself(param):
     assert param("set", "/arm/many", "int", "4", "text", "1e5") == (
         0,
-        "Set parameter int successful\nSet parameter text successful\n",
+        "int: Set parameter successful\ntext: Set parameter successful\n",
         "",
     )
     status, text, errors = param("set", "--atomic", "/arm/many", "int", "9", "fixed", "8")
     assert (status, text) == (1, "")
-    assert "Setting parameters failed: Trying to set a read-only parameter: fixed." in errors
+    reason = "Trying to set a read-only parameter: fixed.\n"
+    assert errors == f"Setting parameters atomically failed: {reason}"
+    done = "Set parameters atomically successful\n"
+    assert param("set", "--atomic", "/arm/many", "int", "4", "text", "1e5") == (0, done, "")
+    status, text, errors = param("set", "/arm/many", "int", "4", "fixed", "8")
+    assert (status, text) == (1, "int: Set parameter successful\n")
+    assert errors == f"fixed: Setting parameter failed: {reason}"
     status, text, errors = param("set", "/arm/*", "int", "5", "fixed", "8")
-    assert (status, text) == (1, "Set parameter int of /arm/many successful\n")
-    assert "Setting parameter fixed of /arm/many failed: " in errors
+    assert (status, text) == (1, "int: Set parameter of /arm/many successful\n")
+    assert "fixed: Setting parameter of /arm/many failed: " in errors
     assert param("set", "/arm/many", "double", "1e3") == (0, "Set parameter successful\n", "")
-    assert param("set", "/arm/many", "int", "5", "text")[0] == 2
+    assert param("set", "/arm/many", "int", "5", "text") == (
+        2,
+        "",
+        "teleopctl: Parameters must be provided as name/value pairs: "
+        "name value [name value ...]. Got 3 argument(s).\n  'text' has no value.\n",
+    )
 
 
 def test_what_was_dumped_is_loaded_again(param, tmp_path):

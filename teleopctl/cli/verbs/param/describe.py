@@ -36,7 +36,7 @@ def describe_parameters(
         described = {descriptor.name for descriptor in descriptors}
         missing = [name for name in parameter_names if name not in described]
         if not descriptors:
-            raise not_set(parameters, [node], missing[0])
+            raise not_set(parameters, node, missing[0])
     if as_json:
         from teleopctl.interfaces import message_to_dict
 

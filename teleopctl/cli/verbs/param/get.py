@@ -12,7 +12,7 @@ from teleopctl.cli.verbs.param.graph_parameters import (
 from teleopctl.cli.verbs.param.options import HiddenNodes, ServiceTimeout, Timeout
 from teleopctl.cli.verbs.param.text import is_set, type_name, value_text
 from teleopctl.cli.words.patterns import is_pattern
-from teleopctl.errors import TeleopctlError, UsageError
+from teleopctl.errors import NotFoundError, TeleopctlError, UsageError
 from teleopctl.typed import TYPE_CHECKING, Annotated
 
 if TYPE_CHECKING:
@@ -65,7 +65,9 @@ def get_parameter(
             console.warn(failure.message)
         missing = [name for name in names if not any(name in values for values in found.values())]
         if missing and (is_one or len(missing) == len(names)):
-            raise not_set(parameters, nodes, missing[0])
+            if not is_one_node:
+                raise NotFoundError(f"Parameter '{missing[0]}' not set on any node")
+            raise not_set(parameters, nodes[0], missing[0])
     if as_json:
         records = [
             {"node": node, **_record(name, value)}
@@ -75,15 +77,27 @@ def get_parameter(
         console.out_json(_record(names[0], found[nodes[0]][names[0]]) if is_one else records)
     elif is_one:
         console.out_text(value_text(found[nodes[0]][names[0]], hide_type=hide_type))
+    elif is_one_node:
+        _print(found[nodes[0]], hide_type=hide_type)
+    elif len(names) == 1:
+        values = {node: values[names[0]] for node, values in found.items() if values}
+        _print(values, hide_type=hide_type)
     else:
-        _print(found, hide_type=hide_type)
+        _print_by_node(found, hide_type=hide_type)
     console.flush()
     for name in missing:
         console.warn(f"Parameter not set: {name}")
     return int(bool(missing or failures))
 
 
-def _print(found: "dict[str, dict[str, ParameterValue]]", *, hide_type: bool) -> None:
+def _print(values: "dict[str, ParameterValue]", *, hide_type: bool) -> None:
+    """Values below the names of their parameters, or of their nodes, as Lyrical prints them."""
+    for name, value in values.items():
+        text = value_text(value, hide_type=hide_type)
+        console.out_text(f"{name}: {text}" if hide_type else f"{name}:\n  {text}")
+
+
+def _print_by_node(found: "dict[str, dict[str, ParameterValue]]", *, hide_type: bool) -> None:
     for node, values in found.items():
         if values:
             console.out(f"{node}:")

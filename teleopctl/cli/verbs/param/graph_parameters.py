@@ -250,14 +250,12 @@ def _offers_parameters(graph: Graph, node_name: str) -> bool:
     return bool(graph.servers(f"{node_name}/list_parameters"))
 
 
-def not_set(parameters: Parameters, nodes: list[str], name: str) -> NotFoundError:
-    """The error for a parameter that none of these nodes has; of one node, with a likely name."""
-    if len(nodes) != 1:
-        return NotFoundError("Parameter not set", hint=f"No node has a parameter '{name}'.")
-    names = parameters.names(nodes[0])
+def not_set(parameters: Parameters, node: str, name: str) -> NotFoundError:
+    """The error for a parameter that a node has not, with a likely name."""
+    names = parameters.names(node)
     if name in names:
         return NotFoundError("Parameter not set", hint="It is declared, and has no value yet.")
     hint = did_you_mean(name, names)
     return NotFoundError(
-        "Parameter not set", hint=hint or f"`teleopctl param list {nodes[0]}` lists what there is."
+        "Parameter not set", hint=hint or f"`teleopctl param list {node}` lists what there is."
     )

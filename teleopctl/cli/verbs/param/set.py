@@ -47,7 +47,11 @@ def set_parameter(
     """
     words = [parameter_name, value, *(more or ())]
     if len(words) % 2:
-        raise UsageError(f"'{words[-1]}' has no value", hint="Write NAME VALUE NAME VALUE …")
+        raise UsageError(
+            "Parameters must be provided as name/value pairs: name value [name value ...]. "
+            f"Got {len(words)} argument(s).",
+            hint=f"'{words[-1]}' has no value.",
+        )
     wishes = dict(zip(words[::2], words[1::2], strict=True))
     told = Results(as_json=as_json)
     with Parameters(timeout, service_timeout) as parameters:
@@ -83,7 +87,12 @@ class _Setting:
 
         def set_together(node: str) -> bool:
             answer = self._parameters.ask(node, "SetParametersAtomically", parameters=wanted)
-            return self._tell(node, "parameters", list(self._wishes), answer.result)
+            texts = [self._as_text(each) for each in wanted]
+            if not answer.result.successful and texts != wanted:
+                again = self._parameters.ask(node, "SetParametersAtomically", parameters=texts)
+                answer = again if again.result.successful else answer
+            how = "parameters{} atomically"
+            return self._tell(node, how, list(self._wishes), answer.result)
 
         return int(not with_each(self._nodes, set_together, is_one=not self._names_nodes))
 
@@ -93,8 +102,8 @@ class _Setting:
         def set_each(node: str) -> bool:
             all_well = True
             for name, result in self._set(node).items():
-                what = f"parameter {name}" if self._are_several else "parameter"
-                all_well &= self._tell(node, what, [name], result)
+                before = f"{name}: " if self._are_several else ""
+                all_well &= self._tell(node, "parameter{}", [name], result, before)
             return all_well
 
         return int(not with_each(self._nodes, set_each, is_one=not self._names_nodes))
@@ -102,32 +111,44 @@ class _Setting:
     def _set(self, node: str) -> "dict[str, SetParametersResult]":
         wanted = [_message(name, text) for name, text in self._wishes.items()]
         results = dict(self._parameters.set(node, wanted))
-        # To ROS 2 1e3 is a text here, and to its parameter files a number: whichever fits.
-        texts = [
-            _text_message(each.name, self._wishes[each.name])
-            for each in wanted
-            if not results[each.name].successful and _may_be_text(each, self._wishes[each.name])
-        ]
+        refused = [each for each in wanted if not results[each.name].successful]
+        texts = [text for each in refused if (text := self._as_text(each)) != each]
         if texts:
             again = self._parameters.set(node, texts)
             results |= {name: result for name, result in again.items() if result.successful}
         return results
 
+    def _as_text(self, wanted: "ParameterMessage") -> "ParameterMessage":
+        """A wish as a text: to ROS 2 1e3 is one here, and to its parameter files a number."""
+        text = self._wishes[wanted.name]
+        return _text_message(wanted.name, text) if _may_be_text(wanted, text) else wanted
+
     def _tell(
-        self, node: str, what: str, names: Sequence[str], result: "SetParametersResult"
+        self,
+        node: str,
+        what: str,
+        names: Sequence[str],
+        result: "SetParametersResult",
+        before: str = "",
     ) -> bool:
-        """Print a result; whether it is a success.
+        """Print a result as Lyrical does; whether it is a success.
+
+        Args:
+            node: Whose it is.
+            what: What was set, with a place for whose.
+            names: The parameters.
+            result: What the node says.
+            before: What stands before it.
 
         Raises:
             RefusedError: It is none, and nothing else was asked for.
         """
-        if self._names_nodes:
-            what += f" of {node}"
+        what = what.format(f" of {node}" if self._names_nodes else "")
         if result.successful:
-            line = _with_reason(f"Set {what} successful", result.reason)
+            line = _with_reason(f"{before}Set {what} successful", result.reason)
             self._told.tell(line, node, names, result.reason)
             return True
-        text = _with_reason(f"Setting {what} failed", result.reason)
+        text = _with_reason(f"{before}Setting {what} failed", result.reason)
         if not self._names_nodes and not self._are_several:
             raise RefusedError(text)
         self._told.tell(text, node, names, result.reason, successful=False)
