@@ -111,6 +111,20 @@ def test_a_link_that_the_robot_has_too_is_one_error_with_the_file(tmp_path: Path
         build(tmp_path, world_urdf(cube("rod")))
 
 
+def test_what_nobody_knows_in_a_world_is_told_with_its_line(tmp_path: Path) -> None:
+    odd = f"<sponsor/>\n{control(cube_joint='position')}"
+    model = build(tmp_path, world_urdf(cube(), "\n", odd))
+    assert model.warnings == (
+        "world.xml: <sponsor> in <robot> is unknown (line 3)",
+        "world.xml: <ros2_control> 'hardware' is left out: what is on joints in a world moves as "
+        "it is pushed",
+    )
+    xacro = 'xmlns:xacro="http://www.ros.org/wiki/xacro"'
+    looped = world_urdf(cube(), "\n<xacro:if value='1'><sponsor/></xacro:if>")
+    told = build(tmp_path, looped.replace("<robot", f"<robot {xacro}")).warnings
+    assert told == (f"world.xml: <sponsor> in <robot> is unknown ({tmp_path / 'world.xml'}:3)",)
+
+
 def test_what_mujoco_refuses_is_told_with_the_file(tmp_path: Path) -> None:
     text = world_urdf('<mujoco><compiler angle="turns"/></mujoco>', cube())
     with pytest.raises(InvalidDescriptionError, match=r"world.xml: "):

@@ -15,7 +15,7 @@ from teleopctl.mujoco_model.inertia import repair_inertias
 from teleopctl.mujoco_model.surroundings.scene_spec import MIMIC_LEFT_OUT, scene_spec
 from teleopctl.mujoco_model.unserved import unserved_tags
 from teleopctl.mujoco_model.urdf_import import apply_gazebo, import_urdf
-from teleopctl.robot import check_mjcf, check_mjcf_text
+from teleopctl.robot import check_mjcf, check_mjcf_text, in_files, unknown_tags
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -73,7 +73,8 @@ def read_things(world: World) -> tuple[mujoco.MjSpec, list[str]]:
     if world.scene is not None:
         return _build(world.path, world.scene)
     if world.description is not None:
-        return _read_urdf(world.path, world.description)
+        things, warnings = _read_urdf(world.path, world.description)
+        return things, [in_files(warning, world.places) for warning in warnings]
     things = _read_scene(world)
     warnings = _only_things(things)
     _see_that_it_compiles(things, world.path)
@@ -180,6 +181,12 @@ def _import(
     warnings = [*description.repairs]
     warnings += resolve_meshes(things, path.parent, try_each=try_each_mesh)
     warnings += repair_inertias(things) + unserved_tags(description.urdf)
+    warnings += unknown_tags(description.urdf)
+    warnings += [
+        f"<ros2_control> '{system.name}' is left out: what is on joints in a world moves as it is "
+        "pushed"
+        for system in description.ros2_control
+    ]
     warnings += [f"Sensor '{sensor.name}' is left out: sensors are of robots" for sensor in sensors]
     warnings += [
         f"<selfCollide> of '{link}' has no effect: the parts of a world touch one another"

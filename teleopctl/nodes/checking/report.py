@@ -15,11 +15,13 @@ from teleopctl.robot import (
     RobotDescription,
     described_controllers,
     in_files,
+    in_words,
     model_kind,
     read_model,
     simulated,
     unknown_tags,
     with_mesh_paths,
+    xacro_arguments,
 )
 
 if TYPE_CHECKING:
@@ -121,6 +123,7 @@ def check_robot(
     try:
         read = read_model(file, own, places=True)
         report.places = read.places
+        taken = xacro_arguments(read.files) if own else {}
         text = with_mesh_paths(read.text, file.absolute().parent)
         try:
             report.description = description = RobotDescription.from_urdf(text)
@@ -137,6 +140,12 @@ def check_robot(
     report.repaired = list(description.repairs)
     report.guessed += remarks
     report.unknown = [] if description.mjcf else unknown_tags(text)
+    takes = f"it takes {in_words(taken)}" if taken else "it takes none"
+    report.unknown += [
+        f"Argument '{name}' is unknown to the description: {takes}"
+        for name in own
+        if name not in taken
+    ]
     try:
         robot = _see_model(report, urdf, fixed_base=arguments.get("fixed_base") == "true")
     except TeleopctlError as error:

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import contextlib
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from lxml import etree
@@ -18,13 +18,14 @@ from lxml import etree
 from teleopctl.errors import InvalidDescriptionError, NotFoundError, UnknownFormatError
 from teleopctl.robot.description import RobotDescription
 from teleopctl.robot.elements import Element, parse, parse_file
+from teleopctl.robot.formats.source_lines import Places
 from teleopctl.robot.repair import repair_urdf
 from teleopctl.robot.scene.scene import Scene
 from teleopctl.robot.scene.sdf import read_sdf, read_sdf_text
 from teleopctl.robot.scene.sdf_includes import find_file, model_file
 from teleopctl.robot.scene.sdf_reading import SDF_ROOTS
 from teleopctl.robot.scene.yaml_world import read_yaml_world
-from teleopctl.robot.xacro_file import expand_xacro
+from teleopctl.robot.xacro_file import read_xacro
 
 _SOLIDS = ".//geometry/*"
 _SIZES = ("size", "radius", "length")
@@ -44,6 +45,7 @@ class World:
         text: What stands in it, where there is no such file.
         name: What it calls itself.
         scene: What it says, where it is SDF or our YAML.
+        places: Where the lines of the description were written, where it is made by xacro.
     """
 
     path: Path
@@ -51,6 +53,7 @@ class World:
     text: str = ""
     name: str = ""
     scene: Scene | None = None
+    places: Places = field(default_factory=dict)
 
     @property
     def origin(self) -> tuple[float, float, float] | None:
@@ -104,7 +107,9 @@ def read_world(path: Path) -> World:
         return World(path, None, name=root.get("model") or "")
     if _XACRO in content:
         # Its lines are others once it is expanded.
-        return _described(path, _checked(path, expand_xacro(path), has_lines=False))
+        read = read_xacro(path, places=True)
+        world = _described(path, _checked(path, read.text, has_lines=False))
+        return replace(world, places=read.places)
     return _described(path, _checked(path, _decoded(path, content), has_lines=True))
 
 

@@ -286,16 +286,19 @@ def test_what_a_xacro_file_says_in_vain_is_told_with_its_own_lines(
     file = tmp_path / "robot.xacro"
     file.write_text(
         f"""<robot name="r" {namespace}>
-<xacro:include filename="wheel.xacro"/>
+<xacro:include filename="wheel.xacro"/><xacro:arg name="colour" default="blue"/>
 <link name="base"/>
 <xacro:wheel name="a"/><xacro:wheel name="b"/>
 <gazebo reference="base"><kp>1</kp>
 <sensor name="s" type="imu"><visualize>true</visualize></sensor></gazebo>
 </robot>"""
     )
-    assert main.run(["robot", "check", str(file), "--json"]) == 0
+    assert main.run(["robot", "check", str(file), "colur:=red", "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
-    assert found["unknown"] == [f"<glow> in <visual> is unknown ({tmp_path / 'wheel.xacro'}:3)"]
+    assert found["unknown"] == [
+        f"<glow> in <visual> is unknown ({tmp_path / 'wheel.xacro'}:3)",
+        "Argument 'colur' is unknown to the description: it takes colour (blue)",
+    ]
     assert found["without_effect"] == [
         f"<kp> of 'base' ({file}:5) has no effect: contacts are as stiff as steps of physics allow",
         f"Without meaning outside of Gazebo's window, drawing and solver: <visualize> ({file}:6)",
