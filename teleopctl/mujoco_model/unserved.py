@@ -15,6 +15,7 @@ from teleopctl.mujoco_model.sensors.camera_topics import CAMERA_TYPES
 from teleopctl.mujoco_model.sensors.unserved_sensors import (
     GAZEBOS_OWN,
     OF_PLUGINS,
+    OF_ROS,
     Tag,
     is_so_anyway,
     tags_of_sensor,
@@ -42,6 +43,8 @@ _OF_CONTROL = words(
     "parameters ros controller_manager_name controller_manager_prefix_node_name robot_param "
     "robot_param_node robot_sim_type"
 )
+
+_OF_FORCES = words("joint_name body_name update_rate gaussian_noise ros")
 
 # Plug-ins of the whole robot that are served, by the controllers, or stand for nothing of their
 # own: Gazebo's engines, whose sensors have tags, and its window.
@@ -170,12 +173,24 @@ def _is_same(one: etree._Element, other: etree._Element) -> bool:
 
 
 def _of_controller(plugin: etree._Element) -> Iterator[Tag]:
-    """The parameters of a plug-in that is a controller here."""
+    """The parameters of a plug-in that is a controller here, or stands for what there is."""
     filename = plugin.get("filename", "")
+    where = f"plug-in '{plugin.get('name')}'"
     known = _OF_CONTROL if "ros2_control" in filename else tags_of_plugin(filename)
-    if known is None:
+    if "gazebo_ros_ft_sensor" in filename:
+        known = _OF_FORCES
+    if known is None and not _SERVED_PLUGINS.fullmatch(filename):
         return  # told as a whole
     for tag in plugin:
-        if tag.tag not in known | OF_PLUGINS and not is_so_anyway(tag):
-            where = f"plug-in '{plugin.get('name')}'"
+        if known is None:
+            yield Tag(tag, where, f"<{tag.tag}>", gazebos_own=True)
+        elif tag.tag not in known | OF_PLUGINS and not is_so_anyway(tag):
             yield Tag(tag, where, f"<{tag.tag}>", gazebos_own=tag.tag in GAZEBOS_OWN)
+    obeyed = OF_ROS if "ft_sensor" in filename else words("namespace remapping")
+    if known is _OF_CONTROL:
+        obeyed = words("namespace")
+    for tag in plugin.iterfind("ros/*"):
+        source, _, target = value_of(tag).partition(":=")
+        is_same = bool(source) and source.lstrip("/") == target.lstrip("/")
+        if tag.tag not in obeyed and not is_same and (len(tag) or value_of(tag)):
+            yield Tag(tag, where, f"<{tag.tag}>")

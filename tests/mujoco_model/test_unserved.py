@@ -2,6 +2,7 @@
 
 import pytest
 
+from teleopctl.mujoco_model import gazebos_own_tags, unserved_tags
 from teleopctl.mujoco_model.model import build_model
 from teleopctl.robot import RobotDescription
 from tests.sim.robots import link, model, robot
@@ -222,3 +223,31 @@ def test_the_frame_of_a_sensor_stands_in_any_of_gazebos_tags() -> None:
         sensor = f'<sensor name="i" type="imu"><{tag}>there</{tag}></sensor>'
         parts = (link("tip", ""), f'<gazebo reference="tip">{sensor}</gazebo>')
         assert robot(*parts).gazebo.sensors[0].frame == "there"
+
+
+def test_what_a_plugin_says_that_stands_for_what_there_is_is_told_by_the_check_alone() -> None:
+    engine = "<render_engine>ogre2</render_engine>"
+    tags = f'<gazebo><plugin name="p" filename="gz-sim-sensors-system">{engine}</plugin></gazebo>'
+    urdf = robot(link("base", ""), tags).urdf
+    assert unserved_tags(urdf) == []
+    assert gazebos_own_tags(urdf) == [
+        "Without meaning outside of Gazebo's window, drawing and solver: <render_engine> (line 1)"
+    ]
+
+
+def test_what_the_ros_of_a_plugin_does_not_do_is_told() -> None:
+    ros = "<ros><namespace>a</namespace><qos><topic name='x'/></qos></ros><gain>3</gain>"
+    for filename in ("libgazebo_ros_diff_drive.so", "libgazebo_ros_ft_sensor.so"):
+        plugin = f'<gazebo><plugin name="p" filename="{filename}">{ros}</plugin></gazebo>'
+        assert unserved_tags(robot(link("base", ""), plugin).urdf) == [
+            "<gain> of plug-in 'p' (line 1) has no effect",
+            "<qos> of plug-in 'p' (line 1) has no effect",
+        ]
+
+
+def test_of_the_plugin_that_runs_controllers_what_it_renames_is_told() -> None:
+    rules = "<remapping>/tf:=tf</remapping>\n<remapping>~/odom:=odom</remapping>"
+    plugin = f'<plugin name="p" filename="gz_ros2_control-system"><ros>{rules}</ros></plugin>'
+    assert warnings(f"<gazebo>{plugin}</gazebo>") == (
+        "<remapping> of plug-in 'p' (line 2) has no effect",
+    )

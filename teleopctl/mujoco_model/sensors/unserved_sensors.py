@@ -54,8 +54,7 @@ def told_of(found: Finding, where: str) -> Tag:
 
 OF_PLUGINS = words("frame_name frameName camera_name hack_baseline hackBaseline")
 GAZEBOS_OWN = words("alwaysOn always_on rosDebugLevel serviceName")
-# Of a sensor's plug-in: the rate is the sensor's own, and told where the plug-in has another one.
-_OF_ROS = words("remapping argument namespace")
+OF_ROS = words("remapping argument namespace")
 # What else the plug-in of a kind of sensor may say with effect.
 _OF_RAY_PLUGINS = words("output_type outputType topicName topic_name radiation_type radiation")
 _OF_CAMERA_PLUGINS = PLUGIN_TOPIC_TAGS | words(
@@ -99,7 +98,7 @@ def _of_plugin(plugin: etree._Element, sensor: str, said: set[str]) -> Iterator[
     rules = plugin.xpath("ros/remapping | ros/argument")
     said = said | {value_of(rule).partition(":=")[2] for rule in rules}
     for tag in plugin.iterfind("ros/*"):
-        named = tag.tag in _OF_ROS or tag.tag in served
+        named = tag.tag in OF_ROS or tag.tag in served
         if not named and (len(tag) or value_of(tag) not in ("", "/")):
             yield Tag(tag, where, f"<{tag.tag}>")
     for tag in plugin:

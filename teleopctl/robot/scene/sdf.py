@@ -23,6 +23,7 @@ from teleopctl.robot.scene.sdf_frames import MODEL, Frames
 from teleopctl.robot.scene.sdf_model import Reading
 from teleopctl.robot.scene.sdf_reading import SdfFile, parse_sdf, relative_to
 from teleopctl.robot.tags import sdf as tags
+from teleopctl.robot.tags.table import plain
 from teleopctl.tf import Transform
 
 _LIGHTS: dict[str, LightKind] = {"directional": "directional", "point": "point", "spot": "spot"}
@@ -104,6 +105,9 @@ def _scene(reading: Reading, root: Any, file: SdfFile) -> Scene:
         filename = plugin.get("filename") or ""
         if not any(system in filename for system in _SYSTEMS):
             file.leave_out(plugin, f"({filename}) is left out")
+            continue
+        for setting in plugin:
+            file.remarks.add_own(file.path, setting.sourceline or 0, plain(setting.tag))
     frames, suns = Frames(file), list[SceneLight]()
     models = _models(reading, file, world, suns, frames)
     lights = _lights(file, world, frames)
