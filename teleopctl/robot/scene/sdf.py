@@ -226,6 +226,8 @@ def _lights(file: SdfFile, holder: Any, frames: Frames) -> list[SceneLight]:
     found = []
     for element in holder.findall("light"):
         file.account(element, tags.LIGHT)
+        if (kind := element.get("type") or "point") not in _LIGHTS:
+            file.leave_out(element, f"of the type {kind} is taken for a point")
         if file.flag(element, "light_on", default=True):
             found.append(_light(file, element, frames))
     return found

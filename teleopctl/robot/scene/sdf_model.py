@@ -163,7 +163,11 @@ class Reading:
                 name = f"{prefix}{body.name}"
                 bodies[name] = replace(body, name=name, pose=place @ body.pose)
         # The frame of a model is fixed to its canonical link, by default the first.
-        frames.attached[MODEL] = element.get("canonical_link") or next(iter(bodies), "")
+        canonical = element.get("canonical_link") or ""
+        if canonical and canonical not in bodies:
+            file.leave_out(element, f"has no link '{canonical}': its first one is canonical")
+            canonical = ""
+        frames.attached[MODEL] = canonical or next(iter(bodies), "")
         joints = [_joint(file, joint, frames, bodies.keys()) for joint in element.iterfind("joint")]
         for prefix, place, part in parts:
             joints += [_moved(joint, prefix, place) for joint in part.joints]

@@ -16,7 +16,7 @@ from teleopctl.tf import Transform, quaternion_from_rpy
 
 # Until SDF 1.2 it was <gazebo>.
 SDF_ROOTS = ("sdf", "gazebo")
-_IN_POSE = 6
+_IN_POSE, _EULER = 6, "euler_rpy"
 _TRUE = frozenset({"1", "true"})
 _VERSION = re.compile(r"(\d{1,4})\.(\d{1,4})", re.ASCII)
 _UNSAID_VERSION = (1, 6)
@@ -153,6 +153,8 @@ class SdfFile:
             if length == 0.0:
                 raise InvalidDescriptionError(f"{self.place(element)}: a rotation of length 0")
             return Transform((x, y, z), (qx / length, qy / length, qz / length, qw / length))
+        if (rotation := element.get("rotation_format") or _EULER) != _EULER:
+            self.leave_out(element, f"has a rotation_format '{rotation}', and is read as {_EULER}")
         if len(words := (element.text or "").split()) > _IN_POSE:
             self.leave_out(element, f"has {len(words)} numbers: the first {_IN_POSE} count")
             element.text = " ".join(words[:_IN_POSE])

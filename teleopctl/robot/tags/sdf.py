@@ -31,7 +31,8 @@ ROOT = Table("""
 # What there is but one of on this earth is told by who reads <spherical_coordinates>.
 WORLD = Table("""
     + .: @name gravity magnetic_field frame*@name@attached_to frame/pose
-    + physics: @name @type @default gravity
+    + physics: @name @default gravity
+    - physics: @type=ode | MuJoCo simulates
     * physics: max_step_size=0.001 real_time_factor real_time_update_rate max_contacts ode bullet
     * physics: simbody dart update_rate
     > .: model include light plugin joint

@@ -582,3 +582,17 @@ def test_friction_below_zero_holds_whatever_there_is(tmp_path: Path) -> None:
     found = simulated(tmp_path, world(model("m", f"<link name='l'>{MASS}{shapes}</link>")))
     assert found.warnings == ()
     assert found.mj_model.geom_friction[:, 0].max() == 1000.0
+
+
+def test_words_that_mean_nothing_are_told(tmp_path: Path) -> None:
+    odd = (
+        "<model name='m' canonical_link='x'><pose rotation_format='y'>0 0 1 0 0 0</pose>"
+        "<link name='l'/></model>"
+    )
+    found = scene(tmp_path, world("<physics type='z'/><light name='a' type='w'/>", odd))
+    assert [remark.partition("world.sdf:2: ")[2] for remark in found.remarks] == [
+        "'type' of <physics> has no effect: MuJoCo simulates",
+        "<model> 'm' has no link 'x': its first one is canonical",
+        "<pose> has a rotation_format 'y', and is read as euler_rpy",
+        "<light> 'a' of the type w is taken for a point",
+    ]
