@@ -85,6 +85,7 @@ TOPIC = [
         "--max-wait-time-secs option is only effective with --wait-matching-subscriptions, --once "
         "or --times",
     ),
+    Refusal("topic hz --all /x", "Cannot specify both --all/-a and topic names", status=2),
     Refusal("topic hz -w 0 /rosout", "", "The window must have at least one message", 2),
 ]
 

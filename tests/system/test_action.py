@@ -181,6 +181,18 @@ def test_ctrl_c_cancels_the_goal_and_shows_its_end(shared_ros, server, order):
     assert "Traceback" not in goal.stderr
 
 
+def test_a_goal_that_nobody_judges_is_given_up_in_time(shared_ros, server, action):
+    holding = shared_ros.spawn(["action", "send_goal", "-f", "/fib", TYPE, "{order: 98}"])
+    holding.wait_for_line("Feedback")
+    assert action("send_goal", "-t", "0.2", "/fib", TYPE, "{order: 1}") == (
+        1,
+        "Sending goal:\n     order: 1\n\n",
+        f"{BEGIN}teleopctl: Timed out waiting for goal acceptance after 0.2 seconds.\n",
+    )
+    server.send("go on\n")
+    assert holding.wait() == 0
+
+
 def test_a_server_whose_only_thread_is_at_the_goal_is_waited_for(shared_ros, server):
     line = ["action", "send_goal", "-f", "/fib", TYPE, "{order: 98}"]
     goal = shared_ros.spawn(line)

@@ -51,6 +51,9 @@ def test_list_shows_names_types_counts_and_endpoints(ros):
 def test_an_empty_graph_is_an_empty_list(ros):
     done = ros.run("topic list")
     assert (done.stdout, done.stderr, done.returncode) == ("", "", 0)
+    for verb in ("hz", "bw"):
+        done = ros.run(f"topic {verb} --all")
+        assert (done.stdout, done.stderr, done.returncode) == ("No topics available\n", "", 0)
 
 
 def test_info_counts_and_describes_endpoints(ros):

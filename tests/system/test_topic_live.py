@@ -37,6 +37,7 @@ def two_talkers(ros):
 def test_bw_of_many_topics_is_a_table(ros):
     two_talkers(ros)
     meter = ros.spawn("topic bw --all")
+    meter.wait_for_line(r"^Subscribing to all [34] available topics\.\.\.$")
     meter.wait_for_line(r"^topic +bandwidth +window +mean +min +max *$")
     meter.wait_for_line(r"^/fast +\d+ B/s +\d+ +14 B +14 B +14 B *$")
 

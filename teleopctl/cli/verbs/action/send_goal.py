@@ -184,7 +184,11 @@ class _Exchange:
         return f"No server of '{name}' yet. {what_there_is('actions', [name], served, served)}"
 
     def _follow(self, sent: "ResponseFuture[ClientGoalHandle[Any]]") -> int:
-        self._wait(sent, None)
+        # Without a wait for the result the acceptance is waited for all the same.
+        if not self._wait(sent, self._timeout_s or None):
+            raise UnavailableError(
+                f"Timed out waiting for goal acceptance after {self._timeout_s:g} seconds."
+            )
         handle = sent.result()
         assert handle is not None
         if not handle.accepted:

@@ -58,6 +58,8 @@ def measure_bandwidth(
         ),
         use_sim_time=use_sim_time,
     )
+    if all_topics and not listener.announce_all(as_json=as_json):
+        return
     sizes = {topic: BandwidthWindow(window) for topic in listener.topics}
     are_several = len(listener.topics) > 1
     lock = threading.Lock()

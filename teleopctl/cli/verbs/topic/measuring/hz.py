@@ -62,6 +62,8 @@ def measure_rate(
         ),
         use_sim_time=use_sim_time and not wall_time,
     )
+    if all_topics and not listener.announce_all(as_json=as_json):
+        return
     rates = _Rates(listener.topics, window)
     wanted = filter_predicate(filter_expression) if filter_expression else None
 

@@ -63,6 +63,8 @@ class Listener:
     ) -> None:
         if not names and not every:
             raise UsageError("Name a topic, or measure all of them with --all")
+        if names and every:
+            raise UsageError("Cannot specify both --all/-a and topic names")
         graph = graph_or_router()
         live = [name for name, _ in graph.topic_names_and_types(include_hidden=not every)]
         self.topics = live if every else expanded(names, live, kind="topic")
@@ -77,6 +79,15 @@ class Listener:
             warn_unpublished(topic)
             if hint := did_you_mean(topic, live):
                 console.note(f"  {hint}")
+
+    def announce_all(self, *, as_json: bool) -> bool:
+        """Say that all topics are listened to; False, which is said too, where there is none."""
+        if not self.topics:
+            say = console.note if as_json else console.out
+            say("No topics available")
+        elif not as_json:
+            console.out(f"Subscribing to all {len(self.topics)} available topics...")
+        return bool(self.topics)
 
     def run(
         self,
