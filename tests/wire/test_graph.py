@@ -209,6 +209,22 @@ def test_a_graph_that_is_too_large_for_a_peer_is_told_as_far_as_it_goes(world, r
     assert asking.stdout == "{50}\n"
 
 
+def test_what_the_session_has_taken_back_is_not_believed_of_a_late_word(world):
+    """Zenoh tells a session of its own tokens as well, some of them when they have gone."""
+    session = world.open("peer")
+    watcher = GraphWatcher(session, DOMAIN)
+    gone, kept = (node(name, zid=str(session.zid()), nid=n) for n, name in enumerate("ab"))
+    world.declare(session, gone)
+    assert watcher.snapshot().node_names() == ["/a"]
+    watcher.withdrawn(format_token(gone))
+    assert watcher.snapshot().node_names() == []
+    late: Any = SimpleNamespace(key_expr=format_token(gone), kind=zenoh.SampleKind.PUT)
+    watcher._hear_own(late)
+    world.declare(session, kept)
+    assert watcher.snapshot().node_names() == ["/b"]
+    watcher.close()
+
+
 def test_the_domain_of_the_environment_is_the_default(world, ros):
     world.declare(world.open("peer"), node()._replace(domain=ros.domain))
     watcher = GraphWatcher(world.open("client"))
