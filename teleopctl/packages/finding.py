@@ -98,6 +98,11 @@ def list_packages() -> list[Package]:
     return listed
 
 
+def source_packages() -> list[Package]:
+    """Return the packages that lie in folders with a ``package.xml``, as they were found."""
+    return [package for layers in _source_packages().values() for package in layers]
+
+
 def faults_of_search() -> list[str]:
     """Say which folders with a ``package.xml`` are no packages, and which searches were cut off."""
     from teleopctl.packages.source_folders import find_package_folders

@@ -9,19 +9,26 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from teleopctl.packages.finding import known_layers
+from teleopctl.packages.finding import known_layers, source_packages
 from teleopctl.packages.prefixes import python_folders
 from teleopctl.packages.records import INSTALLED, SOURCES, Package
 
 
 def source_module_root(name: str) -> Path | None:
-    """Return the folder to import a package's module from, of sources; None where it has none.
+    """Return the folder of sources to import a module from; None where no package has it.
+
+    Most modules have the name of their package, but ``ament_python_install_package`` and
+    ``setup.py`` install any.
 
     Raises:
         SystemFailureError: That needs a folder of links, which cannot be written.
     """
-    for package in known_layers(name):
-        if package.kind == SOURCES and (root := _root(package)) is not None:
+    named = [package for package in known_layers(name) if package.kind == SOURCES]
+    for package in named:
+        if (root := _root(name, package)) is not None:
+            return root
+    for package in source_packages():
+        if package not in named and (root := _declared_root(name, package)) is not None:
             return root
     return None
 
@@ -34,15 +41,28 @@ def installed_module_roots(name: str) -> tuple[Path, ...]:
     return ()
 
 
-def _root(package: Package) -> Path | None:
+def _root(name: str, package: Package) -> Path | None:
+    for root in (package.folder, package.folder / "src"):
+        if (root / name / "__init__.py").is_file() or (root / f"{name}.py").is_file():
+            return root
+    return _root_by_cmake(name, package.folder)
+
+
+def _declared_root(name: str, package: Package) -> Path | None:
+    """As `_root`, of a module of another name than the package's: only of what it installs."""
+    folder = package.folder
+    if (folder / "setup.py").is_file():
+        for root in (folder, folder / "src"):
+            if (root / name / "__init__.py").is_file():
+                return root
+    return _root_by_cmake(name, folder)
+
+
+def _root_by_cmake(name: str, folder: Path) -> Path | None:
     from teleopctl.packages.cmake_script import installation
     from teleopctl.packages.installed_layout import linked_module
     from teleopctl.packages.source_folders import text_of
 
-    name, folder = package.name, package.folder
-    for root in (folder, folder / "src"):
-        if (root / name / "__init__.py").is_file() or (root / f"{name}.py").is_file():
-            return root
     text = text_of(folder / "CMakeLists.txt")
     if text is None or "ament_python_install_package" not in text:
         return None

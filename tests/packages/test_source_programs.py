@@ -5,7 +5,7 @@ import sys
 import pytest
 
 from teleopctl.errors import NotFoundError
-from teleopctl.packages import find_executable
+from teleopctl.packages import find_executable, source_module_root
 from teleopctl.packages.cmake_script import installation
 from teleopctl.packages.source_programs import executables
 from tests.packages.prefix import write
@@ -155,3 +155,20 @@ def test_links_to_folders_are_followed_once(arm, ros_without_router):
     told = ros.run("pkg list --verbose")
     assert f"arm  {ros.folder}/src/linked  [below the current folder]\n" in told.stdout
     assert told.stderr == ""
+
+
+def test_a_module_is_found_by_its_name_whatever_package_installs_it(tmp_path, monkeypatch):
+    by_cmake, by_setup = tmp_path / "follower", tmp_path / "driver"
+    for folder in (by_cmake, by_setup):
+        write(folder / "package.xml", f"<package><name>{folder.name}</name></package>")
+        write(folder / "helpers/__init__.py", "")
+    write(by_cmake / "CMakeLists.txt", "ament_python_install_package(line_following)\n")
+    write(by_cmake / "line_following/__init__.py", "")
+    write(by_setup / "setup.py", "from setuptools import setup\nsetup(packages=['motor'])\n")
+    write(by_setup / "src/motor/__init__.py", "")
+    monkeypatch.setenv("TELEOPCTL_PACKAGE_PATH", str(tmp_path))
+
+    assert source_module_root("line_following") == by_cmake
+    assert source_module_root("motor") == by_setup / "src"
+    assert source_module_root("helpers") == by_setup, "nothing installs the other one"
+    assert source_module_root("numpy") is None
