@@ -69,6 +69,7 @@ if TYPE_CHECKING:
     from teleopctl.robot.scene.world_file import (
         World as World,
         find_world as find_world,
+        is_world as is_world,
         read_world as read_world,
         read_world_text as read_world_text,
     )
@@ -155,7 +156,7 @@ else:
             "scene.scene": "Scene SceneBody SceneInertial SceneJoint SceneLight SceneModel "
             "ScenePose SceneShape",
             "scene.sdf_includes": "gazebo_models",
-            "scene.world_file": "World find_world read_world read_world_text",
+            "scene.world_file": "World find_world is_world read_world read_world_text",
             "xacro_file": "ExpandedXacro expand_xacro read_xacro",
         },
     )

@@ -16,8 +16,10 @@ from teleopctl.robot import (
     described_controllers,
     in_files,
     in_words,
+    is_world,
     model_kind,
     read_model,
+    read_world,
     simulated,
     unknown_tags,
     with_mesh_paths,
@@ -45,7 +47,7 @@ class RobotReport:
 
     Attributes:
         file: The file.
-        kind: ``urdf``, ``sdf`` or ``mjcf``.
+        kind: ``urdf``, ``sdf`` or ``mjcf``; ``world`` for what is none, but stands around one.
         error: Why it is no robot; None where it is one.
         refusal: Why it cannot be simulated; None where it can.
         description: The robot, where it is one.
@@ -61,6 +63,8 @@ class RobotReport:
         driven: What its controllers made of it, where it stood before.
         frames: Its frames, likewise.
         places: Where the lines of its text were written, if not in that file.
+        things: What stands and lies in a world, by name, and whether it moves freely.
+        world: What a world calls itself.
     """
 
     file: Path
@@ -80,6 +84,8 @@ class RobotReport:
     driven: Driven | None = None
     frames: Frames | None = None
     places: Mapping[int, tuple[Path, int]] = field(default_factory=dict)
+    things: dict[str, bool] = field(default_factory=dict)
+    world: str = ""
 
     @property
     def fault(self) -> str:
@@ -119,6 +125,8 @@ def check_robot(
         The report; what is wrong with the file stands in it.
     """
     report = RobotReport(file, model_kind(file))
+    if is_world(file):
+        return _of_world(RobotReport(file, "world"))
     own = {name: value for name, value in arguments.items() if name not in _OF_THE_LAUNCH}
     try:
         read = read_model(file, own, places=True)
@@ -157,6 +165,23 @@ def check_robot(
     if simulate_s:
         report.trial = try_out(robot, simulate_s)
         _see_motion(report, robot, arguments, choose)
+    return report
+
+
+def _of_world(report: RobotReport) -> RobotReport:
+    """See what a world has, with nobody in it."""
+    from teleopctl.mujoco_model import build_model
+
+    nobody = RobotDescription.from_urdf('<robot name="nobody"><link name="world"/></robot>')
+    try:
+        world = read_world(report.file)
+        model = build_model(nobody, world=world)
+    except TeleopctlError as error:
+        report.error = f"{error.message} ({error.hint})" if error.hint else error.message
+        return report
+    report.world = world.name
+    report.things = {thing.name: bool(thing.joint) for thing in model.things}
+    report.without_effect = list(model.warnings)
     return report
 
 

@@ -18,6 +18,7 @@ from lxml import etree
 from teleopctl.errors import InvalidDescriptionError, NotFoundError, UnknownFormatError
 from teleopctl.robot.description import RobotDescription
 from teleopctl.robot.elements import Element, parse, parse_file
+from teleopctl.robot.formats.model_file import model_kind
 from teleopctl.robot.formats.source_lines import Places
 from teleopctl.robot.repair import repair_urdf
 from teleopctl.robot.scene.scene import Scene
@@ -80,6 +81,17 @@ def find_world(uri: str, folder: Path) -> Path:
         return model_file(find_file(uri, folder)).absolute()
     except NotFoundError as error:
         raise NotFoundError(f"World {uri} is not found: {error.message}") from error
+
+
+def is_world(path: Path) -> bool:
+    """Whether a file is a world and cannot be a robot: YAML of ours, or SDF with more than one."""
+    if path.suffix.lower() in _YAML:
+        return True
+    try:
+        world = read_world(path) if model_kind(path) == "sdf" else None
+    except InvalidDescriptionError:
+        return False  # who reads it as a robot says what is wrong
+    return world is not None and world.scene is not None and not world.scene.is_model
 
 
 def read_world(path: Path) -> World:

@@ -317,3 +317,31 @@ def test_what_a_robot_of_sdf_says_in_vain_is_told_with_its_own_lines(
     assert found["without_effect"] == [
         f"<updat_rate> of sensor 's' ({file}:3) is unknown (is it update_rate?)"
     ]
+
+
+def test_a_world_is_told_by_what_is_in_it_and_what_it_says_in_vain(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    ours = tmp_path / "kitchen.yaml"
+    ours.write_text(
+        "things:\n  table: {shape: table, size: [1, 1, 1]}\n"
+        "  cube: {shape: box, size: [1, 1, 1], at: [0, 0, 3], mass: 1}\n"
+    )
+    assert main.run(["robot", "check", str(ours)]) == 0
+    assert capsys.readouterr().out.splitlines() == [
+        "world name is: kitchen",
+        "2 things, 1 moving freely: table, cube",
+        f"It compiles; sim.yaml world:={ours} puts a robot into it",
+    ]
+    ours.write_text("things:\n  table: {shape: table, size: [1, 1, 1], heigth: 3}\n")
+    assert main.run(["robot", "check", str(ours)]) == 1
+    assert "kitchen.yaml:2: 'table' has no 'heigth'" in capsys.readouterr().err
+
+    file = tmp_path / "hall.sdf"
+    model = '<model name="{}"><static>1</static>\n<link name="l"><glow/></link></model>'
+    models = model.format("a") + model.format("b")
+    file.write_text(f'<sdf version="1.9"><world name="hall">{models}</world></sdf>')
+    assert main.run(["robot", "check", str(file), "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert (found["kind"], found["name"], found["links"]) == ("world", "hall", ["a", "b"])
+    assert found["without_effect"] == [f"{file}:2, 3: <glow> in <link> is unknown"]

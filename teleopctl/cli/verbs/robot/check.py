@@ -95,6 +95,9 @@ def check(
 
 def _print(report: "RobotReport") -> None:
     description = report.description
+    if report.error is None and report.kind == "world":
+        console.out_lines(_of_world(report))
+        return
     if report.error is not None or description is None:
         console.note(f"ERROR: Model Parsing the {report.kind} failed: {report.error}")
         return
@@ -105,6 +108,24 @@ def _print(report: "RobotReport") -> None:
     console.out_lines(_tree(report, description.root, 2))
     console.out()
     console.out_lines(_summary(report))
+
+
+def _of_world(report: "RobotReport") -> "Iterator[str]":
+    yield f"world name is: {report.world}"
+    moving = sum(report.things.values())
+    count = len(report.things)
+    counted = f"{count} thing{'s' if count != 1 else ''}, {moving} moving freely"
+    yield f"{counted}: {', '.join(report.things)}" if count else counted
+    yield from _told(report)
+    yield f"It compiles; sim.yaml world:={report.file} puts a robot into it"
+
+
+def _told(report: "RobotReport") -> "Iterator[str]":
+    for attribute, title in _TITLES.items():
+        sentences = getattr(report, attribute)
+        if sentences:
+            yield f"{title}:"
+            yield from (f"  {sentence}" for sentence in sentences)
 
 
 def _tree(report: "RobotReport", link: str, level: int) -> "Iterator[str]":
@@ -147,11 +168,7 @@ def _summary(report: "RobotReport") -> "Iterator[str]":
             yield f"  {part.name}: commands {commands}; states {states}"
     for name, kind in report.controllers.items():
         yield f"Controller {name}: {kind}"
-    for attribute, title in _TITLES.items():
-        sentences = getattr(report, attribute)
-        if sentences:
-            yield f"{title}:"
-            yield from (f"  {sentence}" for sentence in sentences)
+    yield from _told(report)
     if report.refusal is not None:
         yield f"Not simulated: {report.refusal}"
     elif report.trial is None:

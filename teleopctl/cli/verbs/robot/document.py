@@ -20,9 +20,9 @@ def document(report: "RobotReport") -> console.Json:
         "error": report.error,
         "refusal": report.refusal,
         "fault": report.fault or None,
-        "name": None if description is None else description.name,
+        "name": report.world or None if description is None else description.name,
         "root": None if description is None else description.root,
-        "links": [] if description is None else list(description.links),
+        "links": list(report.things if description is None else description.links),
         "joints": []
         if description is None
         else [
