@@ -296,8 +296,10 @@ def _place(xacro: ModuleType, path: Path, expression: str | None) -> str:
     if expression:
         with contextlib.suppress(OSError, UnicodeDecodeError):
             lines = file.read_text(encoding="utf-8").splitlines()
-            meant = f"${{{expression}}}"
-            numbers = [n for n, line in enumerate(lines, 1) if meant in unescape(line)]
+            meant = f"${{{expression}}}", f"$(eval {expression})"
+            numbers = [
+                n for n, line in enumerate(lines, 1) if any(m in unescape(line) for m in meant)
+            ]
             if len(numbers) == 1:
                 return f"{file}:{numbers[0]}"
     return str(file)

@@ -97,10 +97,19 @@ class BoundedPython:
             ExpressionError: It takes too long, or becomes too large.
         """
         names.update(__builtins__=self._builtins)
-        return self._evaluate(_compiled(text.strip(), inner=True), names, local)
+        try:
+            return self._evaluate(_compiled(text.strip(), inner=True), names, local)
+        except ExpressionError as error:
+            # In xacro's words, which it has for ${…} alone.
+            raise ExpressionError(f"{error}\nwhen evaluating expression '{text}'") from error
 
     def _evaluate(self, code: CodeType, names: dict[str, Any], local: Any) -> Any:
-        value = eval(code, names, local)  # noqa: S307 - that is what xacro files are
+        try:
+            value = eval(code, names, local)  # noqa: S307 - that is what xacro files are
+        except RecursionError as error:
+            if any(isinstance(part, CodeType) for part in code.co_consts):
+                raise ExpressionError("a function of it calls itself without end") from error
+            raise  # it is files or macros that do
         _size(value)
         return value
 
