@@ -214,20 +214,20 @@ def test_a_server_whose_only_thread_is_at_the_goal_is_waited_for(shared_ros, ser
 
 def test_echo_shows_states_and_feedback_with_their_interface(shared_ros, action):
     action("send_goal", "/fib", TYPE, "{order: 2}")
-    echo = shared_ros.spawn(["action", "echo", "/fib", "--json", "-i", "FEEDBACK|STATUS"])
-    text = shared_ros.spawn(["action", "echo", "/fib", "-i", "STATUS", "--flow-style"])
+    echo = shared_ros.spawn(["action", "echo", "/fib", "--json", "-i", "feedback_topic | STATUS"])
+    text = shared_ros.spawn(["action", "echo", "/fib", "-i", "STATUS_TOPIC", "--flow-style"])
     # The states are latched, so that it is known when both listen.
-    latched = json.loads(echo.wait_for_line('"STATUS"').string)
+    latched = json.loads(echo.wait_for_line('"STATUS_TOPIC"').string)
     assert 4 in [entry["status"] for entry in latched["message"]["status_list"]]
-    text.wait_for_line("^interface: STATUS$")
+    text.wait_for_line("^interface: STATUS_TOPIC$")
     text.wait_for_line("^---$")
     eventually(lambda: "Action clients: 1" in action("info", "/fib")[1], what="its listening")
     action("send_goal", "/fib", TYPE, "{order: 2}")
-    feedback = json.loads(echo.wait_for_line('"FEEDBACK"').string)
+    feedback = json.loads(echo.wait_for_line('"FEEDBACK_TOPIC"').string)
     assert feedback["message"]["feedback"] == {"sequence": [0, 1, 1]}
     status, _, error = action("echo", "/fib", "-i", "FEEDBACK|NEWS")
     assert status == 2
-    assert "There is no interface NEWS" in error
+    assert error.startswith('teleopctl: "NEWS" is incorrect interface name.\n')
 
 
 def test_a_server_that_goes_away_ends_the_wait(shared_ros, server):

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from teleopctl.cli import main
+from teleopctl.interfaces import get_service
 from teleopctl.testing import eventually
 
 PROGRAM = Path(__file__).with_name("introspected_service.py")
@@ -140,4 +141,17 @@ def test_it_is_said_where_nobody_introspects_a_service(shared_ros, server):
     echo.wait_for_line(
         "^No publishers on topic '/adder/get_parameters/_service_event'; "
         r"is service introspection on the client or server enabled\?$"
+    )
+
+
+def test_an_answer_that_does_not_come_is_given_up_in_time(shared_ros):
+    kind = get_service("std_srvs/srv/Trigger")
+    # Nobody spins the node, so that the request waits for ever.
+    mute = shared_ros.node.create_service(kind, "/mute", lambda *_: pytest.fail("it is answered"))
+    done = shared_ros.run("service call --timeout 0.2 /mute std_srvs/srv/Trigger")
+    shared_ros.node.destroy_service(mute)
+    assert done.stdout == "requester: making request: std_srvs.srv.Trigger_Request()\n\n"
+    assert (done.stderr, done.returncode) == (
+        "teleopctl: Timed out waiting for response from service /mute (timeout: 0.2s)\n",
+        1,
     )

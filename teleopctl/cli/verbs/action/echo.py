@@ -40,7 +40,7 @@ from teleopctl.node import (
 )
 from teleopctl.typed import Annotated, Any
 
-_INTERFACES = ("GOAL_SERVICE", "CANCEL_SERVICE", "RESULT_SERVICE", "FEEDBACK", "STATUS")
+_INTERFACES = ("GOAL_SERVICE", "CANCEL_SERVICE", "RESULT_SERVICE", "FEEDBACK_TOPIC", "STATUS_TOPIC")
 
 
 def echo(
@@ -115,12 +115,24 @@ def echo(
 
 
 def _chosen(interfaces: str | None) -> frozenset[str]:
-    chosen = frozenset(interfaces.split("|")) if interfaces else frozenset(_INTERFACES)
-    if unknown := sorted(chosen.difference(_INTERFACES)):
-        raise UsageError(
-            f"There is no interface {', '.join(unknown)}", hint=f"One of {', '.join(_INTERFACES)}."
+    if interfaces is None:
+        return frozenset(_INTERFACES)
+    if not interfaces:
+        raise UsageError("Input action interface name is empty.")
+    chosen = set()
+    for word in interfaces.split("|"):
+        name = word.strip().upper()
+        # FEEDBACK and STATUS are what earlier versions call them.
+        found = next(
+            (each for each in _INTERFACES if name in (each, each.split("_TOPIC")[0])), None
         )
-    return chosen
+        if found is None:
+            raise UsageError(
+                f'"{word.strip()}" is incorrect interface name.',
+                hint=f"One of {', '.join(_INTERFACES)}.",
+            )
+        chosen.add(found)
+    return frozenset(chosen)
 
 
 # Any, here and below: the messages of whatever action it is.
@@ -137,8 +149,8 @@ def _topics(action: Any) -> dict[str, tuple[str, type[Any], QoSProfile]]:
         "GOAL_SERVICE": events("send_goal", services[0]),
         "CANCEL_SERVICE": events("cancel_goal", services[1]),
         "RESULT_SERVICE": events("get_result", services[2]),
-        "FEEDBACK": ("feedback", parts.FeedbackMessage, QoSProfile(depth=10)),
-        "STATUS": ("status", parts.GoalStatusMessage, qos_profile_action_status_default),
+        "FEEDBACK_TOPIC": ("feedback", parts.FeedbackMessage, QoSProfile(depth=10)),
+        "STATUS_TOPIC": ("status", parts.GoalStatusMessage, qos_profile_action_status_default),
     }
 
 
@@ -146,7 +158,7 @@ def _print(interface: str, message: Any, style: TextStyle, *, csv: bool, as_json
     if as_json:
         console.out_json({"interface": interface, "message": json_value(message)}, compact=True)
     elif csv:
-        console.out(f"{interface},{style.csv(message)}")
+        console.out(f"interface: {interface}\n{style.csv(message)}")
     else:
         write = style.event if interface.endswith("_SERVICE") else style.yaml
         text = write(message)

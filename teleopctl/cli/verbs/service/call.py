@@ -93,7 +93,8 @@ def call(
                 response = client.call_async(request).wait_for_response(timeout)
                 if response is None:
                     raise UnavailableError(
-                        f"'{client.service_name}' did not answer within {timeout:g} s"
+                        f"Timed out waiting for response from service {client.service_name} "
+                        f"(timeout: {timeout}s)"
                     )
                 if as_json:
                     console.out_json(message_to_dict(response), compact=True)
