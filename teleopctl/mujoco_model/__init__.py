@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from teleopctl.mujoco_model.cameras import CameraModel as CameraModel
     from teleopctl.mujoco_model.drives import (
-        SPEED_LAG_S as SPEED_LAG_S,
-        SPEED_STIFFNESS as SPEED_STIFFNESS,
+        DRIVE_RAD_S as DRIVE_RAD_S,
         compensated_bodies as compensated_bodies,
         drive_name as drive_name,
         lifting_efforts as lifting_efforts,
@@ -47,8 +46,7 @@ else:
         {
             "cameras": "CameraModel",
             "drives": (
-                "SPEED_LAG_S SPEED_STIFFNESS compensated_bodies drive_name lifting_efforts "
-                "motor_name rotors_told"
+                "DRIVE_RAD_S compensated_bodies drive_name lifting_efforts motor_name rotors_told"
             ),
             "free_bodies": "FreeBody free_root",
             "joints": "JointSpec",

@@ -2,11 +2,11 @@
 
 A drive is what sits in a real position servo. Its set-point moves in a straight line from one
 command to the next during one control period, as a drive in cyclic synchronous position mode
-does it, never faster than the joint's velocity limit; a stiff, critically damped spring pulls
-the joint to the set-point, its damper at the difference of their speeds, so that the joint does
-not lag; the force that gravity asks for is fed forward, out of the same limited effort. So an
-unloaded joint comes to rest on its command exactly, while a load, a push or a limit reached are
-felt as they would be on the robot.
+does it, never faster than the joint's velocity limit, and to a position that is far away no
+harder than it can brake; a stiff, critically damped spring pulls the joint to the set-point, its
+damper at the difference of their speeds, so that the joint does not lag; the force that gravity
+asks for is fed forward, out of the same limited effort. So an unloaded joint comes to rest on its
+command exactly, while a load, a push or a limit reached are felt as they would be on the robot.
 
 In MuJoCo's terms: an actuator with an integrator for its set-point (`intvelocity`), whose input
 is the set-point's velocity; MuJoCo itself integrates it in every physics step. A velocity
@@ -29,17 +29,11 @@ if TYPE_CHECKING:
     from teleopctl.mujoco_model.joints import JointSpec
     from teleopctl.robot import JointLimits, Mimic
 
-# Natural frequency of a joint on its drive, rad/s. At 1 ms steps that is 0.1 rad per step, far
-# inside what the integrator bears even where a pose lowers the joint's inertia tenfold.
-_STIFFNESS_RAD_S = 100.0
+DRIVE_RAD_S = 100.0
+"""Natural frequency (rad/s) of a joint on its drive as it is built, in the model's own pose.
 
-# On a velocity command the spring is weak, its damper the same: the joint takes up a new speed as
-# a first-order system with the fast one of the two poles, 195 and 5 rad/s; the slow one removes
-# what a load leaves. At equal poles, joints that shake one another would overshoot by 4 %.
-_SLOW_POLE_RAD_S = 5.0
-_FAST_POLE_RAD_S = 2.0 * _STIFFNESS_RAD_S - _SLOW_POLE_RAD_S
-SPEED_STIFFNESS = _SLOW_POLE_RAD_S * _FAST_POLE_RAD_S / _STIFFNESS_RAD_S**2
-SPEED_LAG_S = 1.0 / _FAST_POLE_RAD_S
+`teleopctl.sim.drives` tunes it for the pose, and faster where commands come often.
+"""
 
 # A geared motor at full effort brings its own rotor to this acceleration, rad/s^2 (m/s^2 for a
 # prismatic joint): the order of what robot arms have. It gives the rotor inertia that the joint
@@ -224,7 +218,7 @@ def _add_drive(spec: mujoco.MjSpec, joint: JointSpec, inertia: float) -> None:
     drive = spec.add_actuator(
         name=drive_name(joint.name), target=joint.name, trntype=mujoco.mjtTrn.mjTRN_JOINT
     )
-    drive.set_to_intvelocity(kp=inertia * _STIFFNESS_RAD_S**2, kv=2.0 * inertia * _STIFFNESS_RAD_S)
+    drive.set_to_intvelocity(kp=inertia * DRIVE_RAD_S**2, kv=2.0 * inertia * DRIVE_RAD_S)
     limits = joint.limits
     if math.isfinite(limits.velocity):
         drive.ctrllimited = True

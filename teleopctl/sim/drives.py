@@ -13,12 +13,13 @@ import numpy as np
 import numpy.typing as npt
 
 from teleopctl.mujoco_model import (
-    SPEED_LAG_S,
-    SPEED_STIFFNESS,
+    DRIVE_RAD_S,
     compensated_bodies,
     drive_name,
     motor_name,
 )
+from teleopctl.sim.state.set_points import fed_speed, lost_distance, way_there
+from teleopctl.sim.state.tuning import MovedInertia, drive_rates
 
 if TYPE_CHECKING:
     import mujoco
@@ -29,21 +30,27 @@ Array = npt.NDArray[np.float64]
 
 _POSITION, _VELOCITY, _EFFORT = range(3)
 
+# On a velocity command the spring is weak, its damper the same: the joint takes up a new speed as
+# a first-order system with the fast one of the two poles; the slow one (rad/s) removes what a load
+# leaves. At equal poles, joints that shake one another would overshoot by 4 %.
+_SLOW_POLE_RAD_S = 5.0
+
 # The shortest time in which a joint on a velocity command brakes before its limits, in seconds:
 # two time constants of its drive.
 _BRAKING_S = 0.01
 
 # What a drive remembers from one period to the next.
 _STATE = (
-    "_mode",
-    "_target",
-    "_wanted_speed",
-    "_setpoint",
-    "_setpoint_speed",
-    "_fed_forward",
-    "_planned_target",
-    "_stiffness",
+    *("_mode", "_target", "_wanted_speed", "_setpoint", "_setpoint_speed", "_speed_before"),
+    *("_fed_forward", "_planned_target", "_stiffness", "_inertia", "_tuned_at"),
 )
+
+# A drive is tuned anew when joints have moved so far (rad or m): a joint's inertia then differs by
+# a few percent at most.
+_TUNED_WITHIN = 0.05
+
+# So that a joint of no effort has a way to go (N m or N).
+_LEAST_EFFORT = 1e-6
 
 # Closer than this (rad or m) a set-point has arrived.
 _ARRIVED = 1e-9
@@ -102,12 +109,19 @@ class Drives:
         self._gain = np.array(m.actuator_gainprm[self._drive])
         self._bias = np.array(m.actuator_biasprm[self._drive])
         self._limited = np.array(m.actuator_actlimited[self._drive], dtype=bool)
-        self._damping: Array = -self._bias[:, 2]
+        self._rate = rate = drive_rates(self._accepts[_POSITION], period_s, m.opt.timestep)
+        fast_pole = 2.0 * rate - _SLOW_POLE_RAD_S
+        # Of the spring on a velocity command, as a part of the other one.
+        self._speed_stiffness = _SLOW_POLE_RAD_S * fast_pole / rate**2
+        self._speed_lag_s = 1.0 / fast_pole
+        # What turns without end is a wheel: its pose changes nothing.
+        self._posed = np.isfinite(self._lower) & np.isfinite(self._upper)
+        self._moved = MovedInertia(
+            m, joints, list(self._drive_of), self._gain[:, 0] / DRIVE_RAD_S**2
+        )
         # What the joint itself loses to its bearings at 1 rad/s, which a drive is tuned to.
         self._drag: Array = np.array(m.dof_damping[self._dof])
         self._effort: Array = np.array([joint.limits.effort for joint in driven])
-        # The change of speed that the damper alone answers with all the joint's effort.
-        self._speed_step: Array = self._effort / self._damping
         roots = [m.body(name).id for name in others]
         self._own = ~np.isin(m.body_rootid, roots)
         self._weightless = np.zeros(0, dtype=int)
@@ -134,10 +148,14 @@ class Drives:
         self._wanted_speed = np.zeros(count)
         self._setpoint: Array = np.array(self._target)
         self._setpoint_speed: Array = np.zeros(count)
+        self._speed_before: Array = np.zeros(count)
         self._fed_forward: Array = np.zeros(count)
         self._planned_target: Array = np.array(self._target)
-        self._stiffness: Array = np.array(self._gain[:, 0])
         self._d.act[self._act] = self._setpoint
+        self._tuned_at: Array = np.array(self._d.qpos[self._qpos])
+        self._inertia = self._moved.at(self._d)
+        self._tune()
+        self._stiffness: Array = np.array(self._gain[:, 0])
         self._apply_modes()
 
     def moved_to(self, model: mujoco.MjModel, data: mujoco.MjData, others: Iterable[str]) -> Drives:
@@ -152,6 +170,7 @@ class Drives:
         moved.leave_alone(self._m.body(body).name for body in self._weightless)
         for name in _STATE:
             setattr(moved, name, getattr(self, name))
+        moved._tune()
         moved._apply_modes()
         return moved
 
@@ -165,6 +184,7 @@ class Drives:
             setattr(self, name, np.array(saved[f"drives{name}"]))
         self._mode = self._mode.astype(int)
         self.settled = False
+        self._tune()
         self._apply_modes()
 
     def apply(
@@ -195,6 +215,7 @@ class Drives:
         by_position = np.isfinite(wanted_position)
         by_velocity = np.isfinite(wanted_velocity) & ~by_position
         by_effort = np.isfinite(wanted_effort) & ~by_position & ~by_velocity
+        self._follow_pose()
         self._set_modes(by_velocity, by_effort)
         self._target[by_position] = np.clip(wanted_position, self._lower, self._upper)[by_position]
         self._wanted_speed[by_velocity] = wanted_velocity[by_velocity]
@@ -209,6 +230,13 @@ class Drives:
     def commandable(self, name: str) -> bool:
         """Whether a joint takes commands."""
         return name in self._drive_of
+
+    def _apply_gains(self) -> None:
+        by_effort = (self._mode == _EFFORT)[:, None]
+        gain, bias = np.array(self._gain), np.array(self._bias)
+        gain[:, 0], bias[:, 1] = self._stiffness, -self._stiffness
+        self._m.actuator_gainprm[self._drive] = np.where(by_effort, 0.0, gain)
+        self._m.actuator_biasprm[self._drive] = np.where(by_effort, 0.0, bias)
 
     @property
     def moving(self) -> bool:
@@ -233,6 +261,35 @@ class Drives:
             ordered[~self._accepts[interface]] = np.nan
         return ordered
 
+    def _follow_pose(self) -> None:
+        """Tune the drives to what they move in the pose of now, where it has changed."""
+        actual = self._d.qpos[self._qpos]
+        if not (np.abs(actual - self._tuned_at) > _TUNED_WITHIN)[self._posed].any():
+            return
+        self._tuned_at, self._inertia = actual, self._moved.at(self._d)
+        self._tune()
+        self._stretch(self._mode, actual)
+        self._apply_gains()
+
+    def _tune(self) -> None:
+        """Work out springs, dampers and accelerations for the inertia that is moved."""
+        self._gain[:, 0] = self._inertia * self._rate**2
+        self._bias[:, 1] = -self._gain[:, 0]
+        self._damping: Array = 2.0 * self._inertia * self._rate
+        self._bias[:, 2] = -self._damping
+        self._acceleration: Array = np.maximum(self._effort, _LEAST_EFFORT) / self._inertia
+        # The change of speed that the damper alone answers with all the joint's effort, or what
+        # that does in a quarter of a period that is not long.
+        at_once = np.maximum(0.5 / self._rate, min(0.25 * self._period_s, 0.5 / DRIVE_RAD_S))
+        self._speed_step: Array = self._acceleration * at_once
+
+    def _stretch(self, mode: npt.NDArray[np.intp], actual: Array) -> None:
+        """Take other springs, stretched so that they carry the same load."""
+        stiffness = self._gain[:, 0] * np.where(mode == _VELOCITY, self._speed_stiffness, 1.0)
+        lead = (self._setpoint - actual) * self._stiffness / stiffness
+        self._setpoint = np.where(stiffness == self._stiffness, self._setpoint, actual + lead)
+        self._stiffness = stiffness
+
     def _set_modes(
         self, by_velocity: npt.NDArray[np.bool_], by_effort: npt.NDArray[np.bool_]
     ) -> None:
@@ -248,21 +305,14 @@ class Drives:
         self._setpoint[from_effort] = now[from_effort]
         released = (mode == _POSITION) & (self._mode != _POSITION)
         self._target[released] = now[released]
-        # The other spring is stretched so that it carries the same load.
-        stiffness = self._gain[:, 0] * np.where(mode == _VELOCITY, SPEED_STIFFNESS, 1.0)
-        lead = (self._setpoint - actual) * self._stiffness / stiffness
-        self._setpoint = np.where(stiffness == self._stiffness, self._setpoint, actual + lead)
-        self._stiffness = stiffness
+        self._stretch(mode, actual)
         self._mode = mode
         self._apply_modes()
 
     def _apply_modes(self) -> None:
         """Switch between drives and motors, and what of the robot's weight the drives carry."""
+        self._apply_gains()
         by_effort = self._mode == _EFFORT
-        gain, bias = np.array(self._gain), np.array(self._bias)
-        gain[:, 0], bias[:, 1] = self._stiffness, -self._stiffness
-        self._m.actuator_gainprm[self._drive] = np.where(by_effort[:, None], 0.0, gain)
-        self._m.actuator_biasprm[self._drive] = np.where(by_effort[:, None], 0.0, bias)
         # The range keeps a position's set-point off the stops; speeds are kept within them instead.
         self._m.actuator_actlimited[self._drive] = self._limited & (self._mode != _VELOCITY)
         motors = self._motor[(self._motor >= 0) & ~by_effort]
@@ -299,10 +349,14 @@ class Drives:
         setpoint[arrived] = self._target[arrived]
         away[arrived] = 0.0
         moving = self._mode == _VELOCITY
-        speed = away / self._period_s
+        fresh = self._target != self._planned_target
+        before = self._setpoint_speed, self._speed_before
+        speed = way_there(
+            away, before[0], fresh, self._max_speed, self._acceleration, self._period_s
+        )
         if moving.any():
-            speed = np.where(moving, self._within_stops(self._wanted_speed), speed)
-        np.clip(speed, -self._max_speed, self._max_speed, out=speed)
+            wanted = self._within_stops(self._wanted_speed)
+            np.copyto(speed, np.clip(wanted, -self._max_speed, self._max_speed), where=moving)
         speed[self._mode == _EFFORT] = 0.0
         if moving.any():
             actual = self._d.qpos[self._qpos]
@@ -313,15 +367,18 @@ class Drives:
             least = -np.clip(self._effort + pull, 0.0, self._effort) / self._stiffness
             lead = np.clip(setpoint - actual, least, most)
             # A change of speed asks for no distance to be made up.
-            lead -= (speed - self._setpoint_speed) * SPEED_LAG_S
+            change = speed - self._setpoint_speed
+            lead -= lost_distance(change, self._speed_lag_s, self._acceleration)
             setpoint[moving] = (actual + lead)[moving]
-        fed = np.where(moving, speed, self._fed_speed(speed, away))
+        arrives = fresh & (np.abs(away - speed * self._period_s) <= 1e-6 * np.abs(away))
+        fed = fed_speed(speed, arrives, self._fed_forward, before, self._speed_step)
+        fed[moving] = speed[moving]
         # The damper pulls at the joint's absolute speed: stretching the spring by
         # damping * speed / stiffness makes that the difference from the set-point's speed.
         stretch = fed * (self._damping + self._drag) / self._stiffness
         self._d.act[self._act] = setpoint + stretch
         self._d.ctrl[self._drive] = speed
-        self._setpoint_speed = speed
+        self._speed_before, self._setpoint_speed = self._setpoint_speed, speed
         self._fed_forward = fed
         self._planned_target[:] = self._target
         self._setpoint = setpoint + speed * self._period_s
@@ -332,22 +389,8 @@ class Drives:
 
     def _within_stops(self, speed: Array) -> Array:
         """Speeds that end at the joints' limits, not beyond them."""
-        rest = self._d.qpos[self._qpos] + self._d.qvel[self._dof] * SPEED_LAG_S
+        rest = self._d.qpos[self._qpos] + self._d.qvel[self._dof] * self._speed_lag_s
         braking = max(self._period_s, _BRAKING_S)
         lowest = np.minimum(self._lower - rest, 0.0) / braking
         highest = np.maximum(self._upper - rest, 0.0) / braking
         return np.clip(speed, lowest, highest)
-
-    def _fed_speed(self, speed: Array, away: Array) -> Array:
-        """What of a set-point's speed on the way to a position is fed forward.
-
-        All of it where positions follow one another as a path, so that the joint does not lag.
-        None towards a position that is not new or that takes more than a period: whoever asks for
-        a jump wants to come to rest at its end, for which the damper has to see the joint's speed.
-        In between, as much more in each period as the damper can answer with the joint's effort.
-        """
-        before = np.where(self._fed_forward * speed > 0.0, self._fed_forward, 0.0)
-        more = np.clip(speed - before, -self._speed_step, self._speed_step)
-        fed = np.where(np.abs(speed) > np.abs(before), before + more, speed)
-        within_reach = np.abs(away) <= self._max_speed * self._period_s * (1.0 + 1e-6)
-        return np.where(within_reach & (self._target != self._planned_target), fed, 0.0)

@@ -23,6 +23,7 @@ from teleopctl.sim.gazebo_plugins.planar_move import PlanarMove
 from teleopctl.sim.mjcf.file_actuators import FileActuators
 from teleopctl.sim.parting import Parting
 from teleopctl.sim.state.joint_states import JointStates
+from teleopctl.sim.state.observing import Observer
 from teleopctl.sim.state.physics import physics_state, put_physics_state, scale_model, wake
 from teleopctl.sim.state.sliding import Physics, turns_by_sliding
 
@@ -52,7 +53,6 @@ class Simulation:
         positions: Joint positions (rad or m) as of the last `read`.
         velocities: Joint velocities (rad/s or m/s) as of the last `read`.
         efforts: What the drives exert (N m or N) as of the last `read`.
-        read: Copies the present joint states into these three.
         free_bodies: What moves freely.
         movers: What moves the robot as topics ask.
         control_period_ns: Time between two control ticks.
@@ -75,7 +75,7 @@ class Simulation:
         self.steps_per_period = -(-control_period_ns // (timestep_ns or model.timestep_ns))
         joints = model.joints
         self._states = states = JointStates(joints, model.weightless)
-        self.joint_names, self.read = states.names, states.read
+        self.joint_names = states.names
         self.positions, self.velocities, self.efforts = states.values
         self._bind(model)
         self._steps = self.resets = self.standing_moves = 0
@@ -94,12 +94,10 @@ class Simulation:
         # Gains, gravity compensation and what may touch change while running: on a copy of its own.
         self._m: Any = copy.copy(model.mj_model)
         self._m.opt.timestep = self.control_period_ns * 1e-9 / self.steps_per_period
-        # Sensors are computed when they are read, on a copy: who looks changes nothing.
-        self._m.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_SENSOR
         scale_model(self._m, *self._scales)
         self._d: Any = mujoco.MjData(self._m)
         self._physics = Physics(self._m, slides=turns_by_sliding(model))
-        self._observed: Any = None
+        self._observer = Observer(self._m, self._physics)
         self._troubles = memoryview(self._d.warning.number)  # quicker to read than numpy's
         self._states.bind(self._m, self._d)
         self.free_bodies = FreeBodies(self._m, self._d, model.free_bodies)
@@ -314,21 +312,18 @@ class Simulation:
 
     # --- state ----------------------------------------------------------------------------
 
+    def read(self) -> None:
+        """Copy the present joint states into `positions`, `velocities` and `efforts`."""
+        self._states.read(moving=not self._drives.settled)
+
     def observe(self) -> tuple[mujoco.MjModel, mujoco.MjData]:
         """MuJoCo's model, and a copy of its data with what its sensors measure at this time.
 
         Both are of MuJoCo's own types, which have no static ones. They are good until the next
         step.
         """
-        if self._observed is None:
-            self._observed = mujoco.MjData(self._m)
-        mujoco.mj_copyData(self._observed, self._m, self._d)
-        self._m.opt.disableflags &= ~int(mujoco.mjtDisableBit.mjDSBL_SENSOR)
-        # MuJoCo's own time begins anew at each reset of the state.
-        self._observed.time = self.time_ns * 1e-9
-        self._physics.forward(self._observed)  # what sleeps would touch nothing
-        self._m.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_SENSOR
-        return self._m, self._observed
+        moving = not self._drives.settled
+        return self._m, self._observer.observe(self._d, self.time_ns * 1e-9, moving=moving)
 
     def has_link(self, name: str) -> bool:
         """Whether there is a link of a name."""

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from teleopctl.mujoco_model import lifting_efforts
+from teleopctl.mujoco_model import drive_name, lifting_efforts
 from teleopctl.sim.mjcf.ball_joints import BallJoints
 
 if TYPE_CHECKING:
@@ -43,8 +43,13 @@ class JointStates:
         named = [model.joint(joint.ball or joint.name) for joint in self._joints]
         qpos = [int(joint.qposadr[0]) for joint in named]
         dof = [int(joint.dofadr[0]) for joint in named]
-        self._m, self._d, self._dof = model, data, dof
+        self._m, self._d, self._dofs = model, data, dof
         self._lifted = np.array([model.body(name).id for name in self._weightless], dtype=int)
+        names = {joint.name: drive_name(joint.name) for joint in self._joints if joint.has_drive}
+        self._rows = np.array([r for r, name in enumerate(self.names) if name in names], dtype=int)
+        self._drives = np.array([model.actuator(name).id for name in names.values()], dtype=int)
+        self._dof = np.array(dof, dtype=int)[self._rows]
+        self._limits = np.array([j.limits.effort for j in self._joints if j.has_drive])
         # Views: numpy takes four times as long to copy a few numbers.
         self._copied = [
             (target.data[first:end], source.data[at : at + end - first])
@@ -56,17 +61,38 @@ class JointStates:
             for first, end, at in _runs(places)
         ]
 
-    def read(self) -> None:
-        """Take the present states."""
+    def read(self, *, moving: bool = True) -> None:
+        """Take the present states.
+
+        Args:
+            moving: Whether drives may accelerate anything.
+        """
         for target, source in self._copied:
             target[:] = source
+        if moving and len(self._drives):
+            self._correct_efforts()
         if self._weightless:
             # MuJoCo lifts what has no weight by a force, and counts that as the joints' own.
             lifting = lifting_efforts(self._m, self._d, self._lifted)
             lifting[self._m.jnt_actgravcomp[self._m.dof_jntid] == 0] = 0.0
-            self.efforts -= lifting[self._dof]
+            self.efforts -= lifting[self._dofs]
         if self._balls:
             self._balls.read(self._d, self.positions, self.velocities)
+
+    def _correct_efforts(self) -> None:
+        """Take from efforts what the integrator takes from them.
+
+        MuJoCo works a damper's force out with the speed at the beginning of a step, and in the end
+        lets it act with that at its end, but where a joint is at the limit of its effort.
+        """
+        m, d, drives = self._m, self._d, self._drives
+        damping = m.actuator_biasprm[drives, 2]
+        gained = d.qvel[self._dof] - d.actuator_velocity[drives]
+        efforts = self.efforts[self._rows]
+        free = np.abs(efforts) < self._limits
+        # Where something hits the joint, it may for a step be more than the drive can do.
+        true = np.clip(efforts + damping * gained, -self._limits, self._limits)
+        self.efforts[self._rows] = np.where(free, true, efforts)
 
     def put_balls(self, data: Any, given: Mapping[str, float]) -> None:
         """Turn the balls of which turns are given; a turn that is not given is 0."""

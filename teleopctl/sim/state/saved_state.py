@@ -24,6 +24,8 @@ if TYPE_CHECKING:
 Array = npt.NDArray[np.float64]
 
 _FORMAT = "teleopctl simulation state 1"
+# What files that were written before lack.
+_LATER = ("sliding", "drives_inertia", "drives_tuned_at", "drives_speed_before")
 # No state of a robot comes near it: a million numbers.
 _LONGEST_FILE = 32_000_000
 
@@ -93,7 +95,7 @@ class SavedState:
         if only := next((part for part in here if part not in there), ""):
             raise RefusedError(f"The state is of another model: it lacks the {only}")
         now = simulation.save()
-        values = {"sliding": now["sliding"], **self.values}  # files of before lack that
+        values = {**{name: now[name] for name in _LATER}, **self.values}
         sizes, saved = ({k: v.size for k, v in one.items()} for one in (now, values))
         # Pairs that overlapped come apart, and pushes end.
         for name in {"waiting", "pushes"} & saved.keys():
