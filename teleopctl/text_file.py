@@ -1,8 +1,23 @@
-"""Reading a text file that a person named."""
+"""Reading a text file that a person named, or one that stands for a file that is not there yet."""
 
 from pathlib import Path
 
 from teleopctl.errors import InvalidFileError
+
+_POINTER = b"version https://git-lfs.github.com/"
+
+
+def absence(path: Path) -> str:
+    """What keeps a file from being what its name says, as the end of a sentence; empty for nothing.
+
+    In a clone without Git LFS, large files are pointers to what they are.
+
+    Raises:
+        OSError: It cannot be read.
+    """
+    with path.open("rb") as stream:
+        is_pointer = stream.read(len(_POINTER)) == _POINTER
+    return "is only a pointer of Git LFS: `git lfs pull` fetches it" if is_pointer else ""
 
 
 def read_text(path: Path) -> str:

@@ -15,7 +15,7 @@ import mujoco
 from teleopctl.errors import TeleopctlError
 from teleopctl.mujoco_model.convex import can_decompose, convex_pieces, hull_of, split, touching
 from teleopctl.mujoco_model.cutting import cut_ahead
-from teleopctl.mujoco_model.mesh_content import oversize, read_mesh
+from teleopctl.mujoco_model.mesh_content import read_mesh, unreadable
 from teleopctl.mujoco_model.paint import drawn_by, paint
 from teleopctl.packages import resolve_uri
 
@@ -80,7 +80,7 @@ def _use_file(spec: mujoco.MjSpec, mesh: Any, folder: Path, *, try_each: bool) -
     uri: str = mesh.file
     try:
         path = folder / resolve_uri(uri)
-        too_large = oversize(path)
+        fault_of_file = unreadable(path)
     except TeleopctlError as error:
         return error.message
     except (OSError, ValueError) as error:
@@ -88,8 +88,8 @@ def _use_file(spec: mujoco.MjSpec, mesh: Any, folder: Path, *, try_each: bool) -
         return f"{uri} cannot be read: {reason}"
     if not path.is_file():
         return f"{path} is no file"
-    if too_large is not None:
-        return too_large
+    if fault_of_file is not None:
+        return fault_of_file
     refusal, is_read = None, False
     if path.suffix.lower() in _READ_BY_MUJOCO:
         mesh.file = str(path.absolute())

@@ -19,6 +19,7 @@ import numpy.typing as npt
 from teleopctl.folders import cache_dir
 from teleopctl.mujoco_model.paint import Part, parts_of
 from teleopctl.robot import collada_unit_m
+from teleopctl.text_file import absence
 
 # What MuJoCo's own reader of STL takes.
 _FAR_M = 2.0**30
@@ -50,22 +51,23 @@ class MeshContent:
         return any(part.picture is not None for part in self.parts)
 
 
-def oversize(path: Path) -> str | None:
-    """Why a mesh file is too large to be read, or None.
+def unreadable(path: Path) -> str | None:
+    """Why a mesh file is not to be read, too large or not there yet; None for others.
 
     Raises:
         OSError: It is not there.
     """
     size = path.stat().st_size
     if size <= _LARGEST:
-        return None
+        why = absence(path)
+        return f"{path} {why}" if why else None
     return f"{path} has {size / 1e9:.1f} GB; at most {_LARGEST / 1e9:.0f} GB are read"
 
 
 def read_mesh(path: Path) -> MeshContent | str:
     """Read a mesh file; returns its content, or why that is not possible."""
     try:
-        if (reason := oversize(path)) is not None:
+        if (reason := unreadable(path)) is not None:
             return reason
         kept = _kept_at(path)
         if kept is not None and kept.is_file():

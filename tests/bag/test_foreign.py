@@ -164,3 +164,12 @@ def test_a_char_of_ros_1_has_the_hash_that_ros_2_gives_it(tmp_path):
         (found,) = bag.messages()
     assert found_topic.type_hash == type_hash(name)
     assert deserialize(found.data, get_message(name)).data == 65
+
+
+@pytest.mark.parametrize("name", ["drive.mcap", "drive.db3", "drive.bag", "drive/drive_0.mcap"])
+def test_a_pointer_of_git_lfs_is_told_for_what_it_is(tmp_path, name):
+    file = tmp_path / name
+    file.parent.mkdir(exist_ok=True)
+    file.write_text("version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\nsize 12345\n")
+    with pytest.raises(InvalidFileError, match="only a pointer of Git LFS: `git lfs pull` fetches"):
+        open_bag(file)

@@ -346,3 +346,11 @@ def test_coacd_cuts_an_angle_into_its_two_legs_and_leaves_a_box_whole(
     assert len(pieces) >= 2
     assert 0.07 < sum(hulls) < 0.11
     assert convex.convex_pieces(tmp_path / "box.stl") == []
+
+
+def test_a_mesh_that_git_lfs_has_not_fetched_is_told(tmp_path: Path) -> None:
+    file = tmp_path / "arm.stl"
+    file.write_text("version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\nsize 12345\n")
+    built = build_model(robot(link("a", collision(f'<mesh filename="{file}"/>') + INERTIAL)))
+    why = f"{file} is only a pointer of Git LFS: `git lfs pull` fetches it"
+    assert f"Mesh '{file}' is left out: {why}" in built.warnings

@@ -23,6 +23,7 @@ from teleopctl.bag.metadata import (
 from teleopctl.bag.records import NO_TIME_NS, BagAttachment, BagMessage, BagTopic
 from teleopctl.bag.storage.packed import SUFFIX, ZSTD, require_zstd, unpack_file, unpack_messages
 from teleopctl.errors import InvalidFileError, NotFoundError
+from teleopctl.text_file import absence
 
 if TYPE_CHECKING:
     from teleopctl.bag.storage.sqlite_file import SqliteFileReader
@@ -204,6 +205,13 @@ def _open_file(
     return McapFileReader(file, salvage)
 
 
+def _absence(file: Path) -> str:
+    try:
+        return absence(file)
+    except OSError:
+        return ""  # the reader of its form says what is wrong
+
+
 def _begins_with(file: Path, magic: bytes) -> bool:
     with contextlib.suppress(OSError), file.open("rb") as stream:
         return stream.read(len(magic)) == magic
@@ -309,6 +317,8 @@ class _FilesBag:
 
     def _open(self, file: Path, storage: str | None, *, alone: bool) -> None:
         try:
+            if why := _absence(file):
+                raise InvalidFileError(f"{file} {why}")
             reader = _open_file(self._plain(file), storage, self._salvage)
         except InvalidFileError as error:
             if alone:

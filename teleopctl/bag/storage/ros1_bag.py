@@ -19,6 +19,7 @@ from teleopctl.bag.records import (
 )
 from teleopctl.errors import InvalidFileError
 from teleopctl.interfaces import hash_of_text
+from teleopctl.text_file import absence
 from teleopctl.wire import EndpointQos
 
 if TYPE_CHECKING:
@@ -49,6 +50,8 @@ class Ros1Bag:
         self.remarks: list[str] = []
         self._converters: dict[str, _Converter] = {}
         try:
+            if why := absence(path):
+                raise InvalidFileError(f"{path} {why}")
             self._reader = AnyReader([path])
             self._reader.open()
         except (AnyReaderError, OSError, ValueError) as error:

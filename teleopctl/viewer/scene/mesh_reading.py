@@ -20,6 +20,7 @@ import trimesh
 
 from teleopctl.errors import TeleopctlError
 from teleopctl.robot import collada_unit_m
+from teleopctl.text_file import absence
 from teleopctl.tf import Vector3
 from teleopctl.viewer.scene.drawing import drawable_rows
 from teleopctl.viewer.scene.glb import furnished
@@ -76,6 +77,8 @@ def read_mesh(path: Path, data: bytes | None = None, *, bare: bool = False) -> C
         Exception: Whatever trimesh's readers raise.
     """
     suffix = path.suffix.lower()
+    if data is None and (why := absence(path)):
+        raise _Unusable(why)
     raw = path.read_bytes() if data is None else data
     if suffix == ".stl":
         return _read_stl(raw)
