@@ -3,13 +3,14 @@
 import io
 import json
 import re
+import threading
 from pathlib import Path
 
 import pytest
 
 from teleopctl.cli import main
 from teleopctl.interfaces import get_service
-from teleopctl.testing import eventually
+from teleopctl.testing import LONGEST_WAIT_S, eventually
 
 PROGRAM = Path(__file__).with_name("introspected_service.py")
 TYPE = "example_interfaces/srv/AddTwoInts"
@@ -146,9 +147,15 @@ def test_it_is_said_where_nobody_introspects_a_service(shared_ros, server):
 
 def test_an_answer_that_does_not_come_is_given_up_in_time(shared_ros):
     kind = get_service("std_srvs/srv/Trigger")
-    # Nobody spins the node, so that the request waits for ever.
-    mute = shared_ros.node.create_service(kind, "/mute", lambda *_: pytest.fail("it is answered"))
+    is_over = threading.Event()
+
+    def answer_late(_, response):
+        is_over.wait(LONGEST_WAIT_S)
+        return response
+
+    mute = shared_ros.node.create_service(kind, "/mute", answer_late)
     done = shared_ros.run("service call --timeout 0.2 /mute std_srvs/srv/Trigger")
+    is_over.set()
     shared_ros.node.destroy_service(mute)
     assert done.stdout == "requester: making request: std_srvs.srv.Trigger_Request()\n\n"
     assert (done.stderr, done.returncode) == (
