@@ -19,7 +19,6 @@ unknown.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from difflib import get_close_matches
 from typing import TYPE_CHECKING, Literal, NamedTuple
 
 from teleopctl.robot.elements import to_number
@@ -187,6 +186,8 @@ class Table(Mapping[str, Entry]):
                 yield Finding(element, here, entry)
 
     def _alike(self, above: str, name: str) -> str:
+        from difflib import get_close_matches  # dear, and needed for mistakes alone
+
         names = [path.removeprefix(above).lstrip("/") for path in self._below.get(above, ())]
         return next(iter(get_close_matches(name, names, n=1)), "")
 
