@@ -15,6 +15,8 @@ def absence(path: Path) -> str:
     Raises:
         OSError: It cannot be read.
     """
+    if not path.is_file():
+        return ""  # a pipe has no end to be read from before somebody writes
     with path.open("rb") as stream:
         is_pointer = stream.read(len(_POINTER)) == _POINTER
     return "is only a pointer of Git LFS: `git lfs pull` fetches it" if is_pointer else ""
