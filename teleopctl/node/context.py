@@ -58,6 +58,8 @@ class Context:
         self._on_shutdown: list[Callable[[], None]] = []
         self._on_graph_change: list[Callable[[], None]] = []
         self._graph_changed = threading.Condition()
+        # The texts of the tokens of this process; a dict, which changes as one step.
+        self._announced: dict[str, None] = {}
         self.domain_id = 0
         self._initialize_logging = True
         self._library_logs: LibraryLogs | None = None
@@ -109,6 +111,7 @@ class Context:
             self._session_mode = session_mode
             self._initialize_logging = initialize_logging
             self._ids = itertools.count()
+            self._announced.clear()
             self._ended_by_signal = False
             self._initialized = True
             self._running = True
@@ -173,10 +176,17 @@ class Context:
 
     def announce(self, text: str) -> LivelinessToken:
         """Show something of this process to the graph, by its token."""
-        return self.session.liveliness().declare_token(text)
+        # Before it is there: either a watcher that is being made finds it here, or hears of it.
+        self._announced[text] = None
+        try:
+            return self.session.liveliness().declare_token(text)
+        except BaseException:
+            self._announced.pop(text, None)
+            raise
 
     def withdraw(self, token: LivelinessToken, text: str) -> None:
         """Take a token back; who asks the graph in this process does not see it from now on."""
+        self._announced.pop(text, None)
         token.undeclare()
         if self._watcher is not None:
             self._watcher.withdrawn(text)
@@ -188,6 +198,11 @@ class Context:
         # Asked beside a watcher, an answer may lack tokens; see `query_graph`.
         present = query_graph(self.session, self.domain_id, _FIRST_LOOK_S)
         watcher = GraphWatcher(self.session, self.domain_id, self._tell_graph_change)
+        # What the session declared before, Zenoh 1.10 now and then tells a moment later.
+        for text in tuple(self._announced):
+            watcher.announced(text)
+            if text not in self._announced:
+                watcher.withdrawn(text)
         # One's own grow meanwhile, and would stand for others that are not heard of yet.
         own = str(self.session.zid())
 

@@ -98,6 +98,15 @@ class GraphWatcher:
             )
             return not self._closed and bool(satisfied)
 
+    def announced(self, text: str) -> None:
+        """Know at once of a token that the session has declared itself."""
+        token = parse_token(text)
+        with self._changed:
+            if token is None or text in self._own_gone or text in self._tokens:
+                return
+            self._add(text, token)
+        self._tell()
+
     def withdrawn(self, text: str) -> None:
         """Know at once that the session has taken one of its own tokens back.
 
@@ -150,14 +159,17 @@ class GraphWatcher:
                 # No token is declared twice: a session numbers what it declares.
                 if text in self._own_gone:
                     return
-                self._tokens[text] = token
-                if isinstance(token, EndpointToken):
-                    self._by_name.setdefault((token.kind, token.name), {})[text] = token
-                self._graph = None
-                self._changed.notify_all()
+                self._add(text, token)
             else:
                 self._remove(text, token)
         self._tell()
+
+    def _add(self, text: str, token: NodeToken | EndpointToken) -> None:
+        self._tokens[text] = token
+        if isinstance(token, EndpointToken):
+            self._by_name.setdefault((token.kind, token.name), {})[text] = token
+        self._graph = None
+        self._changed.notify_all()
 
     def _remove(self, text: str, token: NodeToken | EndpointToken) -> None:
         self._forget(text)

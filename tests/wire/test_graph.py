@@ -248,6 +248,18 @@ def test_a_watcher_follows_what_was_there_what_comes_and_what_goes(world, mode):
     watcher.close()
 
 
+def test_what_the_process_itself_has_announced_is_known_at_once_until_it_is_withdrawn(world):
+    watcher = GraphWatcher(world.open("peer"), DOMAIN)
+    text = format_token(endpoint("MP", "/chatter"))
+    watcher.announced(text)
+    assert watcher.snapshot().publishers("/chatter")
+    assert watcher.matching(EntityKind.MP, "/chatter")
+    watcher.withdrawn(text)
+    watcher.announced(text)
+    assert not watcher.snapshot().publishers("/chatter"), "it comes late"
+    watcher.close()
+
+
 def test_a_node_that_leaves_takes_its_endpoints_along(world):
     session = world.open("peer")
     node_token = world.declare(session, node())
