@@ -38,6 +38,17 @@ def test_a_parameter_is_declared_once(node):
         node.declare_parameter("speed", 2.0)
 
 
+def test_parameters_that_share_a_descriptor_keep_their_names_and_types(node):
+    fixed = get_message("rcl_interfaces/msg/ParameterDescriptor")(read_only=True)
+    node.declare_parameter("speed", 1.5, fixed)
+    node.declare_parameter("label", "a", fixed)
+    told = [node.describe_parameter(name) for name in ("speed", "label")]
+    assert [(each.name, each.type, each.read_only) for each in told] == [
+        ("speed", Parameter.Type.DOUBLE.value, True),
+        ("label", Parameter.Type.STRING.value, True),
+    ]
+
+
 def test_an_undeclared_parameter_cannot_be_read(node):
     with pytest.raises(ParameterNotDeclaredException):
         node.get_parameter("nothing")

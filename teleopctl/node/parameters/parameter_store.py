@@ -124,7 +124,10 @@ class ParameterStore:
             if name in self._parameters:
                 raise ParameterAlreadyDeclaredException(name)
             described = get_message("rcl_interfaces/msg/ParameterDescriptor")
-            own = described() if descriptor is None else descriptor
+            from copy import copy
+
+            # Several parameters may be declared with one.
+            own = described() if descriptor is None else copy(descriptor)
             if not isinstance(own, described):
                 raise TypeError(f"a descriptor is expected, not {type(descriptor).__name__}")
             own.name = name
