@@ -13,7 +13,7 @@ from __future__ import annotations
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 import mujoco
@@ -103,6 +103,9 @@ class Silence:
 
     def diverged(self, time_ns: int) -> None:
         raise AssertionError(time_ns)
+
+    def put_back(self, time_ns: int, things: Sequence[str]) -> None:
+        raise AssertionError(things)
 
 
 class End:

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
+from warnings import catch_warnings, simplefilter
 
 import mujoco
 import numpy as np
@@ -253,7 +254,10 @@ def _belongs(name: str, prefix: str) -> bool:
 
 def _compiled(model: RobotModel, spec: mujoco.MjSpec, where: str) -> RobotModel:
     try:
-        compiled = spec.compile()
+        with catch_warnings():
+            # What it says in this way it says to `mujoco.set_mju_user_warning` too.
+            simplefilter("ignore", UserWarning)
+            compiled = spec.compile()
     except ValueError as error:
         raise InvalidDescriptionError(f"{where}: {' '.join(str(error).split())}") from error
     around = {model.mj_model.geom(geom).bodyid[0] for geom in model.world_geoms}
