@@ -15,7 +15,7 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
-from teleopctl.mujoco_model import RobotModel, carry_over
+from teleopctl.mujoco_model import RobotModel, carry_over, retime
 from teleopctl.sim.drives import Drives
 from teleopctl.sim.entities.pushes import Push, Pushes, read_pushes
 from teleopctl.sim.free_bodies import FreeBodies, LinkPose
@@ -92,7 +92,7 @@ class Simulation:
         self.model = model
         # Gains, gravity compensation and what may touch change while running: on a copy of its own.
         self._m: Any = copy.copy(model.mj_model)
-        self._m.opt.timestep = self.control_period_ns * 1e-9 / self.steps_per_period
+        retime(self._m, self.control_period_ns * 1e-9 / self.steps_per_period)
         scale_model(self._m, *self._scales)
         self._d: Any = mujoco.MjData(self._m)
         self._physics = Physics(self._m, slides=turns_by_sliding(model))

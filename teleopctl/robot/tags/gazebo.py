@@ -11,7 +11,7 @@ from functools import cache
 from teleopctl.robot.tags.sdf import SURFACE
 from teleopctl.robot.tags.table import Table
 
-_STIFF = "contacts are as stiff as steps of physics allow"
+_STIFF = "contacts are as stiff as steps of physics allow, and DART does not read it"
 # Gazebo takes a value as text or as an attribute.
 _VALUE = ("value",)
 
