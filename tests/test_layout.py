@@ -52,7 +52,7 @@ ALLOWED = {
         *("bag", "compat", "control", "diagram", "interfaces", "mujoco_model", "node", "robot"),
         *("sim", "tf", "viewer", "wire"),
     },
-    "sweep": {"bag", "interfaces", "launch", "node"},
+    "sweep": {"bag", "compat", "interfaces", "launch", "node"},
     "testing": {
         *("bag", "compat", "control", "interfaces", "launch", "mujoco_model", "node", "nodes"),
         *("robot", "sim", "tf", "wire"),

@@ -23,7 +23,7 @@ START_HOOK = os.path.join(_HERE, "start_hook")  # noqa: PTH118
 """The folder of the ``sitecustomize`` that activates each Python started with it."""
 
 PROGRAMS = os.path.join(_HERE, "programs")  # noqa: PTH118
-"""The folder of ``ros2`` and ``xacro``, as programs that stand for ours."""
+"""The folder of ``ros2``, ``teleopctl`` and ``xacro``, as programs that stand for ours."""
 
 
 def activate() -> None:
@@ -50,7 +50,7 @@ def activate_children() -> None:
 def set_variables() -> None:
     """Set what a sourced ROS 2 sets, for this process and those that it starts. Idempotent.
 
-    ``ros2`` and ``xacro`` stand at the end of ``PATH``: one that is installed is found before.
+    Our programs stand at the end of ``PATH``: one that is installed is found before.
     """
     os.environ.setdefault("ROS_VERSION", "2")
     os.environ.setdefault("ROS_PYTHON_VERSION", "3")

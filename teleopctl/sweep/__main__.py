@@ -12,6 +12,7 @@ import threading
 from pathlib import Path
 
 from teleopctl import interrupts
+from teleopctl.compat import activation
 from teleopctl.errors import EXIT_INTERRUPTED
 from teleopctl.sweep.one_run import run_once
 from teleopctl.sweep.process import GUARDED
@@ -24,6 +25,7 @@ def _stop_with_input() -> None:
 
 if __name__ == "__main__":
     interrupts.take()
+    activation.activate_children()
     signal.signal(signal.SIGTERM, signal.getsignal(signal.SIGINT))
     if GUARDED in sys.argv[2:]:
         threading.Thread(target=_stop_with_input, daemon=True).start()

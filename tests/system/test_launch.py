@@ -458,3 +458,33 @@ def test_a_description_that_is_a_program_is_refused_with_safe(ros):
     refused = ros.run("launch --safe display.yaml model:=robot.xacro")
     assert refused.returncode == 1
     assert "robot.xacro:1: refused in safe mode: '[word for word in [1]]'" in refused.stderr
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="a script of sh")
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("file.yaml", "launch:\n- executable: {{cmd: {command}}}\n- log: {{message: {distro}}}"),
+        (
+            "file.launch.xml",
+            '<launch><executable cmd="{command}"/><log message="{distro}"/></launch>',
+        ),
+    ],
+)
+def test_commands_of_a_launch_file_see_what_a_sourced_ros_2_gives(ros, name, text):
+    (ros.folder / "heard.py").write_text(
+        "from std_msgs.msg import String; print(String(data='x').data)"
+    )
+    (ros.folder / "all.sh").write_text(
+        "ros2 interface show std_msgs/msg/Empty --no-comments && echo shown\n"
+        "teleopctl interface show std_msgs/msg/Empty && echo again\n"
+        f"{sys.executable} heard.py\n"
+    )
+    write(ros, text.format(command="sh all.sh", distro="$(env ROS_DISTRO)"), name)
+    # As where the environment that teleopctl is installed into has not been activated.
+    ros.env.update(PATH=os.defpath, ROS_DISTRO="humble")
+    got = ros.run(f"launch -a {name}")
+    assert got.returncode == 0, got.stderr
+    said = re.findall(r"^\[sh-1\] (\w+)$", got.stdout, re.MULTILINE)
+    assert said == ["shown", "again", "x"], got.stderr
+    assert "[launch.user]: humble" in got.stdout

@@ -110,6 +110,7 @@ def launch(
         os.environ["TELEOPCTL_SAFE"] = "1"
     if open_page:
         os.environ["TELEOPCTL_OPEN"] = "1"
+    from teleopctl.compat import activation
     from teleopctl.launch import (
         LaunchRequest,
         bag_folder,
@@ -123,6 +124,8 @@ def launch(
     if not log_file_name or Path(log_file_name).name != log_file_name:
         raise UsageError(f"--log-file-name is a name, not a path: '{log_file_name}'")
     package, name, arguments = split(words)
+    # Its file may ask for what a sourced ROS 2 sets, and its commands are run as from there.
+    activation.activate_children()
     file = find_launch_file(package, name)
     if show_args:
         from teleopctl.launch import describe_arguments

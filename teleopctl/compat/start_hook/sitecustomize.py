@@ -21,6 +21,9 @@ def _run_the_hidden_one() -> None:
 
 
 def _activate() -> None:
+    # Our own programs activate what they need themselves, later or not at all.
+    if sys.orig_argv[1:3] == ["-P", "-m"] and sys.orig_argv[3].startswith("teleopctl"):
+        return
     try:
         from teleopctl.compat.activation import activate
     except ModuleNotFoundError:
