@@ -90,7 +90,7 @@ def prepare_joints(spec: mujoco.MjSpec, joints: list[JointSpec]) -> None:
         _limit(spec.joint(joint.name), joint.limits)
         if joint.mimic is not None:
             leader = joint.mimic.joint if joint.mimic.joint in names else ""
-            _add_mimic(spec, joint.name, leader, joint.mimic)
+            add_mimic(spec, joint.name, leader, joint.mimic)
             if joint.mimic.joint in driven and joint.name not in driven:
                 _add_rotor(spec.joint(joint.name), joint)
     prepare_drives(spec, [joint for joint in joints if joint.name in driven])
@@ -141,8 +141,15 @@ def finite_range(lower: float, upper: float) -> list[float]:
     return [lower, upper if lower < upper else lower + _NARROWEST]
 
 
-def _add_mimic(spec: mujoco.MjSpec, name: str, leader: str, mimic: Mimic) -> None:
-    """Tie a joint to its leader, or to its offset where the leader cannot move."""
+def add_mimic(spec: mujoco.MjSpec, name: str, leader: str, mimic: Mimic) -> None:
+    """Tie a joint to its leader, or to its offset where the leader cannot move.
+
+    Args:
+        spec: The ``mujoco.MjSpec`` to edit.
+        name: The joint.
+        leader: The joint that it follows; empty for one that cannot move.
+        mimic: How it follows.
+    """
     constraint = spec.add_equality(
         name=f"{name}_mimic",
         type=mujoco.mjtEq.mjEQ_JOINT,

@@ -8,7 +8,7 @@ has is named wherever it stands.
 from __future__ import annotations
 
 import copy
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +25,7 @@ from teleopctl.mujoco_model.surroundings.scene_spec import scene_spec
 from teleopctl.robot import RobotDescription, read_world, unknown_tags
 from teleopctl.robot.sensors.sensor_tag import read_sensor
 from teleopctl.robot.tags import gazebo, sdf
-from teleopctl.robot.tags.table import Table
+from teleopctl.robot.tags.table import Entry, Table
 
 # What a tag says where a number alone makes no sense; by the last two parts of its path, or one.
 VALUES = {
@@ -76,7 +76,14 @@ WORLD = f"""<sdf version="1.10"><world name="w">
 <link name="a">{MASS}<collision name="c">{BOX}</collision><visual name="v">{BOX}</visual></link>
 <link name="b">{MASS}</link>
 <joint name="j" type="revolute"><parent>a</parent><child>b</child><axis><xyz>0 0 1</xyz></axis>
-</joint></model>
+</joint>
+<link name="d">{MASS}</link><link name="e">{MASS}</link><link name="f">{MASS}</link>
+<joint name="k" type="revolute"><parent>a</parent><child>d</child><axis><xyz>0 0 1</xyz></axis>
+</joint>
+<joint name="g" type="gearbox"><parent>b</parent><child>d</child>
+<gearbox_reference_body>a</gearbox_reference_body></joint>
+<joint name="u" type="universal"><parent>d</parent><child>e</child><axis/><axis2/></joint>
+<joint name="s" type="screw"><parent>d</parent><child>f</child></joint></model>
 <light name="l" type="spot"><pose>0 0 3 0.3 0 0</pose><attenuation/></light>
 </world></sdf>"""
 # Where each table of SDF begins in that.
@@ -88,6 +95,18 @@ HOLDERS = {
     "collision": (sdf.COLLISION, "world/model/link/collision"),
     "geometry": (sdf.GEOMETRY, "world/model/link/collision/geometry"),
     "joint": (sdf.JOINT, "world/model/joint"),
+    "universal": (
+        {path: entry for path, entry in sdf.JOINT_OF_TWO.items() if path.startswith("axis2")},
+        "world/model/joint[@type='universal']",
+    ),
+    "screw": (
+        {path: entry for path, entry in sdf.SCREW.items() if "thread" in path},
+        "world/model/joint[@type='screw']",
+    ),
+    "gearbox": (
+        {path: entry for path, entry in sdf.GEARBOX.items() if "gearbox" in path},
+        "world/model/joint[@type='gearbox']",
+    ),
     "light": (sdf.LIGHT, "world/light"),
 }
 # What acts together with something else alone, is a name, or says by a line what it lacks.
@@ -115,7 +134,8 @@ APART = {
     "geometry/plane/size": "of what stands",
     "geometry/plane/normal": "likewise",
     "geometry/mesh/scale": "of meshes with a file",
-    "joint/axis/mimic/multiplier": "of robots; told in a world",
+    "gearbox/gearbox_reference_body": "there is one already",
+    "joint/axis/mimic/multiplier": "of a joint that is there",
     "joint/axis/mimic/offset": "likewise",
     "joint/axis/mimic/reference": "likewise",
     "world/physics/gravity": "where the world has none, as in old files",
@@ -123,6 +143,7 @@ APART = {
     "world/state/model/frame/pose": "nothing is relative to it",
     "world/state/model/link/pose": "told where there are several",
 }  # fmt: skip
+APART |= {path.replace("joint/axis/", "universal/axis2/"): why for path, why in APART.items()}
 
 
 @pytest.fixture(scope="module")
@@ -156,7 +177,7 @@ def value(path: str) -> str:
     return "0.37"
 
 
-def leaves(table: Table) -> Iterator[tuple[str, str, str]]:
+def leaves(table: Mapping[str, Entry]) -> Iterator[tuple[str, str, str]]:
     """The paths, attributes and fates of what holds a value."""
     inner = {path.rpartition("/")[0] for path in table if "@" not in path}
     for path, entry in table.items():

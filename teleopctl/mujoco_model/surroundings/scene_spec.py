@@ -11,7 +11,7 @@ import numpy as np
 from teleopctl.mujoco_model.assets import resolve_meshes
 from teleopctl.mujoco_model.contacts import give_friction
 from teleopctl.mujoco_model.convex import slabs
-from teleopctl.mujoco_model.drives import finite_range
+from teleopctl.mujoco_model.drives import add_mimic, finite_range
 from teleopctl.mujoco_model.inertia import repair_inertias
 from teleopctl.mujoco_model.surroundings.surfaces import give_surface
 from teleopctl.mujoco_model.urdf_import import (
@@ -22,6 +22,8 @@ from teleopctl.mujoco_model.urdf_import import (
 from teleopctl.tf import Transform, matrix_from_quaternion, rotate
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     from teleopctl.robot import (
         Scene,
         SceneBody,
@@ -48,9 +50,6 @@ _LIGHTS = {
     "point": mujoco.mjtLightType.mjLIGHT_POINT,
     "spot": mujoco.mjtLightType.mjLIGHT_SPOT,
 }
-MIMIC_LEFT_OUT = (
-    "The <mimic> of joint '{}' is left out: what is on joints in a world moves as it is pushed"
-)
 # MuJoCo draws no more.
 _MOST_LIGHTS = 90
 # How far below its lowest point a heightmap reaches, in metres.
@@ -93,6 +92,8 @@ class _Builder:
         self._friction = float(self.spec.default.geom.friction[0])
         self._assets: dict[tuple[object, ...], str] = {}
         self._parts: dict[tuple[object, ...], list[str]] = {}
+        # What the moving joints of the present model are called here.
+        self._names: dict[str, str] = {}
         # Bodies whose mass is that of their shapes.
         self.weighed_by_shape: set[str] = set()
 
@@ -106,6 +107,7 @@ class _Builder:
                 self._add_shapes(body, part, part.pose, still=True)
             return
         joints: dict[str, SceneJoint] = {}
+        self._names = {}
         for joint in model.joints:
             if joint.child not in model.bodies or joints.setdefault(joint.child, joint) != joint:
                 self.warnings.append(
@@ -125,6 +127,7 @@ class _Builder:
             else:
                 self._add_joint(body, held, frame)
             self._fill(body, model, root, frame, joints, still=held is not None)
+        self._tie(model, joints.values())
         lost = set(model.bodies) - set(_reached(roots, joints))
         for name in sorted(lost):
             self.warnings.append(f"Link '{name}' of '{model.name}' is left out: it is in a ring")
@@ -172,7 +175,7 @@ class _Builder:
         if joint.kind == "fixed":
             return
         place = frame.inverse() @ joint.pose
-        name = f"{body.name}_{joint.name}"
+        name = self._names[joint.name] = f"{body.name}_{joint.name}"
         if joint.kind == "ball":
             body.add_joint(name=name, type=mujoco.mjtJoint.mjJNT_BALL, pos=list(place.translation))
             return
@@ -189,8 +192,21 @@ class _Builder:
         if math.isfinite(joint.lower) or math.isfinite(joint.upper):
             made.limited = mujoco.mjtLimited.mjLIMITED_TRUE
             made.range = finite_range(joint.lower, joint.upper)
-        if joint.mimic is not None:
-            self.warnings.append(MIMIC_LEFT_OUT.format(joint.name))
+
+    def _tie(self, model: SceneModel, joints: Iterable[SceneJoint]) -> None:
+        """Let joints follow those that they follow."""
+        known = {joint.name for joint in model.joints}
+        for joint in joints:
+            if joint.mimic is None or joint.name not in self._names:
+                continue
+            leader = self._names.get(joint.mimic.joint, "")
+            if joint.mimic.joint not in known or leader == self._names[joint.name]:
+                self.warnings.append(
+                    f"The <mimic> of joint '{joint.name}' is left out: there is no other joint "
+                    f"'{joint.mimic.joint}'"
+                )
+                continue
+            add_mimic(self.spec, self._names[joint.name], leader, joint.mimic)
 
     def _add_shapes(self, body: Any, part: SceneBody, frame: Transform, *, still: bool) -> None:
         for shape in part.shapes:

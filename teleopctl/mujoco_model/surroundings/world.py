@@ -10,12 +10,13 @@ import numpy as np
 
 from teleopctl.errors import InvalidDescriptionError
 from teleopctl.mujoco_model.assets import resolve_meshes
+from teleopctl.mujoco_model.drives import add_mimic
 from teleopctl.mujoco_model.free_bodies import FreeBody
 from teleopctl.mujoco_model.inertia import repair_inertias
-from teleopctl.mujoco_model.surroundings.scene_spec import MIMIC_LEFT_OUT, scene_spec
+from teleopctl.mujoco_model.surroundings.scene_spec import scene_spec
 from teleopctl.mujoco_model.unserved import unserved_tags
 from teleopctl.mujoco_model.urdf_import import apply_gazebo, import_urdf
-from teleopctl.robot import check_mjcf, check_mjcf_text, in_files, unknown_tags
+from teleopctl.robot import Joints, check_mjcf, check_mjcf_text, in_files, unknown_tags
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -178,6 +179,7 @@ def _import(
     try:
         things = import_urdf(description.urdf)
         sensors = description.gazebo.sensors
+        joints = Joints.of(description)
     except InvalidDescriptionError as error:
         raise error.at(str(path)) from error
     warnings = [*description.repairs]
@@ -195,12 +197,11 @@ def _import(
         for link, physics in description.gazebo.links.items()
         if physics.self_collide is False
     ]
-    warnings += [
-        MIMIC_LEFT_OUT.format(joint.name)
-        for joint in description.joints.values()
-        if joint.mimic is not None
-    ]
     apply_gazebo(things, description)
+    for name, joint in joints.items():
+        if joint.mimic is not None:
+            leader = joint.mimic.joint if joint.mimic.joint in joints else ""
+            add_mimic(things, name, leader, joint.mimic)
     return things, warnings
 
 

@@ -130,6 +130,7 @@ class SceneJoint:
         mimic: The joint that it follows, or None.
         sensors: What measures on it.
         place: Its file and line, for messages.
+        part_of: What it is, with others, in the place of; empty for nothing.
     """
 
     name: str
@@ -149,6 +150,7 @@ class SceneJoint:
     mimic: Mimic | None = None
     sensors: tuple[SceneSensor, ...] = ()
     place: str = ""
+    part_of: str = ""
 
 
 @dataclass(frozen=True)

@@ -2,42 +2,34 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Container
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 from teleopctl.errors import InvalidDescriptionError, NotFoundError
 from teleopctl.robot.scene.scene import (
-    JointKind,
     SceneBody,
-    SceneJoint,
     SceneModel,
-    SceneSensor,
-    Vector3,
 )
 from teleopctl.robot.scene.sdf_frames import MODEL, Frames
 from teleopctl.robot.scene.sdf_includes import find_file, model_file
-from teleopctl.robot.scene.sdf_reading import Remarks, SdfFile, parse_sdf, relative_to
+from teleopctl.robot.scene.sdf_joints import (
+    Joints,
+    frame_of_joint,
+    moved,
+    read_sensors,
+    with_gearboxes,
+    within,
+)
+from teleopctl.robot.scene.sdf_reading import Remarks, SdfFile, parse_sdf
 from teleopctl.robot.scene.sdf_shapes import read_inertial, read_shape
 from teleopctl.robot.tags import sdf as tags
-from teleopctl.robot.urdf import Mimic
-from teleopctl.tf import Transform, conjugate, rotate
+from teleopctl.tf import Transform
 
-_KINDS: dict[str, JointKind] = {
-    "revolute": "revolute",
-    "continuous": "revolute",
-    "prismatic": "prismatic",
-    "fixed": "fixed",
-    "ball": "ball",
-}
 # An include that includes itself ends here.
 _DEEPEST, _MOST_MODELS = 16, 20_000
 # What Gazebo writes where there was a plug-in of its own.
 _NO_PLUGIN = "__default__"
-# Where SDF writes that a joint has no limit.
-_NO_LIMIT = 1e15
 
 
 # Any, here and below: elements of lxml, whose class has no types.
@@ -148,7 +140,7 @@ class Reading:
             frames.attached[name] = holder
         for joint in element.findall("joint"):
             child = (joint.findtext("child") or "").strip()
-            name = _frame_of_joint(joint)
+            name = frame_of_joint(joint)
             frames.put(name, joint, child)
             frames.attached[name] = child
         parts = self._nested(file, element, frames, depth)
@@ -168,9 +160,12 @@ class Reading:
             file.leave_out(element, f"has no link '{canonical}': its first one is canonical")
             canonical = ""
         frames.attached[MODEL] = canonical or next(iter(bodies), "")
-        joints = [_joint(file, joint, frames, bodies.keys()) for joint in element.iterfind("joint")]
+        own = Joints(file, frames)
+        own.read(element, bodies.keys())
+        bodies |= {body.name: body for body in own.between}
         for prefix, place, part in parts:
-            joints += [_moved(joint, prefix, place) for joint in part.joints]
+            own.joints += [moved(joint, prefix, place) for joint in part.joints]
+        joints = with_gearboxes(file, element, frames, own.joints)
         plugins = [p for p in element.findall("plugin") if p.get("filename") != _NO_PLUGIN]
         for _, _, part in parts:
             plugins += part.plugins
@@ -221,32 +216,15 @@ def _see_names(file: SdfFile, elements: list[Any]) -> None:
         taken.add(name)
 
 
-def _within(file: SdfFile, element: Any, name: str, frames: Frames) -> Transform:
-    """Where something is in the frame of the link, or the joint, that it is in."""
-    pose = element.find("pose")
-    here, relative = file.pose(pose), relative_to(pose)
-    if relative in ("", name):
-        return here
-    return frames.find(name, element).inverse() @ frames.find(relative, element) @ here
-
-
-def _sensors(file: SdfFile, holder: Any, frames: Frames) -> tuple[SceneSensor, ...]:
-    name = holder.get("name") or ""
-    return tuple(
-        SceneSensor(sensor, _within(file, sensor, name, frames))
-        for sensor in holder.iterfind("sensor")
-    )
-
-
 def _body(file: SdfFile, link: Any, frames: Frames, *, weighs: bool, collides: bool) -> SceneBody:
     file.account(link, tags.LINK)
     name = link.get("name") or ""
     shapes = [
-        read_shape(file, element, _within(file, element, name, frames))
+        read_shape(file, element, within(file, element, name, frames))
         for element in (*link.findall("visual"), *link.findall("collision"))
     ]
     inertial = link.find("inertial")
-    at = Transform() if inertial is None else _within(file, inertial, name, frames)
+    at = Transform() if inertial is None else within(file, inertial, name, frames)
     return SceneBody(
         name,
         frames.find(name, link),
@@ -254,122 +232,5 @@ def _body(file: SdfFile, link: Any, frames: Frames, *, weighs: bool, collides: b
         read_inertial(file, link, at) if weighs else None,
         file.flag(link, "gravity", default=True),
         file.flag(link, "self_collide", default=collides),
-        _sensors(file, link, frames),
-    )
-
-
-def _frame_of_joint(joint: Any) -> str:
-    """What the frame of a joint is called: until SDF 1.6 links and frames might have its name."""
-    name, model = joint.get("name") or "", joint.getparent()
-    taken = {one.get("name") for tag in ("link", "frame") for one in model.findall(tag)}
-    return f"{name} (joint)" if name in taken else name
-
-
-def _joint(file: SdfFile, element: Any, frames: Frames, links: Container[str]) -> SceneJoint:
-    file.account(element, tags.JOINT)
-    name = element.get("name") or ""
-    kind = _KINDS.get(element.get("type") or "")
-    ends = [(element.findtext(tag) or "").strip() for tag in ("parent", "child")]
-    if kind is None:
-        words = f"<joint> of the type {element.get('type')} is taken for a fixed one"
-        file.remarks.add(file.path, element.sourceline or 0, words)
-        kind = "fixed"
-    parent, child = map(frames.link_of, ends)
-    for end, link in zip(ends, (parent, child), strict=True):
-        if link != "world" and link not in links:
-            raise InvalidDescriptionError(
-                f"{file.place(element)}: joint '{name}' is at '{end}', which is no link"
-            )
-    place = frames.find(_frame_of_joint(element), element)
-    axis = element.find("axis")
-    if axis is None:
-        return SceneJoint(
-            name,
-            kind,
-            parent,
-            child,
-            place,
-            sensors=_sensors(file, element, frames),
-            place=file.place(element),
-        )
-    lower, upper = _limits(file, axis)
-    if element.get("type") == "continuous":
-        lower, upper = -math.inf, math.inf
-    return SceneJoint(
-        name,
-        kind,
-        parent,
-        child,
-        place,
-        _axis(file, axis, frames, place),
-        lower,
-        upper,
-        _most(file.number(axis, "limit/effort", -1.0)),
-        _most(file.number(axis, "limit/velocity", -1.0)),
-        max(0.0, file.number(axis, "dynamics/damping", 0.0)),
-        max(0.0, file.number(axis, "dynamics/friction", 0.0)),
-        max(0.0, file.number(axis, "dynamics/spring_stiffness", 0.0)),
-        file.number(axis, "dynamics/spring_reference", 0.0),
-        _mimic(file, axis.find("mimic")),
-        _sensors(file, element, frames),
-        file.place(element),
-    )
-
-
-def _limits(file: SdfFile, axis: Any) -> tuple[float, float]:
-    """The lower and the upper end of a joint's range, infinite where there is none."""
-    lower = file.number(axis, "limit/lower", -math.inf)
-    upper = file.number(axis, "limit/upper", math.inf)
-    if lower > upper:
-        file.leave_out(axis.find("limit"), "is left out: its lower end is above its upper one")
-        return -math.inf, math.inf
-    return (
-        -math.inf if lower <= -_NO_LIMIT else lower,
-        math.inf if upper >= _NO_LIMIT else upper,
-    )
-
-
-def _mimic(file: SdfFile, element: Any | None) -> Mimic | None:
-    """The joint that one follows: multiplier * (leader - reference) + offset."""
-    if element is None:
-        return None
-    multiplier, offset, reference = (
-        file.number(element, tag, usual)
-        for tag, usual in (("multiplier", 1.0), ("offset", 0.0), ("reference", 0.0))
-    )
-    return Mimic(element.get("joint") or "", multiplier, offset - multiplier * reference)
-
-
-def _axis(file: SdfFile, axis: Any, frames: Frames, place: Transform) -> Vector3:
-    """The axis of a joint in the joint's own frame."""
-    xyz = axis.find("xyz")
-    vector = file.vector(axis, "xyz", (0.0, 0.0, 1.0))
-    if not any(vector):
-        raise InvalidDescriptionError(f"{file.place(axis)}: an axis of length 0")
-    frame = (None if xyz is None else xyz.get("expressed_in")) or None
-    # Until SDF 1.5 an axis was along those of the model.
-    old = axis.find("use_parent_model_frame") is None and file.version < (1, 5)
-    if frame is None and (old or file.flag(axis, "use_parent_model_frame")):
-        frame = MODEL
-    if frame is None:
-        return vector
-    in_model = rotate(frames.find(frame, axis).rotation, vector)
-    return rotate(conjugate(place.rotation), in_model)
-
-
-def _most(value: float) -> float:
-    """A limit of effort or speed: negative numbers mean none."""
-    return math.inf if value < 0.0 or value >= _NO_LIMIT else value
-
-
-def _moved(joint: SceneJoint, prefix: str, place: Transform) -> SceneJoint:
-    parent = joint.parent if joint.parent == "world" else f"{prefix}{joint.parent}"
-    mimic = joint.mimic and replace(joint.mimic, joint=f"{prefix}{joint.mimic.joint}")
-    return replace(
-        joint,
-        name=f"{prefix}{joint.name}",
-        mimic=mimic,
-        parent=parent,
-        child=f"{prefix}{joint.child}",
-        pose=place @ joint.pose,
+        read_sensors(file, link, frames),
     )

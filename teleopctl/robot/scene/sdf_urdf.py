@@ -56,7 +56,7 @@ def sdf_as_urdf(path: Path) -> ExpandedXacro:
     (model,) = scene.models
     robot = etree.Element("robot", name=model.name or path.stem)
     model = replace(model, joints=tuple(map(_held, model.joints)))
-    for remark in (*scene.remarks, *_without_form(scene.models[0])):
+    for remark in (*scene.remarks, *_without_form(scene.models[0]), *_divided(model)):
         # Whoever takes the text is to say what it lacks.
         etree.SubElement(robot, REMARK).text = remark
     parents = {joint.parent for joint in model.joints}
@@ -99,6 +99,25 @@ def _without_form(model: SceneModel) -> Iterator[str]:
     for joint in model.joints:
         if _is_held(joint):
             yield f"{joint.place}: joint '{joint.name}' is a fixed one: its range is one point, 0"
+
+
+def _divided(model: SceneModel) -> Iterator[str]:
+    """A sentence for each joint that has become several."""
+    parts: dict[tuple[str, str], list[SceneJoint]] = {}
+    for joint in model.joints:
+        if joint.part_of:
+            parts.setdefault((joint.part_of, joint.place), []).append(joint)
+    for (what, place), (first, second) in parts.items():
+        if first.mimic is not None:
+            yield (
+                f"{place}: the {what} is two here: '{second.name}' turns, '{first.name}' slides "
+                "with it"
+            )
+        else:
+            yield (
+                f"{place}: the {what} is two here: '{first.name}' turns about its first axis, "
+                f"'{second.name}' about its second"
+            )
 
 
 def _is_held(joint: SceneJoint) -> bool:

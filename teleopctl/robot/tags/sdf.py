@@ -113,15 +113,37 @@ LIGHT = Table("""
     * .: visualize attenuation/range spot/inner_angle spot/falloff
     - .: intensity=1
 """)
-JOINT = Table("""
+_AXIS = """
+    + {0}: xyz@expressed_in use_parent_model_frame mimic@joint@axis
+    + {0}/limit: lower upper effort velocity
+    * {0}/limit: stiffness=1e8 dissipation=1
+    + {0}/dynamics: damping friction spring_stiffness spring_reference
+    - {0}: initial_position
+    + {0}/mimic: multiplier offset reference
+"""
+_JOINT = """
     + .: @name @type pose parent child
     > .: sensor
-    + axis: xyz@expressed_in use_parent_model_frame mimic@joint@axis
-    + axis/limit: lower upper effort velocity
-    * axis/limit: stiffness=1e8 dissipation=1
-    + axis/dynamics: damping friction spring_stiffness spring_reference
-    - axis: initial_position
-    + axis/mimic: multiplier offset reference
-    - .: axis2 gearbox_ratio gearbox_reference_body thread_pitch screw_thread_pitch
     * physics: simbody ode provide_feedback
-""")
+"""
+_NO_GEARBOX = "- .: gearbox_ratio=0=1 gearbox_reference_body\n"
+_NO_SCREW = "- .: thread_pitch=0=1 screw_thread_pitch=0=1\n"
+
+JOINT = Table(_JOINT + _AXIS.format("axis") + _NO_GEARBOX + _NO_SCREW + "- .: axis2")
+JOINT_OF_TWO = Table(
+    _JOINT + _AXIS.format("axis") + _AXIS.format("axis2") + _NO_GEARBOX + _NO_SCREW
+)
+SCREW = Table(
+    _JOINT + _AXIS.format("axis") + _NO_GEARBOX + "+ .: thread_pitch screw_thread_pitch\n- .: axis2"
+)
+GEARBOX = Table(
+    _JOINT
+    + """
+    + .: gearbox_ratio gearbox_reference_body
+    + axis: xyz@expressed_in use_parent_model_frame
+    + axis2: xyz@expressed_in use_parent_model_frame
+    * axis: limit dynamics mimic initial_position
+    * axis2: limit dynamics mimic initial_position
+    """
+    + _NO_SCREW
+)

@@ -1,0 +1,346 @@
+"""Joints of SDF models; those with two axes, and screws, become several of one.
+
+A universal joint and a ``revolute2`` are two hinges in series, the first along ``<axis>`` and fixed
+to the parent, the second along ``<axis2>`` and fixed to the child. A screw is a hinge, which keeps
+its name, and a slide that follows it. Between them is a link of next to no mass. A gearbox is no
+joint of its own where its two links have hinges: the one follows the other.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Container, Iterable
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from teleopctl.errors import InvalidDescriptionError
+from teleopctl.robot.scene.scene import (
+    JointKind,
+    SceneBody,
+    SceneInertial,
+    SceneJoint,
+    SceneSensor,
+    Vector3,
+)
+from teleopctl.robot.scene.sdf_frames import MODEL, Frames
+from teleopctl.robot.scene.sdf_reading import SdfFile, relative_to
+from teleopctl.robot.tags import sdf as tags
+from teleopctl.robot.urdf import Mimic
+from teleopctl.tf import Transform, conjugate, rotate
+
+_KINDS: dict[str, JointKind] = {
+    "revolute": "revolute",
+    "continuous": "revolute",
+    "prismatic": "prismatic",
+    "fixed": "fixed",
+    "ball": "ball",
+    "screw": "revolute",
+}
+# With two axes, and where those are that nobody says, as DART has it.
+_OF_TWO = frozenset({"universal", "revolute2"})
+_UNSAID_AXES: tuple[Vector3, Vector3] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
+# What is felt by nothing, and MuJoCo does not take for zero.
+_NO_MASS = SceneInertial(1e-9, (1e-12, 0.0, 0.0, 1e-12, 0.0, 1e-12))
+_TABLES = {
+    "universal": tags.JOINT_OF_TWO,
+    "revolute2": tags.JOINT_OF_TWO,
+    "screw": tags.SCREW,
+    "gearbox": tags.GEARBOX,
+}
+# Where SDF writes that a joint has no limit.
+_NO_LIMIT = 1e15
+# How far from one line two axes may be that a gearbox ties, as the cosine between them.
+_ALONG = 0.999
+
+
+# Any, here and below: elements of lxml, whose class has no types.
+@dataclass
+class Joints:
+    """The joints of a model, as far as they are read.
+
+    Attributes:
+        file: The file.
+        frames: The model's frames.
+        joints: Those that were read, without those of models within.
+        between: Links between joints that stand for one of SDF.
+    """
+
+    file: SdfFile
+    frames: Frames
+    joints: list[SceneJoint] = field(default_factory=list)
+    between: list[SceneBody] = field(default_factory=list)
+
+    def read(self, element: Any, links: Container[str]) -> None:
+        """Read what stands in a ``<model>``, but for gearboxes.
+
+        Args:
+            element: The model.
+            links: Its links.
+
+        Raises:
+            InvalidDescriptionError: Something in it means nothing, or has no sense.
+        """
+        elements = element.findall("joint")
+        of_two = {one.get("name") or "" for one in elements if one.get("type") in _OF_TWO}
+        held = {
+            (one.findtext("child") or "").strip()
+            for one in elements
+            if one.get("type") != "gearbox"
+        }
+        for one in elements:
+            self.file.account(one, _TABLES.get(one.get("type") or "", tags.JOINT))
+            child = (one.findtext("child") or "").strip()
+            if one.get("type") != "gearbox" or child not in held:
+                self._add(one, links, of_two)
+
+    def _add(self, element: Any, links: Container[str], of_two: Container[str]) -> None:
+        file, name, said = self.file, element.get("name") or "", element.get("type") or ""
+        kind = "fixed" if said in _OF_TWO else _KINDS.get(said)
+        ends = [(element.findtext(tag) or "").strip() for tag in ("parent", "child")]
+        if kind is None:
+            words = f"<joint> of the type {element.get('type')} is taken for a fixed one"
+            file.remarks.add(file.path, element.sourceline or 0, words)
+            kind = "fixed"
+        parent, child = map(self.frames.link_of, ends)
+        for end, link in zip(ends, (parent, child), strict=True):
+            if link != "world" and link not in links:
+                raise InvalidDescriptionError(
+                    f"{file.place(element)}: joint '{name}' is at '{end}', which is no link"
+                )
+        bare = SceneJoint(
+            name,
+            kind,
+            parent,
+            child,
+            self.frames.find(frame_of_joint(element), element),
+            sensors=read_sensors(file, element, self.frames),
+            place=file.place(element),
+        )
+        if said in _OF_TWO:
+            self._add_two(element, replace(bare, kind="revolute"), of_two)
+            return
+        joint = _along(file, element.find("axis"), self.frames, bare, of_two)
+        if said == "continuous":
+            joint = replace(joint, lower=-math.inf, upper=math.inf)
+        if said == "screw":
+            self._add_screw(element, joint)
+        else:
+            self.joints.append(joint)
+
+    def _add_two(self, element: Any, bare: SceneJoint, of_two: Container[str]) -> None:
+        """Add the hinges of a joint with two axes."""
+        link = self._between(bare)
+        first, second = (
+            _along(self.file, element.find(tag), self.frames, replace(bare, axis=usual), of_two)
+            for tag, usual in zip(("axis", "axis2"), _UNSAID_AXES, strict=True)
+        )
+        said = f"{element.get('type')} joint '{bare.name}'"
+        self.joints += [
+            replace(first, name=f"{bare.name}_1", child=link, sensors=(), part_of=said),
+            replace(second, name=f"{bare.name}_2", parent=link, part_of=said),
+        ]
+
+    def _add_screw(self, element: Any, turning: SceneJoint) -> None:
+        """Add the hinge of a screw, and the slide that follows it."""
+        link = self._between(turning)
+        pitch = self.file.number(element, "screw_thread_pitch", math.nan)
+        if math.isnan(pitch):
+            # In radians per metre, and of a left-handed thread.
+            turns = self.file.number(element, "thread_pitch", -math.tau)
+            if not turns:
+                raise InvalidDescriptionError(
+                    f"{self.file.place(element)}: the screw joint '{turning.name}' has a "
+                    "<thread_pitch> of 0, which has no end"
+                )
+            pitch = -math.tau / turns
+        said = f"screw joint '{turning.name}'"
+        slide = SceneJoint(
+            f"{turning.name}_slide",
+            "prismatic",
+            turning.parent,
+            link,
+            turning.pose,
+            turning.axis,
+            mimic=Mimic(turning.name, pitch / math.tau),
+            place=turning.place,
+            part_of=said,
+        )
+        self.joints += [slide, replace(turning, parent=link, part_of=said)]
+
+    def _between(self, joint: SceneJoint) -> str:
+        """A link of next to no mass where a joint is; returns its name."""
+        name = f"{joint.name}_link"
+        self.between.append(SceneBody(name, joint.pose, (), _NO_MASS))
+        return name
+
+
+def with_gearboxes(
+    file: SdfFile, model: Any, frames: Frames, joints: Iterable[SceneJoint]
+) -> list[SceneJoint]:
+    """Let the joints follow one another that a model's gearboxes tie.
+
+    The angle of the child about ``<axis2>`` is minus ``<gearbox_ratio>`` times that of the parent
+    about ``<axis>``, both against the reference body.
+
+    Args:
+        file: The file.
+        model: The ``<model>``.
+        frames: Its frames.
+        joints: All of its joints, also those of models within.
+    """
+    found = {joint.name: joint for joint in joints}
+    for element in model.findall("joint"):
+        if element.get("type") != "gearbox" or element.get("name") in found:
+            continue
+        reference, parent, child = (
+            frames.link_of((element.findtext(tag) or "").strip())
+            for tag in ("gearbox_reference_body", "parent", "child")
+        )
+        place = frames.find(frame_of_joint(element), element)
+        ends = []
+        for tag, link in (("axis", parent), ("axis2", child)):
+            axis = element.find(tag)
+            xyz = (0.0, 0.0, 1.0) if axis is None else _axis(file, axis, frames, place)
+            ends.append(_hinge(found.values(), reference, link, rotate(place.rotation, xyz)))
+        (leader, turn), (follower, turned) = ends
+        if leader is None or follower is None or follower.mimic is not None:
+            file.leave_out(
+                element,
+                f"is left out: it needs hinges between its links and '{reference}', along its axes",
+            )
+            continue
+        ratio = file.number(element, "gearbox_ratio", 1.0)
+        found[follower.name] = replace(follower, mimic=Mimic(leader.name, -ratio * turn * turned))
+    return list(found.values())
+
+
+def _hinge(
+    joints: Iterable[SceneJoint], reference: str, link: str, axis: Vector3
+) -> tuple[SceneJoint | None, float]:
+    """The hinge between a link and another one, and how it counts angles about an axis: 1 or -1."""
+    for joint in joints:
+        if joint.kind != "revolute" or {joint.parent, joint.child} != {reference, link}:
+            continue
+        own = rotate(joint.pose.rotation, joint.axis)
+        cosine = sum(a * b for a, b in zip(own, axis, strict=True)) / (
+            math.hypot(*own) * math.hypot(*axis)
+        )
+        if abs(cosine) > _ALONG:
+            return joint, math.copysign(1.0, cosine if joint.child == link else -cosine)
+    return None, 1.0
+
+
+def _along(
+    file: SdfFile, axis: Any | None, frames: Frames, bare: SceneJoint, of_two: Container[str]
+) -> SceneJoint:
+    """A joint with what an ``<axis>`` says of it."""
+    if axis is None:
+        return bare
+    lower, upper = _limits(file, axis)
+    return replace(
+        bare,
+        axis=_axis(file, axis, frames, bare.pose),
+        lower=lower,
+        upper=upper,
+        effort=_most(file.number(axis, "limit/effort", -1.0)),
+        velocity=_most(file.number(axis, "limit/velocity", -1.0)),
+        damping=max(0.0, file.number(axis, "dynamics/damping", 0.0)),
+        friction=max(0.0, file.number(axis, "dynamics/friction", 0.0)),
+        stiffness=max(0.0, file.number(axis, "dynamics/spring_stiffness", 0.0)),
+        relaxed=file.number(axis, "dynamics/spring_reference", 0.0),
+        mimic=_mimic(file, axis.find("mimic"), of_two),
+    )
+
+
+def within(file: SdfFile, element: Any, name: str, frames: Frames) -> Transform:
+    """Where something is in the frame of the link, or the joint, that it is in."""
+    pose = element.find("pose")
+    here, relative = file.pose(pose), relative_to(pose)
+    if relative in ("", name):
+        return here
+    return frames.find(name, element).inverse() @ frames.find(relative, element) @ here
+
+
+def read_sensors(file: SdfFile, holder: Any, frames: Frames) -> tuple[SceneSensor, ...]:
+    """The sensors of a link or a joint, and where they are in it."""
+    name = holder.get("name") or ""
+    return tuple(
+        SceneSensor(sensor, within(file, sensor, name, frames))
+        for sensor in holder.iterfind("sensor")
+    )
+
+
+def frame_of_joint(joint: Any) -> str:
+    """What the frame of a joint is called: until SDF 1.6 links and frames might have its name."""
+    name, model = joint.get("name") or "", joint.getparent()
+    taken = {one.get("name") for tag in ("link", "frame") for one in model.findall(tag)}
+    return f"{name} (joint)" if name in taken else name
+
+
+def _limits(file: SdfFile, axis: Any) -> tuple[float, float]:
+    """The lower and the upper end of a joint's range, infinite where there is none."""
+    lower = file.number(axis, "limit/lower", -math.inf)
+    upper = file.number(axis, "limit/upper", math.inf)
+    if lower > upper:
+        file.leave_out(axis.find("limit"), "is left out: its lower end is above its upper one")
+        return -math.inf, math.inf
+    return (
+        -math.inf if lower <= -_NO_LIMIT else lower,
+        math.inf if upper >= _NO_LIMIT else upper,
+    )
+
+
+def _mimic(file: SdfFile, element: Any | None, of_two: Container[str]) -> Mimic | None:
+    """The joint that one follows: multiplier * (leader - reference) + offset."""
+    if element is None:
+        return None
+    multiplier, offset, reference = (
+        file.number(element, tag, usual)
+        for tag, usual in (("multiplier", 1.0), ("offset", 0.0), ("reference", 0.0))
+    )
+    leader = element.get("joint") or ""
+    if leader in of_two:
+        leader += "_2" if element.get("axis") == "axis2" else "_1"
+    return Mimic(leader, multiplier, offset - multiplier * reference)
+
+
+def _axis(file: SdfFile, axis: Any, frames: Frames, place: Transform) -> Vector3:
+    """The axis of a joint in the joint's own frame."""
+    xyz = axis.find("xyz")
+    vector = file.vector(axis, "xyz", (0.0, 0.0, 1.0))
+    if not any(vector):
+        raise InvalidDescriptionError(f"{file.place(axis)}: an axis of length 0")
+    frame = (None if xyz is None else xyz.get("expressed_in")) or None
+    # Until SDF 1.5 an axis was along those of the model.
+    old = axis.find("use_parent_model_frame") is None and file.version < (1, 5)
+    if frame is None and (old or file.flag(axis, "use_parent_model_frame")):
+        frame = MODEL
+    if frame is None:
+        return vector
+    in_model = rotate(frames.find(frame, axis).rotation, vector)
+    return rotate(conjugate(place.rotation), in_model)
+
+
+def _most(value: float) -> float:
+    """A limit of effort or speed: negative numbers mean none."""
+    return math.inf if value < 0.0 or value >= _NO_LIMIT else value
+
+
+def moved(joint: SceneJoint, prefix: str, place: Transform) -> SceneJoint:
+    """A joint of a model within another one, as a joint of that.
+
+    Args:
+        joint: The joint.
+        prefix: In front of the names of the inner model.
+        place: Where that is.
+    """
+    parent = joint.parent if joint.parent == "world" else f"{prefix}{joint.parent}"
+    mimic = joint.mimic and replace(joint.mimic, joint=f"{prefix}{joint.mimic.joint}")
+    return replace(
+        joint,
+        name=f"{prefix}{joint.name}",
+        mimic=mimic,
+        parent=parent,
+        child=f"{prefix}{joint.child}",
+        pose=place @ joint.pose,
+    )
