@@ -28,6 +28,7 @@ _COSTLY = frozenset(
         "robot-controllers",
         "robot-is-controlled",
         "robot-namespace",
+        "robot-remappings",
         "simulated-robot",
         "with-plugins",
         "xacro",

@@ -187,8 +187,6 @@ def _of_controller(plugin: etree._Element) -> Iterator[Tag]:
         elif tag.tag not in known | OF_PLUGINS and not is_so_anyway(tag):
             yield Tag(tag, where, f"<{tag.tag}>", gazebos_own=tag.tag in GAZEBOS_OWN)
     obeyed = OF_ROS if "ft_sensor" in filename else words("namespace remapping")
-    if known is _OF_CONTROL:
-        obeyed = words("namespace")
     for tag in plugin.iterfind("ros/*"):
         source, _, target = value_of(tag).partition(":=")
         is_same = bool(source) and source.lstrip("/") == target.lstrip("/")

@@ -264,6 +264,7 @@ _SUBSTITUTIONS = {
     "own_substitutions": "file-controllers file-namespace file-param first-file node-exists "
     "world-file",
     "robots": "robot robot-arguments simulated-robot xacro",
+    "robots_remappings": "robot-remappings",
     "robots_controllers": "robot-controllers robot-is-controlled robot-namespace with-plugins",
 }
 

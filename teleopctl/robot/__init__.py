@@ -10,6 +10,7 @@ if TYPE_CHECKING:
         controllers_for as controllers_for,
         described_controllers as described_controllers,
         described_namespace as described_namespace,
+        described_remappings as described_remappings,
         in_words as in_words,
         with_mesh_paths as with_mesh_paths,
         xacro_arguments as xacro_arguments,
@@ -126,7 +127,8 @@ else:
         __name__,
         {
             "any_robot": "ChosenControllers controllers_for described_controllers "
-            "described_namespace in_words with_mesh_paths xacro_arguments",
+            "described_namespace described_remappings in_words with_mesh_paths "
+            "xacro_arguments",
             "description": "RobotDescription",
             "formats.mjcf": "Mjcf load_mjcf",
             "formats.mjcf_sizes": "check_mjcf check_mjcf_text",

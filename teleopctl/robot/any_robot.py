@@ -114,6 +114,20 @@ def described_namespace(description: RobotDescription) -> str:
     return ""
 
 
+def described_remappings(description: RobotDescription) -> list[str]:
+    """Return the rules by which a description's controllers call topics otherwise, as written.
+
+    They stand at Gazebo's plug-in of ros2_control.
+    """
+    return [
+        rule
+        for plugin in description.gazebo.plugins
+        if plugin.runs_controllers
+        for rule in plugin.parameters.get("ros/remapping", ())
+        if rule
+    ]
+
+
 # Any: parameters as they stand in YAML.
 def controllers_for(
     description: RobotDescription, plugins: MotionPlugins | None = None

@@ -75,7 +75,8 @@ def joint_limits(
     """Combine a joint's own limits with those of its command interfaces.
 
     A velocity, effort or acceleration of zero, which many descriptions have for want of a number,
-    limits nothing; nor do ``lower`` and ``upper``, or two soft limits, that are both zero.
+    limits nothing; nor do ``lower`` and ``upper``, or two soft limits, that are both zero. Nor does
+    a negative effort, as in Gazebo; of a negative velocity ros2_control takes the size.
 
     Args:
         joint: The joint of the URDF.
@@ -88,9 +89,11 @@ def joint_limits(
             f"Limits of joint '{joint.name}' are ignored: lower {own.lower:g} is above upper "
             f"{own.upper:g}"
         )
-    for name, size in (("velocity", own.velocity), ("effort", own.effort)):
-        if size < 0.0:
-            warnings.append(f"Joint '{joint.name}': {name} {size:g} is taken as {-size:g}")
+    if own.velocity < 0.0:
+        sizes = f"{own.velocity:g} is taken as {-own.velocity:g}"
+        warnings.append(f"Joint '{joint.name}': velocity {sizes}")
+    if own.effort < 0.0:
+        warnings.append(f"Joint '{joint.name}': effort {own.effort:g} limits nothing, as in Gazebo")
     off = {name for name, bounds in commands.items() if bounds is None}
     on = {name: bounds for name, bounds in commands.items() if bounds is not None}
     low, high = on.get("acceleration", (None, None))
@@ -99,7 +102,7 @@ def joint_limits(
         lower=lower,
         upper=upper,
         velocity=_size("velocity", own.velocity, on, off),
-        effort=_size("effort", own.effort, on, off),
+        effort=_size("effort", max(own.effort, 0.0), on, off),
         acceleration=_smallest(high) if high else _smallest(low),
         deceleration=_smallest(low) if low else _smallest(high),
         jerk=_smallest(on.get("jerk", (None, None))[1]),

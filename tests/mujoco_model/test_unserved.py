@@ -245,9 +245,9 @@ def test_what_the_ros_of_a_plugin_does_not_do_is_told() -> None:
         ]
 
 
-def test_of_the_plugin_that_runs_controllers_what_it_renames_is_told() -> None:
-    rules = "<remapping>/tf:=tf</remapping>\n<remapping>~/odom:=odom</remapping>"
+def test_of_the_plugin_that_runs_controllers_what_is_neither_namespace_nor_name_is_told() -> None:
+    rules = "<remapping>~/odom:=odom</remapping>\n<qos>best_effort</qos>"
     plugin = f'<plugin name="p" filename="gz_ros2_control-system"><ros>{rules}</ros></plugin>'
     assert warnings(f"<gazebo>{plugin}</gazebo>") == (
-        "<remapping> of plug-in 'p' (line 2) has no effect",
+        "<qos> of plug-in 'p' (line 2) has no effect",
     )

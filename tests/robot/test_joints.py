@@ -1,5 +1,6 @@
 """Joints as a value: whom they follow, and what is said of them without control."""
 
+import math
 from typing import Any
 
 import pytest
@@ -88,3 +89,14 @@ def test_a_robot_with_an_unusable_tag_is_shown_without_it():
     shown = Joints.for_display(robot(control=tag("<motor/>")), warnings.append)
     assert shown["c"].mimic == Mimic("a", -6, 1.75)
     assert "invalid tag name 'motor'" in warnings[0]
+
+
+def test_a_negative_effort_limits_nothing_as_in_gazebo():
+    limit = '<limit lower="-1" upper="1" effort="-1" velocity="-2"/>'
+    joint = f'<joint name="a" type="revolute"><parent link="b"/><child link="c"/>{limit}</joint>'
+    description = RobotDescription.from_urdf(
+        f'<robot name="r"><link name="b"/><link name="c"/>{joint}</robot>'
+    )
+    limits = Joints.of(description)["a"].limits
+    assert limits.effort == math.inf
+    assert limits.velocity == 2.0, "as ros2_control takes it"

@@ -16,7 +16,7 @@ from teleopctl.errors import LaunchError, TeleopctlError
 from teleopctl.launch.evaluation.commands import line_with_ours, with_ours
 from teleopctl.launch.evaluation.context import LaunchContext
 from teleopctl.launch.evaluation.parameters import parameter_file, parameter_value
-from teleopctl.launch.evaluation.substitution import render
+from teleopctl.launch.evaluation.substitution import render, words_of
 from teleopctl.launch.finding import is_builtin
 from teleopctl.launch.model import values
 from teleopctl.launch.model.command_line import split_command_line
@@ -374,7 +374,7 @@ class ProcessBuilder:
                 return [self._text(words)]
             with values.at_key(key):
                 words = split_command_line(words)
-        return [self._text(word) for word in words]
+        return [text for word in words for text in words_of(word, self._context)]
 
     def _text(self, text: Template) -> str:
         return render(text, self._context)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Callable, Sequence
 
 from teleopctl import plugins
@@ -19,6 +20,7 @@ class Substitution:
             raises ends the launch with the file and line of the substitution.
         least: Least number of arguments.
         most: Greatest number of arguments; None for any number.
+        words: Whether it stands for several words, or for none, where it is one of a command line.
     """
 
     def __init__(
@@ -26,10 +28,13 @@ class Substitution:
         function: Callable[[Sequence[str], LaunchContext], str],
         least: int = 0,
         most: int | None = None,
+        *,
+        words: bool = False,
     ) -> None:
         self._function = function
         self._least = least
         self._most = most
+        self.words = words
 
     def evaluate(self, call: Call, context: LaunchContext) -> str:
         """Return the text that a substitution stands for.
@@ -67,6 +72,20 @@ def render(template: Template, context: LaunchContext) -> str:
         TeleopctlError: When a substitution is unknown, has the wrong number of arguments or fails.
     """
     return template.render(lambda call: _evaluate(call, context))
+
+
+def words_of(word: Template, context: LaunchContext) -> list[str]:
+    """Evaluate one word of a command line, which is several where a substitution says so.
+
+    Raises:
+        TeleopctlError: As for `render`.
+    """
+    text = render(word, context)
+    (part, *more) = word.parts or ("",)
+    if more or not isinstance(part, Call) or part.name not in plugins.LAUNCH_SUBSTITUTIONS.ours:
+        return [text]
+    substitution: Substitution = plugins.load(plugins.LAUNCH_SUBSTITUTIONS, part.name)
+    return shlex.split(text) if substitution.words else [text]
 
 
 def _evaluate(call: Call | ComputedText, context: LaunchContext) -> str:

@@ -266,7 +266,7 @@ def test_what_is_absurd_is_told_in_words(
         link("base", STANDS)
         + link("tip", STANDS)
         + joint("j", "base", "tip", limit='lower="1" upper="-1" effort="-5" velocity="2"'): "are "
-        "ignored: lower 1 is above upper -1\n  Joint 'j': effort -5 is taken as 5",
+        "ignored: lower 1 is above upper -1\n  Joint 'j': effort -5 limits nothing",
     }
     for number, (content, words) in enumerate(said.items()):
         main.run(["robot", "check", str(write(tmp_path / f"robot{number}.urdf", content))])

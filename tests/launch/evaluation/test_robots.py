@@ -225,3 +225,54 @@ def test_where_none_are_named_they_are_the_launch_files_or_made_for_the_joints(e
     trajectory = parameters["/**/joint_trajectory_controller"]["ros__parameters"]
     assert trajectory["joints"] == ["pan"]
     assert done.said == [f"No controllers_file is given or described: those of {done.shown}"]
+
+
+RENAMED = (
+    '<gazebo><plugin name="c" filename="libgz_ros2_control-system.so"><ros>'
+    "<remapping>~/odom:=odom</remapping><remapping>/tf:=tf</remapping>"
+    "<remapping>joint_states:=platform/joint_states</remapping>"
+    "<remapping>robot_description:=urdf</remapping><remapping>__ns:=/a</remapping>"
+    "<remapping>odom</remapping></ros></plugin></gazebo>"
+)
+
+
+def test_controllers_get_the_remappings_of_the_plugin_that_would_run_them(evaluated):
+    done = evaluated("$(robot-remappings FILE sim '')", more=RENAMED)
+    assert done.shown == "-r '~/odom:=odom' -r joint_states:=platform/joint_states"
+    *in_vain, obeyed = done.said
+    assert obeyed.endswith("hear: ~/odom:=odom, joint_states:=platform/joint_states")
+    assert [said.partition("</")[0] for said in in_vain] == [
+        "<remapping>robot_description:=urdf",
+        "<remapping>__ns:=/a",
+        "<remapping>odom",
+    ]
+    below = evaluated("$(robot-remappings FILE sim /left)", more=RENAMED)
+    assert "-r /tf:=tf" in below.shown, "which is another topic there"
+
+
+def test_nodes_elsewhere_find_what_controllers_were_told_to_call_otherwise(evaluated):
+    names = "joint_states /tf /tf_static"
+    done = evaluated(f"$(robot-remappings FILE sim /left {names})", more=RENAMED)
+    assert done.shown == (
+        "-r /left/joint_states:=/left/platform/joint_states "
+        "-r /joint_states:=/left/platform/joint_states -r /tf:=/left/tf"
+    )
+    assert not done.said, "it has been said by who asked for all"
+    assert not evaluated(f"$(robot-remappings FILE sim '' {names})").shown
+
+
+def test_in_simulation_the_nodes_of_a_robot_get_them(tmp_path):
+    (tmp_path / "head.xacro").write_text(XACRO.replace("{more}", RENAMED))
+    file = builtin_file("sim.yaml")
+    assert file is not None
+    arguments = {"model": str(tmp_path / "head.xacro"), "camera": "false", "viewer": "true"}
+    plan, _ = evaluate(parse_file(file), arguments, tmp_path / "log", LaunchRequest(file=str(file)))
+    rules = {
+        process.name.rpartition("-")[0]: [word for word in process.command if ":=" in word]
+        for process in plan.start.processes
+    }
+    assert "~/odom:=odom" in rules["ros2_control_node"]
+    assert "/joint_states:=/platform/joint_states" in rules["robot_state_publisher"]
+    assert rules["rviz2"].index("/joint_states:=/platform/joint_states") < rules["rviz2"].index(
+        "/joint_states:=/joint_states"
+    ), "the first one counts"
