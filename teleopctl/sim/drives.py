@@ -2,23 +2,28 @@
 
 How a drive works is told in `teleopctl.mujoco_model.drives`, which builds the actuators; here
 they are switched between positions, velocities and efforts, and led from period to period.
+
+What is done in each period goes drive by drive over lists: below a few dozen drives, to call numpy
+takes several times as long.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from math import isfinite
 from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
-from teleopctl.mujoco_model import (
-    DRIVE_RAD_S,
-    compensated_bodies,
-    drive_name,
-    motor_name,
+from teleopctl.mujoco_model import DRIVE_RAD_S, compensated_bodies, drive_name, motor_name
+from teleopctl.sim.state.set_points import (
+    fed_speed,
+    kept_lead,
+    lost_distance,
+    way_there,
+    within_stops,
 )
-from teleopctl.sim.state.set_points import fed_speed, lost_distance, way_there
 from teleopctl.sim.state.tuning import MovedInertia, drive_rates
 
 if TYPE_CHECKING:
@@ -29,15 +34,12 @@ if TYPE_CHECKING:
 Array = npt.NDArray[np.float64]
 
 _POSITION, _VELOCITY, _EFFORT = range(3)
+_NONE = float("nan")
 
 # On a velocity command the spring is weak, its damper the same: the joint takes up a new speed as
 # a first-order system with the fast one of the two poles; the slow one (rad/s) removes what a load
 # leaves. At equal poles, joints that shake one another would overshoot by 4 %.
 _SLOW_POLE_RAD_S = 5.0
-
-# The shortest time in which a joint on a velocity command brakes before its limits, in seconds:
-# two time constants of its drive.
-_BRAKING_S = 0.01
 
 # What a drive remembers from one period to the next.
 _STATE = (
@@ -82,53 +84,52 @@ class Drives:
         self._m = m = model
         self._d = data
         self._joints = joints
+        # Views: numpy takes several times as long to read or write one number.
+        self._act, self._ctrl = data.act.data, data.ctrl.data
+        self._positions, self._speeds = data.qpos.data, data.qvel.data
         self._period_s = period_s
         driven = [joint for joint in joints if joint.has_drive]
         self._drive_of = {joint.name: row for row, joint in enumerate(driven)}
         self._drive = np.array([m.actuator(drive_name(j.name)).id for j in driven], dtype=int)
-        self._act = np.array([m.actuator_actadr[drive] for drive in self._drive], dtype=int)
-        self._qpos = np.array([m.joint(j.name).qposadr[0] for j in driven], dtype=int)
-        self._dof = np.array([m.joint(j.name).dofadr[0] for j in driven], dtype=int)
-        self._motor = np.array(
-            [
-                m.actuator(motor_name(j.name)).id if "effort" in j.command_interfaces else -1
-                for j in driven
-            ],
-            dtype=int,
-        )
-        self._accepts = np.array(
-            [
-                [name in joint.command_interfaces for joint in driven]
-                for name in ("position", "velocity", "effort")
-            ],
-            dtype=bool,
-        ).reshape(3, len(driven))
-        self._lower: Array = np.array([joint.limits.lower for joint in driven])
-        self._upper: Array = np.array([joint.limits.upper for joint in driven])
-        self._max_speed: Array = np.array([joint.limits.velocity for joint in driven])
+        named = [m.joint(joint.name) for joint in driven]
+        self._qpos = np.array([joint.qposadr[0] for joint in named], dtype=int)
+        self._dof = np.array([joint.dofadr[0] for joint in named], dtype=int)
+        places = (self._drive, m.actuator_actadr[self._drive], self._qpos, self._dof)
+        self._places = list(zip(*(column.tolist() for column in places), strict=True))
+        fields = "position", "velocity", "effort"
+        self._accepts = [[name in j.command_interfaces for name in fields] for j in driven]
+        self._motor = [
+            int(m.actuator(motor_name(joint.name)).id) if accepts[_EFFORT] else -1
+            for joint, accepts in zip(driven, self._accepts, strict=True)
+        ]
+        self._lower = [joint.limits.lower for joint in driven]
+        self._upper = [joint.limits.upper for joint in driven]
+        self._max_speed: list[float] = [joint.limits.velocity for joint in driven]
         self._gain = np.array(m.actuator_gainprm[self._drive])
         self._bias = np.array(m.actuator_biasprm[self._drive])
         self._limited = np.array(m.actuator_actlimited[self._drive], dtype=bool)
-        self._rate = rate = drive_rates(self._accepts[_POSITION], period_s, m.opt.timestep)
+        takes_position = np.array([accepts[_POSITION] for accepts in self._accepts], dtype=bool)
+        self._rate = rate = drive_rates(takes_position, period_s, m.opt.timestep)
         fast_pole = 2.0 * rate - _SLOW_POLE_RAD_S
         # Of the spring on a velocity command, as a part of the other one.
         self._speed_stiffness = _SLOW_POLE_RAD_S * fast_pole / rate**2
-        self._speed_lag_s = 1.0 / fast_pole
+        self._speed_lag_s = (1.0 / fast_pole).tolist()
         # What turns without end is a wheel: its pose changes nothing.
-        self._posed = np.isfinite(self._lower) & np.isfinite(self._upper)
+        posed = np.isfinite(self._lower) & np.isfinite(self._upper)
+        self._posed = [(row, self._places[row][2]) for row in np.flatnonzero(posed).tolist()]
         self._moved = MovedInertia(
             m, joints, list(self._drive_of), self._gain[:, 0] / DRIVE_RAD_S**2
         )
         # What the joint itself loses to its bearings at 1 rad/s, which a drive is tuned to.
         self._drag: Array = np.array(m.dof_damping[self._dof])
-        self._effort: Array = np.array([joint.limits.effort for joint in driven])
+        self._effort = [joint.limits.effort for joint in driven]
         roots = [m.body(name).id for name in others]
         self._own = ~np.isin(m.body_rootid, roots)
         self._weightless = np.zeros(0, dtype=int)
         self.settled = False
-        self._command_names: tuple[str, ...] = ()
-        self._command_rows = np.zeros(0, dtype=int)
-        self._command_columns = np.zeros(0, dtype=int)
+        self._command_names: list[str] = []
+        # Of each drive that is in such a command: its row, its column, what it takes.
+        self._commanded: list[tuple[int, int, list[bool]]] = []
         # Dofs that hold themselves: the followers of driven joints.
         self._followers = np.array(
             [
@@ -142,20 +143,18 @@ class Drives:
     def reset(self) -> None:
         """Stand still where the joints are, without commands."""
         self.settled = False
-        count = len(self._drive)
-        self._mode = np.full(count, _POSITION)
-        self._target = np.clip(self._d.qpos[self._qpos], self._lower, self._upper)
-        self._wanted_speed = np.zeros(count)
-        self._setpoint: Array = np.array(self._target)
-        self._setpoint_speed: Array = np.zeros(count)
-        self._speed_before: Array = np.zeros(count)
-        self._fed_forward: Array = np.zeros(count)
-        self._planned_target: Array = np.array(self._target)
-        self._d.act[self._act] = self._setpoint
-        self._tuned_at: Array = np.array(self._d.qpos[self._qpos])
-        self._inertia = self._moved.at(self._d)
+        nothing = [0.0] * len(self._drive)
+        actual = self._d.qpos[self._qpos]
+        self._mode = [_POSITION] * len(self._drive)
+        self._target: list[float] = np.clip(actual, self._lower, self._upper).tolist()
+        self._wanted_speed, self._setpoint_speed = list(nothing), list(nothing)
+        self._speed_before, self._fed_forward = list(nothing), list(nothing)
+        self._setpoint, self._planned_target = list(self._target), list(self._target)
+        self._d.act[self._m.actuator_actadr[self._drive]] = self._setpoint
+        self._tuned_at: list[float] = actual.tolist()
+        self._inertia: list[float] = self._moved.at(self._d).tolist()
         self._tune()
-        self._stiffness: Array = np.array(self._gain[:, 0])
+        self._stiffness: list[float] = self._gain[:, 0].tolist()
         self._apply_modes()
 
     def moved_to(self, model: mujoco.MjModel, data: mujoco.MjData, others: Iterable[str]) -> Drives:
@@ -181,8 +180,8 @@ class Drives:
     def restore(self, saved: Mapping[str, Array]) -> None:
         """Remember what `save` returned."""
         for name in _STATE:
-            setattr(self, name, np.array(saved[f"drives{name}"]))
-        self._mode = self._mode.astype(int)
+            setattr(self, name, saved[f"drives{name}"].tolist())
+        self._mode = [int(mode) for mode in self._mode]
         self.settled = False
         self._tune()
         self._apply_modes()
@@ -207,116 +206,117 @@ class Drives:
             effort: Efforts (N m or N) in the same way.
         """
         self.settled = False
-        if tuple(names) != self._command_names:
-            self._index_command(tuple(names))
-        wanted_position = self._by_drive(position, _POSITION)
-        wanted_velocity = self._by_drive(velocity, _VELOCITY)
-        wanted_effort = self._by_drive(effort, _EFFORT)
-        by_position = np.isfinite(wanted_position)
-        by_velocity = np.isfinite(wanted_velocity) & ~by_position
-        by_effort = np.isfinite(wanted_effort) & ~by_position & ~by_velocity
+        if list(names) != self._command_names:
+            self._index_command(list(names))
+        fields = enumerate((position, velocity, effort))
+        given = [(interface, values) for interface, values in fields if len(values) == len(names)]
+        modes, wanted = [_POSITION] * len(self._mode), [_NONE] * len(self._mode)
+        for row, column, accepts in self._commanded:
+            for interface, values in given:
+                if accepts[interface] and isfinite(value := values[column]):
+                    modes[row], wanted[row] = interface, float(value)
+                    break
         self._follow_pose()
-        self._set_modes(by_velocity, by_effort)
-        self._target[by_position] = np.clip(wanted_position, self._lower, self._upper)[by_position]
-        self._wanted_speed[by_velocity] = wanted_velocity[by_velocity]
-        self._d.ctrl[self._motor[by_effort]] = wanted_effort[by_effort]
+        self._set_modes(modes)
+        for row, (mode, value) in enumerate(zip(modes, wanted, strict=True)):
+            if value != value:  # NaN: what it was told before holds
+                continue
+            if mode == _POSITION:
+                self._target[row] = min(max(value, self._lower[row]), self._upper[row])
+            elif mode == _VELOCITY:
+                self._wanted_speed[row] = value
+            else:
+                self._ctrl[self._motor[row]] = value
 
     def hold(self) -> None:
         """Nobody commands any more: every joint stays where it is or was last sent."""
         self.settled = False
-        nothing = np.zeros(len(self._drive), dtype=bool)
-        self._set_modes(nothing, nothing)
+        self._set_modes([_POSITION] * len(self._mode))
 
     def commandable(self, name: str) -> bool:
         """Whether a joint takes commands."""
         return name in self._drive_of
 
     def _apply_gains(self) -> None:
-        by_effort = (self._mode == _EFFORT)[:, None]
+        by_effort = (np.array(self._mode, dtype=int) == _EFFORT)[:, None]
         gain, bias = np.array(self._gain), np.array(self._bias)
-        gain[:, 0], bias[:, 1] = self._stiffness, -self._stiffness
+        gain[:, 0], bias[:, 1] = self._stiffness, np.negative(self._stiffness)
         self._m.actuator_gainprm[self._drive] = np.where(by_effort, 0.0, gain)
         self._m.actuator_biasprm[self._drive] = np.where(by_effort, 0.0, bias)
 
     @property
-    def moving(self) -> bool:
-        """Whether any set-point moves in this control period."""
-        return bool(self._setpoint_speed.any())
+    def changing(self) -> bool:
+        """Whether any set-point has another speed in this control period than in the one before."""
+        return self._setpoint_speed != self._speed_before
 
-    def _index_command(self, names: tuple[str, ...]) -> None:
-        known = [
-            (self._drive_of[name], column)
-            for column, name in enumerate(names)
-            if name in self._drive_of
-        ]
+    def _index_command(self, names: list[str]) -> None:
+        column = {name: number for number, name in enumerate(names)}
         self._command_names = names
-        self._command_rows = np.array([row for row, _ in known], dtype=int)
-        self._command_columns = np.array([column for _, column in known], dtype=int)
-
-    def _by_drive(self, values: Sequence[float], interface: int) -> Array:
-        """Values ordered by drive; NaN where there is none or the joint does not take it."""
-        ordered = np.full(len(self._drive), np.nan)
-        if len(values) == len(self._command_names) and len(values) > 0:
-            ordered[self._command_rows] = np.asarray(values, dtype=float)[self._command_columns]
-            ordered[~self._accepts[interface]] = np.nan
-        return ordered
+        known = [(row, name) for name, row in self._drive_of.items() if name in column]
+        self._commanded = [(row, column[name], self._accepts[row]) for row, name in known]
 
     def _follow_pose(self) -> None:
         """Tune the drives to what they move in the pose of now, where it has changed."""
-        actual = self._d.qpos[self._qpos]
-        if not (np.abs(actual - self._tuned_at) > _TUNED_WITHIN)[self._posed].any():
+        here, before = self._positions, self._tuned_at
+        for row, place in self._posed:
+            if abs(here[place] - before[row]) > _TUNED_WITHIN:
+                break
+        else:
             return
-        self._tuned_at, self._inertia = actual, self._moved.at(self._d)
+        actual = self._d.qpos[self._qpos]
+        self._tuned_at, self._inertia = actual.tolist(), self._moved.at(self._d).tolist()
         self._tune()
-        self._stretch(self._mode, actual)
+        self._stretch(np.array(self._mode), actual)
         self._apply_gains()
 
     def _tune(self) -> None:
         """Work out springs, dampers and accelerations for the inertia that is moved."""
-        self._gain[:, 0] = self._inertia * self._rate**2
+        inertia = np.array(self._inertia)
+        self._gain[:, 0] = inertia * self._rate**2
         self._bias[:, 1] = -self._gain[:, 0]
-        self._damping: Array = 2.0 * self._inertia * self._rate
-        self._bias[:, 2] = -self._damping
-        self._acceleration: Array = np.maximum(self._effort, _LEAST_EFFORT) / self._inertia
+        damping = 2.0 * inertia * self._rate
+        self._bias[:, 2] = -damping
+        acceleration = np.maximum(self._effort, _LEAST_EFFORT) / inertia
         # The change of speed that the damper alone answers with all the joint's effort, or what
         # that does in a quarter of a period that is not long.
         at_once = np.maximum(0.5 / self._rate, min(0.25 * self._period_s, 0.5 / DRIVE_RAD_S))
-        self._speed_step: Array = self._acceleration * at_once
+        self._damping: list[float] = damping.tolist()
+        self._drawn: list[float] = (damping + self._drag).tolist()
+        self._acceleration: list[float] = acceleration.tolist()
+        self._speed_step: list[float] = (acceleration * at_once).tolist()
 
     def _stretch(self, mode: npt.NDArray[np.intp], actual: Array) -> None:
         """Take other springs, stretched so that they carry the same load."""
+        before, setpoint = np.array(self._stiffness), np.array(self._setpoint)
         stiffness = self._gain[:, 0] * np.where(mode == _VELOCITY, self._speed_stiffness, 1.0)
-        lead = (self._setpoint - actual) * self._stiffness / stiffness
-        self._setpoint = np.where(stiffness == self._stiffness, self._setpoint, actual + lead)
-        self._stiffness = stiffness
+        lead = (setpoint - actual) * before / stiffness
+        self._setpoint = np.where(stiffness == before, setpoint, actual + lead).tolist()
+        self._stiffness = stiffness.tolist()
 
-    def _set_modes(
-        self, by_velocity: npt.NDArray[np.bool_], by_effort: npt.NDArray[np.bool_]
-    ) -> None:
-        mode = np.full(len(self._drive), _POSITION)
-        mode[by_velocity] = _VELOCITY
-        mode[by_effort] = _EFFORT
-        if np.array_equal(mode, self._mode):
+    def _set_modes(self, modes: list[int]) -> None:
+        if modes == self._mode:
             return
         # A drive that takes over starts from where the joint is, not from an old set-point.
         actual = self._d.qpos[self._qpos]
-        now = np.clip(actual, self._lower, self._upper)
-        from_effort = (self._mode == _EFFORT) & (mode != _EFFORT)
-        self._setpoint[from_effort] = now[from_effort]
-        released = (mode == _POSITION) & (self._mode != _POSITION)
-        self._target[released] = now[released]
-        self._stretch(mode, actual)
-        self._mode = mode
+        now = np.clip(actual, self._lower, self._upper).tolist()
+        for row, (mode, before) in enumerate(zip(modes, self._mode, strict=True)):
+            if before == _EFFORT != mode:
+                self._setpoint[row] = now[row]
+            if before != _POSITION == mode:
+                self._target[row] = now[row]
+        self._stretch(np.array(modes), actual)
+        self._mode = modes
         self._apply_modes()
 
     def _apply_modes(self) -> None:
         """Switch between drives and motors, and what of the robot's weight the drives carry."""
         self._apply_gains()
-        by_effort = self._mode == _EFFORT
+        mode = np.array(self._mode, dtype=int)
+        by_effort = mode == _EFFORT
         # The range keeps a position's set-point off the stops; speeds are kept within them instead.
-        self._m.actuator_actlimited[self._drive] = self._limited & (self._mode != _VELOCITY)
-        motors = self._motor[(self._motor >= 0) & ~by_effort]
-        self._d.ctrl[motors] = 0.0
+        self._m.actuator_actlimited[self._drive] = self._limited & (mode != _VELOCITY)
+        motors = np.array(self._motor, dtype=int)
+        self._d.ctrl[motors[(motors >= 0) & ~by_effort]] = 0.0
         if not len(self._drive):
             return  # what an MJCF file says of its weight holds
         unsupported = np.ones(self._m.nv, dtype=bool)
@@ -343,54 +343,58 @@ class Drives:
 
     def plan_period(self) -> None:
         """Set the path of every set-point for the control period that begins."""
-        setpoint = self._setpoint
-        away = self._target - setpoint
-        arrived = (self._mode == _POSITION) & (np.abs(away) < _ARRIVED)
-        setpoint[arrived] = self._target[arrived]
-        away[arrived] = 0.0
-        moving = self._mode == _VELOCITY
-        fresh = self._target != self._planned_target
-        before = self._setpoint_speed, self._speed_before
-        speed = way_there(
-            away, before[0], fresh, self._max_speed, self._acceleration, self._period_s
+        period_s, settled = self._period_s, True
+        setpoints, drawn, stiffness = self._setpoint, self._drawn, self._stiffness
+        fed_forward, speeds, speeds_before = (
+            self._fed_forward,
+            self._setpoint_speed,
+            self._speed_before,
         )
-        if moving.any():
-            wanted = self._within_stops(self._wanted_speed)
-            np.copyto(speed, np.clip(wanted, -self._max_speed, self._max_speed), where=moving)
-        speed[self._mode == _EFFORT] = 0.0
-        if moving.any():
-            actual = self._d.qpos[self._qpos]
-            # The spring is stretched no further than for the effort that the damper leaves it: what
-            # holds the joint back does not wind it up.
-            pull = self._damping * (self._setpoint_speed - self._d.qvel[self._dof])
-            most = np.clip(self._effort - pull, 0.0, self._effort) / self._stiffness
-            least = -np.clip(self._effort + pull, 0.0, self._effort) / self._stiffness
-            lead = np.clip(setpoint - actual, least, most)
-            # A change of speed asks for no distance to be made up.
-            change = speed - self._setpoint_speed
-            lead -= lost_distance(change, self._speed_lag_s, self._acceleration)
-            setpoint[moving] = (actual + lead)[moving]
-        arrives = fresh & (np.abs(away - speed * self._period_s) <= 1e-6 * np.abs(away))
-        fed = fed_speed(speed, arrives, self._fed_forward, before, self._speed_step)
-        fed[moving] = speed[moving]
-        # The damper pulls at the joint's absolute speed: stretching the spring by
-        # damping * speed / stiffness makes that the difference from the set-point's speed.
-        stretch = fed * (self._damping + self._drag) / self._stiffness
-        self._d.act[self._act] = setpoint + stretch
-        self._d.ctrl[self._drive] = speed
-        self._speed_before, self._setpoint_speed = self._setpoint_speed, speed
-        self._fed_forward = fed
+        rows = enumerate(zip(self._mode, self._target, self._planned_target, speeds, strict=True))
+        for row, (mode, target, planned, before) in rows:
+            setpoint, speed, fed = setpoints[row], 0.0, 0.0
+            if mode == _POSITION:
+                away, fresh = target - setpoint, target != planned
+                if not (away or fresh or before or speeds_before[row] or fed_forward[row]):
+                    # It stands, as in the period before.
+                    settled &= self._lower[row] <= setpoint <= self._upper[row]
+                    continue
+                if abs(away) < _ARRIVED:
+                    setpoint, away = target, 0.0
+                most, more = self._max_speed[row], self._acceleration[row]
+                speed = way_there(away, before, fresh, most, more, period_s)
+                if fresh and abs(away - speed * period_s) <= 1e-6 * abs(away):
+                    expected, more = 2.0 * before - speeds_before[row], self._speed_step[row]
+                    fed = fed_speed(speed, fed_forward[row], expected, more)
+            elif mode == _VELOCITY:
+                speed = fed = self._wanted_within_stops(row)
+                setpoint = self._led(row, setpoint, speed - before)
+            drive, act, _, _ = self._places[row]
+            # The damper pulls at the joint's absolute speed: stretching the spring by
+            # damping * speed / stiffness makes that the difference from the set-point's speed.
+            self._act[act] = setpoint + fed * drawn[row] / stiffness[row]
+            self._ctrl[drive] = speed
+            speeds_before[row], speeds[row], fed_forward[row] = before, speed, fed
+            setpoints[row] = setpoint + speed * period_s
+            # MuJoCo keeps a set-point that does not move, unless it lies outside of its range.
+            settled &= mode != _VELOCITY and not (speed or fed)
+            settled &= self._lower[row] <= setpoint <= self._upper[row]
         self._planned_target[:] = self._target
-        self._setpoint = setpoint + speed * self._period_s
-        # MuJoCo keeps a set-point that does not move, unless it lies outside of its range.
-        self.settled = not (moving.any() or speed.any() or fed.any()) and bool(
-            ((setpoint >= self._lower) & (setpoint <= self._upper)).all()
-        )
+        self.settled = settled
 
-    def _within_stops(self, speed: Array) -> Array:
-        """Speeds that end at the joints' limits, not beyond them."""
-        rest = self._d.qpos[self._qpos] + self._d.qvel[self._dof] * self._speed_lag_s
-        braking = max(self._period_s, _BRAKING_S)
-        lowest = np.minimum(self._lower - rest, 0.0) / braking
-        highest = np.maximum(self._upper - rest, 0.0) / braking
-        return np.clip(speed, lowest, highest)
+    def _led(self, row: int, setpoint: float, change: float) -> float:
+        """Where a speed's set-point starts from, with the spring as it is stretched now."""
+        _, _, place, dof = self._places[row]
+        pull = self._damping[row] * (self._setpoint_speed[row] - self._speeds[dof])
+        actual: float = self._positions[place]
+        lead = kept_lead(setpoint - actual, pull, self._effort[row], self._stiffness[row])
+        # A change of speed asks for no distance to be made up.
+        lead -= lost_distance(change, self._speed_lag_s[row], self._acceleration[row])
+        return actual + lead
+
+    def _wanted_within_stops(self, row: int) -> float:
+        _, _, place, dof = self._places[row]
+        rest = self._positions[place] + self._speeds[dof] * self._speed_lag_s[row]
+        stops = self._lower[row] - rest, self._upper[row] - rest
+        speed: float = within_stops(self._wanted_speed[row], *stops, self._period_s)
+        return min(max(speed, -self._max_speed[row]), self._max_speed[row])

@@ -10,10 +10,11 @@ tick, and Zenoh, which sends as many bytes to the same process.
 
 from __future__ import annotations
 
+import math
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import mujoco
@@ -104,9 +105,6 @@ class Silence:
     def diverged(self, time_ns: int) -> None:
         raise AssertionError(time_ns)
 
-    def put_back(self, time_ns: int, things: Sequence[str]) -> None:
-        raise AssertionError(things)
-
 
 class End:
     """A sampler that stops the loop at the end."""
@@ -173,6 +171,52 @@ def test_physics_without_controllers(make: Callable[[], RobotModel], capsys) -> 
                 f"{min(attended) / min(bare):.2f} going round at each tick"
             )
         assert ratio < 1.2
+
+
+def driven_seconds(simulation: Simulation, commands: Callable[[float], dict]) -> tuple[list, list]:
+    """Processor time of each control period: with a command, and of MuJoCo from the same state."""
+    m, _ = simulation.observe()
+    data, kind = mujoco.MjData(m), mujoco.mjtState.mjSTATE_INTEGRATION
+    ours, bare, steps = [], [], simulation.steps_per_period
+    for tick in range(2 * SIMULATED_NS // simulation.control_period_ns):
+        command = commands(tick * simulation.control_period_ns * 1e-9)
+        start = time.process_time()
+        simulation.apply(simulation.joint_names, **command)
+        simulation.step(steps)
+        simulation.read()
+        ours.append(time.process_time() - start)
+        mujoco.mj_setState(m, data, simulation.save()["physics"], kind)
+        start = time.process_time()
+        mujoco.mj_step(m, data, steps)
+        bare.append(time.process_time() - start)
+    return ours, bare
+
+
+@pytest.mark.parametrize("turning", [False, True])
+@pytest.mark.parametrize("make", ROBOTS)
+def test_physics_while_driven(make: Callable[[], RobotModel], turning: bool, capsys) -> None:
+    """Joints follow a sine; wheels roll, or half of them backwards. A new command at each tick."""
+    wheeled = make in (two_wheels, four_wheels)
+    if turning and not wheeled:
+        pytest.skip("it has no wheels")
+
+    def commands(at_s: float) -> dict:
+        if not wheeled:
+            return {"position": [0.3 * math.sin(6.0 * at_s)] * len(names)}
+        speed = 3.0 * min(1.0, 10.0 * at_s)
+        return {"velocity": [-speed if turning and "right" in name else speed for name in names]}
+
+    for rate in (10, 100, 1000):
+        simulation = at_rest(make(), rate)
+        names, start = simulation.joint_names, simulation.save()
+        rounds = []
+        for _ in range(ROUNDS // 3):
+            simulation.restore(start)
+            rounds.append(driven_seconds(simulation, commands))
+        ours, bare = (sum(map(min, zip(*one, strict=True))) for one in zip(*rounds, strict=True))
+        with capsys.disabled():
+            how = "turning" if turning else "driven"
+            print(f"\n{make.__name__:11} {rate:5d} Hz {how}: {ours / bare:.2f} times bare mj_step")
 
 
 @pytest.fixture

@@ -15,6 +15,7 @@ from teleopctl.node import AllowableParameterValue, GoalState
 from teleopctl.robot import motion_plugins, simulated
 from teleopctl.sim.building import simulate
 from teleopctl.sim.ports import reported_joints
+from teleopctl.sim.state import sliding
 from teleopctl.testing import ControlStack
 
 RADIUS, SEPARATION, RATE_HZ = 0.05, 0.3, 100
@@ -244,6 +245,31 @@ def test_a_base_that_turns_by_sliding_its_wheels_drives_a_square_within_one_perc
     x, y, heading = cart.pose
     assert math.hypot(x, y) < 0.01 * 4.0  # one percent of the way round
     assert abs(heading) < 0.01 * 2.0 * math.pi
+
+
+def test_what_slides_is_looked_for_at_each_step_only_while_it_does(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    looks = 0
+
+    def looked(data: object) -> float:
+        nonlocal looks
+        looks += 1
+        return keep_down(data)
+
+    keep_down = sliding._keep_down
+    monkeypatch.setattr(sliding, "_keep_down", looked)
+    cart = sliding_base()
+    seen = []
+    for x, angular in ((0.5, 0.0), (0.0, math.pi / 4.0)):
+        cart.drive(x, angular, 1.0, stop=False)
+        looks = 0
+        cart.drive(x, angular, 0.3, stop=False)
+        seen.append(looks)
+    straight, turning = seen
+    # Of the 300 steps in which the wheels roll, one in 16.
+    assert straight == pytest.approx(300 / 16, abs=1.0)
+    assert turning == 300
 
 
 def test_a_base_with_gazebos_plugin_drives_as_with_the_controller() -> None:

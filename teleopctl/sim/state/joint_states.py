@@ -45,11 +45,15 @@ class JointStates:
         dof = [int(joint.dofadr[0]) for joint in named]
         self._m, self._d, self._dofs = model, data, dof
         self._lifted = np.array([model.body(name).id for name in self._weightless], dtype=int)
-        names = {joint.name: drive_name(joint.name) for joint in self._joints if joint.has_drive}
-        self._rows = np.array([r for r, name in enumerate(self.names) if name in names], dtype=int)
-        self._drives = np.array([model.actuator(name).id for name in names.values()], dtype=int)
-        self._dof = np.array(dof, dtype=int)[self._rows]
-        self._limits = np.array([j.limits.effort for j in self._joints if j.has_drive])
+        self._driven = [
+            (row, dof[row], int(model.actuator(drive_name(joint.name)).id), joint.limits.effort)
+            for row, joint in enumerate(self._joints)
+            if joint.has_drive
+        ]
+        self._told: memoryview[float] = self.efforts.data.cast("B").cast("d")
+        self._speeds: memoryview[float] = data.qvel.data
+        self._speeds_before: memoryview[float] = data.actuator_velocity.data
+        self._bias: memoryview[float] = model.actuator_biasprm.data
         # Views: numpy takes four times as long to copy a few numbers.
         self._copied = [
             (target.data[first:end], source.data[at : at + end - first])
@@ -69,7 +73,7 @@ class JointStates:
         """
         for target, source in self._copied:
             target[:] = source
-        if moving and len(self._drives):
+        if moving:
             self._correct_efforts()
         if self._weightless:
             # MuJoCo lifts what has no weight by a force, and counts that as the joints' own.
@@ -85,14 +89,13 @@ class JointStates:
         MuJoCo works a damper's force out with the speed at the beginning of a step, and in the end
         lets it act with that at its end, but where a joint is at the limit of its effort.
         """
-        m, d, drives = self._m, self._d, self._drives
-        damping = m.actuator_biasprm[drives, 2]
-        gained = d.qvel[self._dof] - d.actuator_velocity[drives]
-        efforts = self.efforts[self._rows]
-        free = np.abs(efforts) < self._limits
-        # Where something hits the joint, it may for a step be more than the drive can do.
-        true = np.clip(efforts + damping * gained, -self._limits, self._limits)
-        self.efforts[self._rows] = np.where(free, true, efforts)
+        for row, dof, drive, limit in self._driven:
+            effort = self._told[row]
+            if abs(effort) < limit:
+                gained = self._speeds[dof] - self._speeds_before[drive]
+                # Where something hits the joint, it may for a step be more than the drive can do.
+                true = effort + self._bias[drive, 2] * gained
+                self._told[row] = min(max(true, -limit), limit)
 
     def put_balls(self, data: Any, given: Mapping[str, float]) -> None:
         """Turn the balls of which turns are given; a turn that is not given is 0."""

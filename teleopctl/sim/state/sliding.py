@@ -11,9 +11,9 @@ friction has 0. In a steady slide `a_t` is 0, so `mu |aref_t|` is taken from `ar
 Source: De Saxcé and Feng 1998, here as a change of the reference instead of an iteration.
 
 That is done in Python, for four tenths of what a step of a base on four wheels takes: only robots
-have it that cannot turn without sliding, and only while they move. On two driven wheels nothing has
-to slide, and the two points by which a cylinder touches would tell too much of how a wide wheel
-does.
+have it that cannot turn without sliding, and only while they slide or may begin to. On two driven
+wheels nothing has to slide, and the two points by which a cylinder touches would tell too much of
+how a wide wheel does.
 """
 
 from __future__ import annotations
@@ -32,9 +32,10 @@ if TYPE_CHECKING:
 _ELLIPTIC = int(mujoco.mjtCone.mjCONE_ELLIPTIC)
 _MANY_WHEELS = 3
 
-# What slides is looked for in one step of so many while the drives stand still and nothing slides.
-# Not while they move: a base loses 6 mrad of a turn where the first blows of its wheels are missed.
-_LOOK_EVERY = 16
+# What slides is looked for in one step of so many while nothing does and the drives keep their
+# speeds. Not while those change, nor until wheels have taken them up, to 1 % within 50 ms: a base
+# loses 6 mrad of a turn where the first blows of its wheels are missed.
+_LOOK_EVERY, _TAKEN_UP_S = 16, 0.1
 
 # Where sliding adds less than this (m/s²) to the acceleration at which two contacts are to part, a
 # twentieth of a weight's, they stay together: mu times 5 mm/s at the softness of our contacts.
@@ -70,14 +71,14 @@ class Physics:
     def __init__(self, model: Any, *, slides: bool) -> None:
         self._m = model
         self.slides = slides
-        self._moving = True
-        self._unseen = 0  # steps to come in which nobody looks for what slides
+        # Steps to come in which each is looked at for what slides, and then in which none is.
+        self._seen = self._unseen = 0
+        self._taking_up = round(_TAKEN_UP_S / model.opt.timestep)
 
-    def begin_period(self, *, moving: bool) -> None:
-        """Say whether the robot's drives move in the control period that begins."""
-        self._moving = moving
-        if moving:
-            self._unseen = 0
+    def begin_period(self, *, changing: bool) -> None:
+        """Say whether the robot's drives change their speeds in the control period that begins."""
+        if changing:
+            self._seen, self._unseen = self._taking_up, 0
 
     def step(self, data: Any, count: int) -> None:
         """Advance by physics steps. However they are cut into calls, the bits are the same."""
@@ -91,18 +92,21 @@ class Physics:
                 count -= block
                 continue
             mujoco.mj_step1(self._m, data)
-            if _keep_down(data) < _PARTS and not self._moving:
+            most = _keep_down(data)
+            if self._seen:
+                self._seen -= 1
+            elif most < _PARTS:
                 self._unseen = _LOOK_EVERY - 1
             mujoco.mj_step2(self._m, data)
             count -= 1
 
     def save(self) -> Array:
         """What it remembers from one step to the next."""
-        return np.array([self._moving, self._unseen], float)
+        return np.array([self._seen, self._unseen], float)
 
     def restore(self, saved: Array) -> None:
         """Remember what `save` returned."""
-        self._moving, self._unseen = bool(saved[0]), int(saved[1])
+        self._seen, self._unseen = map(int, saved)
 
     def forward(self, data: Any) -> None:
         """Work out forces and accelerations, and what sensors measure, of all that touches."""
