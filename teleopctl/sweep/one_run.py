@@ -86,7 +86,7 @@ class RunResult:
         simulated_s: The simulated time that it reached, or None where there was none.
         measures: What was measured, None where that failed.
         folder: Where its bag and its logs are.
-        machine: The worker of a cluster that did it; empty for this machine.
+        machine: The name of the worker of a cluster that did it; empty for this machine.
     """
 
     number: int

@@ -39,7 +39,9 @@ async def main():
     async with Scheduler(host="127.0.0.1", port=0, dashboard=False) as scheduler:
         print(scheduler.address, flush=True)
         await asyncio.to_thread(sys.stdin.readline)
-        async with Worker(scheduler.address, nthreads=1, local_directory=sys.argv[1]):
+        async with Worker(
+            scheduler.address, name="under the desk", nthreads=1, local_directory=sys.argv[1]
+        ):
             await scheduler.finished()
 asyncio.run(main())
 """
@@ -98,7 +100,7 @@ def test_the_run_of_a_lost_worker_is_done_again_by_another(
 
     assert sweep.wait(3 * LONGEST_WAIT_S) == 0, sweep.stderr
     (run,) = json.loads(sweep.stdout)["runs"]
-    assert (run["result"], bool(run["machine"])) == ("done", True)
+    assert (run["result"], run["machine"]) == ("done", "under the desk")
     _, again = sorted(signs.glob("begun.*"), key=lambda sign: sign != begun)
     assert again.read_text().startswith(str(tmp_path / "other"))
     assert f"{job} is sent to 1 worker\n" in sweep.stderr

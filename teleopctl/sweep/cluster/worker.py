@@ -63,7 +63,7 @@ def do_run(
         except RefusedError as error:
             result, packed = replace(result, result="failed", error=error.message), b""
         # With the values as they were asked for, not as they are here.
-        done = replace(result, machine=worker.address, parameters=fields["parameters"])
+        done = replace(result, machine=str(worker.name), parameters=fields["parameters"])
         return asdict(done), packed
 
 
