@@ -17,7 +17,7 @@ from typing import Literal
 
 import psutil
 
-LONGEST_WAIT_S = 20.0
+LONGEST_WAIT_S = 40.0
 """Deadline of every wait unless a test names one: generous, since it is reached only on failure."""
 
 # What gives no event is looked at this often, in seconds.

@@ -47,7 +47,7 @@ def main() -> None:
             assert sender.stdout.readline() == "met\n"
             node.send_signal(signal.SIGSTOP)
             began_s = time.monotonic()
-            said, complained = sender.communicate("\n", timeout=6 * LONGEST_WAIT_S)
+            said, complained = sender.communicate("\n", timeout=3 * LONGEST_WAIT_S)
         print(f"{time.monotonic() - began_s:.1f} s, status {sender.returncode}: {said}{complained}")
         node.kill()
         node.wait()

@@ -87,7 +87,7 @@ def test_the_run_of_a_lost_worker_is_done_again_by_another(
         f"--cluster {address} --json",
         cwd=job,
     )
-    eventually(lambda: list(signs.glob("begun.*")), timeout_s=3 * LONGEST_WAIT_S)
+    eventually(lambda: list(signs.glob("begun.*")), timeout_s=2 * LONGEST_WAIT_S)
     (begun,) = signs.glob("begun.*")
     assert begun.read_text().startswith(str(tmp_path / "lost")), "it runs beside what was sent"
     server.stdin.write("another worker\n")
@@ -98,7 +98,7 @@ def test_the_run_of_a_lost_worker_is_done_again_by_another(
     eventually(lambda: _has_ended(lost), timeout_s=LONGEST_WAIT_S)
     (signs / "go").touch()
 
-    assert sweep.wait(3 * LONGEST_WAIT_S) == 0, sweep.stderr
+    assert sweep.wait(2 * LONGEST_WAIT_S) == 0, sweep.stderr
     (run,) = json.loads(sweep.stdout)["runs"]
     assert (run["result"], run["machine"]) == ("done", "under the desk")
     _, again = sorted(signs.glob("begun.*"), key=lambda sign: sign != begun)

@@ -72,7 +72,7 @@ def test_runs_are_measured_alike_and_one_that_fails_does_not_stop_the_others(
         "sim sweep fall.launch.yaml mass:=2 --grid mujoco_sim:update_rate:=50,0,50 "
         "--duration 0.5 --output runs --jobs 2 "
         "--measure /mujoco_sim/joint_states.position[1]:last --json",
-        timeout=4 * LONGEST_WAIT_S,
+        timeout=2 * LONGEST_WAIT_S,
         cwd=tmp_path,
     )
 
