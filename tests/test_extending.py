@@ -103,10 +103,19 @@ def test_every_kind_of_plug_in_is_in_the_table_and_has_a_page():
 
 
 def test_a_strangers_controller_moves_a_joint(ros, use):
-    _, listed, _ = use("controller")
-    assert re.search(r"wave +my_controllers/Wave +active", listed)
+    outputs = use("controller")
+    assert re.search(r"wave +my_controllers/Wave +active", outputs[1])
+    # The page's chain: what commands comes first.
+    chained = outputs[5].splitlines()
+    wave, gentle = (
+        next(number for number, line in enumerate(chained) if line.startswith(name))
+        for name in ("wave", "gentle")
+    )
+    assert wave < gentle
+    assert chained[wave + 2].strip() == "joint_1/position"
     types = ros.run("control list_controller_types").stdout
     assert re.search(r"my_controllers/Wave +controller_interface::ControllerInterface", types)
+    assert re.search(r"Gentle +controller_interface::ChainableControllerInterface", types)
     for sign in (1.0, -1.0):
         ros.wait_for_message(
             JointState,

@@ -2,8 +2,9 @@
 
 Classes and methods have the names of hardware_interface, controller_interface, controller_manager
 and realtime_tools, so that what is written about those holds here. A controller derives from
-``ControllerInterface``, hardware from ``HardwareComponentInterface``. The manager runs in a process
-as a ``ControllerManagerNode``; another process asks it with a ``ControllerManagerClient``.
+``ControllerInterface``, or from ``ChainableControllerInterface`` where others may command it, and
+hardware from ``HardwareComponentInterface``. The manager runs in a process as a
+``ControllerManagerNode``; another process asks it with a ``ControllerManagerClient``.
 """
 
 from __future__ import annotations
@@ -29,6 +30,9 @@ if TYPE_CHECKING:
         ControllerInterfaceParams as ControllerInterfaceParams,
         InterfaceConfiguration as InterfaceConfiguration,
         InterfaceConfigurationType as InterfaceConfigurationType,
+    )
+    from teleopctl.control.controllers.chainable import (
+        ChainableControllerInterface as ChainableControllerInterface,
     )
     from teleopctl.control.controllers.realtime_goal import (
         RealtimeServerGoalHandle as RealtimeServerGoalHandle,
@@ -88,6 +92,7 @@ else:
             "controller_spec": "ControllerSpec",
             "controllers.base": "ControllerInterface ControllerInterfaceParams "
             "InterfaceConfiguration InterfaceConfigurationType",
+            "controllers.chainable": "ChainableControllerInterface",
             "controllers.realtime_goal": "RealtimeServerGoalHandle",
             "cycle": "Cycle WallClockLoop",
             "handles": "ACCELERATION EFFORT POSITION VELOCITY CommandInterface StateInterface",

@@ -9,19 +9,21 @@ So a switch happens between two cycles, also when no cycle is due because the si
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any, Protocol
 
 from teleopctl import plugins
-from teleopctl.control.controller_spec import ControllerSpec
+from teleopctl.control.chaining import ChainCycleError, Chains
+from teleopctl.control.controller_spec import ControllerSpec, repeated_name, required_names
 from teleopctl.control.controllers.base import (
     ControllerInterface,
     ControllerInterfaceParams,
-    InterfaceConfiguration,
-    InterfaceConfigurationType,
 )
-from teleopctl.control.handles import StateInterface
+from teleopctl.control.controllers.chainable import (
+    ChainableControllerInterface,
+    InvalidExportError,
+)
 from teleopctl.control.hardware_component import HardwareComponent
 from teleopctl.control.lifecycle import CallbackReturn, State
 from teleopctl.control.resource_manager import ResourceManager
@@ -63,7 +65,8 @@ class ControllerManager:
         update_rate: Cycles per second.
 
     Attributes:
-        controllers: Loaded controllers by name, in the order in which they were loaded.
+        controllers: Loaded controllers by name, in the order in which they are updated: that in
+            which they were loaded, but what another controller commands or reads after that one.
         active_controllers: The active controllers, in the order in which they are updated.
         cycle_lock: Held by the loop during a cycle.
     """
@@ -148,6 +151,7 @@ class ControllerManager:
         if outcome is CallbackReturn.SUCCESS:
             outcome = self.call(controller, partial(self._ask_interfaces, spec))
             if outcome is not CallbackReturn.SUCCESS:
+                self._forget_interfaces(spec)
                 self.call(controller, controller.on_cleanup)
         if outcome is CallbackReturn.SUCCESS:
             controller.lifecycle_state = State.INACTIVE
@@ -176,7 +180,7 @@ class ControllerManager:
         controller = spec.controller
         outcome = self.call(controller, controller.on_cleanup)
         controller.lifecycle_state = State.UNCONFIGURED
-        spec.required_command_interfaces = spec.required_state_interfaces = ()
+        self._forget_interfaces(spec)
         if outcome is not CallbackReturn.SUCCESS:
             self.logger.error(f"Failed to clean-up controller '{name}'")
             self.recover(controller, outcome, State.UNCONFIGURED)
@@ -196,6 +200,7 @@ class ControllerManager:
             return False
         if spec.lifecycle_state is State.INACTIVE:
             self.cleanup_controller(name)
+        self._forget_interfaces(spec)
         self.call(spec.controller, spec.controller.on_shutdown)
         del self.controllers[name]
         self.node.destroy_controller_node(spec.controller.get_node())
@@ -212,26 +217,66 @@ class ControllerManager:
         return spec
 
     def _ask_interfaces(self, spec: ControllerSpec) -> CallbackReturn:
-        """Ask a controller what it needs; each interface may be named once."""
+        """Ask a controller what it exports and needs; each interface may be named once."""
         controller = spec.controller
+        if isinstance(controller, ChainableControllerInterface):
+            try:
+                controller.export_interfaces()
+                self._import_interfaces(controller)
+            except InvalidExportError as error:
+                self.logger.error(
+                    "Export of the state or reference interfaces failed with following error: "
+                    f"{error}"
+                )
+                return CallbackReturn.FAILURE
         spec.command_interface_configuration = controller.command_interface_configuration()
         spec.state_interface_configuration = controller.state_interface_configuration()
         self.refresh_interfaces(spec)
-        problem = _repeated(spec.required_command_interfaces) or _repeated(
+        problem = repeated_name(spec.required_command_interfaces) or repeated_name(
             spec.required_state_interfaces
         )
-        if problem is None:
-            return CallbackReturn.SUCCESS
-        self.logger.error(f"Controller '{spec.name}' asks for the interface '{problem}' twice.")
-        return CallbackReturn.FAILURE
+        if problem is not None:
+            self.logger.error(f"Controller '{spec.name}' asks for the interface '{problem}' twice.")
+            return CallbackReturn.FAILURE
+        try:
+            ordered = self.chains.in_update_order()
+        except ChainCycleError as error:
+            self.logger.error(f"Controller '{spec.name}' cannot be in a chain of {error}.")
+            return CallbackReturn.FAILURE
+        self.controllers = {other.name: other for other in ordered}
+        return CallbackReturn.SUCCESS
+
+    def _import_interfaces(self, controller: ChainableControllerInterface) -> None:
+        resources = self.resource_manager
+        states, references = controller.exported_state_interfaces, controller.reference_interfaces
+        for interface in (*states, *references):
+            if resources.component_of(interface.name) is not None:
+                controller.forget_exported_interfaces()
+                raise InvalidExportError(f"'{interface.name}' is an interface of the hardware.")
+        resources.import_interfaces(states, references)
+
+    def _forget_interfaces(self, spec: ControllerSpec) -> None:
+        """Forget what a controller needs and exports."""
+        controller = spec.controller
+        spec.required_command_interfaces = spec.required_state_interfaces = ()
+        if isinstance(controller, ChainableControllerInterface):
+            self.resource_manager.remove_interfaces(
+                controller.exported_state_interfaces, controller.reference_interfaces
+            )
+            controller.forget_exported_interfaces()
+
+    @property
+    def chains(self) -> Chains:
+        """How the controllers depend on each other."""
+        return Chains(self.controllers, self.resource_manager)
 
     def refresh_interfaces(self, spec: ControllerSpec) -> None:
         """Update which interfaces a controller needs, where it needs all that are available."""
         resources = self.resource_manager
-        spec.required_command_interfaces = _required(
+        spec.required_command_interfaces = required_names(
             spec.command_interface_configuration, resources.command_interfaces
         )
-        spec.required_state_interfaces = _required(
+        spec.required_state_interfaces = required_names(
             spec.state_interface_configuration, resources.state_interfaces
         )
 
@@ -306,6 +351,9 @@ class ControllerManager:
             self.resource_manager.release_command_interfaces(spec.name)
             controller.command_interfaces = []
             controller.state_interfaces = []
+            if isinstance(controller, ChainableControllerInterface):
+                controller.set_chained_mode(False)
+                controller.make_exported_interfaces_available(False)
         return failed
 
     def stop_controllers(self, stopping: Sequence[ControllerSpec]) -> None:
@@ -343,23 +391,3 @@ class ControllerManager:
         for name in list(self.controllers):
             self.unload_controller(name)
         self.resource_manager.shutdown_components()
-
-
-def _required(
-    configuration: InterfaceConfiguration, interfaces: Mapping[str, StateInterface]
-) -> tuple[str, ...]:
-    """Full names of the interfaces that a configuration stands for now."""
-    if configuration.type is InterfaceConfigurationType.ALL:
-        return tuple(name for name, interface in interfaces.items() if interface.available)
-    if configuration.type is InterfaceConfigurationType.NONE:
-        return ()
-    return tuple(configuration.names)
-
-
-def _repeated(names: Sequence[str]) -> str | None:
-    seen: set[str] = set()
-    for name in names:
-        if name in seen:
-            return name
-        seen.add(name)
-    return None

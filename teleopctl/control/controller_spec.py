@@ -2,9 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-from teleopctl.control.controllers.base import ControllerInterface, InterfaceConfiguration
+from teleopctl.control.controllers.base import (
+    ControllerInterface,
+    InterfaceConfiguration,
+    InterfaceConfigurationType,
+)
+from teleopctl.control.handles import StateInterface
 from teleopctl.control.lifecycle import State
 from teleopctl.control.statistics.measuring import WorkStatistics
 
@@ -47,3 +53,24 @@ class ControllerSpec:
     def lifecycle_state(self) -> State:
         """Where the controller stands in its life cycle."""
         return self.controller.lifecycle_state
+
+
+def required_names(
+    configuration: InterfaceConfiguration, interfaces: Mapping[str, StateInterface]
+) -> tuple[str, ...]:
+    """Full names of the interfaces that a configuration stands for now."""
+    if configuration.type is InterfaceConfigurationType.ALL:
+        return tuple(name for name, interface in interfaces.items() if interface.available)
+    if configuration.type is InterfaceConfigurationType.NONE:
+        return ()
+    return tuple(configuration.names)
+
+
+def repeated_name(names: Sequence[str]) -> str | None:
+    """The first name that is there twice, if any."""
+    seen: set[str] = set()
+    for name in names:
+        if name in seen:
+            return name
+        seen.add(name)
+    return None

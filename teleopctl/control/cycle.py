@@ -139,6 +139,7 @@ class Cycle:
             if outcome is not None and outcome is not ReturnType.OK:
                 failed = [*(failed or ()), spec]
         if failed is not None:
+            failed = self._manager.chains.connected(failed)
             names = " ".join(spec.name for spec in failed)
             self._manager.logger.error(
                 f"Deactivating controllers : [ {names} ] as their update resulted in an error!"
@@ -149,7 +150,9 @@ class Cycle:
 
     def _component_failed(self, component: HardwareComponent, operation: str) -> None:
         withdrew = component.lifecycle_state is State.INACTIVE
-        users = self._manager.users_of(component, only_commands=withdrew)
+        users = self._manager.chains.connected(
+            self._manager.users_of(component, only_commands=withdrew)
+        )
         names = " ".join(spec.name for spec in users)
         self._manager.logger.error(
             f"Deactivating following controllers as their hardware components {operation} cycle "

@@ -158,6 +158,45 @@ class ResourceManager:
                 return component
         return None
 
+    def import_interfaces(
+        self, states: Iterable[StateInterface], commands: Iterable[CommandInterface]
+    ) -> None:
+        """Take in what a controller exports."""
+        # New mappings, since the control loop may be looking at the old ones.
+        self.state_interfaces = self.state_interfaces | {state.name: state for state in states}
+        self.command_interfaces = self.command_interfaces | {
+            command.name: command for command in commands
+        }
+
+    def remove_interfaces(
+        self, states: Iterable[StateInterface], commands: Iterable[CommandInterface]
+    ) -> None:
+        """Forget what a controller exported."""
+        gone_states = {state.name for state in states}
+        gone_commands = {command.name for command in commands}
+        self.state_interfaces = {
+            name: state for name, state in self.state_interfaces.items() if name not in gone_states
+        }
+        self.command_interfaces = {
+            name: command
+            for name, command in self.command_interfaces.items()
+            if name not in gone_commands
+        }
+
+    def available_states(self, names: Iterable[str]) -> list[StateInterface]:
+        """State interfaces for a controller to read.
+
+        Raises:
+            ClaimError: One does not exist or is not available.
+        """
+        states = []
+        for name in names:
+            state = self.state_interfaces.get(name)
+            if state is None or not state.available:
+                raise ClaimError(f"the state interface '{name}' is not available")
+            states.append(state)
+        return states
+
     def claim_command_interfaces(self, names: Iterable[str], owner: str) -> list[CommandInterface]:
         """Give command interfaces to a controller: all of them or, on an error, none.
 

@@ -11,10 +11,12 @@ from teleopctl import plugins
 from teleopctl.control.controller_manager import ControllerManager
 from teleopctl.control.controller_spec import ControllerSpec
 from teleopctl.control.controllers.base import ControllerInterface
+from teleopctl.control.controllers.chainable import ChainableControllerInterface
 from teleopctl.control.handles import CommandInterface, StateInterface
 from teleopctl.control.hardware_component import HardwareComponent
 from teleopctl.control.lifecycle import State
 from teleopctl.control.switching import Strictness, SwitchRequest, switch_controller
+from teleopctl.errors import BrokenPluginError, UnknownPluginError
 from teleopctl.interfaces import NANOSECONDS_PER_SECOND, get_message, get_service, to_nanoseconds
 
 if TYPE_CHECKING:
@@ -27,6 +29,10 @@ def controller_state(manager: ControllerManager, spec: ControllerSpec) -> Any:
     """A controller as controller_manager_msgs/ControllerState."""
     configured = spec.lifecycle_state in (State.INACTIVE, State.ACTIVE)
     commands = list(spec.required_command_interfaces)
+    # Any: messages, whose classes are made at run time.
+    connection: Any = get_message("controller_manager_msgs/msg/ChainConnection")
+    controller = spec.controller
+    chainable = controller if isinstance(controller, ChainableControllerInterface) else None
     return get_message("controller_manager_msgs/msg/ControllerState")(
         name=spec.name,
         state=spec.lifecycle_state.label,
@@ -36,7 +42,20 @@ def controller_state(manager: ControllerManager, spec: ControllerSpec) -> Any:
         claimed_interfaces=commands if spec.lifecycle_state is State.ACTIVE else [],
         required_command_interfaces=commands,
         required_state_interfaces=list(spec.required_state_interfaces),
+        is_chainable=chainable is not None,
+        is_chained=chainable is not None and chainable.in_chained_mode,
+        exported_state_interfaces=_own(chainable.exported_state_interfaces) if chainable else [],
+        reference_interfaces=_own(chainable.reference_interfaces) if chainable else [],
+        chain_connections=[
+            connection(name=name, reference_interfaces=references)
+            for name, references in manager.chains.connection(spec).items()
+        ],
     )
+
+
+def _own(interfaces: Iterable[StateInterface]) -> list[str]:
+    """Names of what a controller exports, without its own."""
+    return [interface.name.partition("/")[2] for interface in interfaces]
 
 
 def hardware_interface(interface: StateInterface) -> Any:
@@ -147,7 +166,7 @@ class ControllerManagerServices:
         del request
         names = sorted(plugins.available(plugins.CONTROLLERS))
         response.types = names
-        response.base_classes = [ControllerInterface.base_class] * len(names)
+        response.base_classes = [_base_class(name) for name in names]
         return response
 
     def _list_components(self, request: Any, response: Any) -> Any:
@@ -210,7 +229,9 @@ class ControllerManagerServices:
             return response
         with manager.cycle_lock:
             if target is not State.ACTIVE:
-                users = manager.users_of(component, only_commands=target is State.INACTIVE)
+                users = manager.chains.connected(
+                    manager.users_of(component, only_commands=target is State.INACTIVE)
+                )
                 if users:
                     manager.logger.warning(
                         f"Deactivating the controllers that use hardware '{component.name}': "
@@ -241,6 +262,15 @@ class ControllerManagerServices:
             manager.logger.info(f"Code that is read anew when it is loaded: {', '.join(forgotten)}")
         response.ok = all(unloaded)
         return response
+
+
+def _base_class(type_name: str) -> str:
+    """The class of ros2_control that a controller would derive from."""
+    try:
+        found: type[ControllerInterface] = plugins.load(plugins.CONTROLLERS, type_name)
+    except (BrokenPluginError, UnknownPluginError):
+        return ControllerInterface.base_class
+    return found.base_class
 
 
 def _forget_modules(classes: Iterable[type]) -> list[str]:

@@ -8,6 +8,7 @@ from enum import IntEnum
 
 from teleopctl.control.controller_manager import ControllerManager
 from teleopctl.control.controller_spec import ControllerSpec
+from teleopctl.control.controllers.chainable import ChainableControllerInterface
 from teleopctl.control.lifecycle import CallbackReturn, State
 from teleopctl.control.resource_manager import ClaimError
 
@@ -70,18 +71,9 @@ def switch_controller(manager: ControllerManager, request: SwitchRequest) -> tup
     try:
         activate = _known(manager, request.activate_controllers, "activate", strict=strict)
         deactivate = _known(manager, request.deactivate_controllers, "deactivate", strict=strict)
-        stopping = [
-            spec
-            for spec in deactivate
-            if _accept(manager, _deactivation_problem(spec), strict=strict)
-        ]
-        starting = [
-            spec
-            for spec in activate
-            if _accept(manager, _activation_problem(manager, spec, stopping), strict=strict)
-        ]
-        for spec in starting:
+        for spec in activate:
             manager.refresh_interfaces(spec)
+        starting, stopping = _accepted(manager, activate, deactivate, strict=strict)
         if not starting and not stopping:
             text = (
                 "After checking the controllers, no controllers need to be activated or "
@@ -89,6 +81,8 @@ def switch_controller(manager: ControllerManager, request: SwitchRequest) -> tup
             )
             log.info(text)
             return True, text
+        restarting = manager.chains.restarts(manager.active_controllers, starting, stopping)
+        starting, stopping = [*starting, *restarting], [*stopping, *restarting]
         _check_interfaces(manager, starting, stopping)
         _check_hardware(manager, starting, stopping)
     except _Refused as refusal:
@@ -116,6 +110,35 @@ def _known(
     return known
 
 
+def _accepted(
+    manager: ControllerManager,
+    activate: Sequence[ControllerSpec],
+    deactivate: Sequence[ControllerSpec],
+    *,
+    strict: bool,
+) -> tuple[list[ControllerSpec], list[ControllerSpec]]:
+    """Which of the controllers can be started and stopped, with the chains that they are in."""
+    starting, stopping = list(activate), list(deactivate)
+    chains = manager.chains
+    while True:
+        count = len(starting) + len(stopping)
+        stopping = [
+            spec
+            for spec in stopping
+            if _accept(
+                manager, chains.deactivation_problem(spec, starting, stopping), strict=strict
+            )
+        ]
+        starting = [
+            spec
+            for spec in starting
+            if _accept(manager, chains.activation_problem(spec, starting, stopping), strict=strict)
+        ]
+        # One that cannot be switched may be what another one in its chain relies on.
+        if len(starting) + len(stopping) == count:
+            return starting, stopping
+
+
 def _accept(manager: ControllerManager, problem: str | None, *, strict: bool) -> bool:
     """Whether a controller takes part; a problem aborts a strict request."""
     if problem is None:
@@ -128,36 +151,6 @@ def _accept(manager: ControllerManager, problem: str | None, *, strict: bool) ->
     return False
 
 
-def _deactivation_problem(spec: ControllerSpec) -> str | None:
-    if spec.lifecycle_state is State.ACTIVE:
-        return None
-    return f"Controller with name '{spec.name}' can not be deactivated since it is not active."
-
-
-def _activation_problem(
-    manager: ControllerManager, spec: ControllerSpec, stopping: Sequence[ControllerSpec]
-) -> str | None:
-    name = spec.name
-    if spec.lifecycle_state is State.UNCONFIGURED:
-        return (
-            f"Controller with name '{name}' is in 'unconfigured' state. The controller needs to "
-            "be configured to be in 'inactive' state before it can be checked and activated."
-        )
-    if spec.lifecycle_state is State.ACTIVE and spec not in stopping:
-        return f"Controller with name '{name}' is already active."
-    if spec.lifecycle_state not in (State.INACTIVE, State.ACTIVE):
-        return f"Controller with name '{name}' is in '{spec.lifecycle_state.label}' state."
-    for fallback in spec.fallback_controllers:
-        other = manager.controllers.get(fallback)
-        if other is None or other.lifecycle_state is not State.INACTIVE:
-            state = "not loaded" if other is None else f"in '{other.lifecycle_state.label}' state"
-            return (
-                f"Controller with name '{name}' cannot be activated, as its fallback controller "
-                f"'{fallback}' is {state}."
-            )
-    return None
-
-
 def _check_interfaces(
     manager: ControllerManager,
     starting: Sequence[ControllerSpec],
@@ -166,7 +159,7 @@ def _check_interfaces(
     """Every interface must exist, be available and be free once the others have stopped."""
     freed = {spec.name for spec in stopping}
     wanted: dict[str, str] = {}
-    resources = manager.resource_manager
+    resources, chains = manager.resource_manager, manager.chains
     inactive_is_enough = bool(
         manager.node.parameter("defaults.allow_controller_activation_with_inactive_hardware")
     )
@@ -181,10 +174,16 @@ def _check_interfaces(
             command = resources.command_interfaces.get(interface)
             label = f"the command interface '{interface}'"
             component = resources.component_of(interface)
-            if command is None or component is None or not command.available:
+            # Another controller's is available once that is active, which has been seen to.
+            exported = chains.exporter(interface) is not None
+            if command is None or not (exported or command.available):
                 refuse(spec.name, f"{label} is not available.")
                 return
-            if component.lifecycle_state is not State.ACTIVE and not inactive_is_enough:
+            if (
+                component is not None
+                and component.lifecycle_state is not State.ACTIVE
+                and not inactive_is_enough
+            ):
                 refuse(
                     spec.name,
                     f"the hardware component '{component.name}' of {label} is in "
@@ -205,7 +204,8 @@ def _check_interfaces(
             wanted[interface] = spec.name
         for interface in spec.required_state_interfaces:
             state = resources.state_interfaces.get(interface)
-            if state is None or not state.available:
+            exported = chains.exporter(interface) is not None
+            if state is None or not (exported or state.available):
                 refuse(spec.name, f"the state interface '{interface}' is not available.")
 
 
@@ -288,7 +288,7 @@ def _perform(
 
 
 def _run(manager: ControllerManager, started: Sequence[ControllerSpec]) -> None:
-    """Hand controllers to the loop, in the order in which they were loaded."""
+    """Hand controllers to the loop, in the order in which they are updated."""
     for spec in started:
         spec.last_update_cycle_time_ns = None
         spec.statistics.reset()
@@ -311,11 +311,22 @@ def _exchange(
         manager.logger.error("Error while performing mode switch.")
         manager.deactivate_controllers(stopping)
         return [], [c.name for c in starting], []
-    unstopped = manager.deactivate_controllers(stopping)
+    chains = manager.chains
+    # Who commands stops before those that it commands, and starts after them.
+    unstopped = manager.deactivate_controllers(chains.followers_first(stopping)[::-1])
     started: list[ControllerSpec] = []
     unstarted: list[ControllerSpec] = []
-    for spec in starting:
-        (started if _start(manager, spec) else unstarted).append(spec)
+    commanded = chains.commanded((*manager.active_controllers, *starting))
+    for spec in chains.followers_first(starting):
+        (started if _start(manager, spec, spec.name in commanded) else unstarted).append(spec)
+    if unstarted and not strict:
+        # Nobody commands those that were to follow them.
+        unchained = chains.restarts((*manager.active_controllers, *started), [], [])
+        chained = [spec for spec in started if spec in unchained]
+        manager.deactivate_controllers(chained)
+        failed = [spec for spec in chained if not _start(manager, spec, False)]
+        started = [spec for spec in started if spec not in failed]
+        unstarted += failed
     if unstarted and strict and started:
         manager.logger.error("Deactivating the controllers that were activated: STRICT switch")
         manager.resource_manager.perform_command_mode_switch(*_modes([], started))
@@ -324,18 +335,26 @@ def _exchange(
     return unstopped, [spec.name for spec in unstarted], started
 
 
-def _start(manager: ControllerManager, spec: ControllerSpec) -> bool:
+def _start(manager: ControllerManager, spec: ControllerSpec, chained: bool) -> bool:
     controller, resources = spec.controller, manager.resource_manager
+    chainable = controller if isinstance(controller, ChainableControllerInterface) else None
+    if chainable is not None and not chainable.set_chained_mode(chained):
+        manager.logger.error(
+            f"Got request to turn {'ON' if chained else 'OFF'} chained mode for controller "
+            f"'{spec.name}', but controller refused to do it!"
+        )
+        return False
     try:
+        controller.state_interfaces = resources.available_states(spec.required_state_interfaces)
         controller.command_interfaces = resources.claim_command_interfaces(
             spec.required_command_interfaces, spec.name
         )
     except ClaimError as error:
         manager.logger.error(f"Unable to activate controller '{spec.name}' since {error}.")
+        controller.state_interfaces = []
         return False
-    controller.state_interfaces = [
-        resources.state_interfaces[name] for name in spec.required_state_interfaces
-    ]
+    if chainable is not None:
+        chainable.make_exported_interfaces_available(True)
     outcome = manager.call(controller, controller.on_activate)
     if outcome is CallbackReturn.SUCCESS:
         controller.lifecycle_state = State.ACTIVE
@@ -343,6 +362,8 @@ def _start(manager: ControllerManager, spec: ControllerSpec) -> bool:
     manager.logger.error(f"After activating, controller '{spec.name}' is not active.")
     resources.release_command_interfaces(spec.name)
     resources.perform_command_mode_switch([], list(spec.required_command_interfaces))
+    if chainable is not None:
+        chainable.make_exported_interfaces_available(False)
     controller.command_interfaces = []
     controller.state_interfaces = []
     manager.recover(controller, outcome, State.INACTIVE)
@@ -359,7 +380,11 @@ def start_fallbacks(manager: ControllerManager, failed: Sequence[ControllerSpec]
     # Since the activation somebody may have started, cleaned up or unloaded one.
     starting = [spec for spec in known if spec and spec.lifecycle_state is State.INACTIVE]
     needed = {name for spec in starting for name in spec.required_command_interfaces}
-    holding = [c for c in manager.active_controllers if needed & set(c.required_command_interfaces)]
+    holding = manager.chains.connected(
+        c for c in manager.active_controllers if needed & set(c.required_command_interfaces)
+    )
+    restarting = manager.chains.restarts(manager.active_controllers, starting, holding)
+    starting, holding = [*starting, *restarting], [*holding, *restarting]
     manager.active_controllers = tuple(c for c in manager.active_controllers if c not in holding)
     started = _exchange(manager, starting, holding, strict=False)[2]
     _run(manager, started)

@@ -5,10 +5,13 @@ from teleopctl.control.controllers.base import (
     InterfaceConfiguration,
     InterfaceConfigurationType,
 )
+from teleopctl.control.controllers.chainable import ChainableControllerInterface
+from teleopctl.control.handles import CommandInterface, StateInterface
 from teleopctl.control.hardware.base import HardwareComponentInterface
 from teleopctl.control.lifecycle import CallbackReturn, ReturnType
 
 TYPE = "tests.control.fakes:Recorder"
+CHAINABLE = "tests.control.fakes:Chainable"
 
 
 class Recorder(ControllerInterface):
@@ -65,6 +68,49 @@ class Recorder(ControllerInterface):
     def update(self, time_ns, period):
         self.periods.append(period)
         return self._do("update")
+
+
+class Chainable(ChainableControllerInterface, Recorder):
+    """Passes its references ``exports`` on to its commands, and exports their sum as a state.
+
+    ``topic`` stands for what its own subscription has received.
+    """
+
+    def __init__(self, params):
+        super().__init__(params)
+        self.modes = []
+        self.topic = None
+
+    def on_export_reference_interfaces_list(self):
+        self._do("export")
+        return [
+            CommandInterface(f"{self.name}/{joint}".removesuffix("/"), name)
+            for joint, _, name in (one.rpartition("/") for one in self.auto_declare("exports", []))
+        ]
+
+    def on_export_state_interfaces_list(self):
+        return [StateInterface(self.name, "sum")] if self.auto_declare("sum", False) else []
+
+    def on_set_chained_mode(self, chained_mode):
+        self.modes.append(chained_mode)
+        return not (chained_mode and self.auto_declare("loner", False))
+
+    def update_reference_from_subscribers(self, time_ns, period):
+        if self.topic is not None:
+            for reference in self.reference_interfaces:
+                reference.value = self.topic
+
+    def update_and_write_commands(self, time_ns, period):
+        self.periods.append(period)
+        values = [reference.value for reference in self.reference_interfaces]
+        for command, value in zip(self.command_interfaces, values, strict=False):
+            command.value = value
+        for state in self.exported_state_interfaces:
+            state.value = sum(values)
+        return self._do("update")
+
+    def update(self, time_ns, period):
+        return ChainableControllerInterface.update(self, time_ns, period)
 
 
 class Broken(HardwareComponentInterface):

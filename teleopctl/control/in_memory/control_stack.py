@@ -163,10 +163,11 @@ class ControlStack:
         return self.resources.command_interfaces[name].value
 
     def commands(self, interface_name: str = "position") -> list[float]:
-        """The values of all command interfaces of a kind, in the description's order."""
+        """The values of all of the hardware's command interfaces of a kind, in its order."""
         return [
             command.value
-            for command in self.resources.command_interfaces.values()
+            for component in self.resources.components.values()
+            for command in component.command_interfaces
             if command.interface_name == interface_name
         ]
 

@@ -34,6 +34,12 @@ FORKLIFT = {
     "cmd_vel_timeout": 10_000,
     "enable_odom_tf": True,
 }
+SIDES = {
+    "left_wheel_names": ["joint1"],
+    "right_wheel_names": ["joint2"],
+    "wheel_separation": TRACK,
+    "wheel_radius": RADIUS,
+}
 ROLLERS = {
     **{
         f"{wheel}_wheel_command_joint_name": f"joint{number}"
@@ -272,3 +278,39 @@ def test_parameters_that_mean_nothing_to_a_controller_are_named():
     assert base.node.log.texts("warning") == [
         "Parameters that have no effect: kinematics.wheel_radius, odometry_rate"
     ]
+
+
+@pytest.mark.parametrize(
+    ("kind", "parameters", "references"),
+    [
+        ("diff_drive_controller/DiffDriveController", SIDES, ["linear", "angular"]),
+        (ACKERMANN, CAR, ["linear", "angular"]),
+        (BICYCLE, BIKE, ["linear", "angular"]),
+        (TRICYCLE, TRIKE, ["linear", "angular"]),
+        (MECANUM, ROLLERS, ["linear/x", "linear/y", "angular/z"]),
+    ],
+)
+def test_another_controller_may_command_the_velocity(kind, parameters, references):
+    base = Base(kind, parameters)
+    names = [f"base/{part}/velocity" for part in references]
+    assert [name for name in base.stack.resources.command_interfaces if "base" in name] == names
+    forward = "forward_command_controller/MultiInterfaceForwardCommandController"
+    options = {"joint": "base", "interface_names": [name.removeprefix("base/") for name in names]}
+    base.stack.load_controller("planner", forward, options)
+    base.stack.activate("planner")
+    base.drive(9.0, 0.0, 0.1)  # its own topic does not count
+    base.stack.step()
+    assert base.speed("joint1") == 0.0
+    values = [0.5] + [0.0] * (len(references) - 1)
+    message = get_message("std_msgs/msg/Float64MultiArray")(data=values)
+    base.stack.nodes["planner"].receive("~/commands", message)
+    base.stack.step()
+    assert base.speed("joint1") == pytest.approx(0.5 / RADIUS)
+    base.stack.deactivate("planner")
+    base.stack.step()
+    assert base.speed("joint1") == 0.0
+
+
+def test_a_forklift_has_no_references():
+    base = Base(FORKLIFT_TYPE, FORKLIFT)
+    assert not [name for name in base.stack.resources.command_interfaces if "base" in name]

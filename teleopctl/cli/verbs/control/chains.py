@@ -66,7 +66,15 @@ def picture(controllers: Iterable[Any]) -> Diagram:
         pairs += [
             (interface(f"state {name}"), key) for name in controller.required_state_interfaces
         ]
-        pairs += [(interface(f"command {name}"), key) for name in controller.reference_interfaces]
+        # What it exports is named without the controller, and with it where others use it.
+        pairs += [
+            (interface(f"command {controller.name}/{name}"), key)
+            for name in controller.reference_interfaces
+        ]
+        pairs += [
+            (key, interface(f"state {controller.name}/{name}"))
+            for name in controller.exported_state_interfaces
+        ]
         pairs += [
             (key, interface(f"command {name}")) for name in controller.required_command_interfaces
         ]

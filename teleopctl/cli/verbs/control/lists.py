@@ -114,6 +114,10 @@ def _as_document(controller: Any) -> dict[str, Any]:
     for name in _CONTROLLER_FIELDS:
         value = getattr(controller, name)
         document[name] = value if isinstance(value, (str, int, bool)) else list(value)
+    document["chain_connections"] = [
+        {"name": one.name, "reference_interfaces": list(one.reference_interfaces)}
+        for one in controller.chain_connections
+    ]
     return document
 
 

@@ -59,6 +59,10 @@ class MobileBaseController(ControllerInterface):
         """Full names of the state interfaces that the odometry comes from."""
         raise NotImplementedError
 
+    def wanted_velocity(self, time_ns: int) -> BaseVelocity:
+        """The velocity that is asked for; the topic's by default."""
+        return self._input.read(time_ns)
+
     def limit(self, velocity: BaseVelocity, period: float) -> BaseVelocity:
         """The velocity that may be commanded; all of it by default."""
         del period
@@ -153,7 +157,7 @@ class MobileBaseController(ControllerInterface):
 
     def update(self, time_ns: int, period: float) -> ReturnType | None:
         """Drive, and tell where the base is."""
-        velocity = self.limit(self._input.read(time_ns), period)
+        velocity = self.limit(self.wanted_velocity(time_ns), period)
         if self._open_loop:
             self._odometry.advance(
                 velocity.x * period, velocity.angular * period, period, velocity.y * period

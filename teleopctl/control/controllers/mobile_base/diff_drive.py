@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from teleopctl.control.controllers.mobile_base.base import InvalidBaseError, MobileBaseController
+from teleopctl.control.controllers.mobile_base.base import InvalidBaseError
+from teleopctl.control.controllers.mobile_base.chainable import ChainableBase
 from teleopctl.control.controllers.mobile_base.rate_limiter import RateLimiter, read_limits
 from teleopctl.control.controllers.mobile_base.velocity_input import BaseVelocity
 from teleopctl.control.handles import POSITION, VELOCITY
@@ -14,7 +15,7 @@ from teleopctl.control.realtime_publisher import RealtimePublisher
 from teleopctl.interfaces import get_message, set_stamp
 
 
-class DiffDriveController(MobileBaseController):
+class DiffDriveController(ChainableBase):
     """``diff_drive_controller/DiffDriveController``.
 
     At speed v and turn rate w the wheels, L apart with radius r, turn with ``(v - w L/2) / r`` on

@@ -6,7 +6,8 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-from teleopctl.control.controllers.mobile_base.base import InvalidBaseError, MobileBaseController
+from teleopctl.control.controllers.mobile_base.base import InvalidBaseError
+from teleopctl.control.controllers.mobile_base.chainable import ChainableBase
 from teleopctl.control.controllers.mobile_base.rate_limiter import RateLimiter, read_limits
 from teleopctl.control.controllers.mobile_base.velocity_input import BaseVelocity
 from teleopctl.control.handles import VELOCITY
@@ -20,7 +21,7 @@ _SIDEWAYS = (-1.0, 1.0, -1.0, 1.0)
 _TURNING = (-1.0, 1.0, 1.0, -1.0)
 
 
-class MecanumDriveController(MobileBaseController):
+class MecanumDriveController(ChainableBase):
     """``mecanum_drive_controller/MecanumDriveController``.
 
     Wheels of radius r turn with ``(x ∓ y ∓ s w) / r``, where s is the sum of the distances from the
@@ -34,6 +35,7 @@ class MecanumDriveController(MobileBaseController):
     timeout_parameter = "reference_timeout"
     default_timeout = 0.0
     default_publish_rate = 0.0
+    references = ("linear/x", "linear/y", "angular/z")
 
     def read_parameters(self) -> None:
         """Read what describes the base."""

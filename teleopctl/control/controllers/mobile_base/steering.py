@@ -10,12 +10,13 @@ import math
 from collections.abc import Sequence
 from typing import ClassVar
 
-from teleopctl.control.controllers.mobile_base.base import InvalidBaseError, MobileBaseController
+from teleopctl.control.controllers.mobile_base.base import InvalidBaseError
+from teleopctl.control.controllers.mobile_base.chainable import ChainableBase
 from teleopctl.control.controllers.mobile_base.velocity_input import BaseVelocity
 from teleopctl.control.handles import POSITION, VELOCITY
 
 
-class _SteeringController(MobileBaseController):
+class _SteeringController(ChainableBase):
     """What steered bases have in common; pairs of joints are right before left."""
 
     command_topic = "~/reference"

@@ -1,0 +1,142 @@
+"""Controllers that other controllers may command: they export interfaces of their own."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import ClassVar, TypeVar
+
+from teleopctl.control.controllers.base import ControllerInterface, ControllerInterfaceParams
+from teleopctl.control.handles import CommandInterface, StateInterface
+from teleopctl.control.lifecycle import ReturnType, State
+
+I = TypeVar("I", bound=StateInterface)  # noqa: E741 - an interface
+
+
+class InvalidExportError(Exception):
+    """What a controller exports cannot be; the text says why."""
+
+
+class ChainableControllerInterface(ControllerInterface):
+    """Base class of controllers that can be chained.
+
+    It exports *reference interfaces*, which a preceding controller commands as if they were a
+    joint's, and *state interfaces*, which any controller reads. Both exist while it is configured
+    and can be used while it is active. While another controller has claimed its references it is
+    in chained mode: these come from there, and not from its own topics.
+
+    Attributes:
+        reference_interfaces: What it has exported for others to command.
+        exported_state_interfaces: What it has exported for others to read.
+    """
+
+    base_class: ClassVar[str] = "controller_interface::ChainableControllerInterface"
+
+    def __init__(self, params: ControllerInterfaceParams) -> None:
+        super().__init__(params)
+        self.reference_interfaces: list[CommandInterface] = []
+        self.exported_state_interfaces: list[StateInterface] = []
+        self._in_chained_mode = False
+
+    # -- what a controller says --------------------------------------------------------------------
+
+    def on_export_reference_interfaces_list(self) -> Sequence[CommandInterface]:
+        """Make the references, whose names begin with the controller's; after ``on_configure``.
+
+        ``CommandInterface(f"{self.name}/joint_1", "position")`` is one.
+        """
+        return ()
+
+    def on_export_state_interfaces_list(self) -> Sequence[StateInterface]:
+        """Make the states, whose names begin with the controller's; after ``on_configure``."""
+        return ()
+
+    def on_set_chained_mode(self, chained_mode: bool) -> bool:
+        """Whether it accepts to be commanded by another controller, or no longer to be.
+
+        Called before it is activated.
+        """
+        del chained_mode
+        return True
+
+    def update_reference_from_subscribers(self, time_ns: int, period: float) -> ReturnType | None:
+        """Bring ``reference_interfaces`` up to date from its topics; not called in chained mode."""
+
+    def update_and_write_commands(self, time_ns: int, period: float) -> ReturnType | None:
+        """One control step: read states and ``reference_interfaces``, write commands.
+
+        Args:
+            time_ns: Time of this cycle, nanoseconds.
+            period: Seconds since this controller's last update; the nominal period at first.
+        """
+        raise NotImplementedError
+
+    def update(self, time_ns: int, period: float) -> ReturnType | None:
+        """One control step: the references, then the commands that follow from them."""
+        if not self._in_chained_mode:
+            outcome = self.update_reference_from_subscribers(time_ns, period)
+            if outcome is not None and outcome is not ReturnType.OK:
+                return outcome
+        return self.update_and_write_commands(time_ns, period)
+
+    # -- what the manager asks ---------------------------------------------------------------------
+
+    @property
+    def in_chained_mode(self) -> bool:
+        """Whether another controller commands it."""
+        return self._in_chained_mode
+
+    def set_chained_mode(self, chained_mode: bool) -> bool:
+        """Enter or leave chained mode; False where it refuses, or is active."""
+        if self.lifecycle_state is State.ACTIVE or not self.on_set_chained_mode(chained_mode):
+            return False
+        self._in_chained_mode = chained_mode
+        return True
+
+    def export_interfaces(self) -> None:
+        """Make all that it exports, unavailable as yet.
+
+        Raises:
+            InvalidExportError: A name is another's, or there twice; or there is none at all.
+        """
+        self.reference_interfaces = self._checked(
+            self.on_export_reference_interfaces_list(), "reference"
+        )
+        self.exported_state_interfaces = self._checked(
+            self.on_export_state_interfaces_list(), "state"
+        )
+        if not self.reference_interfaces and not self.exported_state_interfaces:
+            raise InvalidExportError(
+                f"Controller '{self.name}' is chainable, but does not export any state or "
+                "reference interfaces. Did you override the on_export_state_interfaces_list() or "
+                "on_export_reference_interfaces_list() methods correctly?"
+            )
+
+    def _checked(self, interfaces: Sequence[I], kind: str) -> list[I]:
+        names: set[str] = set()
+        for interface in interfaces:
+            if interface.prefix_name.partition("/")[0] != self.name:
+                raise InvalidExportError(
+                    f"The prefix of the interface '{interface.prefix_name}' should begin with the "
+                    f"controller's name '{self.name}'. This is mandatory for {kind} interfaces."
+                )
+            if interface.name in names:
+                raise InvalidExportError(
+                    f"Controller '{self.name}' exports the {kind} interface '{interface.name}' "
+                    "twice."
+                )
+            names.add(interface.name)
+        return list(interfaces)
+
+    def forget_exported_interfaces(self) -> None:
+        """Export nothing any more: it is being cleaned up."""
+        self.reference_interfaces = []
+        self.exported_state_interfaces = []
+        self._in_chained_mode = False
+
+    def make_exported_interfaces_available(self, available: bool) -> None:
+        """Let others use what it exports, or no longer; what nobody keeps up to date is NaN."""
+        for interface in (*self.reference_interfaces, *self.exported_state_interfaces):
+            interface.available = available
+            if not available:
+                interface.value = math.nan
