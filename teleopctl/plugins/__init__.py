@@ -144,6 +144,9 @@ CONTROLLERS = Kind(
                 "tricycle_steering_controller/TricycleSteeringController"
             ),
             "mobile_base.tricycle": "tricycle_controller/TricycleController",
+            "passthrough_controller": "passthrough_controller/PassthroughController",
+            "pid_controller": "pid_controller/PidController",
+            "pose_broadcaster": "pose_broadcaster/PoseBroadcaster",
             "sensor_broadcasters": (
                 "force_torque_sensor_broadcaster/ForceTorqueSensorBroadcaster "
                 "imu_sensor_broadcaster/IMUSensorBroadcaster"

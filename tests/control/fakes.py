@@ -83,9 +83,10 @@ class Chainable(ChainableControllerInterface, Recorder):
 
     def on_export_reference_interfaces_list(self):
         self._do("export")
+        exports: list[str] = self.auto_declare("exports", [])
         return [
             CommandInterface(f"{self.name}/{joint}".removesuffix("/"), name)
-            for joint, _, name in (one.rpartition("/") for one in self.auto_declare("exports", []))
+            for joint, _, name in (str(one).rpartition("/") for one in exports)
         ]
 
     def on_export_state_interfaces_list(self):

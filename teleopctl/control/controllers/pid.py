@@ -1,9 +1,15 @@
-"""A PID controller for one joint."""
+"""A PID controller for one joint, with the strategies against windup of control_toolbox."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+
+LEGACY = "legacy"
+NONE = "none"
+BACK_CALCULATION = "back_calculation"
+CONDITIONAL_INTEGRATION = "conditional_integration"
+STRATEGIES = (BACK_CALCULATION, CONDITIONAL_INTEGRATION, LEGACY, NONE)
 
 
 @dataclass(slots=True)
@@ -19,6 +25,11 @@ class PidGains:
         u_clamp_min: Smallest output.
         i_clamp_max: Largest integral part.
         i_clamp_min: Smallest integral part.
+        antiwindup_strategy: What happens to the integral part while the output is clamped. With
+            ``legacy`` an error counts at once, otherwise from the next step on.
+        tracking_time_constant: How fast ``back_calculation`` takes the integral part back, s; 0
+            chooses it from the gains.
+        error_deadband: Largest error that is not integrated.
     """
 
     p: float = 0.0
@@ -29,6 +40,50 @@ class PidGains:
     u_clamp_min: float = -math.inf
     i_clamp_max: float = math.inf
     i_clamp_min: float = -math.inf
+    antiwindup_strategy: str = LEGACY
+    tracking_time_constant: float = 0.0
+    error_deadband: float = 1e-16
+
+    def tracking_time(self) -> float:
+        """The time constant of ``back_calculation``, s; not above 0 where there is none."""
+        if self.tracking_time_constant != 0.0 or self.i == 0.0:
+            return self.tracking_time_constant
+        if self.d == 0.0:
+            return self.p / self.i
+        return math.sqrt(self.d / self.i) if self.d / self.i > 0.0 else -1.0
+
+    def problem(self) -> str | None:
+        """Why there is no such PID, in control_toolbox's words; None where there is."""
+        if math.isnan(self.u_clamp_min) or math.isnan(self.u_clamp_max):
+            return "Gains: u_min and u_max must not be NaN"
+        if self.u_clamp_min >= self.u_clamp_max:
+            return (
+                f"Gains: u_min ({self.u_clamp_min:g}) must be less than u_max "
+                f"({self.u_clamp_max:g})"
+            )
+        if self.antiwindup_strategy not in STRATEGIES:
+            return (
+                f"AntiWindupStrategy: Unknown antiwindup strategy : '{self.antiwindup_strategy}'. "
+                f"Valid strategies are: {', '.join(map(repr, STRATEGIES))}."
+            )
+        if (
+            self.antiwindup_strategy == BACK_CALCULATION
+            and self.i != 0.0
+            and not 0.0 < self.tracking_time() < math.inf
+        ):
+            return (
+                "AntiWindupStrategy 'back_calculation' requires a valid positive tracking time "
+                "constant (tracking_time_constant)"
+            )
+        # Comparisons that a NaN fails too.
+        if not self.i_clamp_min <= 0.0:
+            return f"PID requires i_min to be smaller or equal to 0 (i_min: {self.i_clamp_min:g})"
+        if not self.i_clamp_max >= 0.0:
+            return f"PID requires i_max to be greater or equal to 0 (i_max: {self.i_clamp_max:g})"
+        for name in ("p", "i", "d"):
+            if not math.isfinite(value := getattr(self, name)):
+                return f"Gain '{name}' is {value:g}: it must be finite"
+        return None
 
 
 class Pid:
@@ -36,16 +91,48 @@ class Pid:
 
     A step whose errors are not finite (a measurement that is missing) gives the last output again
     and is otherwise left out.
+
+    Attributes:
+        integral: The integral part of the output.
+        error_rate: The error rate of the last step.
     """
 
     def __init__(self, gains: PidGains) -> None:
         self.gains = gains
         self.reset()
 
-    def reset(self) -> None:
-        """Forget the integral and the last output."""
-        self._integral = 0.0
+    @property
+    def gains(self) -> PidGains:
+        """The gains; they may be replaced at any time."""
+        return self._gains
+
+    @gains.setter
+    def gains(self, gains: PidGains) -> None:
+        self._gains = gains
+        self._legacy = gains.antiwindup_strategy == LEGACY
+        self._tracking = gains.tracking_time()
+
+    def reset(self, *, keep_integral: bool = False) -> None:
+        """Forget the last error, the last output and, unless told otherwise, the integral."""
+        if not keep_integral:
+            self.integral = 0.0
+        self.error_rate = 0.0
+        self._error = 0.0
         self._output = 0.0
+
+    def update_by_error(self, error: float, period: float) -> float:
+        """One step where no rate is measured: that of the error itself counts.
+
+        After a reset the error is taken to have been 0.
+
+        Args:
+            error: Desired minus measured value.
+            period: Seconds since the last step.
+        """
+        if period <= 0.0 or not math.isfinite(error):
+            return self._output
+        rate, self._error = (error - self._error) / period, error
+        return self.update(error, rate, period)
 
     def update(self, error: float, error_rate: float, period: float) -> float:
         """One step.
@@ -57,9 +144,27 @@ class Pid:
         """
         if not (math.isfinite(error) and math.isfinite(error_rate)):
             return self._output
-        gains = self.gains
-        integral = self._integral + gains.i * error * period
-        self._integral = min(max(integral, gains.i_clamp_min), gains.i_clamp_max)
-        output = gains.p * error + self._integral + gains.d * error_rate
-        self._output = min(max(output, gains.u_clamp_min), gains.u_clamp_max)
-        return self._output
+        gains = self._gains
+        self.error_rate = error_rate
+        integral = self.integral
+        if self._legacy and abs(error) > gains.error_deadband:
+            integral += gains.i * error * period
+            integral = min(max(integral, gains.i_clamp_min), gains.i_clamp_max)
+        wanted = gains.p * error + integral + gains.d * error_rate
+        self._output = output = min(max(wanted, gains.u_clamp_min), gains.u_clamp_max)
+        if not self._legacy and abs(error) > gains.error_deadband:
+            integral += self._integrated(error, wanted, output, period)
+            integral = min(max(integral, gains.i_clamp_min), gains.i_clamp_max)
+        self.integral = integral
+        return output
+
+    def _integrated(self, error: float, wanted: float, output: float, period: float) -> float:
+        """What a step adds to the integral part."""
+        gains = self._gains
+        step = gains.i * error * period
+        if gains.antiwindup_strategy == BACK_CALCULATION:
+            return step + period / self._tracking * (output - wanted) if gains.i else 0.0
+        outwards = wanted != output and error * wanted > 0.0
+        if gains.antiwindup_strategy == CONDITIONAL_INTEGRATION and outwards:
+            return 0.0
+        return step

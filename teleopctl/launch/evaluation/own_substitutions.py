@@ -10,7 +10,8 @@ through. Those about robots are in `robots`; the names stand in `teleopctl.plugi
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from graphlib import CycleError, TopologicalSorter
 from typing import TYPE_CHECKING
 
 from teleopctl.errors import InvalidFileError, LaunchError, TeleopctlError
@@ -65,7 +66,7 @@ def file_controllers(arguments: Sequence[str], _: LaunchContext) -> str:
 
     A type stands below the controller manager's section or in a section of the controller's own;
     ROS 2's spawner reads both. A broadcaster only reads, so that states are seen before anything
-    moves.
+    moves. A controller that commands another one, as the names of its joints say, comes after it.
     """
     file = parameters_in(arguments[0])
     namespace = arguments[1].rstrip("/") if len(arguments) > 1 else ""
@@ -79,7 +80,32 @@ def file_controllers(arguments: Sequence[str], _: LaunchContext) -> str:
         own = file.for_node(f"{namespace}/{name}")
         if "type" in parameters and "*" not in name and "type" in own:
             types.setdefault(name, str(own["type"]))
-    return " ".join(sorted(types, key=lambda name: not types[name].endswith("Broadcaster")))
+    names = sorted(types, key=lambda name: not types[name].endswith("Broadcaster"))
+    return " ".join(_commanded_first(names, {n: file.for_node(f"{namespace}/{n}") for n in names}))
+
+
+def _commanded_first(
+    names: Sequence[str], parameters: Mapping[str, Mapping[str, object]]
+) -> Sequence[str]:
+    """Put controllers behind those whose interfaces, ``NAME/…``, their parameters name."""
+    chains = {
+        name: [other for other in dict.fromkeys(_first_words(parameters[name])) if other in names]
+        for name in names
+    }
+    if not any(chains.values()):
+        return names
+    try:
+        return list(TopologicalSorter(chains).static_order())
+    except CycleError:
+        return names  # the controller manager refuses one of them, with its reason
+
+
+def _first_words(parameters: Mapping[str, object]) -> Iterator[str]:
+    """What stands before the first slash, in texts and lists of texts."""
+    for value in parameters.values():
+        for text in value if isinstance(value, list) else [value]:
+            if isinstance(text, str) and "/" in text:
+                yield text.partition("/")[0]
 
 
 def namespaces_of_managers(file: ParameterFile) -> list[str]:

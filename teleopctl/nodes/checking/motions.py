@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Generator, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from teleopctl.control import ChainableControllerInterface
 from teleopctl.interfaces import get_message
 from teleopctl.nodes.checking.bases import ENOUGH, MOVING_S, SPEED, TURN, Way, place_of
 from teleopctl.nodes.checking.trial import AT_LIMIT
@@ -89,15 +90,21 @@ class Trier:
             motions: What the controllers did.
         """
         kind = spec.type.rpartition("/")[2]
+        controller = spec.controller
+        chainable = controller if isinstance(controller, ChainableControllerInterface) else None
+        if chainable is not None and chainable.in_chained_mode:
+            return  # moved by the controller that commands it
         endpoints = self._stack.nodes[spec.name].endpoints
         if "~/joint_trajectory" in endpoints:
             act = self._trajectory(spec)
         elif kind.endswith("GripperActionController"):
             act = self._gripper(spec)
+        elif chainable is not None and kind == "PidController":
+            act = self._references(spec, chainable)
         elif topic := next((name for name in _VELOCITIES if name in endpoints), ""):
             act = self._base(spec, topic)
         elif "~/commands" in endpoints:
-            act = self._commands(spec)
+            act = self._commands(spec, controller.command_interfaces, self._floats)
         else:
             return
         moved, told = yield from act
@@ -184,13 +191,32 @@ class Trier:
         yield from self.wait(MOVING_S + _ARRIVING_S)
         return self._arrived([joint], [here], [goal])
 
-    def _commands(self, spec: ControllerSpec) -> _Act:
-        interfaces = spec.controller.command_interfaces
+    def _floats(self, spec: ControllerSpec, values: Sequence[float]) -> None:
+        message = get_message("std_msgs/msg/Float64MultiArray")(data=values)
+        self._send(spec, "~/commands", message)
+
+    def _references(self, spec: ControllerSpec, controller: ChainableControllerInterface) -> _Act:
+        """Give a PID controller values of its first quantity; a derivative it leaves as it is."""
+        first = controller.reference_interfaces[0].interface_name
+        wanted = [one for one in controller.reference_interfaces if one.interface_name == first]
+
+        def send(spec: ControllerSpec, values: Sequence[float]) -> None:
+            names = [one.prefix_name.partition("/")[2] for one in wanted]
+            kind: Any = get_message("control_msgs/msg/MultiDOFCommand")
+            self._send(spec, "~/reference", kind(dof_names=names, values=values))
+
+        return (yield from self._commands(spec, wanted, send))
+
+    def _commands(
+        self,
+        spec: ControllerSpec,
+        interfaces: Sequence[CommandInterface],
+        send: Callable[[ControllerSpec, Sequence[float]], None],
+    ) -> _Act:
         joints = [interface.name.split("/")[-2] for interface in interfaces]
         before = [self._position(name) for name in joints]
         values = [self._value(*pair) for pair in zip(interfaces, joints, strict=True)]
-        message = get_message("std_msgs/msg/Float64MultiArray")(data=values)
-        self._send(spec, "~/commands", message)
+        send(spec, values)
         yield from self.wait(MOVING_S)
         after = [self._position(name) for name in joints]
         still = [
@@ -204,7 +230,7 @@ class Trier:
             now if interface.interface_name == "position" else 0.0
             for interface, now in zip(interfaces, after, strict=True)
         ]
-        self._send(spec, "~/commands", get_message("std_msgs/msg/Float64MultiArray")(data=stop))
+        send(spec, stop)
         if still:
             told = f"{len(still)} of {len(joints)} joints do not move: {', '.join(still)}"
             return False, told + self._why_still(still)

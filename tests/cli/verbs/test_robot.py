@@ -216,6 +216,45 @@ def test_a_robot_is_moved_by_each_of_its_controllers_and_physics_says_how_far(
     assert "so that they touch nothing: left, right" in out
 
 
+CHAINED = """
+controller_manager:
+  ros__parameters:
+    update_rate: 100
+    states: {type: joint_state_broadcaster/JointStateBroadcaster}
+    base: {type: diff_drive_controller/DiffDriveController}
+    left: {type: pid_controller/PidController}
+    right: {type: pid_controller/PidController}
+    lift: {type: pid_controller/PidController}
+base:
+  ros__parameters:
+    left_wheel_names: [left/left_joint]
+    right_wheel_names: [right/right_joint]
+    position_feedback: false
+    wheel_separation: 0.4
+    wheel_radius: 0.1
+""" + "".join(
+    f"{name}: {{ros__parameters: {{dof_names: [{joint}], command_interface: velocity, "
+    "reference_and_state_interfaces: [velocity], enable_feedforward: true, "
+    f"gains: {{{joint}: {{p: 0.2, i: 2.0, feedforward_gain: 1.0}}}}}}}}\n"
+    for name, joint in (("left", "left_joint"), ("right", "right_joint"), ("lift", "lift"))
+)
+
+
+def test_a_base_drives_through_the_controllers_of_its_wheels(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "controllers.yaml").write_text(CHAINED)
+    given = f"controllers_file:={tmp_path / 'controllers.yaml'}"
+    rolls = write(tmp_path / "rolls.urdf", *mobile(TYRE))
+    assert main.run(["robot", "check", str(rolls), given, "-s", "--json"]) == 0
+    driven = json.loads(capsys.readouterr().out)["driven"]
+    assert (driven["verdict"], driven["inactive"]) == ("yes", {})
+    told = {motion["controller"]: motion["told"] for motion in driven["motions"]}
+    # Those of the wheels are moved by the base's, the other one by its own references.
+    assert sorted(told) == ["base", "lift"]
+    assert told["base"].startswith("ahead 0.5")
+
+
 @pytest.mark.parametrize("rate", ["0", "-5", ".inf", "1000000000000", "fast", "true"])
 def test_a_rate_of_control_that_is_none_is_the_robots_mistake(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], rate: str

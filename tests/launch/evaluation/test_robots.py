@@ -276,3 +276,29 @@ def test_in_simulation_the_nodes_of_a_robot_get_them(tmp_path):
     assert rules["rviz2"].index("/joint_states:=/platform/joint_states") < rules["rviz2"].index(
         "/joint_states:=/joint_states"
     ), "the first one counts"
+
+
+def test_controllers_come_after_those_that_they_command(evaluated, tmp_path):
+    manager = {
+        name: {"type": kind}
+        for name, kind in {
+            "base": "diff_drive_controller/DiffDriveController",
+            "left": "pid_controller/PidController",
+            "other": "x/Y",
+            "right": "pid_controller/PidController",
+            "states": "joint_state_broadcaster/JointStateBroadcaster",
+        }.items()
+    }
+    base = {"left_wheel_names": ["left/wheel"], "right_wheel_names": ["right/wheel"]}
+    sections = {
+        "controller_manager": {"ros__parameters": manager},
+        "base": {"ros__parameters": base},
+    }
+    file = tmp_path / "c.yaml"
+    file.write_text(json.dumps(sections))
+    listed = evaluated(f"$(file-controllers {file})").shown.split()
+    assert listed == ["states", "left", "right", "other", "base"]
+    sections["left"] = {"ros__parameters": {"interfaces": ["base/linear/velocity"]}}
+    file.write_text(json.dumps(sections))
+    listed = evaluated(f"$(file-controllers {file})").shown.split()
+    assert sorted(listed[1:]) == ["base", "left", "other", "right"]

@@ -41,7 +41,7 @@ from teleopctl.control.controllers.joint_trajectory.tolerances import (
     tracking_error,
 )
 from teleopctl.control.controllers.joint_trajectory.trajectory import Sample, Trajectory
-from teleopctl.control.controllers.pid import Pid
+from teleopctl.control.controllers.pid import Pid, PidGains
 from teleopctl.control.handles import ACCELERATION, POSITION, VELOCITY, StateInterface
 from teleopctl.control.lifecycle import CallbackReturn, ReturnType
 from teleopctl.control.realtime_publisher import realtime_log
@@ -81,6 +81,7 @@ class JointTrajectoryController(ControllerInterface):
         """Read the parameters and open the topics."""
         try:
             self._settings = settings = read_settings(self.auto_declare)
+            self._pids = [Pid(self._gains(joint)) for joint in settings.joints]
         except InvalidSettingsError as error:
             self.logger.error(str(error))
             return CallbackReturn.FAILURE
@@ -103,7 +104,6 @@ class JointTrajectoryController(ControllerInterface):
             )
         self._tolerances = read_tolerances(settings.joints, self.auto_declare)
         self._scaling = settings.initial_scaling
-        self._pids = [Pid(read_gains(joint, self.auto_declare)) for joint in settings.joints]
         self._stale_parameters = False
         self._wrap = [joint in self.params.continuous_joints for joint in settings.joints]
         self._inputs = TrajectoryInputs(self, settings, self._incoming)
@@ -374,5 +374,15 @@ class JointTrajectoryController(ControllerInterface):
         self._stale_parameters = False
         parameter = self.auto_declare
         self._tolerances = read_tolerances(self._settings.joints, parameter)
-        for pid, joint in zip(self._pids, self._settings.joints, strict=True):
-            pid.gains = read_gains(joint, parameter)
+        try:
+            for pid, joint in zip(self._pids, self._settings.joints, strict=True):
+                pid.gains = self._gains(joint)
+        except InvalidSettingsError as error:
+            self.logger.error(f"Received invalid gains: {error}. Skipping new gains.")
+
+    def _gains(self, joint: str) -> PidGains:
+        """Gains of a joint; where there is no PID whatever they are."""
+        gains = read_gains(joint, self.auto_declare)
+        if self._settings.uses_pid and (problem := gains.problem()):
+            raise InvalidSettingsError(f"Gains of '{joint}': {problem}")
+        return gains

@@ -1,0 +1,94 @@
+"""A controller that passes references on: the simplest link of a chain."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from teleopctl.control.controllers.base import InterfaceConfiguration, InterfaceConfigurationType
+from teleopctl.control.controllers.chainable import ChainableControllerInterface
+from teleopctl.control.handles import CommandInterface
+from teleopctl.control.lifecycle import CallbackReturn, ReturnType
+from teleopctl.interfaces import get_message
+
+
+class PassthroughController(ChainableControllerInterface):
+    """``passthrough_controller/PassthroughController``, of ros2_control's demonstrations.
+
+    For each of its ``interfaces`` it exports a reference of that name, whose value it writes to the
+    interface. Where no other controller commands it, the references are the data of ``~/commands``.
+    """
+
+    def on_configure(self) -> CallbackReturn | None:
+        """Read which interfaces there are, and subscribe."""
+        none: list[str] = []
+        self._names: list[str] = self.auto_declare("interfaces", none)
+        if not self._names:
+            self.logger.error("Parameter 'interfaces' cannot be empty")
+            return CallbackReturn.ERROR
+        self._command: list[float] | None = None
+        self._subscription = self.get_node().create_subscription(
+            get_message("std_msgs/msg/Float64MultiArray"), "~/commands", self._received, 10
+        )
+        return None
+
+    def on_cleanup(self) -> None:
+        """Unsubscribe."""
+        self.get_node().destroy_subscription(self._subscription)
+
+    def command_interface_configuration(self) -> InterfaceConfiguration:
+        """The named interfaces."""
+        return InterfaceConfiguration(InterfaceConfigurationType.INDIVIDUAL, self._names)
+
+    def on_export_reference_interfaces_list(self) -> list[CommandInterface]:
+        """One for each, in the same order."""
+        parts = (name.rpartition("/") for name in self._names)
+        return [
+            CommandInterface(f"{self.name}/{joint}".removesuffix("/"), name)
+            for joint, _, name in parts
+        ]
+
+    def on_activate(self) -> None:
+        """Forget commands of the past."""
+        self._command = None
+        for reference in self.reference_interfaces:
+            reference.value = math.nan
+
+    def on_deactivate(self) -> None:
+        """Forget the command."""
+        self._command = None
+
+    def on_restart(self) -> None:
+        """Wait for the next command."""
+        self.on_activate()
+
+    # Any: a message, whose class is made at run time.
+    def _received(self, message: Any) -> None:
+        data = [float(value) for value in message.data]
+        if len(data) != len(self._names):
+            self.logger.error(
+                f"Invalid command received of {len(data)} size, expected {len(self._names)} size"
+            )
+            return
+        if not all(map(math.isfinite, data)):
+            self.logger.warning("Non-finite value received. Dropping message")
+            return
+        self._command = data
+
+    def update_reference_from_subscribers(self, time_ns: int, period: float) -> ReturnType | None:
+        """Take over the latest command."""
+        del time_ns, period
+        if self._command is not None:
+            for reference, value in zip(self.reference_interfaces, self._command, strict=True):
+                reference.value = value
+        return None
+
+    def update_and_write_commands(self, time_ns: int, period: float) -> ReturnType | None:
+        """Pass on all that is a number."""
+        del time_ns, period
+        for reference, command in zip(
+            self.reference_interfaces, self.command_interfaces, strict=True
+        ):
+            if not math.isnan(reference.value):
+                command.value = reference.value
+        return None

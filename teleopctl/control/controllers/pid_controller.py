@@ -1,0 +1,365 @@
+"""The PID controller: brings measured values to references, and can be chained on both sides."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Sequence
+from dataclasses import fields
+from typing import Any, NamedTuple
+
+from teleopctl.control.controllers.base import InterfaceConfiguration, InterfaceConfigurationType
+from teleopctl.control.controllers.chainable import ChainableControllerInterface
+from teleopctl.control.controllers.pid import STRATEGIES, Pid, PidGains
+from teleopctl.control.controllers.pid_state import PidStatePublisher, Step
+from teleopctl.control.handles import POSITION, CommandInterface, StateInterface
+from teleopctl.control.lifecycle import CallbackReturn, ReturnType
+from teleopctl.errors import TeleopctlError
+from teleopctl.interfaces import get_message, get_service
+
+# Any stands for messages: their classes are made at run time, from definitions.
+
+# Gains of the PID that the trajectory controller has alone.
+_NOT_HERE = ("ff_velocity_scale",)
+
+
+class _InvalidPidError(Exception):
+    """The parameters do not make a controller; the text says why."""
+
+
+class _Options(NamedTuple):
+    """What gains say of a degree of freedom beside those of its PID."""
+
+    feedforward_gain: float
+    angle_wraparound: bool
+    save_i_term: bool
+
+
+class PidController(ChainableControllerInterface):
+    """``pid_controller/PidController``.
+
+    Of each degree of freedom it measures one quantity and perhaps its derivative, and commands
+    ``PID(reference - measured)``. With feed-forward enabled ``feedforward_gain`` times the
+    reference is added, or times the reference of the derivative where there is one. As long as a
+    reference or a measurement is not a number nothing is commanded.
+
+    The references are interfaces for other controllers; without one that claims them they come from
+    ``~/reference``. The measured values are exported as states.
+    """
+
+    def on_init(self) -> None:
+        """Declare what is not declared with its use, and follow changes of the gains."""
+        self._pids: list[Pid] = []
+        self._feedforward = False
+        self.get_node().add_post_set_parameters_callback(self._parameters_changed)
+
+    # -- life cycle --------------------------------------------------------------------------------
+
+    def on_configure(self) -> CallbackReturn | None:
+        """Read the parameters and open the topics and the service."""
+        try:
+            self._read_parameters()
+            gains = self._read_gains()
+        except _InvalidPidError as error:
+            self.logger.error(str(error))
+            return CallbackReturn.FAILURE
+        self._pids = [Pid(one) for one, _ in gains]
+        self._options = [options for _, options in gains]
+        self._feedforward = self.auto_declare("enable_feedforward", False)
+        self._open()
+        self.logger.info("configure successful")
+        return None
+
+    def _read_parameters(self) -> None:
+        read = self.auto_declare
+        none: list[str] = []
+        self._dofs: list[str] = read("dof_names", none)
+        names: list[str] = read("reference_and_state_dof_names", none)
+        self._command: str = read("command_interface", "")
+        self._interfaces: list[str] = read("reference_and_state_interfaces", none)
+        self._external = read("use_external_measured_states", False)
+        self._first_setpoint = read("set_current_state_as_first_setpoint", True)
+        for name, value in (
+            ("dof_names", self._dofs),
+            ("command_interface", self._command),
+            ("reference_and_state_interfaces", self._interfaces),
+        ):
+            if not value:
+                raise _InvalidPidError(f"Parameter '{name}' cannot be empty")
+        if len(self._interfaces) > 2:
+            raise _InvalidPidError(
+                "Length of parameter 'reference_and_state_interfaces' is "
+                f"{len(self._interfaces)} but must be less than 3"
+            )
+        for name, values in (("dof_names", self._dofs), ("reference_and_state_dof_names", names)):
+            if len(set(values)) != len(values):
+                raise _InvalidPidError(f"Value of parameter '{name}' must be unique")
+        self._names = names or self._dofs
+        if len(self._names) != len(self._dofs):
+            raise _InvalidPidError(
+                f"Size of 'dof_names' ({len(self._dofs)}) and 'reference_and_state_dof_names' "
+                f"({len(self._names)}) parameters has to be the same!"
+            )
+
+    def _read_gains(self) -> list[tuple[PidGains, _Options]]:
+        """The gains as the parameters have them now."""
+        read, found = self.auto_declare, []
+        defaults = PidGains()
+        for dof in self._dofs:
+            values = {
+                field.name: read(f"gains.{dof}.{field.name}", getattr(defaults, field.name))
+                for field in fields(PidGains)
+                if field.name not in _NOT_HERE
+            }
+            gains = PidGains(**values)
+            strategy = gains.antiwindup_strategy
+            if strategy not in STRATEGIES:
+                raise _InvalidPidError(
+                    f"Parameter 'gains.{dof}.antiwindup_strategy' with the value '{strategy}' is "
+                    f"not in the set {{{', '.join(map(repr, STRATEGIES))}}}"
+                )
+            if problem := gains.problem():
+                raise _InvalidPidError(f"Gains of '{dof}': {problem}")
+            # Of old: whether the integral or its part of the output is clamped, which is the same.
+            read(f"gains.{dof}.antiwindup", False)
+            options = _Options(
+                read(f"gains.{dof}.feedforward_gain", 0.0),
+                read(f"gains.{dof}.angle_wraparound", False),
+                read(f"gains.{dof}.save_i_term", True),
+            )
+            found.append((gains, options))
+        return found
+
+    def _parameters_changed(self, parameters: Sequence[Any]) -> None:
+        """Take new gains over, outside the control cycle; gains that cannot be are left out."""
+        if not self._pids:
+            return
+        try:
+            gains = self._read_gains()
+            if any(parameter.name == "enable_feedforward" for parameter in parameters):
+                self._feedforward = self.auto_declare("enable_feedforward", False)
+        except (_InvalidPidError, TeleopctlError) as error:
+            self.logger.error(f"Received invalid gains: {error}. Skipping new gains.")
+            return
+        self._options = [options for _, options in gains]
+        for pid, (one, _) in zip(self._pids, gains, strict=True):
+            pid.gains = one
+
+    def _open(self) -> None:
+        from teleopctl.node import QoSProfile, ReliabilityPolicy
+
+        node = self.get_node()
+        latest = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
+        kind = get_message("control_msgs/msg/MultiDOFCommand")
+        self._incoming: deque[tuple[Sequence[float], Sequence[float]]] = deque(maxlen=1)
+        self._subscriptions = [
+            node.create_subscription(kind, "~/reference", self._reference_received, latest)
+        ]
+        if self._external:
+            self._subscriptions.append(
+                node.create_subscription(kind, "~/measured_state", self._state_received, latest)
+            )
+        self._service = node.create_service(
+            get_service("std_srvs/srv/SetBool"), "~/set_feedforward_control", self._set_feedforward
+        )
+        own = [
+            self.auto_declare(f"gains.{dof}.activate_state_publisher", False) for dof in self._dofs
+        ]
+        self._state = PidStatePublisher(
+            node,
+            self.params.publish_queue,
+            self._names,
+            [dof for dof, wanted in zip(self._dofs, own, strict=True) if wanted],
+            self._dofs,
+        )
+
+    def on_cleanup(self) -> None:
+        """Close the topics and the service."""
+        node = self.get_node()
+        for subscription in self._subscriptions:
+            node.destroy_subscription(subscription)
+        node.destroy_service(self._service)
+        self._state.close()
+        self._pids = []
+
+    def command_interface_configuration(self) -> InterfaceConfiguration:
+        """One interface of each degree of freedom."""
+        names = [f"{dof}/{self._command}" for dof in self._dofs]
+        return InterfaceConfiguration(InterfaceConfigurationType.INDIVIDUAL, names)
+
+    def state_interface_configuration(self) -> InterfaceConfiguration:
+        """The quantity of all, then its derivative; nothing where they come from a topic."""
+        if self._external:
+            return InterfaceConfiguration(InterfaceConfigurationType.NONE)
+        names = [f"{name}/{interface}" for interface in self._interfaces for name in self._names]
+        return InterfaceConfiguration(InterfaceConfigurationType.INDIVIDUAL, names)
+
+    def on_export_reference_interfaces_list(self) -> list[CommandInterface]:
+        """What is wanted, in the order of the states."""
+        return [
+            CommandInterface(f"{self.name}/{name}", interface)
+            for interface in self._interfaces
+            for name in self._names
+        ]
+
+    def on_export_state_interfaces_list(self) -> list[StateInterface]:
+        """What is measured, under the same names."""
+        return [
+            StateInterface(f"{self.name}/{name}", interface)
+            for interface in self._interfaces
+            for name in self._names
+        ]
+
+    def on_activate(self) -> None:
+        """Begin anew, where it is; integral parts are kept that are to be."""
+        self._begin()
+        for pid, options in zip(self._pids, self._options, strict=True):
+            pid.reset(keep_integral=options.save_i_term)
+
+    def on_restart(self) -> None:
+        """Begin anew, where the robot has been put."""
+        self._begin()
+        for pid in self._pids:
+            pid.reset()
+
+    def _begin(self) -> None:
+        self._incoming.clear()
+        unknown = [math.nan] * len(self.reference_interfaces)
+        self._measured: Sequence[float] = unknown
+        values = unknown
+        if self._first_setpoint and not self._external:
+            values = [state.value for state in self.state_interfaces]
+        for reference, value in zip(self.reference_interfaces, values, strict=True):
+            reference.value = value
+
+    def on_deactivate(self) -> None:
+        """Leave positions as they are, and stop what would go on: velocities and efforts."""
+        if self._command != POSITION:
+            for command in self.command_interfaces:
+                command.value = 0.0
+
+    # -- what comes in -----------------------------------------------------------------------------
+
+    def _set_feedforward(self, request: Any, response: Any) -> Any:
+        self._feedforward = bool(request.data)
+        self.logger.warning(
+            "This service will be deprecated in favour of setting the ``feedforward_gain`` "
+            "parameter to a non-zero value."
+        )
+        response.success = True
+        return response
+
+    def _reference_received(self, message: Any) -> None:
+        names, values = list(message.dof_names), list(message.values)
+        count = len(self._names)
+        if not names and len(values) == count:
+            self.logger.warning(
+                "Reference massage does not have DoF names defined. Assuming that value have order "
+                "as defined state DoFs"
+            )
+            names = self._names
+        if len(names) != count or len(values) != count:
+            self.logger.error(
+                f"Size of input data names ({len(names)}) and/or values ({len(values)}) is not "
+                f"matching the expected size ({count})."
+            )
+            return
+        if (unknown := next((name for name in names if name not in self._names), None)) is not None:
+            self.logger.warning(
+                f"DoF name '{unknown}' not found in the defined list of state DoFs."
+            )
+            return
+        rates = [*message.values_dot, *[math.nan] * count][:count]
+        places = [names.index(name) for name in self._names if name in names]
+        if len(places) != count:
+            self.logger.error(f"A DoF name is there twice: {', '.join(names)}")
+            return
+        self._incoming.append(([values[place] for place in places], [rates[p] for p in places]))
+
+    def _state_received(self, message: Any) -> None:
+        count = len(self._names)
+        rates = list(message.values_dot)
+        for what, got in (("names", message.dof_names), ("values", message.values)):
+            if len(got) != count:
+                self.logger.error(
+                    f"Size of input data {what} ({len(got)}) is not matching the expected size "
+                    f"({count})."
+                )
+                return
+        two = len(self._interfaces) > 1
+        if rates and not two:
+            self.logger.error(
+                "The reference_and_state_interfaces parameter has to have two interfaces [the "
+                "interface and the derivative of the interface], in order to use the values_dot "
+                "field."
+            )
+            return
+        if rates and len(rates) != count:
+            self.logger.error(
+                f"Size of input data values_dot ({len(rates)}) is not matching the expected size "
+                f"({count})."
+            )
+            return
+        self._measured = [*message.values, *(rates or ([math.nan] * count if two else []))]
+
+    # -- control cycle -----------------------------------------------------------------------------
+
+    def update_reference_from_subscribers(self, time_ns: int, period: float) -> ReturnType | None:
+        """Take over the latest message; what is not a number in it stays as it was."""
+        del time_ns, period
+        if not self._incoming:
+            return None
+        values, rates = self._incoming.popleft()
+        references, count = self.reference_interfaces, len(self._names)
+        for number, (value, rate) in enumerate(zip(values, rates, strict=True)):
+            if math.isnan(value):
+                continue
+            references[number].value = value
+            if len(references) > count and not math.isnan(rate):
+                references[count + number].value = rate
+        return None
+
+    def update_and_write_commands(self, time_ns: int, period: float) -> ReturnType | None:
+        """One step of each PID."""
+        if self._external:
+            measured = self._measured
+        else:
+            measured = [state.value for state in self.state_interfaces]
+        for state, value in zip(self.exported_state_interfaces, measured, strict=True):
+            state.value = value
+        references = [reference.value for reference in self.reference_interfaces]
+        count, steps = len(self._pids), []
+        two = len(references) > count
+        for number, pid in enumerate(self._pids):
+            reference, value = references[number], measured[number]
+            options = self._options[number]
+            error, rate_error = reference - value, math.nan
+            if options.angle_wraparound and math.isfinite(error):
+                error = math.remainder(error, math.tau)
+            if two:
+                rate_error = references[count + number] - measured[count + number]
+            if math.isfinite(error):
+                output = (
+                    pid.update(error, rate_error, period)
+                    if math.isfinite(rate_error)
+                    else pid.update_by_error(error, period)
+                )
+                if self._feedforward:
+                    ahead = references[count + number] if two else reference
+                    output += ahead * options.feedforward_gain if math.isfinite(ahead) else 0.0
+                self.command_interfaces[number].value = output
+            steps.append(
+                Step(
+                    reference,
+                    value,
+                    measured[count + number] if two else math.nan,
+                    error,
+                    rate_error,
+                    self.command_interfaces[number].value,
+                    pid.integral,
+                    pid.error_rate,
+                    pid.gains,
+                )
+            )
+        self._state.try_publish(time_ns, period, steps)
+        return None

@@ -1,0 +1,110 @@
+"""What a PID controller publishes of itself."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from teleopctl.control.realtime_publisher import PublishQueue, RealtimePublisher
+from teleopctl.interfaces import from_seconds, get_message, set_stamp
+
+if TYPE_CHECKING:
+    from teleopctl.control.controllers.pid import PidGains
+    from teleopctl.node import Node
+
+# Any stands for messages: their classes are made at run time, from definitions.
+
+
+class Step(NamedTuple):
+    """One step of one degree of freedom; what there is not is not a number.
+
+    Attributes:
+        reference: What was wanted.
+        feedback: What was measured.
+        feedback_dot: Its derivative.
+        error: Wanted minus measured, the short way round for angles.
+        error_dot: The same of the derivative.
+        output: What was commanded, or has been before.
+        integral: The integral part.
+        error_rate: The error rate that the PID used.
+        gains: The gains.
+    """
+
+    reference: float
+    feedback: float
+    feedback_dot: float
+    error: float
+    error_dot: float
+    output: float
+    integral: float
+    error_rate: float
+    gains: PidGains
+
+
+class PidStatePublisher:
+    """Publishes ``~/controller_state``, and ``~/DOF/pid_state`` where that is asked for.
+
+    Args:
+        node: The controller's node.
+        queue: The queue of the control loop.
+        names: Of the degrees of freedom, as states.
+        own: The degrees of freedom, as commands, with a topic of their own.
+        dofs: All of them.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        queue: PublishQueue,
+        names: Sequence[str],
+        own: Sequence[str],
+        dofs: Sequence[str],
+    ) -> None:
+        # Messages are made once and filled anew each time.
+        kind: Any = get_message("control_msgs/msg/MultiDOFStateStamped")
+        state: Any = get_message("control_msgs/msg/SingleDOFState")
+        self._node = node
+        self._message: Any = kind(dof_states=[state(name=name) for name in names])
+        self._publisher = node.create_publisher(kind, "~/controller_state", 10)
+        self._realtime = RealtimePublisher(queue, self._publish)
+        self._own: dict[int, Any] = {}
+        for dof in own:
+            from teleopctl.node import qos_profile_sensor_data
+
+            pid: Any = get_message("control_msgs/msg/PidState")
+            publisher = node.create_publisher(pid, f"~/{dof}/pid_state", qos_profile_sensor_data)
+            self._own[dofs.index(dof)] = (pid(), publisher)
+
+    def close(self) -> None:
+        """Leave the topics."""
+        for _, publisher in self._own.values():
+            self._node.destroy_publisher(publisher)
+        self._node.destroy_publisher(self._publisher)
+
+    def try_publish(self, time_ns: int, period: float, steps: Sequence[Step]) -> None:
+        """Hand a cycle's steps over, see `RealtimePublisher`."""
+        self._realtime.try_publish((time_ns, period, steps))
+
+    def _publish(self, value: tuple[int, float, Sequence[Step]]) -> None:
+        time_ns, period, steps = value
+        message = self._message
+        set_stamp(message.header.stamp, time_ns)
+        for state, step in zip(message.dof_states, steps, strict=True):
+            state.reference, state.feedback, state.error = step.reference, step.feedback, step.error
+            # As ROS 2 has it: nought where there is no derivative.
+            state.feedback_dot = 0.0 if math.isnan(step.feedback_dot) else step.feedback_dot
+            state.error_dot = 0.0 if math.isnan(step.error_dot) else step.error_dot
+            state.time_step, state.output = period, step.output
+        self._publisher.publish(message)
+        for number, (own, publisher) in self._own.items():
+            step = steps[number]
+            set_stamp(own.header.stamp, time_ns)
+            set_stamp(own.timestep, from_seconds(period))
+            own.error, own.error_dot = step.error, step.error_rate
+            own.p_error, own.i_error, own.d_error = step.error, step.integral, step.error_rate
+            gains = step.gains
+            own.p_term, own.i_term, own.d_term = gains.p, gains.i, gains.d
+            own.i_max, own.i_min = gains.i_clamp_max, gains.i_clamp_min
+            own.output = step.output
+            publisher.publish(own)
