@@ -133,3 +133,15 @@ def test_interfaces_that_the_sensor_does_not_have_are_told() -> None:
     hand = Hand(force_torque(), sensors=sensor("fts", "force.x force.w"))
     assert list(hand.values) == ["fts/force.x"]
     assert hand.warnings == ["Nothing measures fts/force.w"]
+
+
+def test_the_pose_of_a_link_is_measured_in_the_world() -> None:
+    angle = 0.5
+    interfaces = "position.x position.y position.z orientation.x orientation.y orientation.z "
+    hand = Hand(sensors=sensor("mocap", interfaces + "orientation.w", frame="tip"), angle=angle)
+    truth = hand.robot.simulation.link_pose("tip")
+    values = list(hand.values.values())
+    assert next(iter(hand.values)) == "mocap/position.x"
+    assert values[:3] == pytest.approx(truth.position, abs=1e-9)
+    assert values[3:] == pytest.approx([math.sin(angle / 2), 0, 0, math.cos(angle / 2)], abs=1e-3)
+    assert not hand.warnings

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 from teleopctl.interfaces import get_message
 from teleopctl.robot import RobotDescription, Sensor as Description
 from teleopctl.sim.sensors.base import Sensor
+from teleopctl.sim.sensors.pose import Pose
 from teleopctl.sim.sensors.publishing import make_sensors
 
 if TYPE_CHECKING:
@@ -21,14 +22,13 @@ if TYPE_CHECKING:
 
     from teleopctl.robot import ComponentInfo
 
-# First part of an interface's name to the type of sensor that measures it.
-_TYPES = {
-    "orientation": "imu",
-    "angular_velocity": "imu",
-    "linear_acceleration": "imu",
-    "force": "force_torque",
-    "torque": "force_torque",
-}
+# First parts of interfaces' names to the type of sensor that measures all of them.
+_POSE = "pose"
+_TYPES = (
+    ({"orientation", "angular_velocity", "linear_acceleration"}, "imu"),
+    ({"force", "torque"}, "force_torque"),
+    ({"position", "orientation"}, _POSE),
+)
 
 
 @dataclass(frozen=True)
@@ -118,16 +118,20 @@ def _make(
     tag: ComponentInfo, description: RobotDescription, warn: Callable[[str], object]
 ) -> Sensor | None:
     """A sensor that no ``<gazebo>`` describes."""
-    kinds = {_TYPES.get(i.name.partition(".")[0], "") for i in tag.state_interfaces}
+    parts = {i.name.partition(".")[0] for i in tag.state_interfaces}
+    kind = next((kind for known, kind in _TYPES if parts and parts <= known), "")
     frame = tag.parameters.get("frame_id", "").strip() or tag.name
-    if len(kinds) != 1 or "" in kinds or frame not in description.links:
+    if not kind or frame not in description.links:
         warn(
             f"Sensor '{tag.name}' of <ros2_control> measures nothing: it needs a <gazebo> sensor "
-            "of its name, or the interfaces of an IMU or a force-torque sensor and a parameter "
-            "frame_id that names a link"
+            "of its name, or the interfaces of an IMU, a force-torque sensor or a pose, and a "
+            "parameter frame_id that names a link"
         )
         return None
-    made = make_sensors((Description(name=tag.name, type=kinds.pop(), link=frame),), warn)
+    described = Description(name=tag.name, type=kind, link=frame)
+    if kind == _POSE:
+        return Pose(described)
+    made = make_sensors((described,), warn)
     return made[0] if made else None
 
 

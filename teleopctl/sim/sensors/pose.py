@@ -1,0 +1,45 @@
+"""Where a link is in the world, as a motion capture system would measure it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import mujoco
+
+from teleopctl.sim.sensors.base import Sensor
+
+
+class Pose(Sensor):
+    """Position (m) and orientation of a link in the frame ``world``, without noise.
+
+    It measures for state interfaces alone: see `teleopctl.sim.sensors.interfaces`.
+    """
+
+    message_type = "geometry_msgs/msg/PoseStamped"
+
+    @property
+    def frame_id(self) -> str:
+        """The frame of the measurement."""
+        return "world"
+
+    def add_to(self, spec: mujoco.MjSpec) -> None:
+        """Add sensors of position and orientation at the link's frame."""
+        site = self.add_site(spec)
+        for suffix, kind in (
+            ("position", mujoco.mjtSensor.mjSENS_FRAMEPOS),
+            ("orientation", mujoco.mjtSensor.mjSENS_FRAMEQUAT),
+        ):
+            spec.add_sensor(
+                name=f"{self.name}/{suffix}",
+                type=kind,
+                objtype=mujoco.mjtObj.mjOBJ_SITE,
+                objname=site.name,
+            )
+
+    # Any: as the base class has it.
+    def read(self, model: mujoco.MjModel, data: mujoco.MjData, message: Any) -> None:
+        """Copy what both measure."""
+        del model
+        position, turn = message.pose.position, message.pose.orientation
+        position.x, position.y, position.z = data.sensor(f"{self.name}/position").data
+        turn.w, turn.x, turn.y, turn.z = data.sensor(f"{self.name}/orientation").data
