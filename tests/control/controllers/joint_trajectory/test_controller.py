@@ -19,6 +19,8 @@ from tests.control.controllers.joint_trajectory.arm import (
     trajectory,
 )
 
+DYNAMICS = '<param name="calculate_dynamics">true</param>'
+
 
 @pytest.fixture
 def arm():
@@ -463,6 +465,50 @@ class TestOtherInterfaces:
         first, second, _ = arm.stack.commands("velocity")
         assert second == near(error[1])
         assert first == near(error[0] + 1.0)
+
+    @pytest.mark.parametrize(
+        ("gain", "told"),
+        [
+            ({"antiwindup_strategy": "magic"}, "Unknown antiwindup strategy : 'magic'"),
+            ({"u_clamp_max": -1.0, "u_clamp_min": 1.0}, "u_min (1) must be less than u_max (-1)"),
+        ],
+    )
+    def test_gains_that_cannot_be_are_refused_where_they_are_used(self, gain, told):
+        gains = {f"gains__joint2__{name}": value for name, value in gain.items()}
+        robot = serial_robot(commands=("position", "velocity"), states=self.STATES)
+        interfaces = {"command_interfaces": ["velocity"], "state_interfaces": list(self.STATES)}
+        arm = Arm(robot=robot, **interfaces, **gains)
+        assert not arm.configure()
+        (error,) = arm.node.log.texts("error")
+        assert error.startswith("Gains of 'joint2': ")
+        assert told in error
+        assert Arm(robot=robot, **gains).configure()
+
+    def test_gains_that_cannot_be_are_left_out_while_it_runs(self):
+        robot = serial_robot(commands=("velocity",), states=self.STATES)
+        interfaces = {"command_interfaces": ["velocity"], "state_interfaces": list(self.STATES)}
+        arm = Arm(robot=robot, **interfaces, gains__joint1__p=1.0).up()
+        arm.node.set_parameters([Parameter("gains.joint1.i_clamp_max", value=-1.0)])
+        arm.step(0.01)
+        assert "Skipping new gains." in arm.node.log.texts("error")[-1]
+        arm.step(0.01)
+        assert len(arm.node.log.texts("error")) == 1
+
+    def test_it_may_command_a_controller_of_each_joint(self):
+        robot = serial_robot(commands=("velocity",), states=self.STATES, parameters=DYNAMICS)
+        chained = [f"pid/{joint}" for joint in JOINTS]
+        arm = Arm(robot=robot, command_joints=chained)
+        options = {
+            "dof_names": JOINTS,
+            "command_interface": "velocity",
+            "reference_and_state_interfaces": ["position"],
+        } | {f"gains.{joint}.p": 20.0 for joint in JOINTS}
+        arm.stack.load_controller("pid", "pid_controller/PidController", options)
+        arm.stack.activate("pid")
+        arm.up()
+        arm.send(trajectory(point(1.0, [2.1, 2.6, 2.8])))
+        arm.step(2.0)
+        assert [arm.stack.state(f"{joint}/position") for joint in JOINTS] == near([2.1, 2.6, 2.8])
 
     def test_one_missing_measurement_does_not_spoil_the_pid(self):
         robot = serial_robot(commands=("velocity",), states=self.STATES)
