@@ -72,7 +72,9 @@ def switch_controller(manager: ControllerManager, request: SwitchRequest) -> tup
         activate = _known(manager, request.activate_controllers, "activate", strict=strict)
         deactivate = _known(manager, request.deactivate_controllers, "deactivate", strict=strict)
         for spec in activate:
-            manager.refresh_interfaces(spec)
+            restarted = spec.lifecycle_state is State.ACTIVE and spec in deactivate
+            if restarted or spec.lifecycle_state is State.INACTIVE:
+                manager.refresh_interfaces(spec)
         starting, stopping = _accepted(manager, activate, deactivate, strict=strict)
         if not starting and not stopping:
             text = (

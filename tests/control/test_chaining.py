@@ -303,6 +303,15 @@ class TestSwitching:
         assert ok
         assert active(stack) == {"other"}
 
+    def test_one_that_is_no_longer_configured_is_in_no_chain(self, stack):
+        chain(stack)
+        stack.activate("follower")
+        assert stack.manager.cleanup_controller("leader")
+        assert not do_switch(stack, ["leader"], ["leader"])[0]
+        assert not do_switch(stack, ["leader"])[0]
+        assert shown(stack, "leader").required_command_interfaces == []
+        assert stack.manager.chains.users(stack.manager.controllers["follower"]) == []
+
     def test_a_controller_that_exports_nothing_has_no_references(self, stack):
         load(stack, "plain", [], [POSITION])
         load(stack, "leader", [], ["plain/joint1/position"])
