@@ -1,14 +1,17 @@
 """Mesh files that MuJoCo does not read itself: their triangles and materials, kept by content.
 
 Reading a COLLADA file takes up to a second, and a robot has dozens. So what was read is kept in the
-user's cache folder under a hash of the file's bytes: a file that changes is another one.
+user's cache folder under a hash of the file's bytes: a file that changes is another one. The
+simulator, the camera and the page want the same files at the same time: one reads, the others wait.
 """
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import logging
 import os
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -20,6 +23,13 @@ from teleopctl.folders import cache_dir
 from teleopctl.mujoco_model.paint import Part, parts_of
 from teleopctl.robot import collada_unit_m
 from teleopctl.text_file import absence
+
+try:
+    import fcntl
+except ImportError:  # Windows: there each reads for itself
+    _HAS_LOCKS = False
+else:
+    _HAS_LOCKS = True
 
 # What MuJoCo's own reader of STL takes.
 _FAR_M = 2.0**30
@@ -70,14 +80,48 @@ def read_mesh(path: Path) -> MeshContent | str:
         if (reason := unreadable(path)) is not None:
             return reason
         kept = _kept_at(path)
-        if kept is not None and kept.is_file():
-            return _loaded(kept)
+    except OSError:
+        kept = None
+    if (content := _found(kept)) is not None:
+        return content
+    with _alone(kept):
+        return _found(kept) or _read_and_kept(path, kept)
+
+
+def _found(kept: Path | None) -> MeshContent | None:
+    """What has been kept, if anything of use has."""
+    try:
+        return _loaded(kept) if kept is not None and kept.is_file() else None
     except (OSError, ValueError, KeyError):
-        kept = None  # nothing of use is there, and nothing may be written there
+        return None
+
+
+def _read_and_kept(path: Path, kept: Path | None) -> MeshContent | str:
     content = _read(path)
     if kept is not None and isinstance(content, MeshContent) and not content.has_pictures:
         _keep(kept, content)
     return content
+
+
+@contextlib.contextmanager
+def _alone(kept: Path | None) -> Iterator[None]:
+    """Let other processes wait that read the same file, until it is kept."""
+    if kept is None or not _HAS_LOCKS:
+        yield
+        return
+    lock = kept.with_suffix(".lock")
+    with contextlib.ExitStack() as held:
+        # Where nothing can be written, or a network's file system has no locks, each reads alone.
+        with contextlib.suppress(OSError):
+            lock.parent.mkdir(parents=True, exist_ok=True)
+            stream = held.enter_context(lock.open("w"))
+            # The system lets go of it when the process dies, however it does.
+            fcntl.flock(stream.fileno(), fcntl.LOCK_EX)
+        try:
+            yield
+        finally:
+            with contextlib.suppress(OSError):
+                lock.unlink()
 
 
 def _kept_at(path: Path) -> Path | None:

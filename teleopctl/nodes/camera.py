@@ -130,6 +130,13 @@ class Camera(Node):
             )
 
     def _start(self, urdf: str) -> None:
+        description = RobotDescription.from_urdf(urdf)
+        self._urdf = urdf
+        name = str(self.get_parameter("camera").value)
+        if not name and all(sensor.camera is None for sensor in description.gazebo.sensors):
+            # Nothing is built, while the simulator wants the processor for the same.
+            self._tell_no_camera(description)
+            return
         import mujoco
 
         from teleopctl.mujoco_model import build_model
@@ -138,17 +145,14 @@ class Camera(Node):
         # Else MuJoCo writes a file into the present folder.
         mujoco.set_mju_user_warning(lambda text: self.get_logger().warning(f"MuJoCo: {text}"))
 
-        description = RobotDescription.from_urdf(urdf)
-        self._urdf = urdf
         file = str(self.get_parameter("world").value)
         model = build_model(
             description,
             world=read_world(resolve_uri(file)) if file else None,
             fixed_base=bool(self.get_parameter("fixed_base").value),
         )
-        name = str(self.get_parameter("camera").value)
         if not name and not model.cameras:
-            self.get_logger().warning(f"The robot '{model.name}' has no camera sensor")
+            self._tell_no_camera(description)
             return
         self._described = self._model = model
         self._bodies_wanted = bool(model.free_bodies)
@@ -172,6 +176,9 @@ class Camera(Node):
         self.add_graph_callback(self._on_graph)
         self._on_graph()
         self._thread.start()
+
+    def _tell_no_camera(self, description: RobotDescription) -> None:
+        self.get_logger().warning(f"The robot '{description.name}' has no camera sensor")
 
     # --- called on the transport's threads ------------------------------------------------
 

@@ -2,6 +2,8 @@
 
 import logging
 import math
+import threading
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import mujoco
@@ -14,6 +16,7 @@ from teleopctl.mujoco_model.cutting import cut_ahead
 from teleopctl.mujoco_model.mesh_content import MeshContent, read_mesh
 from teleopctl.robot import RobotDescription, simulated, unknown_tags
 from teleopctl.sim import Simulation
+from teleopctl.testing import LONGEST_WAIT_S
 from tests.sim.robots import INERTIAL, box, control, joint, link, robot
 
 WORLD, BASE = link("world", ""), joint("stand", "world", "base", kind="fixed", xyz="0 0 1")
@@ -177,6 +180,35 @@ def test_a_converted_mesh_is_read_once_until_it_changes(
     assert second.faces.tolist() == first.faces.tolist()
     assert len(second.parts) == len(first.parts)
     assert read_mesh(file) == "it was read again"
+
+
+def test_a_mesh_that_another_process_is_reading_is_waited_for(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    file = tmp_path / "part.dae"
+    trimesh.creation.box((1, 2, 3)).export(file)
+    kept = mesh_content._kept_at(file)
+    content = mesh_content._read(file)
+    assert kept is not None
+    assert isinstance(content, MeshContent)
+    waits = threading.Event()
+    fcntl = pytest.importorskip("fcntl", reason="Windows has no such locks")
+    lock = fcntl.flock
+
+    def told(stream: int, how: int) -> None:
+        waits.set()
+        lock(stream, how)
+
+    with ThreadPoolExecutor() as threads, mesh_content._alone(kept):
+        monkeypatch.setattr(fcntl, "flock", told)
+        monkeypatch.setattr(mesh_content, "_read", lambda path: "it was read twice")
+        read = threads.submit(read_mesh, file)
+        assert waits.wait(LONGEST_WAIT_S)
+        mesh_content._keep(kept, content)
+    found = read.result(LONGEST_WAIT_S)
+    assert isinstance(found, MeshContent)
+    assert found.vertices.tolist() == content.vertices.tolist()
+    assert not kept.with_suffix(".lock").exists()
 
 
 def test_a_visual_alone_touches_nothing() -> None:

@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 
 from teleopctl.interfaces.store import get_message, get_service
-from teleopctl.node import Context, Node, qos_profile_latched
+from teleopctl.node import Context, Node, init, qos_profile_latched
+from teleopctl.nodes.camera import Camera
 from teleopctl.testing import LONGEST_WAIT_S, Process, RosGraph
 from tests.system.sim_partner import Partner, command, stamp_ns, teleop_urdf
 
@@ -329,6 +330,16 @@ def test_a_machine_that_cannot_draw_is_told_which_packages_to_install(
     assert "libegl1 libgl1-mesa-dri" in camera.stderr
     assert "libosmesa6" in camera.stderr
     assert "Traceback" not in camera.stderr
+
+
+def test_for_a_robot_without_cameras_no_model_is_built(
+    ros: RosGraph, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("teleopctl.mujoco_model.build_model", None)
+    bare = "robot_description:=<robot name='bare'><link name='base'/></robot>"
+    with init(args=["--ros-args", "-p", bare]), Camera() as camera:
+        assert camera.get_publishers_info_by_topic("/camera_info") == []
+    assert "The robot 'bare' has no camera sensor" in capfd.readouterr().err
 
 
 def test_an_unknown_quality_is_refused(ros: RosGraph) -> None:
