@@ -6,11 +6,14 @@ parameter files are full of it. A date, which ROS 2 has no type for, is a text.
 
 from __future__ import annotations
 
+import contextlib
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from pathlib import Path
 
 import yaml
 
+from teleopctl.errors import InvalidFileError, TeleopctlError
 from teleopctl.typed import Any, TypeAlias
 
 _BASE: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
@@ -137,6 +140,26 @@ def _check_depth(depth: int, event: yaml.Event) -> None:
 def _refusal(reason: str, event: yaml.Event) -> yaml.YAMLError:
     mark: Any = event.start_mark  # libyaml's marks are no `yaml.Mark`
     return yaml.composer.ComposerError(None, None, reason, mark)
+
+
+@contextlib.contextmanager
+def faults_of(path: Path, kind: type[TeleopctlError] = InvalidFileError) -> Iterator[None]:
+    """Make a YAML error of a file into one for a person: the file, the line, what is wrong there.
+
+    Args:
+        path: The file whose text is read inside.
+        kind: The class of the error.
+
+    Raises:
+        TeleopctlError: Of that class, for a `yaml.YAMLError`.
+    """
+    try:
+        yield
+    except yaml.YAMLError as error:
+        mark = getattr(error, "problem_mark", None)
+        line = f":{mark.line + 1}" if mark is not None else ""
+        reason = getattr(error, "problem", None) or error
+        raise kind(f"{path}{line}: not YAML: {reason}") from error
 
 
 # Any, here and below: values of YAML.

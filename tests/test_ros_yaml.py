@@ -1,10 +1,13 @@
 """What plain words of YAML are in ROS 2, and that nothing but a YAML error comes of bad ones."""
 
+from pathlib import Path
+
 import pytest
 import yaml
 from hypothesis import given, strategies as st
 
 from teleopctl import ros_yaml
+from teleopctl.errors import LaunchError
 
 
 def test_plain_words_are_what_ros_2_takes_them_for():
@@ -61,3 +64,9 @@ def test_aliases_as_files_for_people_have_them_are_read():
 @given(st.recursive(st.integers() | st.text("ab{}[]*&- :\n"), st.lists, max_leaves=40))
 def test_no_data_of_ordinary_size_is_refused(data):
     assert ros_yaml.load(yaml.safe_dump(data)) == data
+
+
+def test_a_fault_of_a_file_is_told_with_its_line_as_an_error_of_the_readers_kind():
+    with pytest.raises(LaunchError) as error, ros_yaml.faults_of(Path("a.yaml"), LaunchError):
+        ros_yaml.load("one: 1\ntwo: [")
+    assert error.value.message.startswith("a.yaml:3: not YAML: ")

@@ -47,17 +47,12 @@ def read_list(path: Path, root: str, expected: str) -> list[Item]:
         InvalidFileError: It cannot be read, is not YAML, or has another form; with its line.
     """
     text = read_text(path)
-    try:
+    with ros_yaml.faults_of(path):
         loader = ros_yaml.RosLoader(text)
         try:
             return [_item(path, loader, node) for node in _nodes(path, loader, root, expected)]
         finally:
             loader.dispose()
-    except yaml.MarkedYAMLError as error:
-        line = error.problem_mark.line + 1 if error.problem_mark else 1
-        raise InvalidFileError(f"{path}:{line}: not YAML: {error.problem}") from error
-    except yaml.YAMLError as error:
-        raise InvalidFileError(f"{path}: not YAML: {error}") from error
 
 
 def _nodes(path: Path, loader: Any, root: str, expected: str) -> list[yaml.Node]:

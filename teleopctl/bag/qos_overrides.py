@@ -5,8 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-import yaml
-
+from teleopctl import ros_yaml
 from teleopctl.errors import InvalidFileError, TeleopctlError
 from teleopctl.node import (
     DurabilityPolicy,
@@ -17,6 +16,7 @@ from teleopctl.node import (
     QoSProfile,
     ReliabilityPolicy,
 )
+from teleopctl.text_file import read_text
 
 _POLICIES = {
     "history": HistoryPolicy,
@@ -37,12 +37,8 @@ def read_qos_overrides(file: Path) -> dict[str, QoSProfile]:
     Raises:
         InvalidFileError: It cannot be read, or says something that is no profile.
     """
-    try:
-        document = yaml.safe_load(file.read_text(encoding="utf-8")) or {}
-    except OSError as error:
-        raise InvalidFileError(f"Cannot read {file}: {error.strerror}") from error
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
-        raise InvalidFileError(f"{file} is no YAML: {error}") from error
+    with ros_yaml.faults_of(file):
+        document = ros_yaml.load(read_text(file)) or {}
     if not isinstance(document, dict):
         raise InvalidFileError(f"{file} does not map topics to profiles")
     return {str(topic): _profile(file, str(topic), values) for topic, values in document.items()}

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     )
     from teleopctl.mujoco_model.sensors.camera_topics import CAMERA_TYPES as CAMERA_TYPES
     from teleopctl.mujoco_model.surroundings.carrying import carry_over as carry_over
+    from teleopctl.mujoco_model.surroundings.surfaces import retime as retime
     from teleopctl.mujoco_model.surroundings.thing import Thing as Thing
     from teleopctl.mujoco_model.surroundings.things import (
         Coming as Coming,
@@ -53,6 +54,7 @@ else:
             "model": "RobotModel build_model initial_positions",
             "sensors.camera_topics": "CAMERA_TYPES",
             "surroundings.carrying": "carry_over",
+            "surroundings.surfaces": "retime",
             "surroundings.thing": "Thing",
             "surroundings.things": "Coming in_world with_things without_things",
             "surroundings.world": "WORLD_PREFIX",

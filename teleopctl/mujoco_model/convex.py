@@ -49,7 +49,7 @@ _PIECES = ".convex.npz"
 # What a piece has of the shape that it is of.
 _KEPT = (
     *("pos", "quat", "group", "rgba", "contype", "conaffinity", "condim", "priority", "friction"),
-    *("solmix", "solref", "solimp", "margin", "gap"),
+    *("solmix", "solref", "solimp", "margin", "gap", "userdata"),
 )
 # The most triangles of which each becomes a shape, and the thickest slab below one, in metres.
 _MOST_SLABS = 256

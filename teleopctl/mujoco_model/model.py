@@ -28,6 +28,7 @@ from teleopctl.mujoco_model.mjcf.draft import MjcfDraft, draft_mjcf
 from teleopctl.mujoco_model.mjcf.start import Start
 from teleopctl.mujoco_model.shapes import drop_impossible_shapes
 from teleopctl.mujoco_model.surroundings.scene import add_scene
+from teleopctl.mujoco_model.surroundings.surfaces import pair_surfaces
 from teleopctl.mujoco_model.surroundings.thing import Thing, things_since
 from teleopctl.mujoco_model.surroundings.world import add_world, world_geoms
 from teleopctl.mujoco_model.unserved import unserved_tags
@@ -189,6 +190,7 @@ def build_model(
         start, names = initial_positions(bare, joints), [joint.name for joint in joints]
         borne = borne_inertias(bare, base, start, names)
     add_drives(spec, bare, joints, borne)
+    warnings += pair_surfaces(spec)
     model = _compile(spec)
     return RobotModel(
         name=description.name,
@@ -212,6 +214,7 @@ def build_model(
 
 
 def _build_mjcf(description: RobotDescription, draft: MjcfDraft, frame: str) -> RobotModel:
+    draft.warnings.extend(pair_surfaces(draft.spec))
     model = _compile(draft.spec)
     around = (
         n for n in range(model.ngeom) if model.body(model.geom_bodyid[n]).name not in draft.bodies

@@ -15,6 +15,7 @@ from lxml import etree
 
 from teleopctl.errors import InvalidDescriptionError
 from teleopctl.mujoco_model.contacts import give_friction
+from teleopctl.mujoco_model.surroundings.surfaces import give_surface
 from teleopctl.robot import repair_urdf
 
 if TYPE_CHECKING:
@@ -58,7 +59,7 @@ def import_urdf(urdf: str) -> mujoco.MjSpec:
 def apply_gazebo(spec: mujoco.MjSpec, description: RobotDescription) -> None:
     """Give links and joints what their ``<gazebo reference="…">`` says of them.
 
-    Links get colours and friction, and some have no weight; joints get springs.
+    Links get colours, friction and surfaces, and some have no weight; joints get springs.
 
     Args:
         spec: The ``mujoco.MjSpec`` to edit.
@@ -76,6 +77,8 @@ def apply_gazebo(spec: mujoco.MjSpec, description: RobotDescription) -> None:
                 geom.rgba[:3] = properties.rgba[:3]
             if properties.mu1 is not None:
                 give_friction(geom, properties.mu1, default)
+            if properties.surface is not None:
+                give_surface(geom, properties.surface)
     for name, spring in description.gazebo.springs.items():
         joint = spec.joint(name)
         if joint is not None:

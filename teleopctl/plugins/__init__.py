@@ -297,6 +297,7 @@ SENSORS = Kind(
         "gps": f"{_SENSORS}.navsat:NavSat",
         "imu": f"{_SENSORS}.imu:Imu",
         "magnetometer": f"{_SENSORS}.magnetometer:Magnetometer",
+        "mujoco": "teleopctl.sim.mjcf.file_sensors:AsItIs",
         "navsat": f"{_SENSORS}.navsat:NavSat",
         "rangefinder": "teleopctl.sim.mjcf.file_sensors:Rangefinder",
         "touch": "teleopctl.sim.mjcf.file_sensors:Touch",

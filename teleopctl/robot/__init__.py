@@ -67,6 +67,7 @@ if TYPE_CHECKING:
         SceneShape as SceneShape,
     )
     from teleopctl.robot.scene.sdf_includes import gazebo_models as gazebo_models
+    from teleopctl.robot.scene.surface import Surface as Surface
     from teleopctl.robot.scene.world_file import (
         World as World,
         find_world as find_world,
@@ -157,6 +158,7 @@ else:
             "gazebo_colours": "gazebo_colour",
             "scene.scene": "Scene SceneBody SceneInertial SceneJoint SceneLight SceneModel "
             "ScenePose SceneShape",
+            "scene.surface": "Surface",
             "scene.sdf_includes": "gazebo_models",
             "scene.world_file": "World find_world is_world read_world read_world_text",
             "xacro_file": "ExpandedXacro expand_xacro read_xacro",

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from teleopctl.errors import InvalidDescriptionError
 from teleopctl.robot.elements import Element, child_text, describe, to_number
 from teleopctl.robot.gazebo_colours import gazebo_colour
+from teleopctl.robot.scene.surface import Surface, read_surface
 from teleopctl.robot.sensors.plugin_tag import Plugin, read_plugin
 from teleopctl.robot.sensors.sensor_tag import (
     Sensor,
@@ -18,7 +19,8 @@ from teleopctl.robot.sensors.sensor_tag import (
     sensor_of_plugin,
 )
 
-_OF_SHAPES = "collision/surface/friction/ode/mu"
+_SURFACE = "collision/surface"
+_OF_SHAPES = f"{_SURFACE}/friction/ode/mu"
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,12 +32,14 @@ class LinkPhysics:
         mu1: Its coefficient of friction.
         self_collide: Whether it touches other links of the robot.
         gravity: Whether it has a weight.
+        surface: How it bounces, spins and rolls.
     """
 
     rgba: tuple[float, float, float, float] | None = None
     mu1: float | None = None
     self_collide: bool | None = None
     gravity: bool = True
+    surface: Surface | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,11 +119,13 @@ def _read_physics(element: Element, before: LinkPhysics) -> LinkPhysics:
     for tag in ("selfCollide", "self_collide"):
         if _said(element, tag):
             collides = _flag(element, tag, default=True)
+    surface = read_surface(lambda path, usual: number_in(element, f"{_SURFACE}/{path}", usual))
     return LinkPhysics(
         rgba=_colour(element) or before.rgba,
         mu1=friction,
         self_collide=collides,
         gravity=weighs and not _flag(element, "turnGravityOff", default=False),
+        surface=surface or before.surface,
     )
 
 

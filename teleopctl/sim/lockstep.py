@@ -297,6 +297,9 @@ class LockstepLoop:
         if self._simulation.diverged:
             self._simulation.reset_state()
             self._ports.diverged(now)
+        if self._simulation.put_back:
+            self._ports.put_back(now, self._simulation.put_back)
+            self._simulation.put_back = []
         # Controllers take their time from the state; everybody else's clock may be coarser, which
         # at 1 kHz spares each node 900 messages a second. Single steps show the exact time.
         if self._clock_due(now) or stepping:

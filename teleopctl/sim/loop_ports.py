@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Protocol
 
@@ -62,6 +62,9 @@ class Ports(Protocol):
 
     def diverged(self, time_ns: int) -> None:
         """Physics broke down and was set back to its initial state."""
+
+    def put_back(self, time_ns: int, things: Sequence[str]) -> None:
+        """Physics of things broke down, and they alone were set back to their start."""
 
 
 class Sampler(Protocol):

@@ -152,6 +152,15 @@ class TopicPorts:
             throttle_duration_sec=10.0,
         )
 
+    def put_back(self, time_ns: int, things: Sequence[str]) -> None:
+        """Report that physics of things broke down."""
+        names = ", ".join(f"'{thing}'" for thing in dict.fromkeys(things))
+        self._logger.error(
+            f"Physics of {names} became unstable before {to_seconds(time_ns):.3f} s: put back to "
+            "its start, while everything else goes on; check its mass and inertia",
+            throttle_duration_sec=10.0,
+        )
+
 
 class _JointStates:
     """Joint states as a message whose numbers are written in place.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from teleopctl.interfaces import get_message, set_stamp
@@ -116,3 +116,6 @@ class _Ports:
 
     def diverged(self, time_ns: int) -> None:
         """Do nothing: what became of it is in the states."""
+
+    def put_back(self, time_ns: int, things: Sequence[str]) -> None:
+        """Do nothing: likewise."""

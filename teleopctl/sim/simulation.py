@@ -15,23 +15,20 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
-from teleopctl.mujoco_model import RobotModel, carry_over
+from teleopctl.mujoco_model import RobotModel, carry_over, retime
 from teleopctl.sim.drives import Drives
 from teleopctl.sim.entities.pushes import Push, Pushes, read_pushes
 from teleopctl.sim.free_bodies import FreeBodies, LinkPose
 from teleopctl.sim.gazebo_plugins.planar_move import PlanarMove
 from teleopctl.sim.mjcf.file_actuators import FileActuators
 from teleopctl.sim.parting import Parting
+from teleopctl.sim.state.breakdowns import Breakdowns
 from teleopctl.sim.state.joint_states import JointStates
 from teleopctl.sim.state.observing import Observer
 from teleopctl.sim.state.physics import physics_state, put_physics_state, scale_model, wake
 from teleopctl.sim.state.sliding import Physics, turns_by_sliding
 
 Array = npt.NDArray[np.float64]
-
-# MuJoCo's enumerations are slow as indices.
-_W = mujoco.mjtWarning
-_BROKEN = tuple(map(int, (_W.mjWARN_BADQPOS, _W.mjWARN_BADQVEL, _W.mjWARN_BADQACC)))
 
 # At fast control, not every tick looks for links that have come apart: it may cost a physics step.
 _PARTING_NS = 10_000_000
@@ -59,6 +56,7 @@ class Simulation:
         steps_per_period: Physics steps in one control period.
         standing_moves: How often something that stands in the world has been put elsewhere.
         resets: How often it was put back to its start, or elsewhere.
+        put_back: Things whose physics broke down, and which alone began anew; for whoever tells it.
     """
 
     def __init__(
@@ -79,6 +77,7 @@ class Simulation:
         self.positions, self.velocities, self.efforts = states.values
         self._bind(model)
         self._steps = self.resets = self.standing_moves = 0
+        self.put_back: list[str] = []
         self._pushes = Pushes()
         self._drives = Drives(self._m, self._d, joints, control_period_ns * 1e-9, self._others)
         self._drives.leave_alone(model.weightless)
@@ -93,12 +92,12 @@ class Simulation:
         self.model = model
         # Gains, gravity compensation and what may touch change while running: on a copy of its own.
         self._m: Any = copy.copy(model.mj_model)
-        self._m.opt.timestep = self.control_period_ns * 1e-9 / self.steps_per_period
+        retime(self._m, self.control_period_ns * 1e-9 / self.steps_per_period)
         scale_model(self._m, *self._scales)
         self._d: Any = mujoco.MjData(self._m)
         self._physics = Physics(self._m, slides=turns_by_sliding(model))
         self._observer = Observer(self._m, self._physics)
-        self._troubles = memoryview(self._d.warning.number)  # quicker to read than numpy's
+        self._breakdowns = Breakdowns(model, self._m, self._d, self._physics)
         self._states.bind(self._m, self._d)
         self.free_bodies = FreeBodies(self._m, self._d, model.free_bodies)
         self._others = [thing.name for thing in model.things]
@@ -159,10 +158,10 @@ class Simulation:
             if self._pushes:
                 block = 1
                 self._pushes.begin_step(self._m, self._d)
-                self._physics.step(self._d, 1)
+                self._advance(1)
                 self._pushes.end_step(self._d)
             else:
-                self._physics.step(self._d, block)
+                self._advance(block)
             count -= block
             self._steps += block
 
@@ -182,13 +181,18 @@ class Simulation:
             count = min(count, to_tick)
         elif self._parting.waits:
             count = min(count, self._parting_steps - self._steps % self._parting_steps)
-        self._physics.step(self._d, count)
+        self._advance(count)
         self._steps += count
         if count > to_tick and self.diverged:
             # MuJoCo began its own time anew in the step that failed.
             failed = self._steps - round(self._d.time / self.timestep_s) + 1
             noticed = -(-failed // self.steps_per_period) * self.steps_per_period
             self._steps = min(self._steps, noticed)
+
+    def _advance(self, count: int) -> None:
+        for thing in self._breakdowns.step(count):
+            self._pushes.forget(thing, self._d)
+            self.put_back.append(thing)
 
     def _begin_period(self) -> None:
         if self._parting.waits and self._steps % self._parting_steps == 0:
@@ -390,7 +394,5 @@ class Simulation:
 
     @property
     def diverged(self) -> bool:
-        """Whether physics has broken down since the last reset; MuJoCo then starts it anew."""
-        troubles = self._troubles
-        position, velocity, acceleration = _BROKEN
-        return bool(troubles[position] or troubles[velocity] or troubles[acceleration])
+        """Whether the robot's physics has broken down since the last reset."""
+        return self._breakdowns.broken

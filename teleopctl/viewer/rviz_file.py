@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from teleopctl.errors import TeleopctlError
-from teleopctl.ros_yaml import RosLoader, load
+from teleopctl.ros_yaml import RosLoader, faults_of, load
 from teleopctl.text_file import read_text
 from teleopctl.tf import Vector3
 
@@ -91,11 +91,9 @@ class RvizFile:
         """
         import yaml
 
-        try:
-            text = read_text(path)
+        text = read_text(path)
+        with faults_of(path, RvizFileError):
             document = load(text)
-        except yaml.YAMLError as error:
-            raise RvizFileError(f"{path} is no YAML: {error}") from error
         if not isinstance(document, dict) or not isinstance(document.get(_MANAGER), dict):
             raise RvizFileError(
                 f"{path} is no .rviz file", hint=f"It has no '{_MANAGER}' at its beginning."

@@ -14,7 +14,7 @@ import math
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 import mujoco
@@ -104,6 +104,9 @@ class Silence:
 
     def diverged(self, time_ns: int) -> None:
         raise AssertionError(time_ns)
+
+    def put_back(self, time_ns: int, things: Sequence[str]) -> None:
+        raise AssertionError(things)
 
 
 class End:

@@ -2,10 +2,12 @@
 
 import queue
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 
 import pytest
 
+from teleopctl.mujoco_model import in_world
+from teleopctl.robot import read_world_text
 from teleopctl.sim.lockstep import LockstepLoop
 from teleopctl.sim.loop_ports import Command
 from teleopctl.sim.simulation import Simulation
@@ -49,6 +51,9 @@ class Recorder:
 
     def diverged(self, time_ns: int) -> None:
         self._add("diverged", time_ns)
+
+    def put_back(self, time_ns: int, things: Sequence[str]) -> None:
+        self._add(f"put back {', '.join(things)}", time_ns)
 
     def times(self, event: str) -> list[int]:
         with self.changed:
@@ -325,6 +330,29 @@ def test_physics_that_breaks_down_is_reported_and_set_back(make) -> None:
     assert bench.ports.times("diverged") == [2 * PERIOD_NS]
     bench.simulation.read()
     assert bench.simulation.positions[0] == pytest.approx(0.0, abs=1e-6)
+
+
+def test_a_thing_that_breaks_down_is_reported_and_set_back_alone(make) -> None:
+    bench = make(paused=True)
+    ball = read_world_text(
+        "things: {ball: {shape: sphere, radius: 0.1, at: [3, 0, 1], mass: 1}}", ""
+    )
+    bench.simulation.take(in_world(bench.simulation.model, ball))
+    bench.start()
+    bench.answer(0.5)
+    bench.loop.set_partner(True)
+    bench.step(100)
+
+    def break_it() -> None:
+        bench.simulation._d.qvel[1:] = 1e300
+
+    assert bench.loop.call(break_it, LONGEST_WAIT_S)
+    bench.step(200)
+
+    assert bench.ports.times("put back ball") == [2 * PERIOD_NS]
+    assert not bench.ports.times("diverged")
+    bench.simulation.read()
+    assert bench.simulation.positions[0] == pytest.approx(0.5, abs=0.1)
 
 
 def test_a_stop_ends_the_loop_while_it_waits_for_a_command(make) -> None:

@@ -25,6 +25,7 @@ ROBOT = """
     <camera name="chase" mode="targetbody" target="neck" pos="1 1 1"/>
     <camera name="map" projection="orthographic" pos="0 0 3"/>
     <body name="stand" pos="1 0 0"><geom size="0.1"/><camera name="beside" euler="90 0 20"/></body>
+    <site name="map_table" pos="0.5 0.4 0.3" euler="0 0 30"/>
     <body name="base" pos="0 0 0.5">
       <geom type="box" size="0.1 0.1 0.1"/>
       <body name="neck" pos="0 0 0.2">
@@ -57,8 +58,24 @@ ROBOT = """
     <framelinvel name="motion" objtype="xbody" objname="neck"/>
     <framepos name="relative" objtype="xbody" objname="neck" reftype="xbody" refname="ball"/>
     <subtreecom name="middle" body="base"/>
+    <framelinacc name="pull" objtype="site" objname="chip"/>
+    <framequat name="facing" objtype="xbody" objname="neck" reftype="site" refname="map_table"
+      noise="0.1"/>
+    <framexaxis name="ahead" objtype="site" objname="chip"/>
+    <framezaxis name="heading" objtype="xbody" objname="ball" reftype="site" refname="chip"/>
+    <distance name="gap" body1="neck" body2="ball" cutoff="10"/>
+    <fromto name="between" body1="neck" body2="ball" cutoff="10"/>
+    <insidesite name="inside" site="sole" objtype="xbody" objname="ball"/>
+    <e_potential name="energy"/>
+    <tendonpos name="stretch" tendon="rope"/>
+    <actuatorpos name="winch" actuator="winch"/>
+    <jointpos name="encoder" joint="yaw" noise="0.005"/>
+    <camprojection name="pixel" camera="eye-1" site="loose"/>
+    <contact name="feet" num="2" data="found force"/>
+    <user name="own" dim="2"/>
   </sensor>
-  <actuator><motor name="motor" joint="yaw"/></actuator>
+  <tendon><spatial name="rope"><site site="wrist"/><site site="loose"/></spatial></tendon>
+  <actuator><motor name="motor" joint="yaw"/><motor name="winch" tendon="rope"/></actuator>
 </mujoco>
 """
 
@@ -76,6 +93,12 @@ class Simulated:
         self.model, self.data = self.robot.simulation.observe()
         self.sensors = {sensor.topic: sensor for sensor in self.robot.sensors}
         self.description = self.robot.description
+
+    @classmethod
+    def of_text(cls, file: Path, text: str) -> "Simulated":
+        """A robot of its own, in this file."""
+        file.write_text(text)
+        return cls(file)
 
     def read(self, topic: str) -> Any:
         sensor = self.sensors[topic]
@@ -218,17 +241,88 @@ def test_where_a_body_is_comes_as_odometry(head: Simulated) -> None:
 
 def test_what_becomes_no_topic_is_named(head: Simulated) -> None:
     cameras = [line for line in head.said if line.startswith("Camera")]
-    sensors = [line for line in head.said if line not in cameras]
+    sensors = [line for line in head.said if "ensor" in line or "topic" in line]
 
     assert [line.partition(":")[0] for line in cameras] == [
         "Camera 'chase' is left out",
         "Camera 'map' is left out",
     ]
     assert sensors == [
-        "Sensors of the file that no topic tells: 'lonely' (gyro), 'speed' (velocimeter), "
-        "'rolling' (touch), 'relative' (framepos), 'middle' (subtreecom)",
-        "Without effect on topics: cutoff of 'wrist_torque'",
+        "Sensors of the file that no topic tells: 'own' (user)",
+        "Without effect on topics: cutoff of 'wrist_torque', noise of 'facing'",
     ]
+
+
+# Of each: the topic, its frame, and how its numbers are read.
+TOLD_AS_THEY_ARE = {
+    "lonely": ("wrist", "vector"),
+    "speed": ("chip", "vector"),
+    "relative": ("ball", "point"),
+    "middle": ("world", "point"),
+    "pull": ("world", "vector"),
+    "facing": ("map_table", "quaternion"),
+    "ahead": ("world", "vector"),
+    "heading": ("chip", "vector"),
+    "rolling": ("", "data"),
+    "gap": ("", "data"),
+    "inside": ("", "data"),
+    "energy": ("", "data"),
+    "stretch": ("", "data"),
+    "winch": ("", "data"),
+    "encoder": ("", "data"),
+    "between": ("", "numbers"),
+    "pixel": ("", "numbers"),
+    "feet": ("", "numbers"),
+}
+
+
+@pytest.mark.parametrize("name", TOLD_AS_THEY_ARE)
+def test_other_sensors_are_told_as_mujoco_reads_them(head: Simulated, name: str) -> None:
+    frame, part = TOLD_AS_THEY_ARE[name]
+    message = head.read(name)
+    values = {
+        "vector": lambda: xyz(message.vector),
+        "point": lambda: xyz(message.point),
+        "quaternion": lambda: [getattr(message.quaternion, part) for part in "wxyz"],
+        "data": lambda: [message.data],
+        "numbers": lambda: list(message.data),
+    }[part]()
+
+    assert values == pytest.approx(head.of_file(name), abs=0.02 if name == "encoder" else 1e-12)
+    if frame:
+        assert head.sensors[name].frame_id == frame
+    if part == "numbers":
+        assert [(d.label, d.size) for d in message.layout.dim] == [(name, len(values))]
+
+
+def test_a_joints_sensor_is_a_topic_where_it_differs_from_the_joint(head: Simulated) -> None:
+    assert head.read("encoder").data != head.of_file("encoder")[0]
+    assert {"yaw_jointpos", "motor_actuatorfrc", "clock"}.isdisjoint(head.sensors)
+
+
+def test_a_vector_is_in_a_frame_with_its_axes(head: Simulated) -> None:
+    table, own = head.frames()["map_table"], head.data.site("map_table")
+
+    assert table.translation == pytest.approx(own.xpos, abs=1e-6)
+    assert turn(table.rotation) == pytest.approx(own.xmat.reshape(3, 3), abs=1e-6)
+
+
+def test_what_mujoco_would_delay_is_measured_now(tmp_path: Path) -> None:
+    file = tmp_path / "robot.xml"
+    late = 'delay="0.1" interval="0.3" nsample="60"'
+    file.write_text(
+        ROBOT.replace('name="altitude"', f'name="altitude" {late}').replace(
+            'name="speed"', f'name="speed" {late}'
+        )
+    )
+    late_robot, robot = Simulated(file), Simulated.of_text(tmp_path / "exact.xml", ROBOT)
+
+    assert late_robot.read("altitude").range == robot.read("altitude").range
+    assert xyz(late_robot.read("speed").vector) == xyz(robot.read("speed").vector)
+    assert late_robot.sensors["speed"].description.update_rate == pytest.approx(1 / 0.3)
+    assert "Without effect on topics: cutoff of 'wrist_torque', delay of 'altitude', " in "".join(
+        late_robot.said
+    )
 
 
 def test_a_camera_beside_a_free_robot_is_in_the_world(tmp_path: Path) -> None:

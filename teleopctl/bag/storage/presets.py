@@ -122,7 +122,7 @@ def read_keys(file: Path) -> list[tuple[str, str, Any]]:
     Raises:
         InvalidFileError: It cannot be read, or is not YAML; with its line.
     """
-    try:
+    with ros_yaml.faults_of(file):
         loader = ros_yaml.RosLoader(read_text(file))
         try:
             root = loader.get_single_node()
@@ -140,8 +140,3 @@ def read_keys(file: Path) -> list[tuple[str, str, Any]]:
             ]
         finally:
             loader.dispose()
-    except yaml.MarkedYAMLError as error:
-        line = error.problem_mark.line + 1 if error.problem_mark else 1
-        raise InvalidFileError(f"{file}:{line}: not YAML: {error.problem}") from error
-    except yaml.YAMLError as error:
-        raise InvalidFileError(f"{file}: not YAML: {error}") from error

@@ -13,6 +13,7 @@ from teleopctl.mujoco_model.contacts import give_friction
 from teleopctl.mujoco_model.convex import slabs
 from teleopctl.mujoco_model.drives import add_mimic, finite_range
 from teleopctl.mujoco_model.inertia import repair_inertias
+from teleopctl.mujoco_model.surroundings.surfaces import give_surface
 from teleopctl.mujoco_model.urdf_import import (
     COLLISION_GROUP,
     VISUAL_GROUP,
@@ -244,6 +245,8 @@ class _Builder:
         else:
             if shape.friction is not None:
                 give_friction(geom, shape.friction, self._friction)
+            if shape.surface is not None:
+                give_surface(geom, shape.surface)
             if shape.mass is not None:
                 geom.mass = shape.mass
             if shape.density is not None:

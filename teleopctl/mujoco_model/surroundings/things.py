@@ -9,12 +9,14 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
+from warnings import catch_warnings, simplefilter
 
 import mujoco
 import numpy as np
 
 from teleopctl.errors import InvalidDescriptionError, NotFoundError
 from teleopctl.mujoco_model.surroundings.scene import add_ground, drop_ground
+from teleopctl.mujoco_model.surroundings.surfaces import pair_surfaces
 from teleopctl.mujoco_model.surroundings.thing import Thing, things_since
 from teleopctl.mujoco_model.surroundings.world import (
     WORLD_PREFIX,
@@ -143,11 +145,13 @@ def with_things(model: RobotModel, coming: Sequence[Coming]) -> RobotModel:
         moving += bodies
         things += [Thing(name, joints.get(name, ""), prefix, spawned=True) for name in each.names]
     where = ", ".join(each.name for each in coming)
+    made = _compiled(model, spec, where)
+    told = [warning for each in coming for warning in each.warnings]
     return replace(
-        _compiled(model, spec, where),
+        made,
         free_bodies=tuple(moving),
         things=tuple(things),
-        warnings=tuple(warning for each in coming for warning in each.warnings),
+        warnings=(*told, *made.warnings),
     )
 
 
@@ -202,11 +206,12 @@ def in_world(model: RobotModel, world: World | None) -> RobotModel:
         free, warnings = add_world(spec, world, model.world_frame)
     things = things_since(before, spec, free)
     add_ground(spec)
+    made = _compiled(model, spec, str(world.path) if world is not None else "the empty world")
     return replace(
-        _compiled(model, spec, str(world.path) if world is not None else "the empty world"),
+        made,
         free_bodies=(*bare.free_bodies, *free),
         things=(*bare.things, *things),
-        warnings=tuple(warnings),
+        warnings=(*warnings, *made.warnings),
     )
 
 
@@ -252,10 +257,20 @@ def _belongs(name: str, prefix: str) -> bool:
 
 
 def _compiled(model: RobotModel, spec: mujoco.MjSpec, where: str) -> RobotModel:
+    told = pair_surfaces(spec)
     try:
-        compiled = spec.compile()
+        with catch_warnings():
+            # What it says in this way it says to `mujoco.set_mju_user_warning` too.
+            simplefilter("ignore", UserWarning)
+            compiled = spec.compile()
     except ValueError as error:
         raise InvalidDescriptionError(f"{where}: {' '.join(str(error).split())}") from error
     around = {model.mj_model.geom(geom).bodyid[0] for geom in model.world_geoms}
     bodies = {model.mj_model.body(body).name for body in around}
-    return replace(model, spec=spec, mj_model=compiled, world_geoms=world_geoms(compiled, bodies))
+    return replace(
+        model,
+        spec=spec,
+        mj_model=compiled,
+        world_geoms=world_geoms(compiled, bodies),
+        warnings=tuple(told),
+    )

@@ -119,6 +119,8 @@ def attach_things(
             f"{where}: '{min(taken)}' is in the world, and is a link of the robot",
             hint="Rename one of them, or choose another world.",
         )
+    if any(len(geom.userdata) for geom in things.geoms):
+        spec.nuser_geom = -1  # as many as there are, whatever the robot has
     spec.compiler.balanceinertia |= things.compiler.balanceinertia
     base = (holder or spec.worldbody).add_frame()
     if origin is not None:

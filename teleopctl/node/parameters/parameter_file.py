@@ -13,6 +13,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 
 from teleopctl.errors import InvalidFileError
+from teleopctl.text_file import read_text
 from teleopctl.typed import TYPE_CHECKING, Any, NamedTuple
 
 if TYPE_CHECKING:
@@ -99,18 +100,11 @@ def read_parameter_file(path: Path) -> ParameterFile:
     Raises:
         InvalidFileError: The file cannot be read, is not YAML or has another layout.
     """
-    import yaml
-
     from teleopctl import ros_yaml
 
-    try:
-        tree = ros_yaml.load_merged(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise InvalidFileError(
-            f"cannot read the parameter file {path}: {error.strerror}"
-        ) from error
-    except yaml.YAMLError as error:
-        raise InvalidFileError(f"{path} is not YAML: {error}") from error
+    text = read_text(path)
+    with ros_yaml.faults_of(path):
+        tree = ros_yaml.load_merged(text)
     if tree is None:
         return ParameterFile(())
     if not isinstance(tree, Mapping):

@@ -67,16 +67,13 @@ def read_file(path: Path) -> tuple[list[Bridge], list[str]]:
     Returns:
         The topics, and what is wrong with the file, which bridges the rest, as the real one does.
     """
-    import yaml
-
     from teleopctl import ros_yaml
 
     try:
-        entries = ros_yaml.load(read_text(path))
+        with ros_yaml.faults_of(path):
+            entries = ros_yaml.load(read_text(path))
     except TeleopctlError as error:
         return [], [error.message]
-    except yaml.YAMLError as error:
-        return [], [f"{path}: {error}"]
     if not isinstance(entries, list):
         return [], [f"{path}: expected a list of topics"]
     bridges: list[Bridge] = []

@@ -2,6 +2,7 @@
 
 What ROS has one message for stands in several sensors of MuJoCo's, on one site: a gyro and an
 accelerometer are an IMU, a force and a torque a wrench. Joints and actuators are told as joints.
+What is left is told as it is: a number, a vector, a point or a rotation.
 """
 
 from __future__ import annotations
@@ -22,16 +23,37 @@ _QUATERNION = int(_Kind.mjSENS_FRAMEQUAT)
 _FORCE, _TORQUE = int(_Kind.mjSENS_FORCE), int(_Kind.mjSENS_TORQUE)
 _MAGNETOMETER, _RANGE = int(_Kind.mjSENS_MAGNETOMETER), int(_Kind.mjSENS_RANGEFINDER)
 _TOUCH = int(_Kind.mjSENS_TOUCH)
+
+
+def _kinds(*names: str) -> frozenset[int]:
+    return frozenset(int(getattr(_Kind, f"mjSENS_{name}")) for name in names)
+
+
 # Joints and their drives have these anyway, and time is on /clock.
-_TOLD_ANYWAY = frozenset(
-    int(getattr(_Kind, f"mjSENS_{name}"))
-    for name in (
-        "JOINTPOS", "JOINTVEL", "JOINTACTFRC", "ACTUATORPOS", "ACTUATORVEL", "ACTUATORFRC",
-        "BALLQUAT", "BALLANGVEL", "CLOCK",
-    )
-)  # fmt: skip
+_OF_JOINTS = _kinds("JOINTPOS", "JOINTVEL", "JOINTACTFRC", "BALLQUAT", "BALLANGVEL")
+_OF_ACTUATORS = _kinds("ACTUATORPOS", "ACTUATORVEL", "ACTUATORFRC")
+_CLOCK = int(_Kind.mjSENS_CLOCK)
+_ON_JOINTS = frozenset(map(int, (mujoco.mjtTrn.mjTRN_JOINT, mujoco.mjtTrn.mjTRN_JOINTINPARENT)))
+# What MuJoCo leaves to whoever calls it.
+_UNMEASURED = _kinds("USER")
 _SITE, _BODY = int(mujoco.mjtObj.mjOBJ_SITE), int(mujoco.mjtObj.mjOBJ_XBODY)
 _BODY_AT_CENTRE = int(mujoco.mjtObj.mjOBJ_BODY)
+_SHAPE, _CAMERA = int(mujoco.mjtObj.mjOBJ_GEOM), int(mujoco.mjtObj.mjOBJ_CAMERA)
+# The messages of what is told as it is, as other bridges of MuJoCo have them.
+_POINT, _ROTATION, _VECTOR = (
+    f"geometry_msgs/msg/{name}Stamped" for name in ("Point", "Quaternion", "Vector3")
+)
+_NUMBER, _NUMBERS = "std_msgs/msg/Float64", "std_msgs/msg/Float64MultiArray"
+_POINTS = _kinds("FRAMEPOS", "SUBTREECOM")
+_ROTATIONS = _kinds("FRAMEQUAT", "BALLQUAT")
+# Of length 1: noise would make them something else.
+_DIRECTIONS = _kinds("FRAMEXAXIS", "FRAMEYAXIS", "FRAMEZAXIS", "GEOMNORMAL")
+_VECTORS = _DIRECTIONS | _kinds(
+    "VELOCIMETER", "GYRO", "ACCELEROMETER", "FORCE", "TORQUE", "MAGNETOMETER", "FRAMELINVEL",
+    "FRAMEANGVEL", "FRAMELINACC", "FRAMEANGACC", "SUBTREELINVEL", "SUBTREEANGMOM", "BALLANGVEL",
+)  # fmt: skip
+# Along the axes of the site that they are on; others along those of the world, or of another frame.
+_IN_THEIR_SITE = _kinds("VELOCIMETER", "GYRO", "ACCELEROMETER", "FORCE", "TORQUE", "MAGNETOMETER")
 # What an odometry has of a link in the world.
 _OF_ODOMETRY = frozenset(
     int(getattr(_Kind, f"mjSENS_FRAME{name}")) for name in ("POS", "QUAT", "LINVEL", "ANGVEL")
@@ -68,18 +90,29 @@ class _Sensors:
         self._m = mjcf.model
         self.tags: list[etree._Element] = []
         self.remarks: list[str] = []
-        self._frames: dict[tuple[int, str], str] = {}
+        self._frames: dict[tuple[int, int, str], str] = {}
         self._links = {self._m.body(body).name for body in range(self._m.nbody)}
         self._links |= {f"{self._m.joint(n).name}_link" for n in range(self._m.njnt)}
         self._topics: set[str] = set()
         self._weak: list[str] = []
-        self._left = [n for n in range(self._m.nsensor) if self._kind(n) not in _TOLD_ANYWAY]
+        self._left = [n for n in range(self._m.nsensor) if not self._is_told_anyway(n)]
         self._told_alone = [n for n in range(self._m.nsensor) if n not in self._left]
         self._add_all()
 
     # Any: numpy's scalars.
     def _kind(self, number: int) -> int:
         return int(self._m.sensor_type[number])
+
+    def _is_told_anyway(self, number: int) -> bool:
+        """Whether it is one of a joint or its drive, and as exact as those are told."""
+        m, kind = self._m, self._kind(number)
+        if kind == _CLOCK:
+            return True
+        of = int(m.sensor_objid[number])
+        on_joint = kind in _OF_JOINTS or (
+            kind in _OF_ACTUATORS and int(m.actuator_trntype[of]) in _ON_JOINTS
+        )
+        return on_joint and not (self._noise(number) or m.sensor_cutoff[number])
 
     def _add_all(self) -> None:
         m = self._m
@@ -110,6 +143,9 @@ class _Sensors:
                 odometries.setdefault(link, []).append(number)
         for link, parts in odometries.items():
             self._add_odometry(link, parts)
+        for number in list(self._left):
+            if self._kind(number) not in _UNMEASURED:
+                self._add_as_it_is(number)
         if self._left:
             told = ", ".join(
                 f"'{m.sensor(n).name}' ({sensor_type(self._kind(n))})" for n in self._left
@@ -161,15 +197,18 @@ class _Sensors:
             return None
         link = place[0]
         pose = place[1] @ transform(m.site_pos[site], m.site_quat[site]) @ (turn or Transform())
-        frame = self._frame(site, link, pose, name if turn else m.site(site).name)
-        gazebo = etree.Element("gazebo", reference=link)
+        frame = self._frame((_SITE, site), link, pose, name if turn else m.site(site).name)
+        tag = self._tag(link, kind, name, frame, parts)
+        etree.SubElement(tag, "pose").text = pose_text(pose)
+        return tag
+
+    def _tag(self, link: str, kind: str, name: str, frame: str, parts: list[int]) -> etree._Element:
+        """Add the tag of a sensor that stands for these of the file."""
+        m, gazebo = self._m, etree.Element("gazebo", reference=link)
         tag = etree.SubElement(gazebo, "sensor", name=name, type=kind)
-        for child, text in (
-            ("topic", self._topic(name, kind)),
-            ("frame_id", frame),
-            ("pose", pose_text(pose)),
-        ):
-            etree.SubElement(tag, child).text = text
+        etree.SubElement(tag, "topic").text = self._topic(name, kind)
+        if frame:
+            etree.SubElement(tag, "frame_id").text = frame
         periods = [float(m.sensor_interval[number][0]) for number in parts]
         if max(periods) > 0.0:
             etree.SubElement(tag, "update_rate").text = numbers(1.0 / max(periods))
@@ -178,6 +217,43 @@ class _Sensors:
             self._add_noises(tag, number, kind)
         self.tags.append(gazebo)
         return tag
+
+    def _add_as_it_is(self, number: int) -> None:
+        """Add a sensor that MuJoCo reads, in the message that has just its numbers."""
+        m, kind = self._m, self._kind(number)
+        message, frame = _message(kind, int(m.sensor_dim[number])), ""
+        if message in (_POINT, _ROTATION, _VECTOR):
+            frame = self._frame_of(number)
+        name = m.sensor(number).name
+        tag = self._tag(self._mjcf.root, "mujoco", name, frame, [number])
+        _descend(tag, "mujoco/sensor").text = name
+        _descend(tag, "mujoco/message").text = message
+        if self._noise(number) and not _is_exact(kind, message):
+            _add_noise(_descend(tag, "mujoco"), self._noise(number))
+
+    def _frame_of(self, number: int) -> str:
+        """The frame that a sensor's vector is in; where ROS has none, what it is that of."""
+        m = self._m
+        kind, of = int(m.sensor_reftype[number]), int(m.sensor_refid[number])
+        if self._kind(number) in _IN_THEIR_SITE:
+            kind, of = _SITE, int(m.sensor_objid[number])
+        if of < 0:
+            return WORLD
+        if kind == _SITE:
+            body, place = m.site_bodyid[of], transform(m.site_pos[of], m.site_quat[of])
+        elif kind == _SHAPE:
+            body, place = m.geom_bodyid[of], transform(m.geom_pos[of], m.geom_quat[of])
+        elif kind == _CAMERA:
+            body, place = m.cam_bodyid[of], transform(m.cam_pos[of], m.cam_quat[of])
+        elif kind == _BODY_AT_CENTRE:
+            body, place = of, transform(m.body_ipos[of], m.body_iquat[of])
+        else:
+            body, place = of, Transform()
+        name = mujoco.mj_id2name(m, kind, of) or f"{m.body(int(body)).name}_frame"
+        found = self._mjcf.place(int(body))
+        if found is None or (found[0] == WORLD and self._mjcf.root != WORLD):
+            return str(name)
+        return self._frame((kind, of), found[0], found[1] @ place, str(name))
 
     def _link_of_frame(self, number: int) -> str:
         """The link of the robot whose frame a sensor tells in the world, or nothing."""
@@ -212,26 +288,31 @@ class _Sensors:
 
     def _add_noises(self, tag: etree._Element, number: int, kind: str) -> None:
         m, name = self._m, self._m.sensor(number).name
-        path = _NOISE.get(self._kind(number))
+        of_file = kind in ("touch", "rangefinder", "mujoco")
+        path = None if of_file else _NOISE.get(self._kind(number))
         if self._noise(number) and path is not None:
             for axis in "xyz":
                 _add_noise(_descend(tag, f"{path}/{axis}"), self._noise(number))
-        of_file = kind in ("touch", "rangefinder")
-        if self._noise(number) and path is None and not of_file:
+        told = _message(self._kind(number), int(m.sensor_dim[number]))
+        if (
+            self._noise(number)
+            and path is None
+            and not (of_file and not _is_exact(self._kind(number), told))
+        ):
             self._weak.append(f"noise of '{name}'")
         if m.sensor_cutoff[number] > 0.0 and not of_file:
             self._weak.append(f"cutoff of '{name}'")
         if m.sensor_delay[number] > 0.0:
             self._weak.append(f"delay of '{name}'")
 
-    def _frame(self, site: int, link: str, pose: Transform, wanted: str) -> str:
+    def _frame(self, of: tuple[int, int], link: str, pose: Transform, wanted: str) -> str:
         """A frame with the axes of a sensor: its link's where they are the same."""
         if not any((*pose.translation, *pose.rotation[:3])):
             return link
-        known = self._frames.get((site, wanted))
+        known = self._frames.get((*of, wanted))
         if known is None:
             known = _free(wanted, "frame", self._links)
-            self._frames[site, wanted] = known
+            self._frames[*of, wanted] = known
             self.tags.append(etree.Element("link", name=known))
             joint = etree.Element("joint", name=f"{link}_to_{known}", type="fixed")
             add_origin(joint, pose)
@@ -242,6 +323,22 @@ class _Sensors:
 
     def _topic(self, name: str, kind: str) -> str:
         return _free(topic_name(name), kind, self._topics)
+
+
+def _message(kind: int, count: int) -> str:
+    """The message of a sensor that is told as it is, by its kind and how many numbers it has."""
+    if kind in _POINTS:
+        return _POINT
+    if kind in _ROTATIONS:
+        return _ROTATION
+    if kind in _VECTORS:
+        return _VECTOR
+    return _NUMBER if count == 1 else _NUMBERS
+
+
+def _is_exact(kind: int, message: str) -> bool:
+    """Whether a sensor that is told as it is has no noise: one would make no sense."""
+    return kind in _DIRECTIONS or message in (_ROTATION, _NUMBERS)
 
 
 def _free(name: str, suffix: str, taken: set[str]) -> str:

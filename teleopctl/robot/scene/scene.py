@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
 
+from teleopctl.robot.scene.surface import Surface
 from teleopctl.robot.urdf import Mimic
 from teleopctl.tf import Transform
 
@@ -35,6 +36,7 @@ class SceneShape:
         file: The file of a mesh or the picture of a heightmap.
         rgba: Its colour; None for one that nobody gave it.
         friction: Its coefficient of friction; None for the usual one.
+        surface: How it bounces, spins and rolls; None for as usual.
         mass: In kilograms; None for that by its density, where it is asked for.
         density: In kg/m³; None for that of water.
         place: Its file and line, for messages; empty where nobody needs them.
@@ -47,6 +49,7 @@ class SceneShape:
     file: Path | None = None
     rgba: Rgba | None = None
     friction: float | None = None
+    surface: Surface | None = None
     mass: float | None = None
     density: float | None = None
     place: str = ""

@@ -11,6 +11,7 @@ from teleopctl.robot.gazebo_colours import gazebo_colour
 from teleopctl.robot.scene.scene import Rgba, SceneInertial, SceneShape, ShapeKind, Vector3
 from teleopctl.robot.scene.sdf_includes import find_file
 from teleopctl.robot.scene.sdf_reading import SdfFile
+from teleopctl.robot.scene.surface import Surface, read_surface
 from teleopctl.robot.tags import sdf as tags
 from teleopctl.tf import Transform
 
@@ -58,6 +59,7 @@ def read_shape(file: SdfFile, element: Any, pose: Transform) -> SceneShape | Non
         path,
         None if touches else _colour(file, element),
         friction,
+        _surface(file, element) if touches else None,
         density=None if math.isnan(density) else density,
         place=file.place(solid),
     )
@@ -72,6 +74,10 @@ def _friction(file: SdfFile, collision: Any) -> float | None:
     if coefficient < 0.0:
         return math.inf  # as Gazebo has it
     return None if math.isnan(coefficient) else coefficient
+
+
+def _surface(file: SdfFile, collision: Any) -> Surface | None:
+    return read_surface(lambda path, usual: file.number(collision, f"surface/{path}", usual))
 
 
 def read_inertial(file: SdfFile, link: Any, place: Transform) -> SceneInertial | None:

@@ -31,6 +31,7 @@ from teleopctl.robot.scene.scene import (
     SceneShape,
 )
 from teleopctl.robot.scene.sdf import read_sdf
+from teleopctl.robot.scene.surface import add_surface
 from teleopctl.robot.xacro_file import ExpandedXacro
 from teleopctl.tf import Transform
 
@@ -232,7 +233,8 @@ def _add_gazebo(
         rough = [s.friction for s in body.shapes if s.friction is not None]
         if body.name in casters:
             rough = [0.0]
-        if not (body.sensors or rough) and body.gravity and body.self_collides:
+        surfaces = [s.surface for s in body.shapes if s.surface is not None]
+        if not (body.sensors or rough or surfaces) and body.gravity and body.self_collides:
             continue
         element = etree.SubElement(robot, "gazebo", reference=body.name)
         for sensor in body.sensors:
@@ -240,6 +242,9 @@ def _add_gazebo(
         if rough:
             for tag in ("mu1", "mu2"):
                 etree.SubElement(element, tag).text = numbers(min(rough))
+        if surfaces:
+            # A link of URDF has one.
+            add_surface(etree.SubElement(element, "collision"), surfaces[0])
         if not body.gravity:
             etree.SubElement(element, "gravity").text = "false"
         if not body.self_collides:

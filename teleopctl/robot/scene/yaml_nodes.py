@@ -12,7 +12,7 @@ import yaml
 
 from teleopctl.errors import InvalidDescriptionError, did_you_mean
 from teleopctl.printable import shortened
-from teleopctl.ros_yaml import RosLoader
+from teleopctl.ros_yaml import RosLoader, faults_of
 
 
 @dataclass(frozen=True)
@@ -131,15 +131,10 @@ def read_entries(path: Path, text: str) -> Entry:
     Raises:
         InvalidDescriptionError: It is none.
     """
-    try:
+    with faults_of(path, InvalidDescriptionError):
         loader = RosLoader(text)
         node = loader.get_single_node()
         value = None if node is None else loader.construct_document(node)
-    except yaml.YAMLError as error:
-        mark = getattr(error, "problem_mark", None)
-        line = f":{mark.line + 1}" if mark is not None else ""
-        reason = getattr(error, "problem", None) or str(error)
-        raise InvalidDescriptionError(f"{path}{line}: invalid YAML: {reason}") from error
     if node is None:
         raise InvalidDescriptionError(f"{path}: it is empty")
     return Entry(path, "the world", node, value)

@@ -11,7 +11,7 @@ from functools import cache
 from teleopctl.robot.tags.sdf import SURFACE
 from teleopctl.robot.tags.table import Table
 
-_STIFF = "contacts are as stiff as steps of physics allow"
+_STIFF = "contacts are as stiff as steps of physics allow, and DART does not read it"
 # Gazebo takes a value as text or as an attribute.
 _VALUE = ("value",)
 
@@ -103,6 +103,7 @@ _NOISES = {
     "force_torque": [f"force_torque/{what}/{axis}" for what in ("force", "torque")
                      for axis in "xyz"],
     "touch": ["touch"],
+    "mujoco": ["mujoco"],
     "rangefinder": ["rangefinder"],
     "sonar": ["sonar"],
     "magnetometer": [f"magnetometer/{axis}" for axis in "xyz"],
@@ -113,6 +114,7 @@ _OWN = {
     "imu": "+ imu: enable_orientation\n- imu: orientation_reference_frame noise topic",
     "force_torque": "+ force_torque: frame measure_direction",
     "touch": "+ touch: sensor",
+    "mujoco": "+ mujoco: sensor message",
     "rangefinder": "+ rangefinder: sensor",
     "sonar": "+ sonar: min max radius\n- sonar: geometry=cone",
     "contact": "+ contact: collision* topic",

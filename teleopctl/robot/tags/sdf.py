@@ -4,16 +4,17 @@ from __future__ import annotations
 
 from teleopctl.robot.tags.table import Table
 
-_STIFF = "contacts are as stiff as steps of physics allow"
+_STIFF = "contacts are as stiff as steps of physics allow, and DART does not read it"
 # How a shape touches; behind ``{0}`` is what it stands in.
 SURFACE = f"""
     + {{0}}surface/friction/ode: mu mu2
-    - {{0}}surface/friction/torsional: patch_radius surface_radius ode/slip
-    * {{0}}surface/friction/torsional: coefficient=1 use_patch_radius=true=1
+    + {{0}}surface/friction/torsional: coefficient patch_radius
+    - {{0}}surface/friction/torsional: use_patch_radius=true=1 surface_radius ode/slip
     - {{0}}surface/friction/ode: slip1 slip2
     > {{0}}surface/friction/ode: fdir1
-    * {{0}}surface/friction: bullet
-    - {{0}}surface/bounce: restitution_coefficient
+    + {{0}}surface/friction/bullet: rolling_friction
+    * {{0}}surface/friction/bullet: friction friction2 fdir1
+    + {{0}}surface/bounce: restitution_coefficient
     * {{0}}surface/bounce: threshold
     - {{0}}surface/contact: collide_without_contact=false=0 collide_without_contact_bitmask=1
     - {{0}}surface/contact: collide_bitmask=65535=0xffff category_bitmask=65535=0xffff

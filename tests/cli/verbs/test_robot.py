@@ -66,7 +66,8 @@ def test_a_file_is_told_as_check_urdf_does_and_then_what_the_simulator_makes_of_
         "  Rotor inertias are assumed, in kg m^2 or kg: b_shoulder 0.02; "
         '<param name="armature"> of a joint in <ros2_control> says one',
         "Without effect:",
-        "  <kp> of 'upper' (line 7) has no effect: contacts are as stiff as steps of physics allow",
+        "  <kp> of 'upper' (line 7) has no effect: contacts are as stiff as steps of physics "
+        "allow, and DART does not read it",
         "Unknown:",
         "  <sponsor> in <robot> is unknown (line 7)",
         "In simulation it stands",
@@ -339,7 +340,8 @@ def test_what_a_xacro_file_says_in_vain_is_told_with_its_own_lines(
         "Argument 'colur' is unknown to the description: it takes colour (blue)",
     ]
     assert found["without_effect"] == [
-        f"<kp> of 'base' ({file}:5) has no effect: contacts are as stiff as steps of physics allow",
+        f"<kp> of 'base' ({file}:5) has no effect: contacts are as stiff as steps of physics "
+        "allow, and DART does not read it",
         f"Without meaning outside of Gazebo's window, drawing and solver: <visualize> ({file}:6)",
     ]
 

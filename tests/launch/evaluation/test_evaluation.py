@@ -235,9 +235,7 @@ def test_the_controllers_to_start_are_those_that_the_file_configures(plan, tmp_p
     with pytest.raises(TeleopctlError, match=r"mine\.yaml configures no controllers"):
         plan(text, controllers_file=str(mine))
     missing = tmp_path / "missing.yaml"
-    with pytest.raises(
-        TeleopctlError, match=f"^cannot read the parameter file {re.escape(str(missing))}: "
-    ):
+    with pytest.raises(TeleopctlError, match=f"^Cannot read {re.escape(str(missing))}: "):
         plan(text, controllers_file=str(missing))
 
 

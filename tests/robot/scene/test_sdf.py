@@ -263,8 +263,8 @@ def test_what_has_no_effect_is_told_unless_it_says_what_is_so(tmp_path: Path) ->
             "m",
             f"<link name='l'><kinematic>{kinematic}</kinematic>"
             f"<velocity_decay><linear>{decay}</linear></velocity_decay>"
-            f"<collision name='c'>{BOX}<surface><bounce><restitution_coefficient>{bounce}"
-            f"</restitution_coefficient></bounce>{friction}</surface></collision></link>",
+            f"<collision name='c'>{BOX}<surface><soft_contact><dart><stiffness>{bounce}"
+            f"</stiffness></dart></soft_contact>{friction}</surface></collision></link>",
         )
 
     assert scene(tmp_path, world(block("false", "0.0", "0", "1.0"))).remarks == ()
@@ -272,7 +272,7 @@ def test_what_has_no_effect_is_told_unless_it_says_what_is_so(tmp_path: Path) ->
     assert [remark.partition(":2: ")[2] for remark in found.remarks] == [
         "<kinematic> has no effect",
         "<velocity_decay/linear> has no effect",
-        "<surface/bounce/restitution_coefficient> has no effect",
+        "<soft_contact> is left out",
         "<mu2> has no effect: friction is <mu> in all directions",
     ]
 

@@ -66,7 +66,7 @@ def test_a_ramp_rises_along_x_to_its_height(tmp_path: Path) -> None:
     ("text", "message"),
     [
         ("", ": it is empty"),
-        ("things: [1", ": invalid YAML"),
+        ("things: [1", ": not YAML"),
         ("things:\n  a: {shape: bux}", ":2: 'shape' is 'bux', should be box, sphere"),
         ("things:\n  a:\n    shape: box", ":3: 'a' lacks its size"),
         ("things:\n  a: {shape: box,\n    sise: [1, 1, 1]}", ":3: 'a' has no 'sise'"),

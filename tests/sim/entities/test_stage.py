@@ -151,6 +151,38 @@ def test_what_stands_still_can_be_put_elsewhere_and_what_lay_on_it_falls(
         move(simulation, find(simulation, "test"), np.array([1.0, 0.0, 0.0, *UPRIGHT]), None)
 
 
+@pytest.mark.parametrize("way", ["step", "coast"])
+def test_a_thing_that_breaks_down_begins_anew_alone(model: RobotModel, way: str) -> None:
+    alone, joined = running(model), running(model)
+    heavy = BLOCK.replace('mass value="0.5"', 'mass value="1e20"')
+    assert heavy != BLOCK
+    spawn(joined, heavy, "heavy", 4.0, 0.0, 1.0)
+    for simulation in (alone, joined):
+        end = simulation.time_ns + 1_000_000_000
+        while (left := simulation.steps_until(end)) > 0:
+            getattr(simulation, way)(min(left, 37))
+
+    assert set(joined.put_back) == {"heavy"}
+    assert not joined.diverged
+    assert joined.time_ns == alone.time_ns
+    assert np.isfinite(joined.free_bodies.pose(1)).all()
+    simulation.read()
+    assert observed(joined)[:2] == observed(alone)[:2]
+    assert joined.free_bodies.pose(0) == pytest.approx(alone.free_bodies.pose(0), abs=1e-4)
+
+
+def test_what_breaks_down_may_be_pushed_and_driven_by_nobody(model: RobotModel) -> None:
+    simulation = running(model)
+    spawn(simulation, BLOCK, "block", 4.0, 0.0, 1.0)
+    much = np.array([1e9, 0.0, 0.0])
+    simulation.push(Push("block", much, much, np.array([0.0, 5.0, 0.0]), 1 << 40))
+    simulation.step(3000)
+
+    assert "block" in simulation.put_back
+    assert len(simulation.put_back) == 1
+    assert simulation.free_bodies.pose(1)[:3] == pytest.approx([4.0, 0.0, 0.1], abs=2e-3)
+
+
 def test_a_scene_without_joints_becomes_one_thing_that_stands(model: RobotModel) -> None:
     simulation = running(model)
     spawn(simulation, PILLAR, "pillar", 3.0, 0.0, 0.5)

@@ -27,7 +27,7 @@ def load(path: Path) -> Element:
 
 def parsed(text: str, path: Path) -> Element:
     """Read a text as YAML; see `load`."""
-    try:
+    with ros_yaml.faults_of(path, LaunchError):
         loader = ros_yaml.RosLoader(text)
         try:
             node = loader.get_single_node()
@@ -36,11 +36,6 @@ def parsed(text: str, path: Path) -> Element:
             return _element(loader, node, path, "", 0)
         finally:
             loader.dispose()
-    except yaml.MarkedYAMLError as error:
-        line = error.problem_mark.line + 1 if error.problem_mark else 1
-        raise LaunchError(f"{path}:{line}: not YAML: {error.problem}") from error
-    except yaml.YAMLError as error:
-        raise LaunchError(f"{path}: not YAML: {error}") from error
 
 
 def _element(loader: Any, node: yaml.Node, file: Path, path: str, depth: int) -> Element:

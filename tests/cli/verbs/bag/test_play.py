@@ -138,7 +138,7 @@ def test_quality_of_service_is_read_from_a_file(asked, tmp_path):
         ("/a: {deadline: {sec: 1}}", "must include both seconds (sec) and nanoseconds (nsec)"),
         ("/a: {deadline: {sec: -1, nsec: 0}}", "may not be a negative value"),
         ("/a: {speed: 1}", "Unexpected key `speed` for QoS profile."),
-        ("a: b: c", "is no YAML"),
+        ("a: b: c", ":1: not YAML: mapping values are not allowed"),
     ],
 )
 def test_what_is_no_profile_is_told_with_its_topic(asked, tmp_path, capsys, text, said):

@@ -1,0 +1,203 @@
+"""How shapes bounce off one another, and what brakes their spinning and rolling.
+
+What MuJoCo makes of two shapes that touch it takes from one of them, or the larger of two numbers.
+Gazebo multiplies coefficients of restitution and takes the smaller one of spinning friction, so two
+shapes of which one says such a thing become a contact pair with numbers of its own.
+
+MuJoCo's contacts are springs and dampers in units of acceleration, whatever the masses: that along
+the normal becomes -b v - k r. With b = (1 + e) / h the first step of h seconds in which they
+overlap turns the speed v at which they meet into -e v, which is restitution, and the force ends,
+since contacts do not pull. What rests so stays at rest.
+"""
+
+from __future__ import annotations
+
+import math
+from itertools import count
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import mujoco
+import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from teleopctl.robot import Surface
+
+# In front of the names of pairs of ours, and of what a shape keeps of its surface.
+_PAIR = "surface/"
+_OURS = 0x5EED
+# What a contact has beside, see MuJoCo's ``friction``.
+_SPIN, _ROLL = 0.005, 0.0001
+# Of a circular patch of radius a that is pressed on as by a ball: the moment is 3 pi / 16 a mu N.
+_OF_PATCH = 3.0 * math.pi / 16.0
+# Beyond this nothing turns anyway, in metres.
+_ROUGHEST = 1000.0
+# Where two shapes that bounce overlap they come apart with this time constant, in seconds: that of
+# MuJoCo's other contacts. Their constraint has next to no softness.
+_APART_S = 0.02
+_HARD = [0.9999, 0.9999, 0.001, 0.5, 2.0]
+# A shape of which nothing is said: it does not bounce, and its patch has no radius.
+_USUAL = (0.0, 1.0, 0.0, 0.0)
+# Each costs 0.1 us of every step, near or far.
+_MOST_PAIRS = 20_000
+
+
+class _Touching(NamedTuple):
+    """A shape that touches: with the topmost body that it is of, and how."""
+
+    geom: Any
+    top: str
+    surface: tuple[float, ...]
+    friction: float
+
+
+class _Contact(NamedTuple):
+    """What two shapes do to each other beyond friction; lengths in metres."""
+
+    restitution: float
+    spinning: float
+    rolling: float
+
+
+# Any stands for MuJoCo's elements, here and below: their classes have no types.
+def give_surface(geom: Any, surface: Surface) -> None:
+    """Let a shape of a spec bounce, spin and roll as it is said to; see `pair_surfaces`."""
+    geom.userdata = [_OURS, *surface.values]
+
+
+def pair_surfaces(spec: mujoco.MjSpec) -> list[str]:
+    """Make a contact pair of each two shapes whose surfaces ask for one.
+
+    Shapes of one robot, or one thing, do not touch one another in this way; nor do links that
+    overlap at the start, or shapes of MJCF files that have contacts of their own.
+
+    Args:
+        spec: The ``mujoco.MjSpec``, complete but for this; pairs of ours that are in it stay.
+
+    Returns:
+        A sentence where there are too many of them.
+    """
+    usual = mujoco.MjSpec().default.geom
+    touching = [
+        _Touching(geom, _top(geom), _surface(geom), float(geom.friction[0]))
+        for geom in spec.geoms
+        if (geom.contype or geom.conaffinity) and _has_usual_contacts(geom, usual)
+    ]
+    special = [number for number, one in enumerate(touching) if one.surface != _USUAL]
+    if not special:
+        return []
+    excluded = {frozenset((pair.bodyname1, pair.bodyname2)) for pair in spec.excludes}
+    there = {pair.name for pair in spec.pairs}
+    names = _free_names(spec)
+    done: set[int] = set()
+    for first in special:
+        done.add(first)
+        one = touching[first]
+        for second, other in enumerate(touching):
+            if second in done or one.top == other.top:
+                continue
+            contact = _contact(one, other)
+            if contact is None or not _may_touch(one.geom, other.geom):
+                continue
+            if frozenset((one.geom.parent.name, other.geom.parent.name)) in excluded:
+                continue
+            if len(there) >= _MOST_PAIRS:
+                return [
+                    f"More than {_MOST_PAIRS} pairs of shapes bounce, spin or roll in their own "
+                    "way: the rest touches as usual"
+                ]
+            for geom in (one.geom, other.geom):
+                geom.name = geom.name or next(names)
+            name = f"{_PAIR}{one.geom.name} and {other.geom.name}"
+            if name not in there:
+                there.add(name)
+                _add_pair(spec, name, one, other, contact)
+    return []
+
+
+def retime(model: mujoco.MjModel, timestep_s: float) -> None:
+    """Give a model another step of physics, in which what bounces does so as before.
+
+    Args:
+        model: The ``mujoco.MjModel``.
+        timestep_s: The step in seconds.
+    """
+    before, model.opt.timestep = model.opt.timestep, timestep_s
+    for number in range(model.npair):
+        if model.pair(number).name.startswith(_PAIR) and model.pair_solref[number, 1] < 0.0:
+            model.pair_solref[number, 1] *= before / timestep_s
+
+
+def _surface(geom: Any) -> tuple[float, ...]:
+    """Restitution, friction of spinning, radius of the patch, rolling."""
+    values = list(geom.userdata)
+    return tuple(values[1:5]) if values[:1] == [_OURS] else _USUAL
+
+
+def _top(geom: Any) -> str:
+    """The topmost body that a shape is of; the world's name for what is fixed to that."""
+    body, moves = geom.parent, False
+    while body.name != "world":
+        top = str(body.name)
+        moves = moves or len(list(body.joints)) > 0
+        body = body.parent
+    return top if moves else "world"
+
+
+def _may_touch(one: Any, other: Any) -> bool:
+    return bool(one.contype & other.conaffinity or other.contype & one.conaffinity)
+
+
+def _has_usual_contacts(geom: Any, usual: Any) -> bool:
+    return (
+        geom.condim == usual.condim
+        and geom.margin == usual.margin
+        and geom.gap == usual.gap
+        and np.array_equal(geom.solref, usual.solref)
+        and np.array_equal(geom.solimp, usual.solimp)
+    )
+
+
+def _free_names(spec: mujoco.MjSpec) -> Iterator[str]:
+    """Names for shapes without one, of the kind that nobody is shown."""
+    taken = {geom.name for geom in spec.geoms}
+    return (name for number in count() if (name := f"{_PAIR}shape{number}") not in taken)
+
+
+def _contact(one: _Touching, other: _Touching) -> _Contact | None:
+    """How two shapes touch, as Gazebo's engines have it; None for as usual.
+
+    ODE has friction against spinning, Bullet against rolling, and restitution is as in DART.
+    """
+    (bounce, spin, patch, roll), (bounce2, spin2, patch2, roll2) = one.surface, other.surface
+    found = _Contact(
+        bounce * bounce2,
+        min(_OF_PATCH * max(patch, patch2) * min(spin, spin2), _ROUGHEST),
+        min(roll * other.friction + roll2 * one.friction, _ROUGHEST),
+    )
+    return found if any(found) else None
+
+
+def _add_pair(
+    spec: mujoco.MjSpec, name: str, one: _Touching, other: _Touching, contact: _Contact
+) -> None:
+    friction = min(one.friction, other.friction)
+    pair = spec.add_pair(
+        name=name,
+        geomname1=one.geom.name,
+        geomname2=other.geom.name,
+        condim=6 if contact.rolling else 4 if contact.spinning else 3,
+        friction=[
+            *(friction, friction),
+            contact.spinning or _SPIN,
+            *(contact.rolling or _ROLL,) * 2,
+        ],
+        # What brakes sliding knows nothing of bouncing.
+        solreffriction=list(one.geom.solref),
+        solref=list(one.geom.solref),
+        solimp=list(one.geom.solimp),
+    )
+    if contact.restitution:
+        pair.solref = [-1.0 / _APART_S**2, -(1.0 + contact.restitution) / spec.option.timestep]
+        pair.solimp = _HARD

@@ -1,0 +1,71 @@
+"""How a shape touches beyond its friction along the contact: ``<surface>`` of SDF."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from lxml import etree
+
+from teleopctl.robot.formats.places import numbers
+
+_TORSIONAL = "friction/torsional/coefficient"
+_PATCH = "friction/torsional/patch_radius"
+_ROLLING = "friction/bullet/rolling_friction"
+_RESTITUTION = "bounce/restitution_coefficient"
+
+
+@dataclass(frozen=True, slots=True)
+class Surface:
+    """How a shape bounces, spins and rolls on another one.
+
+    Attributes:
+        restitution: Its part of the speed that is thrown back, from 0 to 1; that of two that touch
+            is the product of theirs.
+        torsional: Its coefficient of friction against spinning on the spot.
+        patch_radius: Of the patch that it touches with, which spinning is braked by, in metres.
+        rolling: Its resistance to rolling: the moment by the contact's force and by the friction
+            of the other shape, in metres.
+    """
+
+    restitution: float = 0.0
+    torsional: float = 1.0
+    patch_radius: float = 0.0
+    rolling: float = 0.0
+
+    @property
+    def values(self) -> list[float]:
+        """Its numbers, in the order of the attributes."""
+        return list(asdict(self).values())
+
+
+def read_surface(number: Callable[[str, float], float]) -> Surface | None:
+    """Read a ``<surface>``; None where it says nothing of this.
+
+    Args:
+        number: The number at a path below it, or the default.
+    """
+    found = Surface(
+        min(max(number(_RESTITUTION, 0.0), 0.0), 1.0),
+        max(number(_TORSIONAL, 1.0), 0.0),
+        max(number(_PATCH, 0.0), 0.0),
+        max(number(_ROLLING, 0.0), 0.0),
+    )
+    return None if found == Surface() else found
+
+
+# Any, here and below: elements of lxml, whose class has no types.
+def add_surface(holder: Any, surface: Surface) -> None:
+    """Write a ``<surface>`` into what holds one."""
+    for path, value in (
+        (_RESTITUTION, surface.restitution),
+        (_TORSIONAL, surface.torsional),
+        (_PATCH, surface.patch_radius),
+        (_ROLLING, surface.rolling),
+    ):
+        element = holder
+        for tag in ("surface", *path.split("/")):
+            child = element.find(tag)
+            element = etree.SubElement(element, tag) if child is None else child
+        element.text = numbers(value)
