@@ -154,6 +154,12 @@ CONTROLLERS = Kind(
         }.items()
         for name in names.split()
     }
+    # Its name in ROS 2 Foxy.
+    | {
+        "joint_state_controller/JointStateController": (
+            f"{_CONTROLLERS}.joint_state_broadcaster:JointStateBroadcaster"
+        )
+    }
     | {
         f"{package}/GripperActionController": (
             f"{_CONTROLLERS}.gripper_action_controller:{kind}GripperActionController"

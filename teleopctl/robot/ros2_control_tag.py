@@ -225,7 +225,12 @@ def _read_joints(
         part = _read_part(element, "joint")
         joint = urdf_joints.get(name)
         if joint is None:
-            raise InvalidDescriptionError(f"Joint '{name}' not found in URDF")
+            # Fans and the like, which ROS 2 took until Humble.
+            warnings.append(
+                f"Joint '{name}' of <ros2_control> is left out: the robot has none of that name, "
+                "and ROS 2 refuses it since Jazzy"
+            )
+            continue
         if joint.type == "fixed":
             raise InvalidDescriptionError(
                 f"Joint '{name}' is of type 'fixed'. "

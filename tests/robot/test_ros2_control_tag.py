@@ -99,7 +99,6 @@ def test_several_components_are_kept_in_order():
         ("", 'type="system"', "no attribute 'name' in 'ros2_control' tag"),
         ("", 'name="S"', "no attribute 'type' in 'ros2_control' tag with name 'S'"),
         ("", 'name="S" type="robot"', "Component 'S' is of unknown type 'robot'"),
-        (joint("nobody"), None, "Joint 'nobody' not found in URDF"),
         (
             joint("f"),
             None,
@@ -138,6 +137,15 @@ def test_several_components_are_kept_in_order():
 def test_mistakes_are_named_in_ros2_controls_words(body, attributes, message):
     attributes = attributes or 'name="S" type="system"'
     assert message in failure(body, attributes)
+
+
+def test_a_joint_that_the_robot_has_not_is_left_out_and_said():
+    found = component(joint("fan") + joint("a"))
+    assert [part.name for part in found.joints] == ["a"]
+    assert found.warnings == (
+        "Joint 'fan' of <ros2_control> is left out: the robot has none of that name, and ROS 2 "
+        "refuses it since Jazzy",
+    )
 
 
 def test_hardware_without_plugin_is_refused():

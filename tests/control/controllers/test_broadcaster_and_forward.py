@@ -41,6 +41,12 @@ class TestBroadcaster:
         stamp = message.header.stamp
         assert stamp.sec * 10**9 + stamp.nanosec == stack.time_ns
 
+    def test_it_has_its_name_of_ros_2_foxy_too(self):
+        stack = ControlStack(serial_robot())
+        up(stack, "broadcaster", "joint_state_controller/JointStateController")
+        stack.step()
+        assert list(stack.nodes["broadcaster"].published("joint_states")[-1].name) == JOINTS
+
     def test_every_cycle_is_published_in_order(self):
         stack, _ = self.published()
         stack.step(5)
