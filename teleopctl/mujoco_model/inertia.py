@@ -24,6 +24,16 @@ _DUMMY_RADIUS_M = 0.03
 # Below this MuJoCo takes a mass or an inertia for zero.
 _SMALLEST = 1e-15
 
+# The mass of no robot's link lies so far from its middle, as that of something 100 m long does: the
+# inertia is in other units, mostly g mm^2.
+_LARGEST_RADIUS_M = 30.0
+
+# Below this MuJoCo takes a moment of inertia about a main axis for none (kg m^2).
+_SMALLEST_MOMENT = 1e-14
+# A rod's moment about itself is lost in the digits of the others: it gets this part of the largest,
+# as of a rod a hundred times as long as wide. What is below zero by no more than that was meant so.
+_OF_A_ROD = 1e-5
+
 # A part of the largest moment of inertia that rounding may make of nothing.
 _ROUNDING = 1e-9
 
@@ -56,8 +66,15 @@ def _repair(body: Any) -> str | None:
             return None
         return _invent(body, "has no mass")
     principal = np.linalg.eigvalsh(_inertia(body))
-    if principal[0] < _SMALLEST:
-        return _invent_inertia(body, principal)
+    if abs(principal[0]) <= _OF_A_ROD * principal[2] and principal[1] >= _SMALLEST_MOMENT:
+        if principal[0] < _SMALLEST_MOMENT:
+            return _raise_smallest_moment(body)
+    elif principal[0] < _SMALLEST_MOMENT:
+        return _invent_inertia(body, principal, "must be positive")
+    radius = float(np.sqrt(principal[2] / body.mass))
+    if radius > _LARGEST_RADIUS_M:
+        what = f"are those of {body.mass:g} kg {radius:.0f} m from its middle: wrong units, perhaps"
+        return _invent_inertia(body, principal, what)
     excess = principal[2] - principal[0] - principal[1]
     if excess > -_ROUNDING * principal[2]:
         _lower_largest_moment(body)
@@ -110,12 +127,11 @@ def _invent(body: Any, what: str) -> str:
     return f"Link '{body.name}' {what} and no shape; {_DUMMY_MASS_KG:g} kg is assumed"
 
 
-def _invent_inertia(body: Any, principal: np.ndarray) -> str:
+def _invent_inertia(body: Any, principal: np.ndarray, what: str) -> str:
     _set_ball(body, float(body.mass))
     return (
         f"Link '{body.name}' has the principal moments of inertia {_numbers(principal)}, which "
-        f"must be positive; those of a ball of {body.mass:g} kg and {_DUMMY_RADIUS_M:g} m radius "
-        "are used"
+        f"{what}; those of a ball of {body.mass:g} kg and {_DUMMY_RADIUS_M:g} m radius are used"
     )
 
 
@@ -137,12 +153,28 @@ def _inertia(body: Any) -> np.ndarray:
     return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
 
 
+def _raise_smallest_moment(body: Any) -> str:
+    moments, axes = np.linalg.eigh(_inertia(body))
+    told = _numbers(moments)
+    moments[0] = _OF_A_ROD * moments[2]
+    moments[2] = min(moments[2], (moments[0] + moments[1]) * (1.0 - _ROUNDING))
+    _set_inertia(body, moments, axes)
+    return (
+        f"Link '{body.name}' has the principal moments of inertia {told}, of which the smallest is "
+        f"raised to {moments[0]:.4g}"
+    )
+
+
+def _set_inertia(body: Any, moments: np.ndarray, axes: np.ndarray) -> None:
+    full = axes @ np.diag(moments) @ axes.T
+    body.fullinertia = [*np.diag(full), full[0, 1], full[0, 2], full[1, 2]]
+
+
 def _lower_largest_moment(body: Any) -> None:
     """Make the largest principal moment the sum of the others, and rounding less."""
     moments, axes = np.linalg.eigh(_inertia(body))
     moments[2] = (moments[0] + moments[1]) * (1.0 - _ROUNDING)
-    lowered = axes @ np.diag(moments) @ axes.T
-    body.fullinertia = [*np.diag(lowered), lowered[0, 1], lowered[0, 2], lowered[1, 2]]
+    _set_inertia(body, moments, axes)
 
 
 def _numbers(values: np.ndarray) -> str:

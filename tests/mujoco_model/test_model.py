@@ -171,6 +171,30 @@ def test_of_an_impossible_inertia_the_largest_moment_is_lowered_and_that_is_told
     assert built.mj_model.body("rod").inertia == pytest.approx(lowered, rel=1e-4)
 
 
+@pytest.mark.parametrize(
+    "moments",
+    [
+        (0.02, 0.02, 0.0),
+        # As of a telescope's part: with all its digits the smallest is below 1e-15.
+        (1.256e-4, 1.256e-4, 1.1091e-10, 1.180262e-7),
+        (1.09e-6, 1.09e-6, -2e-12),
+    ],
+)
+def test_a_rod_whose_smallest_moment_is_lost_in_the_digits_gets_a_small_one(
+    moments: tuple[float, ...],
+) -> None:
+    built = solid(0.068, *moments)
+    assert "of which the smallest is raised to" in built.warnings[0]
+    expected = (moments[0], moments[1], 1e-5 * moments[0])
+    assert built.mj_model.body("rod").inertia == pytest.approx(expected, rel=1e-4)
+
+
+def test_an_inertia_in_other_units_is_none_and_that_is_told() -> None:
+    built = solid(0.158, 6.9e4, 7.9e4, 4.2e4)
+    assert "are those of 0.158 kg 707 m from its middle: wrong units" in built.warnings[0]
+    assert max(built.mj_model.body("rod").inertia) < 1e-3
+
+
 def test_a_thin_disk_is_a_body_and_nothing_is_told() -> None:
     assert solid(1.0, 1e-4, 1e-4, 2e-4).warnings == ()
 
