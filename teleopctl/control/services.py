@@ -199,8 +199,8 @@ class ControllerManagerServices:
             strictness = Strictness.STRICT if configured == "strict" else Strictness.BEST_EFFORT
         elif strictness in (Strictness.AUTO, Strictness.FORCE_AUTO):
             self._manager.logger.warning(
-                f"Controller Manager: strictness {strictness.name} is not implemented, "
-                "BEST_EFFORT is used."
+                f"Controller Manager: {strictness.name} is not currently implemented. Defaulting "
+                "to BEST_EFFORT"
             )
             strictness = Strictness.BEST_EFFORT
         timeout_s = to_nanoseconds(request.timeout) / NANOSECONDS_PER_SECOND
