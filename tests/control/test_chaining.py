@@ -400,6 +400,20 @@ class TestSwitching:
         names = stack.nodes["broadcaster"].published("joint_states")[-1].name
         assert names == ["joint1", "joint2", "joint3"]
 
+    @pytest.mark.parametrize("strictness", ["AUTO", "FORCE_AUTO"])
+    def test_chains_are_not_completed_by_themselves(self, stack, strictness):
+        chain(stack)
+        ControllerManagerServices(stack.node, stack.manager)
+        kind = get_service("controller_manager_msgs/srv/SwitchController")
+        request = kind.Request(activate_controllers=["leader"])
+        request.strictness = getattr(kind.Request, strictness)
+        assert stack.node.call("~/switch_controller", request, kind.Response()).ok
+        assert active(stack) == set()
+        assert stack.log.texts("warning")[0] == (
+            f"Controller Manager: {strictness} is not currently implemented. Defaulting to "
+            "BEST_EFFORT"
+        )
+
 
 class TestFailures:
     @pytest.mark.parametrize("culprit", ["follower", "leader"])
