@@ -257,6 +257,25 @@ def test_a_reset_takes_back_what_its_scope_says(caller: Caller) -> None:
     assert now() == 200_000_000
 
 
+def test_all_is_back_after_a_full_reset_as_if_it_were_launched_again(caller: Caller) -> None:
+    before = str(caller.do("GetEntitiesStates", "get_entities_states").states)
+    caller.spawn(CAN, 2.0)
+    caller.do("DeleteEntity", "delete_entity", entity="cube")
+    caller.spawn(CAN, 2.0, name="cube")
+    caller.step(100)
+    spawned = get_service("simulation_interfaces/srv/ResetSimulation").Request.SCOPE_SPAWNED
+    caller.do("ResetSimulation", "reset_simulation", scope=spawned)
+    assert caller.names() == ["teleop", "table"]
+
+    caller.do("ResetSimulation", "reset_simulation")
+    assert caller.names() == ["teleop", "table", "cube"]
+    assert str(caller.do("GetEntitiesStates", "get_entities_states").states) == before
+    caller.do("DeleteEntity", "delete_entity", entity="table")
+    caller.step(10)
+    caller.do("SetSimulationState", "set_simulation_state", state=State(state=State.STATE_STOPPED))
+    assert caller.names() == ["teleop", "table", "cube"]
+
+
 def test_steps_are_an_action_that_tells_of_each(caller: Caller) -> None:
     client = ActionClient(caller, SimulateSteps, "/simulate_steps")
     assert client.wait_for_server(LONGEST_WAIT_S)
@@ -298,6 +317,26 @@ def test_no_request_ends_the_simulator(caller: Caller, tmp_path: Path) -> None:
     unknown = caller.ask("ResetSimulation", "reset_simulation", scope=8)
     assert unknown.result.result == Result.RESULT_FEATURE_UNSUPPORTED
     assert caller.names(filter="^[[:lower:]]{6}$") == ["teleop"]
+
+
+def test_models_come_by_gazebos_uris_and_by_their_folders(caller: Caller, tmp_path: Path) -> None:
+    cup = tmp_path / "cup"
+    cup.mkdir()
+    (cup / "model.config").write_text("<model><sdf version='1.9'>cup.sdf</sdf></model>")
+    shape = "<collision name='c'><geometry><sphere><radius>0.1</radius></sphere></geometry>"
+    (cup / "cup.sdf").write_text(
+        f"<sdf version='1.9'><model name='cup'><link name='l'>{shape}</collision></link></model>"
+        "</sdf>"
+    )
+    for uri, name in ((str(cup), "cup"), ("model://teleopctl/worlds/table.urdf", "furniture")):
+        caller.do("SpawnEntity", "spawn_entity", uri=uri, name=name)
+    assert {"cup", "furniture/table"} <= set(caller.names())
+    caller.do("LoadWorld", "load_world", uri="model://teleopctl/worlds/table.urdf")
+    assert caller.names() == ["teleop", "table", "cube"]
+    for uri in ("model://no_such_model", "https://fuel.gazebosim.org/1.0/Open/models/Coke"):
+        refused = caller.ask("SpawnEntity", "spawn_entity", uri=uri).result
+        assert refused.result == Result.RESULT_NOT_FOUND
+        assert "GZ_SIM_RESOURCE_PATH" in refused.error_message
 
 
 def test_many_that_are_spawned_at_once_are_there_each_as_it_asked(caller: Caller) -> None:

@@ -169,11 +169,12 @@ def without_things(model: RobotModel, names: Iterable[str]) -> RobotModel:
         leaving.append(thing)
     spec = model.spec.copy()
     remaining = tuple(thing for thing in model.things if thing not in leaving)
-    for thing in leaving:
-        spec.delete(spec.body(thing.name))
     for prefix in {thing.prefix for thing in leaving}.difference(t.prefix for t in remaining):
         if prefix:
             _clear(spec, prefix)
+    for thing in leaving:
+        if (body := spec.body(thing.name)) is not None:
+            spec.delete(body)
     names = {body.name for body in spec.bodies}
     return replace(
         _compiled(model, spec, "the world"),
@@ -198,6 +199,7 @@ def in_world(model: RobotModel, world: World | None) -> RobotModel:
     """
     bare = without_things(model, [thing.name for thing in model.things if thing.prefix])
     spec = bare.spec
+    _clear(spec, WORLD_PREFIX)  # a world of lights and places alone has no things
     drop_ground(spec)
     before = {body.name for body in spec.worldbody.bodies}
     free: list[FreeBody] = []
@@ -241,7 +243,9 @@ def _rename(things: mujoco.MjSpec, top: str | None, name: str) -> None:
 
 
 def _clear(spec: mujoco.MjSpec, prefix: str) -> None:
-    """Take out what of things is in no body of theirs."""
+    """Take out all that came in under a prefix, but for bodies that hold it."""
+    if (frame := spec.frame(prefix)) is not None:
+        spec.delete(frame)
     own = (getattr(spec.worldbody, kind) for kind in _IN_THE_WORLD)
     assets = (getattr(spec, kind) for kind in _ASSETS)
     for elements in (*own, *assets):

@@ -5,15 +5,15 @@ from __future__ import annotations
 import contextlib
 import traceback
 from collections.abc import Awaitable, Callable, Iterator
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from teleopctl.errors import NotFoundError, RefusedError, TeleopctlError
 from teleopctl.interfaces import get_message, get_service
 from teleopctl.packages import resolve_uri
+from teleopctl.robot import find_world
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from teleopctl.node import Node
     from teleopctl.sim.entities.stage import Stage
 
@@ -26,6 +26,9 @@ Handler = Callable[["Stage", Any, Any], "Awaitable[None] | None"]
 WordHandler = Callable[["Stage", Any], "Awaitable[str] | str"]
 FindStage = Callable[[], "Stage | None"]
 """Returns what the services work with, or None while there is no robot."""
+
+# Of models in the folders that Gazebo is told of; those of Fuel where Gazebo keeps them.
+_GAZEBO_SCHEMES = frozenset({"model", "http", "https"})
 
 NO_ROBOT = "There is no robot yet"
 
@@ -165,6 +168,19 @@ def existing(uri: str) -> Path:
     except OSError as error:
         raise NotFoundError(f"Cannot open {path}: {error.strerror}") from error
     raise NotFoundError(f"There is no file {path}")
+
+
+def description_at(uri: str) -> Path:
+    """Return the file of what a URI names: a file, or a model's folder; Gazebo's URIs too.
+
+    Raises:
+        NotFoundError: There is none.
+    """
+    if uri.partition("://")[0] in _GAZEBO_SCHEMES:
+        path = existing(str(find_world(uri, Path.cwd())))
+    else:
+        path = existing(uri)
+    return find_world(str(path), Path.cwd()) if path.is_dir() else path
 
 
 def files_at(source: str) -> list[Path]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import mujoco
@@ -10,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 if TYPE_CHECKING:
-    from teleopctl.sim.entities.entity import Entity
+    from teleopctl.sim.entities.entity import Entity, Observed
     from teleopctl.sim.simulation import Simulation
 
 Array = npt.NDArray[np.float64]
@@ -39,21 +40,29 @@ class Box(NamedTuple):
         return bool(np.linalg.norm(nearest - center) <= radius)
 
 
-def bounds_of(simulation: Simulation, entity: Entity, *, in_world: bool = False) -> Box | None:
+def bounds_of(
+    simulation: Simulation, entity: Entity, seen: Observed | None = None, *, in_world: bool = False
+) -> Box | None:
     """The box around the shapes of an entity, along its own axes or those of the world.
+
+    Args:
+        simulation: Where it is.
+        entity: What to look at.
+        seen: What `Simulation.observe` has just returned; looked for where it is None.
+        in_world: Whether it is along the axes of the world.
 
     Returns:
         None where it has no shapes, or such as have no end.
     """
-    m, d = simulation.observe()
+    m, d = seen or simulation.observe()
     top = m.body(entity.body).id if entity.body else 0
     turn, place = np.eye(3), np.zeros(3)
     if not in_world:
         turn, place = d.xmat[top].reshape(3, 3), d.xpos[top]
     points = [
         (_corners(m, d, geom) - place) @ turn
-        for geom in range(m.ngeom)
-        if _is_of(simulation, m, geom, top) and _ends(m, geom)
+        for geom in _geoms_of(simulation, m, top)
+        if _ends(m, geom)
     ]
     if not points:
         return None
@@ -62,14 +71,15 @@ def bounds_of(simulation: Simulation, entity: Entity, *, in_world: bool = False)
 
 
 # Any stands for MuJoCo's models and data, which have no types.
-def _is_of(simulation: Simulation, m: Any, geom: int, top: int) -> bool:
-    body = int(m.geom_bodyid[geom])
-    if top == 0:
-        # A robot that stands in the world: what is of nobody else, neither of the ground.
-        return geom not in simulation.model.world_geoms and body != 0
-    while body not in (0, top):
-        body = int(m.body_parentid[body])
-    return body == top
+def _geoms_of(simulation: Simulation, m: Any, top: int) -> Iterator[int]:
+    """The shapes below a topmost body, by arrays: there may be thousands, and time stands still."""
+    roots = m.body_rootid[m.geom_bodyid]
+    if top:
+        yield from map(int, np.flatnonzero(roots == top))
+        return
+    # A robot that stands in the world: what is of nobody else, neither of the ground.
+    around = set(simulation.model.world_geoms)
+    yield from (int(geom) for geom in np.flatnonzero(roots) if int(geom) not in around)
 
 
 def _ends(m: Any, geom: int) -> bool:

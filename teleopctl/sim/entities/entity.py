@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import mujoco
 import numpy as np
@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from teleopctl.sim.simulation import Simulation
 
 Array = npt.NDArray[np.float64]
+Observed = tuple[mujoco.MjModel, mujoco.MjData]
 
 _ROBOT = "robot"
 
@@ -78,12 +79,18 @@ def find(simulation: Simulation, name: str) -> Entity:
     return known[name]
 
 
-def motion_of(simulation: Simulation, entity: Entity) -> Motion:
-    """Where an entity is and how it moves."""
+def motion_of(simulation: Simulation, entity: Entity, seen: Observed | None = None) -> Motion:
+    """Where an entity is and how it moves.
+
+    Args:
+        simulation: Where it is.
+        entity: What to look at.
+        seen: What `Simulation.observe` has just returned; looked for where it is None.
+    """
+    model, data = seen or simulation.observe()
     if entity.index is None:
-        return Motion(_standing_pose(simulation, entity), np.zeros(6), np.zeros(6))
+        return Motion(_standing_pose(model, data, entity), np.zeros(6), np.zeros(6))
     bodies = simulation.free_bodies
-    model, data = simulation.observe()
     joint = model.joint(bodies.bodies[entity.index].joint)
     start = int(joint.dofadr[0])
     acceleration = np.array(data.qacc[start : start + 6])
@@ -125,8 +132,9 @@ def move(simulation: Simulation, entity: Entity, pose: Array | None, twist: Arra
     simulation.refresh()
 
 
-def _standing_pose(simulation: Simulation, entity: Entity) -> Array:
+# Any stands for MuJoCo's types, which have no static ones.
+def _standing_pose(model: Any, data: Any, entity: Entity) -> Array:
     if not entity.body:
         return np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
-    pose = simulation.link_pose(entity.body)
-    return np.concatenate([pose.position, pose.quaternion])
+    body = model.body(entity.body).id
+    return np.concatenate([data.xpos[body], data.xquat[body]])

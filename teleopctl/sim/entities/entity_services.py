@@ -11,7 +11,7 @@ from teleopctl.errors import InvalidMessageError
 from teleopctl.interfaces import get_message, get_service, set_stamp
 from teleopctl.sim.entities.answers import Desk, Refusal, Result, has_tags
 from teleopctl.sim.entities.bounds import Box, bounds_of
-from teleopctl.sim.entities.entity import Entity, entities, find, motion_of, move
+from teleopctl.sim.entities.entity import Entity, Observed, entities, find, motion_of, move
 from teleopctl.sim.entities.name_filter import matching
 from teleopctl.sim.entities.poses import (
     fill_pose,
@@ -58,10 +58,11 @@ async def _list_states(stage: Stage, request: Any, response: Any) -> None:
     names = await _named(stage, request.filters)
 
     def look() -> None:
+        seen = stage.simulation.observe()
         for entity in _chosen(stage, names, request.filters):
             response.entities.append(entity.name)
             state = _EntityState()
-            _fill_state(state, stage, entity)
+            _fill_state(state, stage, entity, seen)
             response.states.append(state)
 
     stage.ask(look)
@@ -137,22 +138,22 @@ async def _named(stage: Stage, filters: Any) -> frozenset[str]:
 def _chosen(stage: Stage, names: Container[str], filters: Any) -> list[Entity]:
     """The entities of some names that pass the rest of a filter."""
     categories = {category.category for category in filters.categories}
-    chosen = []
+    chosen, seen = [], stage.simulation.observe() if filters.bounds.type else None
     for entity in entities(stage.simulation).values():
         info = _info(stage, entity)
         if (
             entity.name in names
             and (not categories or info.category.category in categories)
             and has_tags(info.tags, filters.tags)
-            and _is_within(stage, entity, filters.bounds)
+            and _is_within(stage, entity, filters.bounds, seen)
         ):
             chosen.append(entity)
     return chosen
 
 
-def _fill_state(state: Any, stage: Stage, entity: Entity) -> None:
+def _fill_state(state: Any, stage: Stage, entity: Entity, seen: Observed | None = None) -> None:
     simulation = stage.simulation
-    motion = motion_of(simulation, entity)
+    motion = motion_of(simulation, entity, seen)
     state.header.frame_id = simulation.model.world_frame
     set_stamp(state.header.stamp, simulation.time_ns)
     fill_pose(state.pose, motion.pose)
@@ -160,7 +161,7 @@ def _fill_state(state: Any, stage: Stage, entity: Entity) -> None:
     fill_twist(state.acceleration, motion.acceleration)
 
 
-def _is_within(stage: Stage, entity: Entity, bounds: Any) -> bool:
+def _is_within(stage: Stage, entity: Entity, bounds: Any, seen: Observed | None) -> bool:
     points = [np.array([point.x, point.y, point.z]) for point in bounds.points]
     if bounds.type == _Bounds.TYPE_EMPTY:
         return True
@@ -170,7 +171,7 @@ def _is_within(stage: Stage, entity: Entity, bounds: Any) -> bool:
         )
     if len(points) != 2 or not np.isfinite(points).all():
         raise Refusal(Result.RESULT_OPERATION_FAILED, "The bounds are not two finite points")
-    box = bounds_of(stage.simulation, entity, in_world=True)
+    box = bounds_of(stage.simulation, entity, seen, in_world=True)
     if box is None:
         return False
     if bounds.type == _Bounds.TYPE_SPHERE:

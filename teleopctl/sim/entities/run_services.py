@@ -116,6 +116,7 @@ class RunServices:
             time=bool(scope & _Reset.SCOPE_TIME),
             state=bool(scope & _Reset.SCOPE_STATE),
             spawned=bool(scope & _Reset.SCOPE_SPAWNED),
+            deleted=scope == _Reset.SCOPE_ALL,
         )
 
     async def _step(self, stage: Stage, request: Any, response: Any) -> None:

@@ -15,7 +15,7 @@ from teleopctl.errors import (
 from teleopctl.interfaces import get_message, get_service
 from teleopctl.packages import package_share
 from teleopctl.robot import World, gazebo_models, read_world, read_world_text
-from teleopctl.sim.entities.answers import Desk, Refusal, Result, existing, files_at
+from teleopctl.sim.entities.answers import Desk, Refusal, Result, description_at, files_at
 from teleopctl.sim.entities.poses import frame_of, pose_in_world
 
 if TYPE_CHECKING:
@@ -137,7 +137,7 @@ def _read(request: Any) -> World:
     resource = getattr(request, "entity_resource", request)
     try:
         if resource.uri:
-            return read_world(existing(resource.uri))
+            return read_world(description_at(resource.uri))
         if resource.resource_string:
             return read_world_text(resource.resource_string, _TEXT)
     except UnknownFormatError as error:

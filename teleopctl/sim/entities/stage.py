@@ -67,6 +67,7 @@ class Stage:
         # Any: a message, whose class is made at run time.
         self.infos: dict[str, Any] = {}
         self._patience_s = patience_s
+        self._start = simulation.model
         self._spawning = Spawning(lambda: self.simulation.model, self._take)
         self._on_restart = on_restart
 
@@ -159,9 +160,18 @@ class Stage:
     def delete_spawned(self) -> None:
         """Take out all that came in while the simulation ran."""
         with self._spawning.changing:
-            known = entities(self.simulation).values()
-            if spawned := [entity.name for entity in known if entity.spawned]:
-                self._take(without_things(self.simulation.model, spawned))
+            model = self.simulation.model
+            spawned = [thing.name for thing in model.things if thing.spawned]
+            left = {thing.name for thing in model.things}.difference(spawned)
+            if left == {thing.name for thing in self._start.things}:
+                self._take_start()
+            elif spawned:
+                self._take(without_things(model, spawned))
+
+    def _take_start(self) -> None:
+        """Go on with what was there at the start; for hundreds of things no work of MuJoCo's."""
+        if self.simulation.model is not self._start:
+            self._take(self._start)
 
     def load(
         self,
@@ -187,6 +197,7 @@ class Stage:
             judge(model.warnings)
             self.pause()
             self._take(model, self._begin_world)
+            self._start = model
         self.world, self.world_source = world, source
         self.reset(time=True, state=False, spawned=False)
         self.stopped = True
@@ -240,18 +251,22 @@ class Stage:
             UnavailableError: The simulation did not react in time.
         """
         self.pause()
-        self.reset(time=True, state=True, spawned=True)
+        self.reset(time=True, state=True, spawned=True, deleted=True)
         self.stopped = True
 
-    def reset(self, *, time: bool, state: bool, spawned: bool) -> None:
+    def reset(self, *, time: bool, state: bool, spawned: bool, deleted: bool = False) -> None:
         """Go back to the start.
 
         Args:
             time: Whether time begins anew.
             state: Whether all is where it was.
             spawned: Whether what came in while the simulation ran goes.
+            deleted: Whether, besides, what was there at the start and was deleted comes back.
         """
-        if spawned:
+        if deleted:
+            with self._spawning.changing:
+                self._take_start()
+        elif spawned:
             self.delete_spawned()
 
         def change() -> None:

@@ -9,7 +9,7 @@ from teleopctl.errors import InvalidDescriptionError, UnknownFormatError
 from teleopctl.interfaces import get_message, get_service
 from teleopctl.packages import package_share
 from teleopctl.robot import World, read_world, read_world_text
-from teleopctl.sim.entities.answers import Desk, Refusal, Result, existing, files_at
+from teleopctl.sim.entities.answers import Desk, Refusal, Result, description_at, files_at
 from teleopctl.sim.entities.spawn_services import meshes_left_out
 
 if TYPE_CHECKING:
@@ -99,7 +99,7 @@ def _judge(request: Any, warnings: tuple[str, ...]) -> None:
 def _read(resource: Any) -> World:
     try:
         if resource.uri:
-            return read_world(existing(resource.uri))
+            return read_world(description_at(resource.uri))
         if resource.resource_string:
             return read_world_text(resource.resource_string, _TEXT)
     except UnknownFormatError as error:

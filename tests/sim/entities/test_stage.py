@@ -223,6 +223,20 @@ def test_another_world_takes_the_place_of_the_first(model: RobotModel, tmp_path:
     assert kinds.count(0) == 1, "the ground is there, once"
 
 
+def test_a_world_takes_its_lights_and_places_with_it(model: RobotModel) -> None:
+    lit = "lights: [{kind: spot, at: [0, 0, 2]}]\nposes: {dock: {at: [1, 2, 0]}}"
+    room = "things: {room: {shape: walls, size: [8, 6, 2]}, ball: {shape: sphere, radius: 0.1}}"
+    empty, there = in_world(model, None), in_world(model, thing(f"things: {{}}\n{lit}"))
+    for other in (in_world(there, thing(room)), there):
+        bare = in_world(other, None)
+        assert bare.mj_model.nlight == empty.mj_model.nlight
+        assert (bare.mj_model.ngeom, bare.mj_model.nsite) == (
+            empty.mj_model.ngeom,
+            empty.mj_model.nsite,
+        )
+    assert in_world(there, None).mj_model.nlight < there.mj_model.nlight
+
+
 def test_a_push_moves_a_thing_by_its_impulse_and_turns_it_by_its_lever(model: RobotModel) -> None:
     simulation = running(model)
     spawn(simulation, BALL_IN_SPACE, "ball", 4.0, 0.0, 5.0)

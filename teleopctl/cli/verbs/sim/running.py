@@ -50,7 +50,7 @@ def step(
 
 
 def reset(as_json: AsJson = False) -> None:
-    """Go back to the start: time, state, and what was spawned goes."""
+    """Go back to the start: time and state, without what was spawned and with what was deleted."""
     _standard("ResetSimulation")
     _say("The simulation is back at its start", as_json)
 
