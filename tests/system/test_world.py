@@ -239,3 +239,26 @@ def test_a_robot_of_ones_own_stands_in_an_empty_world_unless_it_is_given_one(
         assert (done.returncode, done.stderr) == (0, "")
         assert (MARKERS in ros.run("topic list").stdout.splitlines()) == shown
         assert ros.run("stop --all").returncode == 0
+
+
+def test_a_free_robot_starts_where_it_is_asked_to(ros: RosGraph) -> None:
+    crate = (
+        '<robot name="crate"><link name="crate"><inertial><mass value="1"/><inertia ixx="0.1" '
+        'iyy="0.1" izz="0.1" ixy="0" ixz="0" iyz="0"/></inertial><collision><geometry>'
+        '<box size="0.2 0.2 0.2"/></geometry></collision></link></robot>'
+    )
+    (ros.folder / "crate.urdf").write_text(crate, encoding="utf-8")
+    words = ["launch", "sim.yaml", "model:=crate.urdf", "spawn_pose:=[-2, 0.5, 0, 0, 0, 1.5708]"]
+    assert ros.run([*words, "paused:=true", "--detach"]).returncode == 0
+    request = "{entity: crate}"
+    asked = ros.run(
+        [
+            "service",
+            "call",
+            "/get_entity_state",
+            "simulation_interfaces/srv/GetEntityState",
+            request,
+        ]
+    )
+    assert "Point(x=-2.0, y=0.5, z=0." in asked.stdout
+    assert "z=0.70710" in asked.stdout
