@@ -12,7 +12,7 @@ import numpy.typing as npt
 from teleopctl.folders import cache_dir
 
 _HEADER_BYTES = 80
-# How finely an ellipsoid is drawn, which URDF has no shape for.
+# How finely an ellipsoid and a cone are drawn, which URDF has no shapes for.
 _SLICES = 24
 _TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 
@@ -61,3 +61,20 @@ def unit_ball() -> Path:
     lower = np.stack([second, third, fourth], axis=-1).reshape(-1, 3)
     faces = np.concatenate([upper[_SLICES:], lower[:-_SLICES]])
     return exported_stl(corners.reshape(-1, 3).astype(np.float32), faces.astype(np.int32))
+
+
+def unit_cone() -> Path:
+    """Return an STL file of a cone along z, 1 m of radius and of height, its middle at the origin.
+
+    Raises:
+        OSError: The cache cannot be written.
+    """
+    around = np.linspace(0.0, 2.0 * np.pi, _SLICES, endpoint=False)
+    rim = np.stack([np.cos(around), np.sin(around), np.full(_SLICES, -0.5)], axis=-1)
+    corners = np.concatenate([rim, [[0.0, 0.0, -0.5], [0.0, 0.0, 0.5]]])
+    here = np.arange(_SLICES)
+    beside = (here + 1) % _SLICES
+    base = np.stack([beside, here, np.full(_SLICES, _SLICES)], axis=-1)
+    side = np.stack([here, beside, np.full(_SLICES, _SLICES + 1)], axis=-1)
+    faces = np.concatenate([base, side])
+    return exported_stl(corners.astype(np.float32), faces.astype(np.int32))

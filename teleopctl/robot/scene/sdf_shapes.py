@@ -6,6 +6,7 @@ import math
 from typing import Any
 
 from teleopctl.errors import InvalidDescriptionError, NotFoundError
+from teleopctl.robot.formats.mesh_export import unit_cone
 from teleopctl.robot.formats.places import towards
 from teleopctl.robot.gazebo_colours import gazebo_colour
 from teleopctl.robot.scene.scene import Rgba, SceneInertial, SceneShape, ShapeKind, Vector3
@@ -124,6 +125,12 @@ def _geometry(file: SdfFile, solid: Any) -> _Found | None:
             kind: ShapeKind = solid.tag
             sizes = _sizes(file, solid)
             return None if sizes is None else (kind, sizes, None, Transform())
+        case "cone":
+            sizes = _sizes(file, solid)
+            if sizes is None:
+                return None
+            radius, length, _ = sizes
+            return "mesh", (radius, radius, length), unit_cone(), Transform()
         case "plane":
             edges = solid.find("size")
             width, depth = (0.0, 0.0) if edges is None else file.numbers(edges, 2)

@@ -77,12 +77,13 @@ GEOMETRY = Table("""
     + .: box/size sphere/radius ellipsoid/radii plane/size plane/normal
     + cylinder: radius length
     + capsule: radius length
+    + cone: radius length
     + mesh: uri scale
     - mesh: @optimization convex_decomposition
     + heightmap: uri size pos
     * heightmap: texture blend use_terrain_paging sampling
     > mesh: submesh
-    > .: polyline image cone empty
+    > .: polyline image empty
 """)
 VISUAL = Table("""
     + .: @name pose transparency

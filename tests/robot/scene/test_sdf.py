@@ -596,3 +596,26 @@ def test_words_that_mean_nothing_are_told(tmp_path: Path) -> None:
         "<pose> has a rotation_format 'y', and is read as euler_rpy",
         "<light> 'a' of the type w is taken for a point",
     ]
+
+
+def test_a_cone_stands_on_its_base_as_heavy_as_it_is(tmp_path: Path) -> None:
+    shape = "<geometry><cone><radius>0.3</radius><length>0.4</length></cone></geometry>"
+    inertial = "<inertial auto='true'/>"
+    body = f"<link name='base'>{inertial}<collision name='c'>{shape}</collision></link>"
+    file = tmp_path / "model.sdf"
+    text = f"<model name='m'><pose>1 0 0.2 0 0 0</pose>{body}</model>"
+    file.write_text(f"<sdf version='1.11'>{text}</sdf>")
+    world = read_world(file)
+    assert world.scene is not None
+    assert not world.scene.remarks
+    built = build_model(
+        RobotDescription.from_urdf('<robot name="r"><link name="world"/></robot>'), world=world
+    )
+    data = mujoco.MjData(built.mj_model)
+    mujoco.mj_step(built.mj_model, data, 2000)
+    assert data.body("m").xpos == pytest.approx([1.0, 0.0, 0.2], abs=2e-3)
+    # A third of its cylinder's; drawn with 24 sides it has 1 % less.
+    expected = math.pi * 0.3**2 * 0.4 / 3.0 * 1000.0
+    assert built.mj_model.body("m").mass[0] == pytest.approx(expected, rel=0.02)
+    robot = RobotDescription.from_urdf(read_model(file).text)
+    assert not robot.repairs
