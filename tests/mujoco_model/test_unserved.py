@@ -139,6 +139,13 @@ def test_what_a_camera_does_not_do_is_told(inside: str, beside: str, tag: str) -
     )
 
 
+def test_a_depth_cameras_format_of_depths_is_not_told() -> None:
+    depth = camera("<image><format>R_FLOAT32</format></image>").replace(
+        '"camera"', '"depth_camera"'
+    )
+    assert "format" not in "".join(warnings(depth))
+
+
 def test_what_no_camera_has_and_what_stands_there_twice_is_told() -> None:
     again = camera("<image><format>L16</format></image>", "<update_rat>3</update_rat>")
     assert warnings(again) == (
@@ -164,11 +171,11 @@ def test_what_an_imu_does_not_do_is_told() -> None:
     axis = "<x>\n<noise><stddev>0.1</stddev></noise></x><y><noise><stddev>0.0</stddev></noise></y>"
     tags = f"""<gazebo reference="tip"><sensor name="i" type="imu"><topic>imu</topic>
 <imu><angular_velocity>{axis}</angular_velocity>
-<orientation_reference_frame><localization>NED</localization></orientation_reference_frame></imu>
+<orientation_reference_frame><localization>GRAV_UP</localization></orientation_reference_frame></imu>
 <lens/></sensor></gazebo>"""
 
     assert warnings(tags) == (
-        "<orientation_reference_frame> of sensor 'i' (line 4) has no effect",
+        "<localization> of sensor 'i' (line 4) has no effect",
         "<lens> of sensor 'i' (line 5) is unknown",
     )
 

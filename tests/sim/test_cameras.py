@@ -238,6 +238,9 @@ def test_cameras_without_a_word_on_topics_have_names_unless_they_are_alone() -> 
         (eye("a", "camera", beside=plugin("<ros><namespace>/r</namespace><remapping>"
              "~/image_raw:=front</remapping></ros><camera_name>c</camera_name>")),
          {"image": "/r/front", "info": "/r/c/camera_info"}),
+        # A plug-in of ROS 1, which a description for Gazebo still has beside the topic.
+        (eye("a", "camera", beside=f"<topic>/s/im</topic>{plugin('<cameraName>c</cameraName>')}"),
+         {"image": "/s/im", "info": "/s/camera_info"}),
         (eye("a", "depth", beside=plugin("<ros><remapping>/a/image_raw:=/a/color/image_raw"
              "</remapping><remapping>/a/points:=cloud</remapping></ros>")),
          {"image": "/a/color/image_raw", "info": "a/camera_info", "depth": "a/depth/image_raw",

@@ -198,3 +198,14 @@ def test_noise_on_a_scan_stays_within_its_range_and_where_nothing_is() -> None:
     met = np.isfinite(exact)
     error = once[met] - exact[met]
     assert error.std() == pytest.approx(0.01, rel=0.05)
+
+
+def test_a_velodynes_plugin_says_what_it_sees_and_how_well() -> None:
+    plugin = """<plugin name="p" filename="libgazebo_ros_velodyne_laser.so">
+      <min_range>1.5</min_range><max_range>2.5</max_range><gaussianNoise>0.1</gaussianNoise></plugin>"""
+    cloud = read(looking(scan(5, -math.pi, math.pi) + plugin, "ray"))
+    seen = [float(np.linalg.norm(point)) for point in points(cloud)[0]]
+
+    # The walls at 1 m and 3 m are out of its reach.
+    assert [math.isfinite(distance) for distance in seen] == [False, False, True, False, False]
+    assert 0.0 < abs(seen[2] - 2.0) < 0.5

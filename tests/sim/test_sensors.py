@@ -3,6 +3,7 @@
 import math
 from typing import cast
 
+import mujoco
 import numpy as np
 import pytest
 
@@ -102,6 +103,35 @@ def test_the_axes_are_those_of_the_sensor() -> None:
     assert quaternion(imu.orientation) == pytest.approx((half, 0, 0, half), abs=1e-6)
     # Turned by a quarter about x, the sensor's y axis points up.
     assert vector(imu.linear_acceleration) == pytest.approx((0, GRAVITY, 0), abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("reference", "heading"),
+    [
+        ("<localization>ENU</localization>", "x"),
+        # Of a sensor that looks east: seen from north, it is turned to the right, east is y.
+        ("<localization>NED</localization>", "y"),
+        ("<localization>NWU</localization>", "-y"),
+        (
+            "<localization>CUSTOM</localization>"
+            "<custom_rpy parent_frame='world'>0 0 3.141592653589793</custom_rpy>",
+            "-x",
+        ),
+    ],
+)
+def test_an_orientation_is_told_in_the_frame_that_is_asked_for(
+    reference: str, heading: str
+) -> None:
+    content = f"<orientation_reference_frame>{reference}</orientation_reference_frame>"
+    measured = pendulum(f"<imu>{content}</imu>", commands="position")
+
+    turn = np.zeros(3)
+    x, y, z, w = quaternion(measured.imu().orientation)
+    mujoco.mju_rotVecQuat(turn, np.array([1.0, 0.0, 0.0]), np.array([w, x, y, z]))
+
+    axis = np.eye(3)["xyz".index(heading[-1])]
+    assert turn == pytest.approx(-axis if heading[0] == "-" else axis, abs=1e-6)
+    assert vector(measured.imu().linear_acceleration) == pytest.approx((0, 0, GRAVITY), abs=1e-3)
 
 
 def test_on_a_falling_pendulum_an_imu_measures_the_rate_and_the_angle_of_the_joint() -> None:

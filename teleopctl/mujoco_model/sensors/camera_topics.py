@@ -47,7 +47,7 @@ def camera_topics(sensor: Sensor, name: str, *, alone: bool) -> dict[str, str]:
         Topics by what is published: see `CameraModel`.
     """
     kind, names = _KINDS[sensor.type], RosNames(sensor)
-    if names.has_plugin:
+    if not names.topic_decides:
         seen = ("image", "info") if kind == "camera" else tuple(_OF_PLUGIN)
         if kind != "segmentation":
             return {what: _of_plugin(names, sensor, what) for what in seen}

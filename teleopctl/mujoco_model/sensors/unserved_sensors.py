@@ -56,7 +56,10 @@ OF_PLUGINS = words("frame_name frameName camera_name hack_baseline hackBaseline"
 GAZEBOS_OWN = words("alwaysOn always_on rosDebugLevel serviceName")
 OF_ROS = words("remapping argument namespace")
 # What else the plug-in of a kind of sensor may say with effect.
-_OF_RAY_PLUGINS = words("output_type outputType topicName topic_name radiation_type radiation")
+_OF_RAY_PLUGINS = words(
+    "output_type outputType topicName topic_name radiation_type radiation min_range max_range "
+    "gaussianNoise"
+)
 _OF_CAMERA_PLUGINS = PLUGIN_TOPIC_TAGS | words(
     "cameraName min_depth max_depth pointCloudCutoff pointCloudCutoffMax distortion_k1 "
     "distortion_k2 distortion_k3 distortion_t1 distortion_t2 distortionK1 distortionK2 "

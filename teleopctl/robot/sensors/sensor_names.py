@@ -48,6 +48,18 @@ class RosNames:
         return self._plugin is not None
 
     @property
+    def topic_decides(self) -> bool:
+        """Whether ``<topic>`` is the name, as in Gazebo, whose plug-ins need no file.
+
+        So it is where no plug-in of ``gazebo_ros`` is, or one that says nothing of ROS 2: it stands
+        there for ROS 1.
+        """
+        of_ros = self._plugin is not None and any(
+            path.startswith("ros/") for path in self._plugin.parameters
+        )
+        return self._plugin is None or bool(self.topic and not of_ros)
+
+    @property
     def plugin_file(self) -> str:
         """The file of that plug-in, empty where there is none."""
         return "" if self._plugin is None else self._plugin.filename

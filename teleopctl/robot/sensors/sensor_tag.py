@@ -26,6 +26,12 @@ _FORCE_TORQUE = {
     "measure_direction": ("child_to_parent", "parent_to_child"),
 }
 _FORCE_TORQUE_PLUGIN = "gazebo_ros_ft_sensor"
+_TEXTS = (
+    "camera/camera_info_topic",
+    "camera/segmentation_type",
+    "imu/orientation_reference_frame/localization",
+    "imu/orientation_reference_frame/custom_rpy",
+)
 # A gigabyte of rays is a mistake, not a lidar; nor does OpenGL draw larger pictures.
 _MOST_RAYS = 4_000_000
 _MOST_PIXELS = 16_384
@@ -206,7 +212,7 @@ def _first_text(element: Element, paths: tuple[str, ...]) -> str:
 def _texts(element: Element) -> Iterator[tuple[str, str]]:
     """What stands in the element of the sensor's own type, ``imu/enable_orientation`` say."""
     own = element.find(element.get("type") or "")
-    for path in ("camera/camera_info_topic", "camera/segmentation_type", "imu/enable_orientation"):
+    for path in _TEXTS:
         if text := child_text(element, path):
             yield path, text
     for child in own if own is not None else ():

@@ -111,7 +111,14 @@ _NOISES = {
     "air_pressure": ["air_pressure/pressure"],
 }  # fmt: skip
 _OWN = {
-    "imu": "+ imu: enable_orientation\n- imu: orientation_reference_frame noise topic",
+    "imu": """
+    + imu: enable_orientation
+    - imu: noise topic
+    - imu/orientation_reference_frame: localization=ENU=NED=NWU=CUSTOM grav_dir_x
+    + imu/orientation_reference_frame: custom_rpy
+    - imu/orientation_reference_frame/custom_rpy: @parent_frame=world
+    - imu/orientation_reference_frame/grav_dir_x: @parent_frame
+    """,
     "force_torque": "+ force_torque: frame measure_direction",
     "touch": "+ touch: sensor",
     "mujoco": "+ mujoco: sensor message",
@@ -146,4 +153,6 @@ def of_sensors(kind: str) -> Table:
         text += "".join(_noise(path) for path in _NOISES[kind])
     elif kind not in _OWN:
         text += _CAMERA + _noise("camera")
+        if kind in ("depth", "depth_camera"):
+            text += "- camera/image: format=r_float32=float32=r8g8b8=rgb_int8"
     return Table(text, _VALUE)

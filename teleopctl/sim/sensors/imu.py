@@ -2,13 +2,26 @@
 
 from __future__ import annotations
 
-from typing import Any
+import math
+from typing import TYPE_CHECKING, Any
 
 import mujoco
 import numpy as np
 
+from teleopctl.errors import InvalidDescriptionError
 from teleopctl.sim.sensors.base import Sensor
 
+if TYPE_CHECKING:
+    from teleopctl.robot import Sensor as Description
+
+_REFERENCE = "imu/orientation_reference_frame"
+# Turns of the frames that an orientation may be told in, in the world, which is ENU: roll, pitch
+# and yaw in radians.
+_FRAMES = {
+    "ENU": (0.0, 0.0, 0.0),
+    "NED": (math.pi, 0.0, math.pi / 2.0),
+    "NWU": (0.0, 0.0, math.pi / 2.0),
+}
 # Parts of the message, and the sensors of MuJoCo that measure them.
 _VECTORS = (("angular_velocity", "gyro"), ("linear_acceleration", "accelerometer"))
 
@@ -18,11 +31,21 @@ class Imu(Sensor):
 
     Turn rate (rad/s) and acceleration (m/s²) are those of the sensor, along its own axes; the
     acceleration is what an accelerometer measures, 9.81 upwards at rest. The orientation is that
-    of the sensor in the world, which is x east, y north, z up (REP 103). The covariances are those
+    of the sensor in the world, which is x east, y north, z up (REP 103), unless the tag
+    ``<orientation_reference_frame>`` asks for another frame. The covariances are those
     of the ``<noise>``; zero, where there is none, says that they are not known.
+
+    Args:
+        description: What the ``<sensor>`` says.
     """
 
     message_type = "sensor_msgs/msg/Imu"
+
+    def __init__(self, description: Description) -> None:
+        super().__init__(description)
+        self._world_in_reference = np.zeros(4)
+        mujoco.mju_euler2Quat(self._world_in_reference, np.array(self._reference()), "XYZ")
+        mujoco.mju_negQuat(self._world_in_reference, self._world_in_reference.copy())
 
     def add_to(self, spec: mujoco.MjSpec) -> None:
         """Add a gyroscope, an accelerometer and a compass at the sensor's place."""
@@ -45,7 +68,10 @@ class Imu(Sensor):
         del model
         q = message.orientation
         if self._has_orientation:
-            q.w, q.x, q.y, q.z = data.sensor(f"{self.name}/orientation").data
+            turn = np.zeros(4)
+            in_world = data.sensor(f"{self.name}/orientation").data
+            mujoco.mju_mulQuat(turn, self._world_in_reference, in_world)
+            q.w, q.x, q.y, q.z = map(float, turn)
         else:
             # REP 145: an element of -1 says that there is no orientation.
             message.orientation_covariance[0] = -1.0
@@ -58,6 +84,20 @@ class Imu(Sensor):
                 measured = noise.disturb(exact[axis : axis + 1], float(data.time))
                 setattr(vector, name, float(measured[0]))
                 covariance[4 * axis] = noise.variance
+
+    def _reference(self) -> tuple[float, ...]:
+        """Roll, pitch and yaw of the frame that the orientation is told in."""
+        said = self.description.texts.get(f"{_REFERENCE}/localization", "")
+        if said != "CUSTOM":
+            return _FRAMES.get(said, _FRAMES["ENU"])
+        text = self.description.texts.get(f"{_REFERENCE}/custom_rpy", "0 0 0")
+        try:
+            roll, pitch, yaw = map(float, text.split())
+        except ValueError as error:
+            raise InvalidDescriptionError(
+                f"<custom_rpy> should be 3 numbers, got '{text}'"
+            ) from error
+        return roll, pitch, yaw
 
     @property
     def _has_orientation(self) -> bool:

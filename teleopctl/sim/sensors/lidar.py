@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import array
+import contextlib
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import mujoco
@@ -13,7 +15,7 @@ import numpy.typing as npt
 
 from teleopctl.errors import InvalidDescriptionError
 from teleopctl.interfaces import get_message
-from teleopctl.robot import Rays, Sweep
+from teleopctl.robot import Noise, Rays, Sweep
 from teleopctl.sim.sensors.base import Sensor
 from teleopctl.sim.sensors.rays import RayCaster, directions
 
@@ -64,6 +66,11 @@ class Lidar(Sensor):
     def __init__(self, description: Description, output: str = "") -> None:
         super().__init__(description)
         self._rays = self._described_rays()
+        if deviation := self._of_plugin("gaussianNoise"):
+            # It adds to that of its rays.
+            noise = next((n for n in map(description.noise.get, ("ray", "lidar")) if n), Noise())
+            whole = replace(noise, stddev=math.hypot(noise.stddev, deviation))
+            self.description = replace(description, noise={**description.noise, "ray": whole})
         self._wanted = output or self._described_output()
         self.message_type = self._wanted
         self._directions = directions(self._rays)
@@ -149,13 +156,23 @@ class Lidar(Sensor):
 
     def _described_rays(self) -> Rays:
         if not self._is_sonar:
-            if self.description.rays is None:
+            rays = self.description.rays
+            if rays is None:
                 raise InvalidDescriptionError("it has no <ray> or <lidar>")
-            return self.description.rays
+            # A plug-in may see less than its rays reach, as that of Velodyne's lidars.
+            least, most = (self._of_plugin(tag) for tag in ("min_range", "max_range"))
+            far = min(rays.far, most or math.inf)
+            return replace(rays, near=max(rays.near, least or 0.0), far=far)
         near, far, radius = (self._of_sonar(tag) for tag in ("min", "max", "radius"))
         half = math.atan2(radius, far)
         cone = Sweep(_CONE_RAYS, -half, half)
         return Rays(cone, cone, near, far)
+
+    def _of_plugin(self, tag: str) -> float | None:
+        """A number of the plug-in's, where it has one."""
+        with contextlib.suppress(ValueError):
+            return float(self.names.setting(tag))
+        return None
 
     def _of_sonar(self, tag: str) -> float:
         try:
