@@ -17,13 +17,16 @@ import numpy as np
 
 from teleopctl.mujoco_model.sensors.camera_topics import CAMERA_TYPES, camera_topics
 from teleopctl.mujoco_model.sensors.optical_frames import optical_frame, optical_rotation
-from teleopctl.robot import Noise, Pose, RosNames
+from teleopctl.robot import Lens, Noise, Pose, RosNames
 from teleopctl.tf import Quaternion
 
 if TYPE_CHECKING:
     from teleopctl.robot import Camera, RobotDescription, Sensor
 
 _DEFAULT_RATE_HZ = 30.0
+# SDF's words for boxes around what is seen of a thing, not what is behind another.
+_BOXES = ("2d", "visible_2d", "visible_box_2d")
+_NO_DISTORTION = (0.0, 0.0, 0.0, 0.0, 0.0)
 
 # Formats of Gazebo's images, other than red green blue, under both of their names.
 _ENCODINGS = {"B8G8R8": "bgr8", "BGR_INT8": "bgr8", "L8": "mono8", "L_INT8": "mono8"}
@@ -52,11 +55,12 @@ class CameraModel:
         focal: Focal lengths fx, fy and principal point cx, cy in pixels that the description gives,
             or None where the field of view decides.
         topics: Where it publishes, by what it sees: ``image``, ``depth``, ``points``, ``labels``,
-            ``coloured``, and ``info`` and ``depth_info`` of those.
+            ``coloured``, ``boxes``, ``boxed_image``, and ``info`` and ``depth_info`` of those.
         noise: Of the image, as a part of full white.
         encoding: Of its images: ``rgb8``, ``bgr8`` or ``mono8``.
         baseline_m: How far to the right of another camera ``camera_info`` says that it is.
         rectified: fx, fy, cx, cy, tx, ty of the projection matrix where the description has them.
+        lens: Of a wide angle camera; None of a pinhole.
     """
 
     name: str
@@ -77,6 +81,7 @@ class CameraModel:
     encoding: str = "rgb8"
     baseline_m: float = 0.0
     rectified: tuple[float, float, float, float, float, float] | None = None
+    lens: Lens | None = None
 
     def sees(self, what: str) -> bool:
         """Whether it publishes this; see ``topics``."""
@@ -84,12 +89,17 @@ class CameraModel:
 
     @property
     def focal_length(self) -> float:
-        """Focal length in pixels; pixels are square, the horizontal field of view decides."""
+        """Focal length in pixels; pixels are square, the horizontal field of view decides.
+
+        Of a wide angle camera it is that at the axis.
+        """
+        if self.lens is not None:
+            return self.width / 2.0 * self.lens.focal_length
         return self.width / 2.0 / math.tan(self.horizontal_fov / 2.0)
 
     @property
     def vertical_fov(self) -> float:
-        """Angle between the upper and the lower edge of the image, in radians."""
+        """Angle between the upper and the lower edge of a pinhole's image, in radians."""
         return 2.0 * math.atan(self.height / 2.0 / self.focal_length)
 
     @property
@@ -170,10 +180,13 @@ def _fault(sensor: Sensor) -> str:
     """Why a camera sees nothing; empty where it does."""
     camera = sensor.camera
     assert camera is not None
-    if not 0.0 < camera.horizontal_fov < math.pi:
+    if camera.lens is None and not 0.0 < camera.horizontal_fov < math.pi:
         return f"a pinhole has no field of view of {camera.horizontal_fov:g} rad"
     if not 0.0 < camera.near < camera.far:
         return f"it sees nothing between {camera.near:g} m and {camera.far:g} m"
+    box = sensor.texts.get("camera/box_type", "2d")
+    if box not in _BOXES:
+        return f"its <box_type> is '{box}', and boxes are around what is seen alone: 2d"
     return ""
 
 
@@ -188,12 +201,13 @@ def _camera(sensor: Sensor, frame: str) -> CameraModel:
         height=camera.height,
         horizontal_fov=camera.horizontal_fov,
         rate_hz=sensor.update_rate or _DEFAULT_RATE_HZ,
-        distortion=_distortion(sensor, camera),
+        distortion=_NO_DISTORTION if camera.lens else _distortion(sensor, camera),
         pose=sensor.pose,
         near=camera.near,
         far=camera.far,
         depth_limits=_depth_limits(sensor, camera.near, camera.far),
-        focal=camera.intrinsics,
+        focal=None if camera.lens else camera.intrinsics,
+        lens=camera.lens,
         noise=sensor.noise.get("camera"),
         encoding=_ENCODINGS.get(camera.format.upper(), "rgb8"),
         baseline_m=_said(sensor, "hack_baseline", "hackBaseline") or 0.0,

@@ -75,6 +75,7 @@ if TYPE_CHECKING:
         read_world as read_world,
         read_world_text as read_world_text,
     )
+    from teleopctl.robot.sensors.lens_tag import Lens as Lens
     from teleopctl.robot.sensors.plugin_tag import Plugin as Plugin
     from teleopctl.robot.sensors.sensor_names import RosNames as RosNames
     from teleopctl.robot.sensors.sensor_tag import (
@@ -147,6 +148,7 @@ else:
             "mesh_units": "collada_unit_m",
             "repair": "repair_urdf",
             "ros2_control_tag": "ComponentInfo HardwareInfo InterfaceInfo",
+            "sensors.lens_tag": "Lens",
             "sensors.plugin_tag": "Plugin",
             "sensors.sensor_names": "RosNames",
             "sensors.sensor_tag": "Camera Noise Rays Sensor Sweep",

@@ -21,6 +21,10 @@ _KINDS = {
     "rgbd_camera": "rgbd",
     "segmentation": "segmentation",
     "segmentation_camera": "segmentation",
+    "wide_angle_camera": "camera",
+    "wideanglecamera": "camera",
+    "boundingbox": "boxes",
+    "boundingbox_camera": "boxes",
 }
 CAMERA_TYPES = frozenset(_KINDS)
 
@@ -49,7 +53,7 @@ def camera_topics(sensor: Sensor, name: str, *, alone: bool) -> dict[str, str]:
     kind, names = _KINDS[sensor.type], RosNames(sensor)
     if not names.topic_decides:
         seen = ("image", "info") if kind == "camera" else tuple(_OF_PLUGIN)
-        if kind != "segmentation":
+        if kind not in ("segmentation", "boxes"):
             return {what: _of_plugin(names, sensor, what) for what in seen}
     info = sensor.texts.get("camera/camera_info_topic", "")
     topic = names.topic
@@ -64,6 +68,9 @@ def camera_topics(sensor: Sensor, name: str, *, alone: bool) -> dict[str, str]:
             "depth_info": info or _beside(topic, "camera_info"),
         }
     topic = topic or name
+    if kind == "boxes":
+        info = info or _beside(topic, "camera_info")
+        return {"boxes": topic, "boxed_image": f"{topic}_image", "info": info}
     inside = {"info": info or f"{topic}/camera_info"}
     if kind == "rgbd":
         return inside | {

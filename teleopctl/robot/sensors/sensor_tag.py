@@ -11,6 +11,7 @@ from typing import TypeVar
 
 from teleopctl.errors import InvalidDescriptionError
 from teleopctl.robot.elements import Element, boolean, child_text, describe, required, to_number
+from teleopctl.robot.sensors.lens_tag import WIDE_ANGLE_TYPES, Lens, read_lens
 from teleopctl.robot.sensors.plugin_tag import Plugin, read_plugin
 from teleopctl.robot.urdf import Pose
 
@@ -29,6 +30,7 @@ _FORCE_TORQUE_PLUGIN = "gazebo_ros_ft_sensor"
 _TEXTS = (
     "camera/camera_info_topic",
     "camera/segmentation_type",
+    "camera/box_type",
     "imu/orientation_reference_frame/localization",
     "imu/orientation_reference_frame/custom_rpy",
 )
@@ -44,6 +46,7 @@ class Camera:
     Its pixels are square, so that ``horizontal_fov`` and the size of the image decide all.
     ``intrinsics`` are fx, fy, cx, cy in pixels of ``<lens>``, or None; they win over the angles.
     ``projection`` is what rectified images are told to have instead, with tx and ty, or None.
+    ``lens`` is that of a wide angle camera, which is no pinhole, or None.
     """
 
     name: str
@@ -60,6 +63,7 @@ class Camera:
     p2: float = 0.0
     intrinsics: tuple[float, float, float, float] | None = None
     projection: tuple[float, float, float, float, float, float] | None = None
+    lens: Lens | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -166,7 +170,7 @@ def read_sensor(element: Element, link: str) -> Sensor:
         frame=_first_text(element, _FRAME_TAGS),
         optical_frame=_first_text(element, _OPTICAL_FRAME_TAGS),
         pose=_read_pose(element),
-        camera=None if camera is None else _read_camera(camera),
+        camera=None if camera is None else _read_camera(camera, element.get("type") or ""),
         rays=None if rays is None else _read_rays(rays),
         force_torque=_read_force_torque(element.find("force_torque")),
         noise=dict(_noises(element, "")),
@@ -272,7 +276,7 @@ def _read_force_torque(element: Element | None) -> ForceTorque:
     return ForceTorque(**values)
 
 
-def _read_camera(element: Element) -> Camera:
+def _read_camera(element: Element, kind: str) -> Camera:
     image = element.find("image")
     if image is None:
         raise InvalidDescriptionError(
@@ -282,9 +286,10 @@ def _read_camera(element: Element) -> Camera:
     coefficients = {
         name: number_in(distortion, name, 0.0) for name in ("k1", "k2", "k3", "p1", "p2")
     }
+    fov, wide = _required_number(element, "horizontal_fov"), kind in WIDE_ANGLE_TYPES
     return Camera(
         name=element.get("name") or "",
-        horizontal_fov=_required_number(element, "horizontal_fov"),
+        horizontal_fov=fov,
         width=_pixels(image, "width"),
         height=_pixels(image, "height"),
         format=child_text(image, "format", "R8G8B8"),
@@ -293,6 +298,7 @@ def _read_camera(element: Element) -> Camera:
         far=number_in(clip, "far", 0.0) or 100.0,
         intrinsics=_read_intrinsics(element.find("lens/intrinsics")),
         projection=_read_projection(element.find("lens/projection")),
+        lens=read_lens(element.find("lens"), fov, element) if wide else None,
         **coefficients,
     )
 

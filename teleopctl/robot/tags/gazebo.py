@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from functools import cache
 
+from teleopctl.robot.sensors.lens_tag import WIDE_ANGLE_TYPES
 from teleopctl.robot.tags.sdf import SURFACE
 from teleopctl.robot.tags.table import Table
 
@@ -97,6 +98,13 @@ _CAMERA = """
     - camera: pose segmentation_type box_type save depth_camera visibility_mask=4294967295
     - camera: triggered=false=0 trigger_topic
 """
+_WIDE_ANGLE = """
+    + camera/lens: type scale_to_hfov cutoff_angle custom_function
+    + camera/lens/custom_function: c1 c2 c3 f fun
+    * camera/lens: env_texture_size
+    - camera/lens/intrinsics: fx fy cx cy
+    - camera/distortion: k1 k2 k3 p1 p2
+"""
 _NOISES = {
     "imu": [f"imu/{what}/{axis}" for what in ("angular_velocity", "linear_acceleration")
             for axis in "xyz"],
@@ -153,6 +161,10 @@ def of_sensors(kind: str) -> Table:
         text += "".join(_noise(path) for path in _NOISES[kind])
     elif kind not in _OWN:
         text += _CAMERA + _noise("camera")
+        if kind in WIDE_ANGLE_TYPES:
+            text += _WIDE_ANGLE
+        if kind in ("boundingbox", "boundingbox_camera"):
+            text += "- camera: box_type=2d=visible_2d=visible_box_2d"
         if kind in ("depth", "depth_camera"):
             text += "- camera/image: format=r_float32=float32=r8g8b8=rgb_int8"
     return Table(text, _VALUE)

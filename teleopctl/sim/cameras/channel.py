@@ -11,6 +11,7 @@ import numpy.typing as npt
 from teleopctl.interfaces import get_message, set_stamp
 from teleopctl.mujoco_model import CameraModel
 from teleopctl.node import QoSProfile, qos_profile_latched
+from teleopctl.sim.cameras.boxes import boxes_of, draw_boxes, fill_boxes, new_boxes
 from teleopctl.sim.cameras.messages import (
     Rectifier,
     compress,
@@ -36,13 +37,15 @@ _TYPES = {
     "points": "sensor_msgs/msg/PointCloud2",
     "labels": "sensor_msgs/msg/Image",
     "coloured": "sensor_msgs/msg/Image",
+    "boxes": "vision_msgs/msg/Detection2DArray",
+    "boxed_image": "sensor_msgs/msg/Image",
 }
 # image_transport's plug-ins publish below the image.
 _COMPRESSED = {"image": "compressed", "depth": "compressedDepth"}
 _INFOS = frozenset({"info", "depth_info"})
 _DEPTHS = frozenset({"depth", "depth/compressedDepth", "points"})
 _COLOURS = frozenset({"image", "image/compressed"})
-_LABELS = frozenset({"labels", "coloured"})
+_LABELS = frozenset({"labels", "coloured", "boxes", "boxed_image"})
 # The newest picture counts: a slow reader of 9 MB each must not see old ones.
 _NEWEST = QoSProfile(depth=1)
 # ITU-R BT.601, which OpenCV turns colours into grey by.
@@ -104,8 +107,9 @@ class CameraChannel:
         self._label_type: type[np.generic] = np.uint8 if len(bodies) <= 256 else np.uint16
         self._palette = palette(len(bodies))
         self._messages.pop("labels", None)
-        if self.camera.sees("labels"):
-            self._tell_labels(bodies)
+        for what in ("labels", "boxes"):
+            if self.camera.sees(what):
+                self._tell_labels(bodies, f"{self.camera.topics[what]}/label_info")
 
     @property
     def draws(self) -> bool:
@@ -210,6 +214,18 @@ class CameraChannel:
             message = self._message("coloured")
             pixels_of(message, np.uint8, 3)[:] = self._palette[labels]
             self._send("coloured", message, time_ns)
+        boxes = list(boxes_of(labels)) if self.camera.sees("boxes") else []
+        if "boxes" in wanted:
+            message = self._message("boxes")
+            set_stamp(message.header.stamp, time_ns)
+            fill_boxes(message, boxes)
+            self._send("boxes", message, time_ns)
+        if "boxed_image" in wanted:
+            message = self._message("boxed_image")
+            picture = pixels_of(message, np.uint8, 3)
+            renderer.colours(self.camera.name, picture)
+            draw_boxes(picture, boxes)
+            self._send("boxed_image", message, time_ns)
 
     # --- messages -------------------------------------------------------------------------
 
@@ -222,6 +238,8 @@ class CameraChannel:
                 ),
                 "depth": lambda: new_image(self.camera, "32FC1", 4),
                 "coloured": lambda: new_image(self.camera, "rgb8", 3),
+                "boxed_image": lambda: new_image(self.camera, "rgb8", 3),
+                "boxes": lambda: new_boxes(self.camera.frame_id),
                 "labels": lambda: new_image(
                     self.camera, "mono16" if wide else "mono8", 2 if wide else 1
                 ),
@@ -234,14 +252,13 @@ class CameraChannel:
         set_stamp(message.header.stamp, time_ns)
         self._publishers[what].publish(message)
 
-    def _tell_labels(self, bodies: tuple[str, ...]) -> None:
+    def _tell_labels(self, bodies: tuple[str, ...], topic: str) -> None:
         """Say which number is which body."""
         info = get_message("vision_msgs/msg/LabelInfo")
         label = get_message("vision_msgs/msg/VisionClass")
         message = info(class_map=[label(class_id=n, class_name=b) for n, b in enumerate(bodies)])
         message.header.frame_id = self.camera.frame_id
         if self._labels is None:
-            topic = f"{self.camera.topics['labels']}/label_info"
             self._labels = self._node.create_publisher(info, topic, qos_profile_latched)
         self._labels.publish(message)
 

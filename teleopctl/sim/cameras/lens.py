@@ -7,23 +7,36 @@ one it is, with r² = x² + y², at
     y' = y (1 + k1 r² + k2 r⁴ + k3 r⁶) + p1 (r² + 2 y²) + 2 p2 x y
 
 and in the pixel (fx x' + cx, fy y' + cy). OpenGL draws without a lens. So a picture is drawn that
-is large enough, and each pixel is taken from where it belongs.
+is large enough, and each pixel is taken from where it belongs. What a wide angle camera sees is no
+plane: the faces of a cube around it are drawn.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
 from teleopctl.mujoco_model import CameraModel
+from teleopctl.robot import Lens
 
 Array = npt.NDArray[np.float64]
 
 _ITERATIONS = 30
 # Pixels whose light cannot be told apart more precisely than this are outside the lens.
 _PRECISE_PX = 0.1
+# Of a wide angle camera's cube, in pixels along an edge.
+_LARGEST_FACE = 2048
+_X, _Y, _Z = np.eye(3)
+# Ahead, left, right, up, down and back, with what is up there.
+_FACES = ((_Z, -_Y), (-_X, -_Y), (_X, -_Y), (-_Y, -_Z), (_Y, _Z), (-_Z, -_Y))
+_INVERSES: dict[str, Callable[[Array], Array]] = {
+    "tan": np.arctan,
+    "sin": np.arcsin,
+    "id": np.positive,
+}
 # A lens that shows more than this many times the picture's width is cut off there.
 _LARGEST = 2.0
 
@@ -54,6 +67,8 @@ class View:
         top: See there.
         pixels: For each pixel of the final picture, row by row, the number of the drawn one; those
             that see nothing have the number ``width * height``. None where there is no lens.
+        faces: Where the pictures look that it consists of, the lowest one first: forwards and up in
+            the optical frame. Empty where it is one picture that looks forwards.
     """
 
     width: int
@@ -63,10 +78,18 @@ class View:
     bottom: float
     top: float
     pixels: npt.NDArray[np.int64] | None = None
+    faces: tuple[tuple[Array, Array], ...] = ()
+
+    @property
+    def drawn_height(self) -> int:
+        """Of each picture that is drawn, in pixels."""
+        return self.height // max(1, len(self.faces))
 
 
 def view_of(camera: CameraModel) -> View:
     """How a camera's picture is drawn."""
+    if camera.lens is not None:
+        return _cube(camera, camera.lens)
     fx, _, cx, _, fy, cy, *_ = camera.intrinsics
     width, height = camera.width, camera.height
     if not any(camera.distortion):
@@ -87,6 +110,71 @@ def view_of(camera: CameraModel) -> View:
     return View(
         edges.width, edges.height, edges.left, edges.right, edges.bottom, edges.top, pixels.ravel()
     )
+
+
+def _cube(camera: CameraModel, lens: Lens) -> View:
+    """How a wide angle camera's picture is drawn: on those faces of a cube that it sees."""
+    seen_from = directions(camera, lens)
+    seen = np.isfinite(seen_from).all(axis=-1)
+    along = np.stack([np.where(seen, seen_from @ forwards, -np.inf) for forwards, _ in _FACES])
+    nearest = np.argmax(along, axis=0)
+    used = [face for face in range(len(_FACES)) if (seen & (nearest == face)).any()]
+    side = _side_of_faces(camera, lens)
+    pixels = np.full(seen.shape, side * side * len(used), np.int64)
+    for place, face in enumerate(used):
+        here = seen & (nearest == face)
+        forwards, up = _FACES[face]
+        d = seen_from[here] / (seen_from[here] @ forwards)[:, None]
+        column = (d @ np.cross(forwards, up) + 1.0) / 2.0 * side - 0.5
+        row = (1.0 - d @ up) / 2.0 * side - 0.5
+        column, row = (
+            np.clip(np.rint(value), 0, side - 1).astype(np.int64) for value in (column, row)
+        )
+        # Turned the right way up, the first one that is drawn is the lowest.
+        pixels[here] = ((len(used) - 1 - place) * side + row) * side + column
+    faces = tuple(_FACES[face] for face in used)
+    return View(side, side * len(used), -1.0, 1.0, -1.0, 1.0, pixels.ravel(), faces)
+
+
+def directions(camera: CameraModel, lens: Lens) -> Array:
+    """Unit vectors in the optical frame to what each pixel of a wide angle camera sees.
+
+    Returns:
+        (height, width, 3); no numbers where nothing is seen.
+    """
+    _, _, cx, _, _, cy, *_ = camera.intrinsics
+    columns, rows = np.meshgrid(np.arange(float(camera.width)), np.arange(float(camera.height)))
+    x, y = columns - cx, rows - cy
+    radius = np.hypot(x, y)
+    with np.errstate(invalid="ignore"):
+        inverse = _INVERSES[lens.fun](radius / (camera.width / 2.0) / (lens.c1 * lens.f))
+        theta = lens.c2 * (inverse - lens.c3)
+        theta[~((theta >= 0.0) & (theta <= min(lens.cutoff, np.pi)))] = np.nan
+    outwards = np.sin(theta) / np.where(radius > 0.0, radius, 1.0)
+    return np.stack([x * outwards, y * outwards, np.cos(theta)], axis=-1)
+
+
+def _side_of_faces(camera: CameraModel, lens: Lens) -> int:
+    """Pixels along an edge of the cube, so that the finest ones of the picture have their own."""
+    angles = np.linspace(1e-3, min(camera.horizontal_fov / 2.0, lens.cutoff, np.pi - 1e-3), 100)
+    radii = np.array([lens.radius(float(angle)) for angle in angles]) * camera.width / 2.0
+    finest = max(np.gradient(radii, angles).max(), (radii / np.sin(angles))[angles < 2.0].max())
+    # The middle of a face has half as many to the radian.
+    return int(min(_LARGEST_FACE, np.ceil(2.0 * finest)))
+
+
+def fisheye_coefficients(camera: CameraModel, lens: Lens) -> tuple[float, float, float, float]:
+    """k1 to k4 of the model ``equidistant`` of CameraInfo, fitted to a lens.
+
+    A direction theta from the axis is at theta (1 + k1 theta² + k2 theta⁴ + k3 theta⁶ + k4 theta⁸)
+    focal lengths from the middle.
+    """
+    reach = min(lens.cutoff, np.pi, camera.horizontal_fov / 2.0)
+    theta = np.linspace(0.0, reach, 200)[1:]
+    radius = np.array([lens.radius(float(angle)) for angle in theta]) / lens.focal_length
+    powers = np.stack([theta ** (2 * n + 3) for n in range(4)], axis=-1)
+    k1, k2, k3, k4 = np.linalg.lstsq(powers, radius - theta, rcond=None)[0]
+    return float(k1), float(k2), float(k3), float(k4)
 
 
 def _edges(width: int, height: int, fx: float, fy: float, cx: float, cy: float) -> View:

@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from teleopctl.interfaces import get_message
 from teleopctl.mujoco_model import CameraModel
-from teleopctl.sim.cameras.lens import undistorted
+from teleopctl.sim.cameras.lens import fisheye_coefficients, undistorted
 
 _Image = get_message("sensor_msgs/msg/Image")
 _CompressedImage = get_message("sensor_msgs/msg/CompressedImage")
@@ -49,11 +49,12 @@ def pixels_of(image: Any, kind: type[np.generic], parts: int = 1) -> npt.NDArray
 
 def new_info(camera: CameraModel) -> Any:
     """What sensor_msgs/CameraInfo says of a camera, without a stamp."""
+    lens = camera.lens
     info = _CameraInfo(
         height=camera.height,
         width=camera.width,
-        distortion_model="plumb_bob",
-        d=list(camera.distortion),
+        distortion_model="plumb_bob" if lens is None else "equidistant",
+        d=list(camera.distortion if lens is None else fisheye_coefficients(camera, lens)),
         k=camera.intrinsics,
         r=(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0),
         p=camera.projection,

@@ -20,6 +20,7 @@ from teleopctl.sim.mjcf.ball_joints import BallJoints
 Picture = npt.NDArray[np.uint8]
 Depths = npt.NDArray[np.float32]
 Labels = npt.NDArray[np.uint16]
+_Face = tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]
 
 # MuJoCo draws the sky as a sphere of this part of the far plane's distance.
 _SKY = 0.7
@@ -84,9 +85,9 @@ class CameraRenderer:
         views = {camera.name: view_of(camera) for camera in cameras}
         offscreen = self._m.vis.global_
         offscreen.offwidth = max(view.width for view in views.values())
-        offscreen.offheight = max(view.height for view in views.values())
+        offscreen.offheight = max(view.drawn_height for view in views.values())
         # Averaged over samples, the numbers of two things would be that of a third.
-        labels = any(camera.sees("labels") for camera in cameras)
+        labels = any(camera.sees(what) for camera in cameras for what in ("labels", "boxes"))
         self._m.vis.quality.offsamples = 0 if labels else quality.samples
         self._m.vis.quality.shadowsize = quality.shadow_size
         try:
@@ -143,8 +144,11 @@ class CameraRenderer:
     def colours(self, camera: str, image: Picture) -> None:
         """Draw into a picture, (height, width, 3), red green blue."""
         found = self._cameras[camera]
-        self._draw(found, measuring=False)
-        mujoco.mjr_readPixels(found.colours, None, found.rectangle, self._context)
+        side = found.view.drawn_height
+        for number, face in enumerate(found.view.faces or (None,)):
+            self._draw(found, measuring=False, face=face)
+            part = found.colours[number * side : (number + 1) * side]
+            mujoco.mjr_readPixels(part, None, found.rectangle, self._context)
         _through_lens(found, found.colours, image)
 
     def colours_and_depths(self, camera: str, image: Picture) -> Depths:
@@ -199,13 +203,13 @@ class CameraRenderer:
         return _Camera(
             camera,
             view,
-            mujoco.MjrRect(0, 0, view.width, view.height),
+            mujoco.MjrRect(0, 0, view.width, view.drawn_height),
             np.zeros((view.height, view.width, 3), np.uint8),
             np.zeros((view.height, view.width), np.float32),
             look,
         )
 
-    def _draw(self, camera: _Camera, *, measuring: bool) -> None:
+    def _draw(self, camera: _Camera, *, measuring: bool, face: _Face | None = None) -> None:
         self._gl.make_current()
         mujoco.mjv_updateScene(
             self._m, self._d, self._options, self._perturbation, camera.look,
@@ -217,6 +221,11 @@ class CameraRenderer:
             eye.frustum_center = near * (view.left + view.right) / 2.0
             eye.frustum_width = near * (view.right - view.left) / 2.0
             eye.frustum_bottom, eye.frustum_top = near * view.bottom, near * view.top
+            if face is not None:
+                ahead, up = np.array(eye.forward), np.array(eye.up)
+                # The optical frame's axes in the world.
+                axes = np.stack([np.cross(ahead, up), -up, ahead], axis=-1)
+                eye.forward, eye.up = axes @ face[0], axes @ face[1]
         flags = self._scene.flags
         flags[mujoco.mjtRndFlag.mjRND_SHADOW] = self.quality.shadow_size > 0
         # What is behind a mirror would be measured.
