@@ -23,7 +23,7 @@ class Box(NamedTuple):
     bottom: int
 
 
-def boxes_of(labels: npt.NDArray[np.integer[Any]]) -> Iterator[Box]:
+def boxes_of(labels: npt.NDArray[np.uint16]) -> Iterator[Box]:
     """The box around all that is seen of each body.
 
     Args:
