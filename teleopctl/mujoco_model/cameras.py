@@ -16,7 +16,11 @@ import mujoco
 import numpy as np
 
 from teleopctl.mujoco_model.sensors.camera_topics import CAMERA_TYPES, camera_topics
-from teleopctl.mujoco_model.sensors.optical_frames import optical_frame, optical_rotation
+from teleopctl.mujoco_model.sensors.optical_frames import (
+    optical_frame,
+    optical_rotation,
+    own_frame,
+)
 from teleopctl.robot import Lens, Noise, Pose, RosNames
 from teleopctl.tf import Quaternion
 
@@ -167,7 +171,11 @@ def camera_models(description: RobotDescription) -> tuple[list[CameraModel], lis
         if name != camera.name:
             warnings.append(f"Two cameras are named '{camera.name}': one is '{name}' here")
         topics = camera_topics(sensor, name, alone=len(sensors) == 1)
-        cameras[name] = replace(camera, name=name, topics=topics)
+        own = frame == own_frame(camera.link, sensor.name, description)
+        if own and any(c.frame_id == frame and c.pose != camera.pose for c in cameras.values()):
+            # Another one on the same link, which looks from elsewhere.
+            frame = f"{name.replace('/', '_')}_optical"
+        cameras[name] = replace(camera, name=name, topics=topics, frame_id=frame)
     return list(cameras.values()), warnings
 
 

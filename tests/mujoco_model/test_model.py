@@ -495,6 +495,8 @@ def test_images_are_in_the_optical_frame(tag: str, frame: str) -> None:
             "rgb_optical",
         ),
         ("<optical_frame_id>body</optical_frame_id>", {"body": "0 0 0"}, "body"),
+        # A link that is turned otherwise has the name that would be ours.
+        ("", {"eye_optical": "0 0 0"}, "e_optical"),
     ],
 )
 def test_images_are_in_a_frame_that_is_turned_as_they_are(
@@ -514,3 +516,20 @@ def test_images_are_in_a_frame_that_is_turned_as_they_are(
     told = "The frame 'body' of camera 'e' does not look where the camera does: its images are in "
     ignored = "gz_frame_id" in tag and "body" in tag
     assert built.warnings == ((f"{told}'{frame}'",) if ignored else ())
+
+
+def test_each_camera_has_a_frame_where_it_stands() -> None:
+    """One of a pair has an optical link; the others stand on the same link elsewhere."""
+    camera = "<camera><horizontal_fov>1</horizontal_fov><image><width>8</width><height>8</height>"
+    sensors = "".join(
+        f"<sensor name='{name}' type='camera'><pose>0 {y} 0 0 0 0</pose>{camera}</image></camera>"
+        "</sensor>"
+        for name, y in (("left", 0.1), ("middle", 0), ("right", -0.1))
+    )
+    optical = """<joint name="to_optical" type="fixed"><parent link="eye"/>
+      <child link="left_optical"/><origin xyz="0 0.1 0" rpy="-1.5708 0 -1.5708"/></joint>"""
+    parts = (link("eye", ""), link("left_optical", ""), optical)
+    built = model(*parts, f'<gazebo reference="eye">{sensors}</gazebo>')
+
+    frames = {camera.name: camera.frame_id for camera in built.cameras}
+    assert frames == {"left": "left_optical", "middle": "eye_optical", "right": "right_optical"}

@@ -2,7 +2,7 @@
 
 A camera of Gazebo looks along the x axis of its link. Its images are in the frame that the
 description names if that one is turned as an image is, or is no link of the robot; else in an
-optical link of the robot; else in a frame of our own, ``LINK_optical``.
+optical link of the robot in its place; else in a frame of our own, ``LINK_optical``.
 """
 
 from __future__ import annotations
@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 OPTICAL_ROTATION = (-0.5, 0.5, -0.5, 0.5)
 # Descriptions write a quarter of a turn with two digits: 1.57.
 _TURNED_ALIKE_RAD = 0.01
+# A picture from a place further away shows what is 1 m ahead a pixel elsewhere.
+_IN_ONE_PLACE_M = 0.001
 
 
 def optical_frame(sensor: Sensor, description: RobotDescription) -> tuple[str, str]:
@@ -33,16 +35,27 @@ def optical_frame(sensor: Sensor, description: RobotDescription) -> tuple[str, s
     named = RosNames(sensor).setting("frame_name", "frameName") or sensor.frame
     if named and (named not in description.links or _is_optical(named, sensor, description)):
         return named, ""
-    links = [link for link in description.links if "optical" in link]
-    found = [link for link in links if _is_optical(link, sensor, description)]
-    own = f"{sensor.link}_optical"
-    # Of several, that of this camera: the nearest one.
-    frame = min(found, key=lambda link: _offset(link, sensor, description), default=own)
+    found = [
+        link
+        for link in description.links
+        if "optical" in link
+        and _is_optical(link, sensor, description)
+        and _offset(link, sensor, description) < _IN_ONE_PLACE_M
+    ]
+    frame = next(iter(found), own_frame(sensor.link, sensor.name, description))
     if named in ("", sensor.link):
         return frame, ""
     return frame, (
         f"The frame '{named}' of camera '{sensor.name}' does not look where the camera does: its "
         f"images are in '{frame}'"
+    )
+
+
+def own_frame(link: str, name: str, description: RobotDescription) -> str:
+    """What the frame of a camera is called that nobody has named: after its link, or after it."""
+    return next(
+        (f"{base}_optical" for base in (link, name) if f"{base}_optical" not in description.links),
+        f"{link}_{name}_optical",
     )
 
 
