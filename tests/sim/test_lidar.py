@@ -141,13 +141,41 @@ def test_gazebos_plugin_decides_topic_and_message(
     assert (sensor.topic, sensor.message_type) == (topic, f"sensor_msgs/msg/{type_}")
 
 
+# Gazebo's sonars look along -z: this one ahead.
+SONAR = """<pose>0 0 0 0 -1.5707963 0</pose>
+  <sonar><min>0.1</min><max>4</max><radius>{}</radius></sonar>"""
+
+
 def test_a_sonar_measures_the_nearest_thing_in_its_cone() -> None:
-    cone = "<sonar><min>0.1</min><max>4</max><radius>2</radius></sonar>"
-    message = read(looking(cone, "sonar"))
+    message = read(looking(SONAR.format(2), "sonar"))
 
     assert message.range == pytest.approx(2.0, abs=1e-6)
     assert message.field_of_view == pytest.approx(2 * math.atan(0.5))
     assert (message.min_range, message.max_range) == pytest.approx((0.1, 4.0))
+    below = SONAR.format(1).replace("-1.5707963", "0")
+    assert read(looking(below, "sonar")).range == pytest.approx(1.0, abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("place", "seen"),
+    [
+        ("1 0 0", True),
+        # 14 degrees from the axis are within, 19 beside; so are those above and to the left.
+        ("1 0 0.25", True),
+        ("1 0.34 0", False),
+        ("1 0.25 0.25", False),
+    ],
+)
+def test_a_sonars_cone_is_round_and_misses_nothing_that_is_a_few_centimetres_wide(
+    place: str, seen: bool
+) -> None:
+    post = link("post", box("visual", "0.04 0.04 0.04") + box("collision", "0.04 0.04 0.04"))
+    x, y, z = map(float, place.split())
+    more = post + joint("to_post", "base", "post", kind="fixed", xyz=f"{x} {y} {z + 1}")
+    # atan(1.2 / 4) is 17 degrees.
+    distance = read(looking(SONAR.format(1.2), "sonar", more=more)).range
+
+    assert (distance < 1.2) is seen
 
 
 def test_a_lidar_without_rays_or_with_far_too_many_is_refused_in_words() -> None:

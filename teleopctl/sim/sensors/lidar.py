@@ -17,7 +17,7 @@ from teleopctl.errors import InvalidDescriptionError
 from teleopctl.interfaces import get_message
 from teleopctl.robot import Noise, Rays, Sweep
 from teleopctl.sim.sensors.base import Sensor
-from teleopctl.sim.sensors.rays import RayCaster, directions
+from teleopctl.sim.sensors.rays import RayCaster, cone, directions
 
 if TYPE_CHECKING:
     from teleopctl.robot import Sensor as Description
@@ -35,8 +35,8 @@ _OUTPUTS = {
     "gazebo_ros_ray_sensor": _CLOUD,
 }
 _RADIATION = {"ultrasound": 0, "infrared": 1}
-# Of a sonar's cone, on a grid.
-_CONE_RAYS = 11
+# Of a sonar's cone: of 30 degrees, none is further than 2 cm in 1 m from the next one.
+_CONE_RAYS = 700
 
 # As gz and the drivers of rotating lidars: metres, and the number of the ring from below.
 _POINT = np.dtype(
@@ -74,6 +74,8 @@ class Lidar(Sensor):
         self._wanted = output or self._described_output()
         self.message_type = self._wanted
         self._directions = directions(self._rays)
+        if self._is_sonar:
+            self._directions = cone(self._rays.horizontal.last, _CONE_RAYS)[None]
         if self._wanted == _SCAN:
             # A scan is flat: of several rings, the one that is nearest to it.
             v = self._rays.vertical
@@ -165,8 +167,8 @@ class Lidar(Sensor):
             return replace(rays, near=max(rays.near, least or 0.0), far=far)
         near, far, radius = (self._of_sonar(tag) for tag in ("min", "max", "radius"))
         half = math.atan2(radius, far)
-        cone = Sweep(_CONE_RAYS, -half, half)
-        return Rays(cone, cone, near, far)
+        across = Sweep(1, -half, half)
+        return Rays(across, across, near, far)
 
     def _of_plugin(self, tag: str) -> float | None:
         """A number of the plug-in's, where it has one."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import mujoco
@@ -17,6 +18,8 @@ Array = npt.NDArray[np.float64]
 _DRAWN_GROUPS = 3
 _SEEN, _UNSEEN = 0, 1
 _MASK = np.array([1, 0, 0, 0, 0, 0], np.uint8)
+# A sunflower's: no two rays of a cone lie one behind the other.
+_GOLDEN_ANGLE = math.pi * (3.0 - math.sqrt(5.0))
 # To feel whether a sensor is within a shape; askew, so as not to run along edges.
 _FEELERS = np.array([[1, 0.13, 0.07], [0.11, 1, 0.05], [0.03, 0.17, 1]])
 _FEELERS = np.concatenate([_FEELERS, -_FEELERS]) / np.linalg.norm(_FEELERS[0])
@@ -31,6 +34,22 @@ def directions(rays: Rays) -> Array:
         np.cos(elevation) * np.cos(azimuth),
         np.cos(elevation) * np.sin(azimuth),
         np.broadcast_to(np.sin(elevation), (v.count, h.count)),
+    )
+    return np.stack(parts, axis=-1)
+
+
+def cone(half_angle: float, count: int) -> Array:
+    """Unit vectors of rays that fill a cone evenly, (count, 3): along -z, as Gazebo's sonars look.
+
+    The first is the axis, the last ones are at the rim.
+    """
+    number = np.arange(count)
+    from_axis = half_angle * np.sqrt(number / (count - 1))
+    around = number * _GOLDEN_ANGLE
+    parts = (
+        np.sin(from_axis) * np.cos(around),
+        np.sin(from_axis) * np.sin(around),
+        -np.cos(from_axis),
     )
     return np.stack(parts, axis=-1)
 
