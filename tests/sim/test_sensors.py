@@ -190,7 +190,7 @@ def test_a_type_that_nothing_simulates_is_told_once_for_each_sensor() -> None:
         "Sensor 'a' on link 'base' (line 1) is left out",
         "Sensor 'b' on link 'base' (line 1) is left out",
     ]
-    assert "'thermal', only air_pressure, altimeter, camera, " in measured.warnings[0]
+    assert "'thermal', only air_pressure, altimeter, boundingbox, " in measured.warnings[0]
 
 
 def test_a_sensor_on_a_link_that_the_robot_lacks_is_left_out() -> None:
