@@ -98,7 +98,9 @@ def parse_file(path: Path, content: bytes) -> Element:
         resolve_entities=False, remove_comments=True, remove_pis=True, recover=True
     )
     try:
-        root: Element | None = etree.fromstring(content, parser)
+        # With its name, so that who takes elements elsewhere knows where they stood.
+        name = str(path).encode(errors="replace").decode()
+        root: Element | None = etree.fromstring(content, parser, base_url=name)
     except etree.XMLSyntaxError as error:
         raise InvalidDescriptionError(
             f"{path}:{error.lineno}: invalid XML: {error.msg or 'it is empty'}"

@@ -36,6 +36,8 @@ from teleopctl.robot.xacro_file import ExpandedXacro
 from teleopctl.tf import Transform
 
 _NO_FORM = frozenset({"plane", "heightmap"})
+# Where parts of other files keep which one that is, until the text is written.
+_FILE = "teleopctl-file"
 _TYPES = {"revolute": "revolute", "prismatic": "prismatic", "fixed": "fixed"}
 # The end of a range that is open on one side, rad or m: URDF has ranges with two ends alone.
 _FAR = 1e6
@@ -78,11 +80,13 @@ def sdf_as_urdf(path: Path) -> ExpandedXacro:
         _add_joint(robot, replace(joint, kind="fixed") if rolls else joint, frames)
     _add_gazebo(robot, model, frames, casters)
     etree.indent(robot)
-    # What is new in it stands nowhere; of several files nobody knows which one it was.
-    written = [(path, e.sourceline) if e.sourceline else None for e in robot.iter("*")]
+    # What is new in it stands nowhere.
+    written = [
+        (Path(e.attrib.pop(_FILE)), e.sourceline) if _FILE in e.attrib else None
+        for e in robot.iter("*")
+    ]
     text: str = etree.tostring(robot, encoding="unicode")
-    places = places_in(text, written) if len(scene.files) == 1 else {}
-    return ExpandedXacro(text, scene.files, places)
+    return ExpandedXacro(text, scene.files, places_in(text, written))
 
 
 def _without_form(model: SceneModel) -> Iterator[str]:
@@ -260,12 +264,20 @@ def _add_gazebo(
     if model.plugins:
         element = etree.SubElement(robot, "gazebo")
         for plugin in model.plugins:
-            element.append(copy.deepcopy(plugin))
+            element.append(_noted(plugin))
+
+
+def _noted(element: Any) -> Any:
+    """A copy of an element of a file, each part of which has the file in an attribute."""
+    made = copy.deepcopy(element)
+    for part in made.iter("*"):
+        part.set(_FILE, element.base)
+    return made
 
 
 def _sensor(sensor: SceneSensor, place: Transform) -> Any:
     """A sensor with its pose in the link's frame of URDF."""
-    made = copy.deepcopy(sensor.element)
+    made = _noted(sensor.element)
     for pose in made.findall("pose"):
         made.remove(pose)
     etree.SubElement(made, "pose").text = pose_text(place @ sensor.pose)

@@ -34,12 +34,13 @@ from teleopctl.robot.scene.scene import (
     SceneShape,
     ShapeKind,
 )
+from teleopctl.robot.scene.surface import Surface
 from teleopctl.robot.scene.yaml_nodes import Entry, read_entries
 from teleopctl.tf import Transform, quaternion_from_rpy
 
 _WORLD = ("world", "gravity", "things", "lights", "poses")
 _PLACE = ("at", "rpy")
-_LOOK = ("color", "friction", "mass")
+_LOOK = ("color", "friction", "bounce", "mass")
 _POSE = (*_PLACE, "description", "tags", "size")
 _LIGHT = (*_PLACE, "kind", "direction", "color", "angle", "shadows")
 # What each shape is told by beside its place, its look and its mass.
@@ -131,6 +132,9 @@ def _thing(name: str, entry: Entry) -> SceneModel:
     friction = parts["friction"].number() if "friction" in parts else None
     if friction is not None and friction < 0.0:
         raise parts["friction"].refuse("should not be negative")
+    bounce = parts["bounce"].number() if "bounce" in parts else 0.0
+    if not 0.0 <= bounce <= 1.0:
+        raise parts["bounce"].refuse("should be from 0 to 1")
     volume = sum(map(_volume, shapes))
     made = tuple(
         SceneShape(
@@ -140,6 +144,7 @@ def _thing(name: str, entry: Entry) -> SceneModel:
             file=part.file,
             rgba=rgba or part.rgba,
             friction=friction,
+            surface=Surface(bounce) if bounce else None,
             mass=None if mass is None else mass * _volume(part) / volume,
         )
         for part in shapes

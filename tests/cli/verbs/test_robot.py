@@ -360,6 +360,31 @@ def test_what_a_robot_of_sdf_says_in_vain_is_told_with_its_own_lines(
     ]
 
 
+def test_a_robot_of_several_sdf_files_is_told_with_the_lines_of_each(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    sensor = '<sensor name="{}" type="imu">{}<{}>1</{}></sensor>'
+    mast, file = tmp_path / "mäst one.sdf", tmp_path / "model.sdf"
+    mast.write_text(
+        '<sdf version="1.9"><model name="mast"><link name="l">'
+        + sensor.format("high", "\n\n", *("updat_rate",) * 2)
+        + "</link></model></sdf>"
+    )
+    file.write_text(
+        f'<sdf version="1.9">\n<model name="m"><include><uri>{mast.name}</uri></include>'
+        "<joint name='j' type='fixed'><parent>base</parent><child>mast</child></joint>"
+        '<link name="base">'
+        + sensor.format("low", "\n", *("always_onn",) * 2)
+        + "</link></model></sdf>"
+    )
+    main.run(["robot", "check", str(file), "--json"])
+    found = json.loads(capsys.readouterr().out)
+    assert sorted(found["without_effect"]) == [
+        f"<always_onn> of sensor 'low' ({file}:3) is unknown (is it always_on?)",
+        f"<updat_rate> of sensor 'high' ({mast}:3) is unknown (is it update_rate?)",
+    ]
+
+
 def test_a_world_is_told_by_what_is_in_it_and_what_it_says_in_vain(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

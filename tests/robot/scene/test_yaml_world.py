@@ -62,6 +62,17 @@ def test_a_ramp_rises_along_x_to_its_height(tmp_path: Path) -> None:
         assert place[2] - (0.5 + place[0] / 2) == pytest.approx(0.01 * 1.25**0.5, abs=2e-3)
 
 
+def test_what_bounces_rises_to_the_square_of_it(tmp_path: Path) -> None:
+    simulation = built(
+        tmp_path,
+        "things:\n  floor: {shape: plane, size: [5, 5], bounce: 1}\n"
+        "  ball: {shape: sphere, radius: 0.1, at: [0, 2, 1.1], mass: 1, bounce: 0.6}\n",
+    )
+    # At the top of its second arc: after one fall, and a rise by 0.6 of that time.
+    simulation.step(round((2.0 / 9.81) ** 0.5 * 1.6e3))
+    assert simulation.free_bodies.pose(0)[2] - 0.1 == pytest.approx(0.36, abs=5e-3)
+
+
 @pytest.mark.parametrize(
     ("text", "message"),
     [
@@ -76,6 +87,7 @@ def test_a_ramp_rises_along_x_to_its_height(tmp_path: Path) -> None:
         ("things:\n  a: {shape: plane, mass: 2}", "'mass' is not for a plane, which stands"),
         ("things:\n  a: {shape: mesh, file: none.stl}", "'file' is not found: "),
         ("things:\n  a: {shape: sphere, radius: 1, color: puce}", "'color' is 'puce'"),
+        ("things:\n  a: {shape: sphere, radius: 1, bounce: 1.5}", "'bounce' should be from 0 to 1"),
         ("thinks: {}", ":1: the world has no 'thinks'"),
         ("lights: [{kind: lamp}]", ":1: 'kind' is 'lamp', should be directional"),
         ("things:\n  a: {shape: sphere, radius: 1}\n  a: {shape: plane}", "stands there twice"),
