@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from teleopctl.mujoco_model.cameras import CameraModel as CameraModel
+    from teleopctl.mujoco_model.contacts import DirectedFriction as DirectedFriction
     from teleopctl.mujoco_model.drives import (
         DRIVE_RAD_S as DRIVE_RAD_S,
         compensated_bodies as compensated_bodies,
@@ -46,6 +47,7 @@ else:
         __name__,
         {
             "cameras": "CameraModel",
+            "contacts": "DirectedFriction",
             "drives": (
                 "DRIVE_RAD_S compensated_bodies drive_name lifting_efforts motor_name rotors_told"
             ),

@@ -11,12 +11,15 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import mujoco
 import numpy as np
 
 from teleopctl.mujoco_model.free_bodies import free_root
+
+if TYPE_CHECKING:
+    from teleopctl.robot import RobotDescription
 
 # Friction is resolved this much more stiffly than the contact's normal force, and then once more
 # without the softness of constraints: what is gripped creeps out otherwise, by centimetres in
@@ -101,6 +104,41 @@ def _is_free(body: Any) -> bool:
 
 def _touches(body: Any) -> bool:
     return any(geom.contype for geom in body.geoms)
+
+
+@dataclass(frozen=True)
+class DirectedFriction:
+    """Friction of a link that is not the same in all directions.
+
+    Attributes:
+        link: The link.
+        across: Its coefficient across the direction; along it, it has its usual one.
+        along: The direction in the axes of a link: x, y, z.
+        frame: That link.
+    """
+
+    link: str
+    across: float
+    along: tuple[float, float, float]
+    frame: str
+
+
+def directed_friction(
+    description: RobotDescription,
+) -> tuple[tuple[DirectedFriction, ...], list[str]]:
+    """What a robot says of friction by direction, and a sentence for each frame that is none."""
+    found, told = [], []
+    for link, physics in description.gazebo.links.items():
+        across = physics.across
+        if across is None or link not in description.links:
+            continue
+        frame = across.link or link
+        if frame not in description.links:
+            told.append(f"<fdir1> of '{link}' is taken in its own frame: there is no '{frame}'")
+            frame = link
+        coefficient = min(across.coefficient, _ROUGHEST)
+        found.append(DirectedFriction(link, coefficient, across.along, frame))
+    return tuple(found), told
 
 
 @dataclass(frozen=True)

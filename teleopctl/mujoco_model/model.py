@@ -15,6 +15,8 @@ from teleopctl.mujoco_model.assets import resolve_meshes
 from teleopctl.mujoco_model.base import FreeBase, borne_inertias, free_base, place_base, world_frame
 from teleopctl.mujoco_model.cameras import CameraModel, add_camera, camera_models
 from teleopctl.mujoco_model.contacts import (
+    DirectedFriction,
+    directed_friction,
     exclude_adjacent,
     exclude_links,
     hold_by_friction,
@@ -61,6 +63,7 @@ class RobotModel:
         warnings: What had to be repaired or left out, one sentence each.
         excluded: Pairs of links that overlap at the start: no contact until they have come apart.
         weightless: Links of the robot on which gravity does not act.
+        directed: Its friction that is not the same in all directions.
         start: How a robot of an MJCF file starts; None for one of a URDF.
         keyframes: The states that an MJCF file names.
     """
@@ -78,6 +81,7 @@ class RobotModel:
     warnings: tuple[str, ...]
     excluded: tuple[tuple[str, str], ...]
     weightless: tuple[str, ...] = ()
+    directed: tuple[DirectedFriction, ...] = ()
     start: Start | None = None
     keyframes: Mapping[str, Start] = field(default_factory=dict)
 
@@ -190,7 +194,8 @@ def build_model(
         start, names = initial_positions(bare, joints), [joint.name for joint in joints]
         borne = borne_inertias(bare, base, start, names)
     add_drives(spec, bare, joints, borne)
-    warnings += pair_surfaces(spec)
+    directed, told = directed_friction(description)
+    warnings += [*told, *pair_surfaces(spec)]
     model = _compile(spec)
     return RobotModel(
         name=description.name,
@@ -205,6 +210,7 @@ def build_model(
         world_geoms=world_geoms(model),
         warnings=tuple(warnings),
         excluded=tuple(excluded),
+        directed=directed,
         weightless=tuple(
             link
             for link, physics in description.gazebo.links.items()

@@ -37,7 +37,8 @@ from teleopctl.robot import (
 _TOLD_PLACES = 5
 _OF_SHAPES = "collision/surface/friction/ode"
 _FRICTIONS = (("mu1", "mu2"), (f"{_OF_SHAPES}/mu", f"{_OF_SHAPES}/mu2"))
-_ACROSS = "has no effect: friction is <mu1> in all directions"
+_DIRECTIONS = ("fdir1", f"{_OF_SHAPES}/fdir1")
+_ACROSS = "has no effect: without <fdir1> friction is <mu1> in all directions"
 # What the plug-in may say that runs a controller manager; its robot is this one.
 _OF_CONTROL = words(
     "parameters ros controller_manager_name controller_manager_prefix_node_name robot_param "
@@ -149,7 +150,9 @@ def _of_gazebo(gazebo: etree._Element, where: str, tables: list[Table]) -> Itera
             yield told_of(found, where)
     for first, second in _FRICTIONS if OF_LINKS in tables else ():
         across, along = gazebo.find(second), gazebo.find(first)
-        if across is not None and (along is None or not _is_same(along, across)):
+        if across is None or (along is not None and _is_same(along, across)):
+            continue
+        if not any(map(_has_direction, map(gazebo.find, _DIRECTIONS))):
             yield Tag(across, where, "<mu2>", _ACROSS)
     for material in gazebo.iterfind("material") if OF_LINKS in tables else ():
         script = value_of(material) or (material.findtext("script/name") or "").strip()
@@ -162,6 +165,10 @@ def _of_gazebo(gazebo: etree._Element, where: str, tables: list[Table]) -> Itera
             yield from tags_of_sensor(tag, where.strip("'"))
         elif tag.tag == "plugin":
             yield from _of_controller(tag)
+
+
+def _has_direction(tag: etree._Element | None) -> bool:
+    return tag is not None and not is_so_anyway(tag)
 
 
 def _is_same(one: etree._Element, other: etree._Element) -> bool:

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from teleopctl.errors import InvalidDescriptionError
 from teleopctl.robot.elements import Element, child_text, describe, to_number
 from teleopctl.robot.gazebo_colours import gazebo_colour
-from teleopctl.robot.scene.surface import Surface, read_surface
+from teleopctl.robot.scene.surface import Across, Surface, expressed_in, read_surface
 from teleopctl.robot.sensors.plugin_tag import Plugin, read_plugin
 from teleopctl.robot.sensors.sensor_tag import (
     Sensor,
@@ -21,6 +21,8 @@ from teleopctl.robot.sensors.sensor_tag import (
 
 _SURFACE = "collision/surface"
 _OF_SHAPES = f"{_SURFACE}/friction/ode/mu"
+_USUAL_FRICTION = 1.0
+_AXES = "xyz"
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,6 +35,7 @@ class LinkPhysics:
         self_collide: Whether it touches other links of the robot.
         gravity: Whether it has a weight.
         surface: How it bounces, spins and rolls.
+        across: Its friction in other directions, where that is another one.
     """
 
     rgba: tuple[float, float, float, float] | None = None
@@ -40,6 +43,7 @@ class LinkPhysics:
     self_collide: bool | None = None
     gravity: bool = True
     surface: Surface | None = None
+    across: Across | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,7 +130,24 @@ def _read_physics(element: Element, before: LinkPhysics) -> LinkPhysics:
         self_collide=collides,
         gravity=weighs and not _flag(element, "turnGravityOff", default=False),
         surface=surface or before.surface,
+        across=_across(element, friction) or before.across,
     )
+
+
+def _across(element: Element, friction: float | None) -> Across | None:
+    """The friction across ``<fdir1>``, None where it is that along it, or no direction is said."""
+    across = number_in(element, f"{_OF_SHAPES}2", None, finite=False)
+    across = number_in(element, "mu2", across, finite=False)
+    if across is None or across == (_USUAL_FRICTION if friction is None else friction):
+        return None
+    for tag in ("fdir1", f"{_SURFACE}/friction/ode/fdir1"):
+        found = element.find(tag)
+        text = "" if found is None else (found.text or "").strip() or found.get("value") or ""
+        numbers = [number for word in text.split() if (number := to_number(word)) is not None]
+        if found is not None and len(numbers) == len(_AXES) and any(numbers):
+            x, y, z = numbers
+            return Across(max(across, 0.0), (x, y, z), expressed_in(found))
+    return None
 
 
 def _colour(element: Element) -> tuple[float, float, float, float] | None:

@@ -23,6 +23,7 @@ from teleopctl.sim.gazebo_plugins.planar_move import PlanarMove
 from teleopctl.sim.mjcf.file_actuators import FileActuators
 from teleopctl.sim.parting import Parting
 from teleopctl.sim.state.breakdowns import Breakdowns
+from teleopctl.sim.state.directions import Directions
 from teleopctl.sim.state.joint_states import JointStates
 from teleopctl.sim.state.observing import Observer
 from teleopctl.sim.state.physics import physics_state, put_physics_state, scale_model, wake
@@ -95,7 +96,8 @@ class Simulation:
         retime(self._m, self.control_period_ns * 1e-9 / self.steps_per_period)
         scale_model(self._m, *self._scales)
         self._d: Any = mujoco.MjData(self._m)
-        self._physics = Physics(self._m, slides=turns_by_sliding(model))
+        directions = Directions(self._m, model.directed, self._scales[1])
+        self._physics = Physics(self._m, slides=turns_by_sliding(model), directions=directions)
         self._observer = Observer(self._m, self._physics)
         self._breakdowns = Breakdowns(model, self._m, self._d, self._physics)
         self._states.bind(self._m, self._d)

@@ -42,7 +42,8 @@ def test_each_kind_of_tag_is_told_once_with_its_lines() -> None:
         "<gazebo> (line 11) is left out: there is no link or joint 'nobody'",
         "<kp> of 'base' (line 4), 'tip' (line 8) has no effect: contacts are as stiff as steps of "
         "physics allow, and DART does not read it",
-        "<mu2> of 'tip' (line 8) has no effect: friction is <mu1> in all directions",
+        "<mu2> of 'tip' (line 8) has no effect: without <fdir1> friction is <mu1> in all "
+        "directions",
         "<stiffness> of 'mount' (line 10) is unknown (is it springStiffness?)",
     )
 

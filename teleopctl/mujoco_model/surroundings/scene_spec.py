@@ -50,6 +50,7 @@ _LIGHTS = {
     "point": mujoco.mjtLightType.mjLIGHT_POINT,
     "spot": mujoco.mjtLightType.mjLIGHT_SPOT,
 }
+ACROSS_LEFT_OUT = "<mu2> of '{}' has no effect: in a world friction is the same in all directions"
 # MuJoCo draws no more.
 _MOST_LIGHTS = 90
 # How far below its lowest point a heightmap reaches, in metres.
@@ -245,6 +246,8 @@ class _Builder:
         else:
             if shape.friction is not None:
                 give_friction(geom, shape.friction, self._friction)
+            if shape.across is not None:
+                self.warnings.append(ACROSS_LEFT_OUT.format(body.name))
             if shape.surface is not None:
                 give_surface(geom, shape.surface)
             if shape.mass is not None:

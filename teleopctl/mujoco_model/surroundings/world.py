@@ -13,7 +13,7 @@ from teleopctl.mujoco_model.assets import resolve_meshes
 from teleopctl.mujoco_model.drives import add_mimic
 from teleopctl.mujoco_model.free_bodies import FreeBody
 from teleopctl.mujoco_model.inertia import repair_inertias
-from teleopctl.mujoco_model.surroundings.scene_spec import scene_spec
+from teleopctl.mujoco_model.surroundings.scene_spec import ACROSS_LEFT_OUT, scene_spec
 from teleopctl.mujoco_model.unserved import unserved_tags
 from teleopctl.mujoco_model.urdf_import import apply_gazebo, import_urdf
 from teleopctl.robot import Joints, check_mjcf, check_mjcf_text, in_files, unknown_tags
@@ -198,6 +198,11 @@ def _import(
         f"<selfCollide> of '{link}' has no effect: the parts of a world touch one another"
         for link, physics in description.gazebo.links.items()
         if physics.self_collide is False
+    ]
+    warnings += [
+        ACROSS_LEFT_OUT.format(link)
+        for link, physics in description.gazebo.links.items()
+        if physics.across is not None
     ]
     apply_gazebo(things, description)
     for name, joint in joints.items():

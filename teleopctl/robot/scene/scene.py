@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
 
-from teleopctl.robot.scene.surface import Surface
+from teleopctl.robot.scene.surface import Across, Surface
 from teleopctl.robot.urdf import Mimic
 from teleopctl.tf import Transform
 
@@ -37,6 +37,7 @@ class SceneShape:
         rgba: Its colour; None for one that nobody gave it.
         friction: Its coefficient of friction; None for the usual one.
         surface: How it bounces, spins and rolls; None for as usual.
+        across: Its friction in other directions, where that is another one.
         mass: In kilograms; None for that by its density, where it is asked for.
         density: In kg/m³; None for that of water.
         place: Its file and line, for messages; empty where nobody needs them.
@@ -50,6 +51,7 @@ class SceneShape:
     rgba: Rgba | None = None
     friction: float | None = None
     surface: Surface | None = None
+    across: Across | None = None
     mass: float | None = None
     density: float | None = None
     place: str = ""

@@ -12,9 +12,9 @@ from teleopctl.robot.gazebo_colours import gazebo_colour
 from teleopctl.robot.scene.scene import Rgba, SceneInertial, SceneShape, ShapeKind, Vector3
 from teleopctl.robot.scene.sdf_includes import find_file
 from teleopctl.robot.scene.sdf_reading import SdfFile
-from teleopctl.robot.scene.surface import Surface, read_surface
+from teleopctl.robot.scene.surface import Across, Surface, expressed_in, read_surface
 from teleopctl.robot.tags import sdf as tags
-from teleopctl.tf import Transform
+from teleopctl.tf import Transform, rotate
 
 # What Gazebo draws where nobody has said a colour.
 _GREY = (0.7, 0.7, 0.7)
@@ -61,6 +61,7 @@ def read_shape(file: SdfFile, element: Any, pose: Transform) -> SceneShape | Non
         None if touches else _colour(file, element),
         friction,
         _surface(file, element) if touches else None,
+        _across(file, element, pose, friction) if touches else None,
         density=None if math.isnan(density) else density,
         place=file.place(solid),
     )
@@ -69,12 +70,28 @@ def read_shape(file: SdfFile, element: Any, pose: Transform) -> SceneShape | Non
 def _friction(file: SdfFile, collision: Any) -> float | None:
     """The coefficient of friction of a shape, None where it says none."""
     coefficient = file.number(collision, "surface/friction/ode/mu", math.nan)
-    across = collision.find("surface/friction/ode/mu2")
-    if across is not None and file.number(across, ".", math.nan) != coefficient:
-        file.leave_out(across, "has no effect: friction is <mu> in all directions")
     if coefficient < 0.0:
         return math.inf  # as Gazebo has it
     return None if math.isnan(coefficient) else coefficient
+
+
+def _across(
+    file: SdfFile, collision: Any, pose: Transform, friction: float | None
+) -> Across | None:
+    """The friction across ``<fdir1>``, None where it is that along it, or no direction is said."""
+    across = collision.find("surface/friction/ode/mu2")
+    if across is None:
+        return None
+    coefficient = file.number(across, ".", math.nan)
+    coefficient = math.inf if coefficient < 0.0 else coefficient
+    if coefficient == friction:
+        return None
+    x, y, z = file.vector(collision, "surface/friction/ode/fdir1", (0.0, 0.0, 0.0))
+    if not any((x, y, z)):
+        file.leave_out(across, "has no effect: friction is <mu> in all directions")
+        return None
+    link = expressed_in(collision.find("surface/friction/ode/fdir1"))
+    return Across(coefficient, (x, y, z) if link else rotate(pose.rotation, (x, y, z)), link)
 
 
 def _surface(file: SdfFile, collision: Any) -> Surface | None:

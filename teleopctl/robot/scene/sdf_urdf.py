@@ -31,9 +31,9 @@ from teleopctl.robot.scene.scene import (
     SceneShape,
 )
 from teleopctl.robot.scene.sdf import read_sdf
-from teleopctl.robot.scene.surface import add_surface
+from teleopctl.robot.scene.surface import Across, add_surface
 from teleopctl.robot.xacro_file import ExpandedXacro
-from teleopctl.tf import Transform
+from teleopctl.tf import Transform, rotate
 
 _NO_FORM = frozenset({"plane", "heightmap"})
 # Where parts of other files keep which one that is, until the text is written.
@@ -237,8 +237,9 @@ def _add_gazebo(
         rough = [s.friction for s in body.shapes if s.friction is not None]
         if body.name in casters:
             rough = [0.0]
+        ways = [s.across for s in body.shapes if s.across is not None]
         surfaces = [s.surface for s in body.shapes if s.surface is not None]
-        if not (body.sensors or rough or surfaces) and body.gravity and body.self_collides:
+        if not (body.sensors or rough or surfaces or ways) and body.gravity and body.self_collides:
             continue
         element = etree.SubElement(robot, "gazebo", reference=body.name)
         for sensor in body.sensors:
@@ -246,6 +247,8 @@ def _add_gazebo(
         if rough:
             for tag in ("mu1", "mu2"):
                 etree.SubElement(element, tag).text = numbers(min(rough))
+        if ways and body.name not in casters:
+            _add_way(element, ways[0], body, model, frames)
         if surfaces:
             # A link of URDF has one.
             add_surface(etree.SubElement(element, "collision"), surfaces[0])
@@ -265,6 +268,19 @@ def _add_gazebo(
         element = etree.SubElement(robot, "gazebo")
         for plugin in model.plugins:
             element.append(_noted(plugin))
+
+
+def _add_way(
+    element: Any, way: Across, body: SceneBody, model: SceneModel, frames: dict[str, Transform]
+) -> None:
+    """Write the direction of friction, and the friction across it, in frames of URDF."""
+    for tag in element.findall("mu2"):
+        element.remove(tag)
+    etree.SubElement(element, "mu2").text = numbers(way.coefficient)
+    link = way.link if way.link in model.bodies else body.name
+    turn = (frames[link].inverse() @ model.bodies[link].pose).rotation
+    direction = etree.SubElement(element, "fdir1", expressed_in=way.link or link)
+    direction.text = numbers(*rotate(turn, way.along))
 
 
 def _noted(element: Any) -> Any:

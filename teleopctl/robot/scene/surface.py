@@ -40,6 +40,30 @@ class Surface:
         return list(asdict(self).values())
 
 
+@dataclass(frozen=True, slots=True)
+class Across:
+    """Friction of a shape that is not the same in all directions.
+
+    Attributes:
+        coefficient: Its coefficient across the direction; along it, it has its usual one.
+        along: The direction, in a link's frame: x, y, z.
+        link: The link; empty for the shape's own.
+    """
+
+    coefficient: float
+    along: tuple[float, float, float]
+    link: str = ""
+
+
+# Any, here and below: elements of lxml, whose class has no types.
+def expressed_in(element: Any) -> str:
+    """The link in whose frame a ``<fdir1>`` is, if it says; the prefix is the file's own."""
+    for name, value in element.attrib.items():
+        if name.rpartition("}")[2].rpartition(":")[2] == "expressed_in":
+            return str(value)
+    return ""
+
+
 def read_surface(number: Callable[[str, float], float]) -> Surface | None:
     """Read a ``<surface>``; None where it says nothing of this.
 
@@ -55,7 +79,6 @@ def read_surface(number: Callable[[str, float], float]) -> Surface | None:
     return None if found == Surface() else found
 
 
-# Any, here and below: elements of lxml, whose class has no types.
 def add_surface(holder: Any, surface: Surface) -> None:
     """Write a ``<surface>`` into what holds one."""
     for path, value in (

@@ -24,6 +24,7 @@ from typing import TYPE_CHECKING, Any
 import mujoco
 import numpy as np
 
+from teleopctl.sim.state.directions import Directions
 from teleopctl.sim.state.physics import Array, nothing_asleep
 
 if TYPE_CHECKING:
@@ -62,15 +63,17 @@ class Physics:
     Args:
         model: The ``mujoco.MjModel``.
         slides: Whether what slides is to stay on the ground.
+        directions: Which friction differs by direction.
 
     Attributes:
         slides: The same.
     """
 
     # Any stands for MuJoCo's types, here and below: they have no static ones.
-    def __init__(self, model: Any, *, slides: bool) -> None:
+    def __init__(self, model: Any, *, slides: bool, directions: Directions) -> None:
         self._m = model
         self.slides = slides
+        self._directions = directions
         # Steps to come in which each is looked at for what slides, and then in which none is.
         self._seen = self._unseen = 0
         self._taking_up = round(_TAKEN_UP_S / model.opt.timestep)
@@ -82,6 +85,14 @@ class Physics:
 
     def step(self, data: Any, count: int) -> None:
         """Advance by physics steps. However they are cut into calls, the bits are the same."""
+        if self._directions:
+            for _ in range(count):
+                mujoco.mj_step1(self._m, data)
+                self._directions.turn(data)
+                if self.slides:
+                    _keep_down(data)
+                mujoco.mj_step2(self._m, data)
+            return
         if not self.slides:
             mujoco.mj_step(self._m, data, count)
             return
@@ -112,7 +123,9 @@ class Physics:
         """Work out forces and accelerations, and what sensors measure, of all that touches."""
         with nothing_asleep(self._m):
             mujoco.mj_forward(self._m, data)
-            if self.slides and _keep_down(data) > 0.0:
+            if self._directions:
+                self._directions.turn(data)
+            if (self.slides and _keep_down(data) > 0.0) or self._directions:
                 mujoco.mj_fwdConstraint(self._m, data)
                 mujoco.mj_sensorAcc(self._m, data)
 
