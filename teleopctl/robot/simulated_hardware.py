@@ -121,6 +121,11 @@ def _plain_commands(systems: list[etree._Element]) -> list[str]:
     return [f"Without '_pid', since the simulator's drives follow exactly: {', '.join(renamed)}"]
 
 
+def usual_command(kind: str) -> str:
+    """What a joint takes of which nobody says it, by its kind in URDF: it is held, or turns."""
+    return "velocity" if kind == "continuous" else "position"
+
+
 def _new_system() -> etree._Element:
     system = etree.Element("ros2_control", name=_NEW_SYSTEM, type="system")
     etree.SubElement(etree.SubElement(system, "hardware"), "plugin").text = SIMULATOR
@@ -198,7 +203,7 @@ def _add_system(
         joint = etree.SubElement(system, "joint", name=name)
         endless = description.joints[name].type == "continuous"
         if model.mimic is None and (name in moved or not (plugins.drive_the_base and endless)):
-            command = moved.get(name) or ("velocity" if endless else "position")
+            command = moved.get(name) or usual_command(description.joints[name].type)
             found[command].append(name)
             etree.SubElement(joint, "command_interface", name=command)
         for state in _STATES:

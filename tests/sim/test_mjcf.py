@@ -117,6 +117,32 @@ def poses(description: RobotDescription, positions: dict[str, float]) -> dict[st
     return found
 
 
+def test_a_ball_joint_without_actuators_swings_while_the_other_joints_are_held(
+    tmp_path: Path,
+) -> None:
+    joints = ('<joint name="pan" axis="0 1 0"/>', '<joint name="hip" type="ball" damping="0.01"/>')
+    file = of(tmp_path, chain(*joints, '<joint name="lift" axis="0 1 0" range="-1 1"/>'))
+    model = read_model(file)
+    assert "<remark>Ball joints take no commands without actuators: hip</remark>" in model.text
+    commands = {
+        joint.name: [interface.name for interface in joint.command_interfaces]
+        for joint in described(file).ros2_control[0].joints
+    }
+    none: list[str] = []
+    assert commands == {
+        "pan": ["velocity"],
+        **dict.fromkeys(("hip_x", "hip_y", "hip_z"), none),
+        "lift": ["position"],
+    }
+    robot = simulated_robot(file).simulation
+    robot.reset_state({"hip_y": 0.3})
+    robot.step(1000)
+    robot.read()
+    at = dict(zip(robot.joint_names, robot.positions, strict=True))
+    assert abs(at["lift"]) < 0.02
+    assert at["hip_y"] > 0.4, "what stands on a ball falls over"
+
+
 def test_each_link_is_where_mujoco_has_the_body(arm: Path) -> None:
     description, robot = described(arm), simulated_robot(arm).simulation
     generator = np.random.default_rng(7)

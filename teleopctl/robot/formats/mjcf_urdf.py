@@ -26,7 +26,7 @@ from teleopctl.robot.formats.mjcf_sensors import sensor_tags
 from teleopctl.robot.formats.mjcf_shapes import add_shapes
 from teleopctl.robot.formats.places import add_origin, numbers, transform
 from teleopctl.robot.repair import REMARK
-from teleopctl.robot.simulated_hardware import SIMULATOR
+from teleopctl.robot.simulated_hardware import SIMULATOR, usual_command
 from teleopctl.robot.urdf import Mimic
 from teleopctl.robot.xacro_file import ExpandedXacro
 from teleopctl.tf import Transform, quaternion_from_axis_angle
@@ -47,16 +47,21 @@ def mjcf_as_urdf(path: Path) -> ExpandedXacro:
         InvalidDescriptionError: See `load_mjcf`.
     """
     mjcf = load_mjcf(path)
-    name = mjcf.spec.modelname
+    m, name = mjcf.model, mjcf.spec.modelname
     robot = etree.Element("robot", name=path.stem if name in ("", _UNNAMED) else name)
     # The element in which URDF speaks to MuJoCo, which has no such attribute itself.
     etree.SubElement(robot, "mujoco", file=mjcf.path.as_uri())
-    actuators, _ = joint_actuators(mjcf.model)
+    actuators, _ = joint_actuators(m)
     for remark in _add_links(robot, mjcf):
         etree.SubElement(robot, REMARK).text = remark
     _add_joints(robot, mjcf, actuators)
     if actuators:
         _add_control(robot, mjcf, actuators)
+    elif balls := [m.joint(n).name for n in range(m.njnt) if m.jnt_type[n] == _BALL]:
+        # Without any <ros2_control> their turns would be commanded as other joints are.
+        _add_control(robot, mjcf, [])
+        remark = f"Ball joints take no commands without actuators: {', '.join(balls)}"
+        etree.SubElement(robot, REMARK).text = remark
     robot.extend(sensor_tags(mjcf)[0])
     etree.indent(robot)
     files = dict.fromkeys((mjcf.path, *_included(mjcf.path)))
@@ -209,8 +214,10 @@ def _add_moving(
 
 
 def _add_control(robot: etree._Element, mjcf: Mjcf, actuators: list[JointActuator]) -> None:
-    """Add a system whose commands are those that the file's actuators take."""
+    """Add a system whose commands are those that the file's actuators take, if it has any."""
     m, start = mjcf.model, mjcf.start()
+    kinds = {joint.get("name"): joint.get("type", "") for joint in robot.iterfind("joint")}
+    mimics = {} if actuators else file_mimics(m)
     system = etree.SubElement(robot, "ros2_control", name=_SYSTEM, type="system")
     etree.SubElement(etree.SubElement(system, "hardware"), "plugin").text = SIMULATOR
     for number in range(m.njnt):
@@ -223,9 +230,11 @@ def _add_control(robot: etree._Element, mjcf: Mjcf, actuators: list[JointActuato
         if int(m.jnt_type[number]) not in SINGLE_AXIS:
             continue
         joint = etree.SubElement(system, "joint", name=name)
-        for actuator in actuators:
-            if actuator.joint == name:
-                etree.SubElement(joint, "command_interface", name=actuator.interface)
+        commands = [actuator.interface for actuator in actuators if actuator.joint == name]
+        if not actuators and name not in mimics:
+            commands = [usual_command(kinds[name])]
+        for command in commands:
+            etree.SubElement(joint, "command_interface", name=command)
         position = etree.SubElement(joint, "state_interface", name="position")
         value = numbers(float(start.qpos[m.jnt_qposadr[number]]))
         etree.SubElement(position, "param", name="initial_value").text = value

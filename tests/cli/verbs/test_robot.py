@@ -4,10 +4,12 @@ import itertools
 import json
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from teleopctl.cli import main
+from teleopctl.nodes.checking import report
 from tests.sim.robots import box, control, joint, link
 
 INERTIAL = """<inertial><mass value="1"/>
@@ -177,6 +179,25 @@ def mobile(shape: str) -> tuple[str, ...]:
         *(joint(name, "base", f"of_{name}") for name in ("arm", "lift", "hand", "loose")),
         (wheels + rest).replace('<state_interface name="position"/>', STATES),
     )
+
+
+def test_a_file_that_meets_a_defect_keeps_the_others_results_from_nobody(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name in ("fine.urdf", "odd.urdf"):
+        write(tmp_path / name, link("table", STANDS))
+
+    def checked(file: Path, *rest: object, **options: Any) -> report.RobotReport:
+        if file.name == "odd.urdf":
+            raise AttributeError("no such thing")
+        return check_robot(file, *rest, **options)
+
+    check_robot = report.check_robot
+    monkeypatch.setattr(report, "check_robot", checked)
+    assert main.run(["robot", "check", str(tmp_path), "--json"]) == 1
+    fine, odd = json.loads(capsys.readouterr().out)
+    assert (fine["error"], fine["links"]) == (None, ["table"])
+    assert "a defect of teleopctl, AttributeError: no such thing" in odd["error"]
 
 
 def test_a_robot_is_moved_by_each_of_its_controllers_and_physics_says_how_far(

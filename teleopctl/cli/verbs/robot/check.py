@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 from teleopctl.cli import console
 from teleopctl.cli.options import AsJson
 from teleopctl.cli.verb import Argument, Option
-from teleopctl.errors import NotFoundError, UsageError
+from teleopctl.errors import NotFoundError, TeleopctlError, UsageError
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -85,12 +85,26 @@ def check(
         reports = []
         for file in robots_in(places):
             console.note(f"{file}")
-            reports.append(report_of(file))
+            try:
+                reports.append(report_of(file))
+            except (TeleopctlError, OSError):
+                raise
+            except Exception as error:  # noqa: BLE001 -- the others' results are not kept back
+                reports.append(_defect(file, error))
     if as_json:
         console.out_json([document(report) for report in reports])
     else:
         console.out_lines(table(reports))
     return int(not reports or any(report.fault for report in reports))
+
+
+def _defect(file: Path, error: Exception) -> "RobotReport":
+    from teleopctl.nodes.checking.report import RobotReport
+    from teleopctl.robot import model_kind
+
+    what = f"a defect of teleopctl, {type(error).__name__}: {error}"
+    where = f"`teleopctl --debug robot check {file}` shows where"
+    return RobotReport(file, model_kind(file), error=f"{what}; {where}")
 
 
 def _print(report: "RobotReport") -> None:
