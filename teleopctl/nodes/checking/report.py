@@ -168,6 +168,13 @@ def check_robot(
     return report
 
 
+def defect_report(file: Path, error: Exception) -> RobotReport:
+    """Report a file that met with an exception that no part of the program foresaw."""
+    what = f"a defect of teleopctl, {type(error).__name__}: {error}"
+    where = f"`teleopctl --debug robot check {file}` shows where"
+    return RobotReport(file, model_kind(file), error=f"{what}; {where}")
+
+
 def _of_world(report: RobotReport) -> RobotReport:
     """See what a world has, with nobody in it."""
     from teleopctl.mujoco_model import build_model

@@ -55,7 +55,7 @@ def check(
     from teleopctl.cli.verbs.robot.document import document
     from teleopctl.cli.verbs.robot.table import table
     from teleopctl.launch import chosen_controllers
-    from teleopctl.nodes.checking.report import check_robot
+    from teleopctl.nodes.checking.report import check_robot, defect_report
     from teleopctl.nodes.checking.walk import robots_in
 
     arguments = dict(word.split(":=", 1) for word in words if ":=" in word)
@@ -90,21 +90,12 @@ def check(
             except (TeleopctlError, OSError):
                 raise
             except Exception as error:  # noqa: BLE001 -- the others' results are not kept back
-                reports.append(_defect(file, error))
+                reports.append(defect_report(file, error))
     if as_json:
         console.out_json([document(report) for report in reports])
     else:
         console.out_lines(table(reports))
     return int(not reports or any(report.fault for report in reports))
-
-
-def _defect(file: Path, error: Exception) -> "RobotReport":
-    from teleopctl.nodes.checking.report import RobotReport
-    from teleopctl.robot import model_kind
-
-    what = f"a defect of teleopctl, {type(error).__name__}: {error}"
-    where = f"`teleopctl --debug robot check {file}` shows where"
-    return RobotReport(file, model_kind(file), error=f"{what}; {where}")
 
 
 def _print(report: "RobotReport") -> None:
