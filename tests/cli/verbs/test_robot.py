@@ -187,10 +187,10 @@ def test_a_file_that_meets_a_defect_keeps_the_others_results_from_nobody(
     for name in ("fine.urdf", "odd.urdf"):
         write(tmp_path / name, link("table", STANDS))
 
-    def checked(file: Path, *rest: object, **options: Any) -> report.RobotReport:
+    def checked(file: Path, arguments: dict[str, str], **options: Any) -> report.RobotReport:
         if file.name == "odd.urdf":
             raise AttributeError("no such thing")
-        return check_robot(file, *rest, **options)
+        return check_robot(file, arguments, **options)
 
     check_robot = report.check_robot
     monkeypatch.setattr(report, "check_robot", checked)
