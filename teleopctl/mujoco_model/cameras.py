@@ -21,7 +21,7 @@ from teleopctl.mujoco_model.sensors.optical_frames import (
     optical_rotation,
     own_frame,
 )
-from teleopctl.robot import Lens, Noise, Pose, RosNames
+from teleopctl.robot import Lens, Noise, Pose, RosNames, ros_topic
 from teleopctl.tf import Quaternion
 
 if TYPE_CHECKING:
@@ -170,7 +170,13 @@ def camera_models(description: RobotDescription) -> tuple[list[CameraModel], lis
             name = f"{camera.link}/{name}"
         if name != camera.name:
             warnings.append(f"Two cameras are named '{camera.name}': one is '{name}' here")
-        topics = camera_topics(sensor, name, alone=len(sensors) == 1)
+        said = camera_topics(sensor, name, alone=len(sensors) == 1)
+        topics = {what: ros_topic(topic) for what, topic in said.items()}
+        if changed := [what for what, topic in topics.items() if topic != said[what]]:
+            warnings.append(
+                f"'{said[changed[0]]}' is no topic of ROS: camera '{name}' publishes on "
+                f"'{topics[changed[0]]}'"
+            )
         own = frame == own_frame(camera.link, sensor.name, description)
         if own and any(c.frame_id == frame and c.pose != camera.pose for c in cameras.values()):
             # Another one on the same link, which looks from elsewhere.

@@ -77,7 +77,10 @@ if TYPE_CHECKING:
     )
     from teleopctl.robot.sensors.lens_tag import Lens as Lens
     from teleopctl.robot.sensors.plugin_tag import Plugin as Plugin
-    from teleopctl.robot.sensors.sensor_names import RosNames as RosNames
+    from teleopctl.robot.sensors.sensor_names import (
+        RosNames as RosNames,
+        ros_topic as ros_topic,
+    )
     from teleopctl.robot.sensors.sensor_tag import (
         Camera as Camera,
         Noise as Noise,
@@ -150,7 +153,7 @@ else:
             "ros2_control_tag": "ComponentInfo HardwareInfo InterfaceInfo",
             "sensors.lens_tag": "Lens",
             "sensors.plugin_tag": "Plugin",
-            "sensors.sensor_names": "RosNames",
+            "sensors.sensor_names": "RosNames ros_topic",
             "sensors.sensor_tag": "Camera Noise Rays Sensor Sweep",
             "tags.gazebo": "OF_JOINTS OF_LINKS OF_ROBOTS of_sensors",
             "tags.table": "Finding Table gazebos_own plain",

@@ -251,6 +251,14 @@ def test_topics_are_those_of_gazebo(sensor: str, wanted: dict[str, str]) -> None
     assert topics(sensor) == [wanted]
 
 
+def test_a_cameras_name_that_is_no_topic_in_ros_is_told_and_made_one() -> None:
+    built = build_model(robot(link("eye", ""), eye("cam-1", "camera"), eye("b", "camera")))
+
+    assert built.camera("cam-1").topics["image"] == "cam_1/image_raw"
+    told = "'cam-1/image_raw' is no topic of ROS: camera 'cam-1' publishes on 'cam_1/image_raw'"
+    assert told in built.warnings
+
+
 def test_the_projection_is_shifted_as_the_description_says() -> None:
     baseline = '<plugin name="p" filename="libgazebo_ros_camera.so"><hack_baseline>0.2'
     said = "<p_fx>9</p_fx><p_fy>8</p_fy><p_cx>7</p_cx><p_cy>6</p_cy><tx>5</tx><ty>4</ty>"

@@ -223,6 +223,8 @@ class FakeNode:
     def __init__(self) -> None:
         self.published: list[tuple[int, object]] = []
         self.errors: list[str] = []
+        self.warnings: list[str] = []
+        self.topics: list[str] = []
         self.listeners = 0
 
     def get_logger(self):
@@ -231,7 +233,11 @@ class FakeNode:
     def error(self, text: str) -> None:
         self.errors.append(text)
 
-    def create_publisher(self, *_):
+    def warning(self, text: str) -> None:
+        self.warnings.append(text)
+
+    def create_publisher(self, _, topic: str, *__):
+        self.topics.append(topic)
         return self
 
     def get_subscription_count(self) -> int:
@@ -240,6 +246,23 @@ class FakeNode:
     def publish(self, message) -> None:
         stamp = message.header.stamp
         self.published.append((stamp.sec * 10**9 + stamp.nanosec, message.header.frame_id))
+
+
+def test_what_is_no_topic_in_ros_is_told_and_made_one() -> None:
+    measured = Measured(
+        link("base", ""),
+        gazebo("base", "", name="my imu"),
+        gazebo("base", "<topic>/front-imu/2nd</topic>", name="b"),
+        gazebo("base", "<topic>/imu_1/data</topic>", name="c"),
+    )
+    node = FakeNode()
+    SensorPublisher(cast(Node, node), measured.simulation, measured.sensors)
+
+    assert node.topics == ["my_imu", "/front_imu/_2nd", "/imu_1/data"]
+    assert node.warnings == [
+        "'my imu' is no topic of ROS: sensor 'my imu' publishes on 'my_imu'",
+        "'/front-imu/2nd' is no topic of ROS: sensor 'b' publishes on '/front_imu/_2nd'",
+    ]
 
 
 def test_a_sensor_is_read_at_its_rate_and_only_while_somebody_listens() -> None:

@@ -8,6 +8,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from teleopctl.robot.formats.places import topic_name
+
 if TYPE_CHECKING:
     from teleopctl.robot.sensors.plugin_tag import Plugin
     from teleopctl.robot.sensors.sensor_tag import Sensor
@@ -16,6 +18,12 @@ _RULES = ("ros/remapping", "ros/argument")
 _MARK = ":="
 # Gazebo writes this where nobody has named a topic.
 _NO_TOPIC = "__default_topic__"
+
+
+def ros_topic(name: str) -> str:
+    """A name of Gazebo's as ROS may have it: letters, digits and underscores between slashes."""
+    start = next((mark for mark in ("~/", "/") if name.startswith(mark)), "")
+    return start + topic_name(name.removeprefix(start))
 
 
 class RosNames:

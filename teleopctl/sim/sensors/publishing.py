@@ -9,6 +9,7 @@ from teleopctl import plugins
 from teleopctl.errors import TeleopctlError, UnknownPluginError
 from teleopctl.interfaces import get_message, set_stamp
 from teleopctl.mujoco_model import CAMERA_TYPES
+from teleopctl.robot import ros_topic
 from teleopctl.sim.pacing import Beat
 from teleopctl.sim.sensors.base import Sensor
 from teleopctl.sim.sensors.earth import GeoPoint
@@ -117,7 +118,13 @@ class _Channel:
     def __init__(self, node: Node, sensor: Sensor, default_rate_hz: float) -> None:
         message_class = get_message(sensor.message_type)
         self.sensor = sensor
-        self.publisher = node.create_publisher(message_class, sensor.topic, 10)
+        topic = ros_topic(sensor.topic)
+        if topic != sensor.topic:
+            node.get_logger().warning(
+                f"'{sensor.topic}' is no topic of ROS: sensor '{sensor.description.name}' "
+                f"publishes on '{topic}'"
+            )
+        self.publisher = node.create_publisher(message_class, topic, 10)
         self.beat = Beat(sensor.description.update_rate or default_rate_hz)
         self.watched = False
         self.running = False
