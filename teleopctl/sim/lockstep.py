@@ -232,7 +232,7 @@ class LockstepLoop:
             steps = pending[0] if (pending := self._steps) else None
             if simulation.at_tick and not self._exchange(stepping=steps is not None):
                 continue
-            if self.at_end:
+            if self._end_ns is not None and self.at_end:
                 self._ports.publish_clock(simulation.time_ns)
                 self.stop()
                 continue
@@ -378,11 +378,11 @@ class LockstepLoop:
         return self._clock_beat.take(now) and self._clocked
 
     def _wait_until_due(self, now: int) -> None:
-        lag = self._pacer.give_up_lag(now)
-        if lag > 0.0 and not self._lost:
-            self._ports.fell_behind(lag, self._pacer.reached.of(now))
         if self._pacer.real_time_factor <= 0.0:
+            self._pacer.reached.note(now)
             return
+        if (lag := self._pacer.give_up_lag(now)) > 0.0 and not self._lost:
+            self._ports.fell_behind(lag, self._pacer.reached.of(now))
         with self._changed:
             while (remaining := self._pacer.remaining_s(now)) > 0.0:
                 if self._stopped or self._paused or self._requests:

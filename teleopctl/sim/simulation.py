@@ -124,9 +124,7 @@ class Simulation:
     @property
     def time_ns(self) -> int:
         """Simulated time since the last reset, in nanoseconds."""
-        tick, substep = divmod(self._steps, self.steps_per_period)
-        rest = self.control_period_ns * substep // self.steps_per_period
-        return tick * self.control_period_ns + rest
+        return self._steps * self.control_period_ns // self.steps_per_period
 
     @property
     def timestep_s(self) -> float:

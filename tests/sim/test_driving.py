@@ -252,13 +252,13 @@ def test_what_slides_is_looked_for_at_each_step_only_while_it_does(
 ) -> None:
     looks = 0
 
-    def looked(data: object) -> float:
+    def looked(contacts: sliding._Contacts, data: object) -> float:
         nonlocal looks
         looks += 1
-        return keep_down(data)
+        return keep_down(contacts, data)
 
-    keep_down = sliding._keep_down
-    monkeypatch.setattr(sliding, "_keep_down", looked)
+    keep_down = sliding._Contacts.keep_down
+    monkeypatch.setattr(sliding._Contacts, "keep_down", looked)
     cart = sliding_base()
     seen = []
     for x, angular in ((0.5, 0.0), (0.0, math.pi / 4.0)):

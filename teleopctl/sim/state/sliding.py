@@ -10,7 +10,7 @@ In MuJoCo's terms: at the border of the cone `a_n - aref_n + R f_n = mu |a_t - a
 friction has 0. In a steady slide `a_t` is 0, so `mu |aref_t|` is taken from `aref_n`.
 Source: De Saxcé and Feng 1998, here as a change of the reference instead of an iteration.
 
-That is done in Python, for four tenths of what a step of a base on four wheels takes: only robots
+That is done in Python, for a quarter of what a step of a base on four wheels takes: only robots
 have it that cannot turn without sliding, and only while they slide or may begin to. On two driven
 wheels nothing has to slide, and the two points by which a cylinder touches would tell too much of
 how a wide wheel does.
@@ -41,6 +41,9 @@ _LOOK_EVERY, _TAKEN_UP_S = 16, 0.1
 # Where sliding adds less than this (m/s²) to the acceleration at which two contacts are to part, a
 # twentieth of a weight's, they stay together: mu times 5 mm/s at the softness of our contacts.
 _PARTS = 0.5
+
+# So many sets of what touches are kept: of four wheels each lies on one edge, on both or on none.
+_MOST_KNOWN = 1024
 
 
 def turns_by_sliding(model: RobotModel) -> bool:
@@ -76,6 +79,8 @@ class Physics:
         self._directions = directions
         # Steps to come in which each is looked at for what slides, and then in which none is.
         self._seen = self._unseen = 0
+        # Directions may give the same shapes another friction.
+        self._contacts = _Contacts(kept=not (model.nflex or directions))
         self._taking_up = round(_TAKEN_UP_S / model.opt.timestep)
 
     def begin_period(self, *, changing: bool) -> None:
@@ -90,7 +95,7 @@ class Physics:
                 mujoco.mj_step1(self._m, data)
                 self._directions.turn(data)
                 if self.slides:
-                    _keep_down(data)
+                    self._contacts.keep_down(data)
                 mujoco.mj_step2(self._m, data)
             return
         if not self.slides:
@@ -103,7 +108,7 @@ class Physics:
                 count -= block
                 continue
             mujoco.mj_step1(self._m, data)
-            most = _keep_down(data)
+            most = self._contacts.keep_down(data)
             if self._seen:
                 self._seen -= 1
             elif most < _PARTS:
@@ -125,29 +130,56 @@ class Physics:
             mujoco.mj_forward(self._m, data)
             if self._directions:
                 self._directions.turn(data)
-            if (self.slides and _keep_down(data) > 0.0) or self._directions:
+            if (self.slides and self._contacts.keep_down(data) > 0.0) or self._directions:
                 mujoco.mj_fwdConstraint(self._m, data)
                 mujoco.mj_sensorAcc(self._m, data)
 
 
-def _keep_down(data: Any) -> float:
-    """Take from the reference of each contact's normal what sliding adds to it.
+class _Contacts:
+    """What touches: where its rows are among the constraints, and its friction.
 
-    Returns:
-        The most of it (m/s²).
+    That stays the same while the same shapes touch in the same order, so it is kept: to read it
+    takes as long as all the rest.
+
+    Args:
+        kept: Whether shapes tell the friction: what is soft has none.
     """
-    if not data.ncon:
-        return 0.0
-    contact, reference = data.contact, data.efc_aref
-    # Lists: numpy takes no less for the few contacts of wheels.
-    before = reference.tolist()
-    most = 0.0
-    for row, dim, friction in zip(
-        contact.efc_address.tolist(), contact.dim.tolist(), contact.friction.tolist(), strict=True
-    ):
-        if row >= 0 and dim > 1:
-            slip = hypot(friction[0] * before[row + 1], friction[1] * before[row + 2])
-            reference[row] = before[row] - slip
+
+    def __init__(self, *, kept: bool) -> None:
+        self._kept = kept
+        # Of each contact with friction: the rows of its normal and of two directions along the
+        # ground, and the friction in these.
+        self._known: dict[bytes, list[tuple[int, int, int, float, float]]] = {}
+
+    def keep_down(self, data: Any) -> float:
+        """Take from the reference of each contact's normal what sliding adds to it.
+
+        Returns:
+            The most of it (m/s²).
+        """
+        if not data.ncon:
+            return 0.0
+        contact = data.contact
+        key = contact.geom.tobytes() + contact.efc_address.tobytes()
+        rows = self._known.get(key) if self._kept else None
+        if rows is None:
+            if len(self._known) >= _MOST_KNOWN:
+                self._known.clear()
+            rows = self._known[key] = _rows(contact)
+        # A view: numpy takes several times as long to read or write one number.
+        reference, most = data.efc_aref.data, 0.0
+        for normal, first, second, along_first, along_second in rows:
+            slip = hypot(along_first * reference[first], along_second * reference[second])
+            reference[normal] -= slip
             if slip > most:
                 most = slip
-    return most
+        return most
+
+
+def _rows(contact: Any) -> list[tuple[int, int, int, float, float]]:
+    listed = contact.efc_address.tolist(), contact.dim.tolist(), contact.friction.tolist()
+    return [
+        (row, row + 1, row + 2, friction[0], friction[1])
+        for row, dim, friction in zip(*listed, strict=True)
+        if row >= 0 and dim > 1
+    ]
