@@ -13,10 +13,21 @@ from pathlib import Path
 from typing import Final, NamedTuple
 
 from teleopctl.errors import TeleopctlError, UsageError
+from teleopctl.robot import ros_topic
 from teleopctl.text_file import read_text
 
 _WORD: Final = re.compile(r"([^@]+)@([^@\[\]]+)([@\[\]])([^@\[\]]+)")
 _SERVICE: Final = re.compile(r"([^@]+)@([^@\[\]]+/srv/[^@\[\]]+)(@[^@]+@[^@]+)?")
+# What Gazebo calls the topics of a sensor that has no `<topic>`, and what the simulator here does.
+_OF_SENSOR: Final = re.compile(r"/world/[^/]+/model/.+/link/[^/]+/sensor/(?P<sensor>[^/]+)/(.+)")
+_ALONE: Final = frozenset(
+    ["air_pressure", "altimeter", "contact", "forcetorque", "imu", "magnetometer", "navsat", "scan"]
+)
+_BELOW: Final = {
+    "scan/points": ("{}/points",),
+    "image": ("{}/image", "{}/image_raw", "image_raw"),
+    "camera_info": ("{}/camera_info", "camera_info"),
+}
 _DIRECTIONS: Final = {"@": "BIDIRECTIONAL", "[": "GZ_TO_ROS", "]": "ROS_TO_GZ"}
 
 
@@ -34,6 +45,19 @@ class Bridge(NamedTuple):
     gz_topic: str
     ros_type: str
     direction: str = "BIDIRECTIONAL"
+
+
+def simulated_topics(gz_topic: str) -> tuple[str, ...]:
+    """What the simulator may call a topic of Gazebo's, which names world, model, link and sensor.
+
+    The only camera of a robot has another name than one of several.
+    """
+    found = _OF_SENSOR.fullmatch(gz_topic)
+    if found is None:
+        return (gz_topic,)
+    sensor, what = found["sensor"], found[2]
+    names = ("{}",) if what in _ALONE else _BELOW.get(what, (f"{{}}/{what}",))
+    return tuple(f"/{ros_topic(name.format(sensor))}" for name in names)
 
 
 def read_words(words: Sequence[str]) -> tuple[list[Bridge], list[str]]:

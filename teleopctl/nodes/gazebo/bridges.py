@@ -12,7 +12,7 @@ import contextlib
 import sys
 from collections import deque
 from collections.abc import Callable, Iterator
-from functools import partial
+from functools import cached_property, partial
 from pathlib import Path
 from typing import Any
 
@@ -21,11 +21,12 @@ from teleopctl.interfaces import deserialize, get_message, serialize
 from teleopctl.node import (
     ExternalShutdownException,
     Node,
+    Publisher,
     SingleThreadedExecutor,
     init,
     parse_ros_arguments,
 )
-from teleopctl.nodes.gazebo.bridge_config import Bridge, read_file, read_words
+from teleopctl.nodes.gazebo.bridge_config import Bridge, read_file, read_words, simulated_topics
 
 _TWIST, _STAMPED = "geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped"
 _IMAGE = "sensor_msgs/msg/Image"
@@ -99,7 +100,8 @@ def _bridge(node: Node, simulators: Node, bridges: list[Bridge]) -> None:
     same: list[str] = []
     for bridge in bridges:
         ros = node.resolve_topic_name(bridge.ros_topic)
-        gz = f"/{bridge.gz_topic.lstrip('/')}"
+        topics = simulated_topics(f"/{bridge.gz_topic.lstrip('/')}")
+        gz = topics[0]
         if ros == gz and bridge.ros_type != _STAMPED:
             same.append(gz)
             continue
@@ -109,15 +111,17 @@ def _bridge(node: Node, simulators: Node, bridges: list[Bridge]) -> None:
             node.get_logger().warning(f"Topic {ros} is not passed on: {error.message}")
             continue
         stamps = bridge.ros_type == _STAMPED
-        in_gazebo = _Side(simulators, gz, get_message(_TWIST) if stamps else message)
+        there = get_message(_TWIST) if stamps else message
+        sides = [_Side(simulators, topic, there) for topic in topics]
         in_ros = _Side(node, bridge.ros_topic, message)
         without = " without stamps" if stamps else ""
         if bridge.direction != "ROS_TO_GZ":
-            node.get_logger().info(f"Passing on {gz}{without} as {ros}")
-            in_gazebo.pass_to(in_ros, partial(_with_stamp, node) if stamps else None)
+            node.get_logger().info(f"Passing on {' or '.join(topics)}{without} as {ros}")
+            for in_gazebo in sides:
+                in_gazebo.pass_to(in_ros, partial(_with_stamp, node) if stamps else None)
         if bridge.direction != "GZ_TO_ROS":
             node.get_logger().info(f"Passing on {ros} as {gz}{without}")
-            in_ros.pass_to(in_gazebo, _without_stamp if stamps else None)
+            in_ros.pass_to(sides[0], _without_stamp if stamps else None)
     if same or not bridges:
         told = ", ".join(same) or "its topics"
         node.get_logger().info(f"The simulator speaks ROS 2: no bridge is needed for {told}")
@@ -135,9 +139,13 @@ class _Side:
         self._message = message
         self._echoes: deque[bytes] = deque(maxlen=_DEPTH)
 
+    @cached_property
+    def _publisher(self) -> Publisher[Any]:
+        return self._node.create_publisher(self._message, self._topic, _DEPTH)
+
     def pass_to(self, other: _Side, change: Callable[[bytes], bytes] | None = None) -> None:
         """Publish there what is heard here, perhaps changed into a message of another type."""
-        publisher = other._node.create_publisher(other._message, other._topic, _DEPTH)
+        publisher = other._publisher
 
         def pass_on(data: bytes) -> None:
             if data in self._echoes:
