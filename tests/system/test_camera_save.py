@@ -38,6 +38,25 @@ def test_a_picture_is_saved_with_its_pixels(ros, tmp_path, encoding, padding):
         assert np.array_equal(np.asarray(picture).reshape(camera.pixels.shape), camera.pixels)
 
 
+@pytest.mark.parametrize("big", [False, True])
+def test_depths_are_saved_as_millimetres(ros, tmp_path, big):
+    """What is nothing, infinite or beyond 65 m is 0, as drivers of depth cameras have it."""
+    metres = np.array([[0.5, 1.2344, np.nan], [np.inf, -np.inf, 70.0]], ">f4" if big else "<f4")
+    kind: type[Any] = get_message("sensor_msgs/msg/Image")
+    message = kind(
+        height=2, width=3, encoding="32FC1", step=12, is_bigendian=int(big), data=metres.tobytes()
+    )
+    publisher = ros.node.create_publisher(kind, "/depth", 1)
+    ros.node.create_timer(0.05, lambda: publisher.publish(message))
+    file = tmp_path / "depths.png"
+
+    done = ros.run(["camera", "save", str(file), "--topic", "/depth"])
+
+    assert (done.returncode, done.stderr) == (0, "")
+    with Image.open(file) as picture:
+        assert np.asarray(picture).tolist() == [[500, 1234, 0], [0, 0, 0]]
+
+
 def test_what_cannot_be_saved_is_refused_with_its_reason(ros, tmp_path):
     Camera(ros, "yuv422")
     for words, status, told in (

@@ -41,7 +41,10 @@ _MODES = {
     "8UC1": ("L", "L"),
     "mono16": ("I;16", "I;16"),
     "16UC1": ("I;16", "I;16"),
+    "32FC1": ("F", "F;32F"),
 }
+# Depths are metres in floats, and millimetres in whole numbers, which a file has (REP 118).
+_MOST_MILLIMETRES = 65535
 _TELL_EVERY_S = 2.0
 
 
@@ -122,10 +125,23 @@ def _picture(image: Any) -> Any:
     mode, raw_mode = _MODES[image.encoding]
     if mode == "I;16" and image.is_bigendian:
         raw_mode = "I;16B"
+    if mode == "F" and image.is_bigendian:
+        raw_mode = "F;32BF"
     size = (image.width, image.height)
     try:
-        return Image.frombytes(mode, size, bytes(image.data), "raw", raw_mode, image.step)
+        picture = Image.frombytes(mode, size, bytes(image.data), "raw", raw_mode, image.step)
     except ValueError as error:
         raise InvalidMessageError(
             f"An image of {image.width} x {image.height} with {len(image.data)} bytes: {error}"
         ) from error
+    return _millimetres(picture) if mode == "F" else picture
+
+
+def _millimetres(depths: Any) -> Any:
+    """Depths in metres as a file has them: 0 where nothing is measured, or too far for that."""
+    import numpy as np
+    from PIL import Image
+
+    found = np.rint(np.asarray(depths) * 1000.0)
+    found[~((found > 0.0) & (found <= _MOST_MILLIMETRES))] = 0.0
+    return Image.fromarray(found.astype(np.uint16))
