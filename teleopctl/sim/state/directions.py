@@ -2,33 +2,35 @@
 
 The two axes along a contact's surface MuJoCo chooses by itself, along those of the world. Where a
 shape says a direction they are turned into that before each step, and each has its own coefficient;
-what acts on the contact is then worked out anew. That costs 10 us of a step, of those robots alone.
+what acts on the contact is then worked out anew. It costs 10 us of a step and 10 for each contact,
+of those robots alone.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import hypot
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import mujoco
-import numpy as np
 
 if TYPE_CHECKING:
     from teleopctl.mujoco_model import DirectedFriction
-    from teleopctl.sim.state.physics import Array
 
 # Next to the direction with more friction the other one has at least this part of it: MuJoCo takes
 # none for zero.
 _LEAST = 1e-3
 # How long what is left of a direction is on the surface, at least.
 _SHORTEST = 1e-6
+# What contacts without friction have fewer dimensions than.
+_WITH_FRICTION = 3
 
 
 class _Way(NamedTuple):
-    """Along a direction of a body, (3,), a shape's own coefficient holds; across it another one."""
+    """Along a direction of a body a shape's own coefficient holds; across it another one."""
 
     body: int
-    along: Array
+    along: tuple[float, float, float]
     across: float
 
 
@@ -46,48 +48,70 @@ class Directions:
         self._m = model
         self._ways: dict[int, _Way] = {}
         for one in directed:
-            way = _Way(model.body(one.frame).id, np.array(one.along), one.across * scale)
+            way = _Way(model.body(one.frame).id, one.along, one.across * scale)
             first = int(model.body_geomadr[model.body(one.link).id])
             for geom in range(first, first + int(model.body_geomnum[model.body(one.link).id])):
                 if model.geom_contype[geom] or model.geom_conaffinity[geom]:
                     self._ways[geom] = way
+        self._rough = [float(rough) for rough in model.geom_friction[:, 0]] if self._ways else []
 
     def __bool__(self) -> bool:
         return bool(self._ways)
 
     def turn(self, data: Any) -> None:
         """Turn the axes of contacts, after `mj_step1` or with positions and velocities known."""
-        turned = False
-        for number, (one, other) in enumerate(data.contact.geom.tolist() if data.ncon else ()):
-            first, second = self._ways.get(one), self._ways.get(other)
-            if first is None and second is None:
+        contact, ways = data.contact, self._ways
+        numbers, axes, rough = [], [], []
+        # Plain numbers: numpy takes ten times as long for the few contacts of wheels.
+        frames, dims = contact.frame, contact.dim.tolist()
+        normals = frames[:, :3].tolist()
+        for number, (one, other) in enumerate(contact.geom.tolist()):
+            way = ways.get(one) or ways.get(other)
+            if way is None or dims[number] < _WITH_FRICTION:
                 continue
-            turned |= self._turn(data, number, first or second, (one, first), (other, second))
-        if turned:
-            mujoco.mj_makeConstraint(self._m, data)
-            mujoco.mj_island(self._m, data)
-            mujoco.mj_projectConstraint(self._m, data)
-            mujoco.mj_referenceConstraint(self._m, data)
+            turned = _tangents(normals[number], way.along, data.xmat[way.body].tolist())
+            if turned is not None:
+                numbers.append(number)
+                axes.append(turned)
+                rough.append(self._coefficients(one, other))
+        if not numbers:
+            return
+        frames[numbers, 3:] = axes
+        contact.friction[numbers, :2] = rough
+        mujoco.mj_makeConstraint(self._m, data)
+        mujoco.mj_island(self._m, data)
+        mujoco.mj_projectConstraint(self._m, data)
+        mujoco.mj_referenceConstraint(self._m, data)
 
-    def _turn(self, data: Any, number: int, way: Any, *ends: tuple[int, _Way | None]) -> bool:
-        """Turn the axes of one contact; whether that could be done."""
-        contact = data.contact[number]
-        if contact.dim < 3:  # without friction
-            return False
-        normal = contact.frame[:3]
-        along = data.xmat[way.body].reshape(3, 3) @ way.along
-        along -= normal * (normal @ along)
-        length = np.linalg.norm(along)
-        if length < _SHORTEST:
-            return False
-        along /= length
-        contact.frame[3:6] = along
-        contact.frame[6:9] = np.cross(normal, along)
-        rough = [float(self._m.geom_friction[geom, 0]) for geom, _ in ends]
-        across = [
-            own if side is None else side.across for own, (_, side) in zip(rough, ends, strict=True)
-        ]
-        first, second = min(rough), min(across)
-        least = _LEAST * max(first, second)
-        contact.friction[:2] = max(first, least), max(second, least)
-        return True
+    def _coefficients(self, one: int, other: int) -> tuple[float, float]:
+        """Of two shapes: the smaller coefficient along the direction, and across it."""
+        rough, ways = self._rough, self._ways
+        along = min(rough[one], rough[other])
+        across = min(ways[geom].across if geom in ways else rough[geom] for geom in (one, other))
+        least = _LEAST * max(along, across)
+        return max(along, least), max(across, least)
+
+
+def _tangents(
+    normal: list[float], along: tuple[float, float, float], turn: list[float]
+) -> list[float] | None:
+    """The axes of a contact along its surface, the first along a direction.
+
+    Args:
+        normal: Of the contact: x, y, z.
+        along: The direction, in a body's axes.
+        turn: The rotation of that, row by row.
+
+    Returns:
+        Both axes, one after the other; None where the direction is that of the normal.
+    """
+    a, b, c = along
+    x, y, z = (turn[row] * a + turn[row + 1] * b + turn[row + 2] * c for row in (0, 3, 6))
+    n, o, p = normal
+    out = n * x + o * y + p * z
+    x, y, z = x - out * n, y - out * o, z - out * p
+    length = hypot(x, y, z)
+    if length < _SHORTEST:
+        return None
+    x, y, z = x / length, y / length, z / length
+    return [x, y, z, o * z - p * y, p * x - n * z, n * y - o * x]
