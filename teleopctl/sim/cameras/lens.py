@@ -13,7 +13,7 @@ plane: the faces of a cube around it are drawn.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -67,8 +67,8 @@ class View:
         top: See there.
         pixels: For each pixel of the final picture, row by row, the number of the drawn one; those
             that see nothing have the number ``width * height``. None where there is no lens.
-        faces: Where the pictures look that it consists of, the lowest one first: forwards and up in
-            the optical frame. Empty where it is one picture that looks forwards.
+        faces: The pictures that it consists of; their pixels are counted one after the other, each
+            from the lowest row on. Empty where it is one picture that looks forwards.
     """
 
     width: int
@@ -78,12 +78,37 @@ class View:
     bottom: float
     top: float
     pixels: npt.NDArray[np.int64] | None = None
-    faces: tuple[tuple[Array, Array], ...] = ()
+    faces: tuple[Face, ...] = ()
 
     @property
-    def drawn_height(self) -> int:
-        """Of each picture that is drawn, in pixels."""
-        return self.height // max(1, len(self.faces))
+    def drawn(self) -> Sequence[View | Face]:
+        """The pictures that are drawn."""
+        return self.faces or (self,)
+
+
+@dataclass(frozen=True)
+class Face:
+    """A part of what a wide angle camera sees.
+
+    Attributes:
+        ahead: Where it looks, in the optical frame.
+        up: What is up there.
+        width: In pixels, as for ``height``.
+        height: See there.
+        left: Where the left edge is, in parts of the distance ahead; the others alike, y upwards.
+        right: See there.
+        bottom: See there.
+        top: See there.
+    """
+
+    ahead: Array
+    up: Array
+    width: int
+    height: int
+    left: float
+    right: float
+    bottom: float
+    top: float
 
 
 def view_of(camera: CameraModel) -> View:
@@ -120,20 +145,26 @@ def _cube(camera: CameraModel, lens: Lens) -> View:
     nearest = np.argmax(along, axis=0)
     used = [face for face in range(len(_FACES)) if (seen & (nearest == face)).any()]
     side = _side_of_faces(camera, lens)
-    pixels = np.full(seen.shape, side * side * len(used), np.int64)
-    for place, face in enumerate(used):
+    pixels = np.full(seen.shape, -1, np.int64)
+    faces, count = [], 0
+    for face in used:
         here = seen & (nearest == face)
-        forwards, up = _FACES[face]
-        d = seen_from[here] / (seen_from[here] @ forwards)[:, None]
-        column = (d @ np.cross(forwards, up) + 1.0) / 2.0 * side - 0.5
-        row = (1.0 - d @ up) / 2.0 * side - 0.5
+        ahead, up = _FACES[face]
+        d = seen_from[here] / (seen_from[here] @ ahead)[:, None]
+        # In pixels of the whole face, the lowest row first; that part is drawn which is seen.
         column, row = (
-            np.clip(np.rint(value), 0, side - 1).astype(np.int64) for value in (column, row)
+            np.clip(np.rint((d @ axis + 1.0) / 2.0 * side - 0.5), 0, side - 1).astype(np.int64)
+            for axis in (np.cross(ahead, up), up)
         )
-        # Turned the right way up, the first one that is drawn is the lowest.
-        pixels[here] = ((len(used) - 1 - place) * side + row) * side + column
-    faces = tuple(_FACES[face] for face in used)
-    return View(side, side * len(used), -1.0, 1.0, -1.0, 1.0, pixels.ravel(), faces)
+        first_column, first_row = int(column.min()), int(row.min())
+        width, height = int(column.max()) - first_column + 1, int(row.max()) - first_row + 1
+        left, bottom = 2.0 * first_column / side - 1.0, 2.0 * first_row / side - 1.0
+        right, top = left + 2.0 * width / side, bottom + 2.0 * height / side
+        faces.append(Face(ahead, up, width, height, left, right, bottom, top))
+        pixels[here] = count + (row - first_row) * width + column - first_column
+        count += width * height
+    pixels[pixels < 0] = count
+    return View(count, 1, -1.0, 1.0, -1.0, 1.0, pixels.ravel(), tuple(faces))
 
 
 def directions(camera: CameraModel, lens: Lens) -> Array:

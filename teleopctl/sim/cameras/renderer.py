@@ -13,14 +13,13 @@ import numpy as np
 import numpy.typing as npt
 
 from teleopctl.mujoco_model import CameraModel, RobotModel
-from teleopctl.sim.cameras.lens import View, view_of
+from teleopctl.sim.cameras.lens import Face, View, view_of
 from teleopctl.sim.gl_backend import missing_library
 from teleopctl.sim.mjcf.ball_joints import BallJoints
 
 Picture = npt.NDArray[np.uint8]
 Depths = npt.NDArray[np.float32]
 Labels = npt.NDArray[np.uint16]
-_Face = tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]
 
 # MuJoCo draws the sky as a sphere of this part of the far plane's distance.
 _SKY = 0.7
@@ -55,7 +54,6 @@ class _Camera:
 
     model: CameraModel
     view: View
-    rectangle: Any
     colours: Picture
     depths: Depths
     look: Any
@@ -84,8 +82,9 @@ class CameraRenderer:
         self._d: Any = mujoco.MjData(self._m)
         views = {camera.name: view_of(camera) for camera in cameras}
         offscreen = self._m.vis.global_
-        offscreen.offwidth = max(view.width for view in views.values())
-        offscreen.offheight = max(view.drawn_height for view in views.values())
+        drawn = [part for view in views.values() for part in view.drawn]
+        offscreen.offwidth = max(part.width for part in drawn)
+        offscreen.offheight = max(part.height for part in drawn)
         # Averaged over samples, the numbers of two things would be that of a third.
         labels = any(camera.sees(what) for camera in cameras for what in ("labels", "boxes"))
         self._m.vis.quality.offsamples = 0 if labels else quality.samples
@@ -144,11 +143,12 @@ class CameraRenderer:
     def colours(self, camera: str, image: Picture) -> None:
         """Draw into a picture, (height, width, 3), red green blue."""
         found = self._cameras[camera]
-        side = found.view.drawn_height
-        for number, face in enumerate(found.view.faces or (None,)):
-            self._draw(found, measuring=False, face=face)
-            part = found.colours[number * side : (number + 1) * side]
-            mujoco.mjr_readPixels(part, None, found.rectangle, self._context)
+        flat, start = found.colours.reshape(-1, 3), 0
+        for part in found.view.drawn:
+            self._draw(found, part, measuring=False)
+            end = start + part.width * part.height
+            mujoco.mjr_readPixels(flat[start:end], None, _rectangle(part), self._context)
+            start = end
         _through_lens(found, found.colours, image)
 
     def colours_and_depths(self, camera: str, image: Picture) -> Depths:
@@ -158,8 +158,9 @@ class CameraRenderer:
             Metres, (height, width); infinite where nothing is.
         """
         found = self._cameras[camera]
-        self._draw(found, measuring=True)
-        mujoco.mjr_readPixels(found.colours, found.depths, found.rectangle, self._context)
+        self._draw(found, found.view, measuring=True)
+        rectangle = _rectangle(found.view)
+        mujoco.mjr_readPixels(found.colours, found.depths, rectangle, self._context)
         _through_lens(found, found.colours, image)
         near, far = np.float32(found.model.near), np.float32(_drawn_far(found))
         buffer = np.zeros((found.model.height, found.model.width), np.float32)
@@ -176,10 +177,10 @@ class CameraRenderer:
         flags[mujoco.mjtRndFlag.mjRND_SEGMENT] = True
         flags[mujoco.mjtRndFlag.mjRND_IDCOLOR] = True
         try:
-            self._draw(found, measuring=True)
+            self._draw(found, found.view, measuring=True)
         finally:
             np.copyto(flags, before)
-        mujoco.mjr_readPixels(found.colours, None, found.rectangle, self._context)
+        mujoco.mjr_readPixels(found.colours, None, _rectangle(found.view), self._context)
         low, middle, high = (found.colours[..., part].astype(np.int64) for part in range(3))
         shapes = low + (middle << 8) + (high << 16)
         bodies = np.zeros(self._scene.ngeom + 1, np.uint16)
@@ -203,34 +204,38 @@ class CameraRenderer:
         return _Camera(
             camera,
             view,
-            mujoco.MjrRect(0, 0, view.width, view.drawn_height),
             np.zeros((view.height, view.width, 3), np.uint8),
             np.zeros((view.height, view.width), np.float32),
             look,
         )
 
-    def _draw(self, camera: _Camera, *, measuring: bool, face: _Face | None = None) -> None:
+    def _draw(self, camera: _Camera, view: View | Face, *, measuring: bool) -> None:
         self._gl.make_current()
         mujoco.mjv_updateScene(
             self._m, self._d, self._options, self._perturbation, camera.look,
             mujoco.mjtCatBit.mjCAT_ALL, self._scene,
         )  # fmt: skip
-        near, view = camera.model.near, camera.view
+        near = camera.model.near
         for eye in self._scene.camera:
             eye.frustum_near, eye.frustum_far = near, _drawn_far(camera)
             eye.frustum_center = near * (view.left + view.right) / 2.0
             eye.frustum_width = near * (view.right - view.left) / 2.0
             eye.frustum_bottom, eye.frustum_top = near * view.bottom, near * view.top
-            if face is not None:
+            if isinstance(view, Face):
                 ahead, up = np.array(eye.forward), np.array(eye.up)
                 # The optical frame's axes in the world.
                 axes = np.stack([np.cross(ahead, up), -up, ahead], axis=-1)
-                eye.forward, eye.up = axes @ face[0], axes @ face[1]
+                eye.forward, eye.up = axes @ view.ahead, axes @ view.up
         flags = self._scene.flags
         flags[mujoco.mjtRndFlag.mjRND_SHADOW] = self.quality.shadow_size > 0
         # What is behind a mirror would be measured.
         flags[mujoco.mjtRndFlag.mjRND_REFLECTION] = self.quality.reflections and not measuring
-        mujoco.mjr_render(camera.rectangle, self._scene, self._context)
+        mujoco.mjr_render(_rectangle(view), self._scene, self._context)
+
+
+# Any: a type of MuJoCo's, which has no static one.
+def _rectangle(part: View | Face) -> Any:
+    return mujoco.MjrRect(0, 0, part.width, part.height)
 
 
 def _drawn_far(camera: _Camera) -> float:
@@ -249,5 +254,7 @@ def _through_lens(camera: _Camera, drawn: npt.NDArray[Any], image: npt.NDArray[A
     parts = image.shape[2:]
     count = camera.view.width * camera.view.height
     upright = np.zeros((count + 1, *parts), drawn.dtype)
-    upright[:count] = drawn[::-1].reshape(count, *parts)
+    # Of several pictures the pixels are counted as they are drawn.
+    turned = drawn if camera.view.faces else drawn[::-1]
+    upright[:count] = turned.reshape(count, *parts)
     np.take(upright, pixels, axis=0, out=image.reshape(-1, *parts))
