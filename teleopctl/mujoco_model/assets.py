@@ -16,7 +16,7 @@ from teleopctl.errors import TeleopctlError
 from teleopctl.mujoco_model.convex import can_decompose, convex_pieces, hull_of, split, touching
 from teleopctl.mujoco_model.cutting import cut_ahead
 from teleopctl.mujoco_model.mesh_content import read_mesh, unreadable
-from teleopctl.mujoco_model.paint import drawn_by, paint
+from teleopctl.mujoco_model.paint import Picture, add_pictures, drawn_by, paint
 from teleopctl.packages import resolve_uri
 
 _READ_BY_MUJOCO = frozenset({".stl", ".obj", ".msh"})
@@ -39,11 +39,12 @@ def resolve_meshes(
     warnings: list[str] = []
     complained: set[str] = set()
     usable: list[tuple[Any, str, Path]] = []
+    pictures: list[Picture] = []
     for mesh in list(spec.meshes):
         uri: str = mesh.file
         if not uri:
             continue  # it has its corners
-        reason = _use_file(spec, mesh, folder or Path(), try_each=try_each)
+        reason = _use_file(spec, mesh, folder or Path(), pictures, try_each=try_each)
         if reason is None:
             if touching(spec, mesh):
                 usable.append((mesh, uri, (folder or Path()) / resolve_uri(uri)))
@@ -58,6 +59,7 @@ def resolve_meshes(
     for mesh, uri, path in usable:
         if words := _touch(spec, mesh, path, may_cut=may_cut):
             warnings.append(f"Mesh '{uri}' {words}")
+    add_pictures(spec, pictures)
     return warnings
 
 
@@ -75,8 +77,14 @@ def _touch(spec: mujoco.MjSpec, mesh: Any, path: Path, *, may_cut: bool) -> str:
     return f"is hollow: it touches as {len(pieces)} convex pieces"
 
 
-def _use_file(spec: mujoco.MjSpec, mesh: Any, folder: Path, *, try_each: bool) -> str | None:
-    """Give a mesh its file or its vertices; returns why that was not possible, or None."""
+def _use_file(
+    spec: mujoco.MjSpec, mesh: Any, folder: Path, pictures: list[Picture], *, try_each: bool
+) -> str | None:
+    """Give a mesh its file or its vertices, and the list its pictures.
+
+    Returns:
+        Why that was not possible, or None.
+    """
     uri: str = mesh.file
     try:
         path = folder / resolve_uri(uri)
@@ -108,7 +116,7 @@ def _use_file(spec: mujoco.MjSpec, mesh: Any, folder: Path, *, try_each: bool) -
         if fault is not None:
             return refusal or fault
     if content.parts and drawn_by(spec, mesh):
-        paint(spec, mesh, content.parts, lambda part: not (try_each and _refusal(part)))
+        pictures += paint(spec, mesh, content.parts, lambda part: not (try_each and _refusal(part)))
     return None
 
 

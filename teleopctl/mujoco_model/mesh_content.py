@@ -21,7 +21,7 @@ import numpy.typing as npt
 
 from teleopctl.folders import cache_dir
 from teleopctl.mujoco_model.paint import Part, parts_of
-from teleopctl.robot import collada_unit_m
+from teleopctl.robot import collada_unit_m, picture_places
 from teleopctl.text_file import absence
 
 try:
@@ -38,7 +38,7 @@ _LARGEST = 1_000_000_000
 # Files that say everything themselves; others name files of colours and pictures.
 _WHOLE = frozenset({".dae", ".glb", ".stl"})
 # Goes up when what is kept would be read otherwise than before.
-_EDITION = b"1"
+_EDITION = b"2"
 
 
 @dataclass(frozen=True)
@@ -159,12 +159,22 @@ def _read(path: Path) -> MeshContent | str:
 # Any: what trimesh has read.
 def _scene(path: Path) -> Any:
     import trimesh
+    from trimesh.resolvers import FilePathResolver
+
+    class Pictures(FilePathResolver):  # type: ignore[misc]
+        """Finds pictures outside of the mesh's folder too, where Gazebo's models have them."""
+
+        def get(self, name: str) -> bytes:
+            for place in picture_places(path, name.strip()):
+                if place.is_file():
+                    return place.read_bytes()
+            raise FileNotFoundError(name)
 
     # A picture that is not there makes trimesh log a traceback.
     logging.getLogger("trimesh").setLevel(logging.CRITICAL)
     try:
         # Left to itself it takes triangles without a word whose corners are no numbers.
-        return trimesh.load_scene(path, process=False)
+        return trimesh.load_scene(path, resolver=Pictures(str(path)), process=False)
     except Exception as error:  # noqa: BLE001 - trimesh's readers raise whatever their parsers do
         return f"{path} cannot be read: {error}"
 

@@ -6,9 +6,9 @@ picture. They are drawn only: what touches and weighs stays one mesh.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import mujoco
 import numpy as np
@@ -45,6 +45,20 @@ class Part:
     uv: npt.NDArray[np.float64] | None = None
 
 
+class Picture(NamedTuple):
+    """A picture and its material, under the name of the mesh that is drawn with it.
+
+    Attributes:
+        name: The mesh.
+        pixels: As of `Part`.
+        rgba: What its colours are multiplied by.
+    """
+
+    name: str
+    pixels: npt.NDArray[np.uint8]
+    rgba: Rgba
+
+
 # Any stands for trimesh's results, whose types do not hold for every kind of file, and for
 # MuJoCo's elements, which have none.
 def parts_of(scene: Any, unit_m: float, *, is_gltf: bool) -> list[Part]:
@@ -73,7 +87,7 @@ def drawn_by(spec: mujoco.MjSpec, mesh: Any) -> list[Any]:
 
 def paint(
     spec: mujoco.MjSpec, mesh: Any, parts: Sequence[Part], is_taken: Callable[[Any], bool]
-) -> None:
+) -> list[Picture]:
     """Draw the parts of a mesh where it is drawn, unless MuJoCo refuses one of them.
 
     Args:
@@ -81,15 +95,16 @@ def paint(
         mesh: The mesh.
         parts: Its parts.
         is_taken: Whether MuJoCo takes a mesh.
+
+    Returns:
+        The pictures that `add_pictures` is to bring, once nothing more is taken out of the spec:
+        MuJoCo copies all of them each time.
     """
     meshes = [_add_mesh(spec, mesh, f"{mesh.name}/{number}", p) for number, p in enumerate(parts)]
     if not all(map(is_taken, meshes)):
         for added in meshes:
             spec.delete(added)
-        return
-    for part, added in zip(parts, meshes, strict=True):
-        if part.picture is not None:
-            _add_picture(spec, added.name, part)
+        return []
     for geom in drawn_by(spec, mesh):
         for part, added in zip(parts, meshes, strict=True):
             _add_geom(geom, part, added.name)
@@ -100,8 +115,24 @@ def paint(
         else:
             # A link that moves has the mass of its shapes, if it has no other.
             geom.group = WEIGHING_GROUP
+    pictures = [
+        Picture(added.name, part.picture, part.rgba)
+        for part, added in zip(parts, meshes, strict=True)
+        if part.picture is not None and part.rgba is not None
+    ]
     if not any(geom.meshname == mesh.name for geom in spec.geoms):
         spec.delete(mesh)
+    return pictures
+
+
+def add_pictures(spec: mujoco.MjSpec, pictures: Iterable[Picture]) -> None:
+    """Add the pictures with which the parts of meshes are drawn."""
+    for name, pixels, rgba in pictures:
+        texture = spec.add_texture(name=name, type=mujoco.mjtTexture.mjTEXTURE_2D)
+        texture.height, texture.width, texture.nchannel = pixels.shape
+        texture.data = pixels.tobytes()
+        material = spec.add_material(name=name, rgba=list(rgba))
+        material.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = name
 
 
 def _add_mesh(spec: mujoco.MjSpec, whole: Any, name: str, part: Part) -> Any:
@@ -114,16 +145,6 @@ def _add_mesh(spec: mujoco.MjSpec, whole: Any, name: str, part: Part) -> Any:
         mesh.usertexcoord = part.uv.astype("float32").ravel().tolist()
         mesh.userfacetexcoord = mesh.userface
     return mesh
-
-
-def _add_picture(spec: mujoco.MjSpec, name: str, part: Part) -> None:
-    assert part.picture is not None
-    assert part.rgba is not None
-    texture = spec.add_texture(name=name, type=mujoco.mjtTexture.mjTEXTURE_2D)
-    texture.height, texture.width, texture.nchannel = part.picture.shape
-    texture.data = part.picture.tobytes()
-    material = spec.add_material(name=name, rgba=list(part.rgba))
-    material.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = name
 
 
 def _add_geom(geom: Any, part: Part, mesh: str) -> None:

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
         xacro_arguments as xacro_arguments,
     )
     from teleopctl.robot.description import RobotDescription as RobotDescription
+    from teleopctl.robot.formats.mesh_pictures import picture_places as picture_places
     from teleopctl.robot.formats.mjcf import Mjcf as Mjcf, load_mjcf as load_mjcf
     from teleopctl.robot.formats.mjcf_actuators import (
         JointActuator as JointActuator,
@@ -149,6 +150,7 @@ else:
             "kinematics": "SegmentTree",
             "lockstep_topics": "COMMANDS_TOPIC RESET_FRAME STATES_TOPIC",
             "mesh_units": "collada_unit_m",
+            "formats.mesh_pictures": "picture_places",
             "repair": "repair_urdf",
             "ros2_control_tag": "ComponentInfo HardwareInfo InterfaceInfo",
             "sensors.lens_tag": "Lens",

@@ -97,3 +97,33 @@ def test_a_picture_is_the_right_way_up(tmp_path: Path, kind: str) -> None:
     above, below = picture[40, 50], picture[60, 50]
     assert above[0] > above[1] + 50
     assert below[1] > below[0] + 50
+
+
+@pytest.mark.parametrize("named", ["{}", "../materials/textures/{}", "C:\\art\\{}"])
+def test_pictures_are_found_where_gazebos_models_have_them(tmp_path: Path, named: str) -> None:
+    corners = [[0, -1, 0], [0, 1, 0], [0, 1, 2], [0, -1, 2]]
+    sheet = trimesh.Trimesh(corners, [[0, 1, 2], [0, 2, 3]], process=False)
+    material = SimpleMaterial(image=Image.new("RGB", (8, 8), (250, 10, 10)))
+    sheet.visual = TextureVisuals(uv=[[0, 0], [1, 0], [1, 1], [0, 1]], material=material)
+    meshes, textures = tmp_path / "meshes", tmp_path / "materials" / "textures"
+    meshes.mkdir()
+    textures.mkdir(parents=True)
+    sheet.export(meshes / "sheet.obj")
+    (picture,) = meshes.glob("*.png")
+    (library,) = meshes.glob("*.mtl")
+    library.write_text(library.read_text().replace(picture.name, named.format("paint.png")))
+    picture.rename(textures / "paint.png")
+    built = model(
+        link(
+            "a", box("collision", "0.1 0.1 0.1") + INERTIAL + shape("visual", meshes / "sheet.obj")
+        )
+    )
+    m = built.mj_model
+    drawn = [
+        n for n in range(m.ngeom) if m.geom_bodyid[n] == m.body("a").id and m.geom_group[n] < 3
+    ]
+    (texture,) = {
+        int(m.mat_texid[m.geom_matid[n]][mujoco.mjtTextureRole.mjTEXROLE_RGB]) for n in drawn
+    }
+    first = int(m.tex_adr[texture])
+    assert m.tex_data[first : first + 3].tolist() == [250, 10, 10]

@@ -18,6 +18,11 @@ _TILE_M = 0.5
 
 _ZENITH = [0.62, 0.74, 0.88]
 _HORIZON = [0.86, 0.9, 0.95]
+_SUN = "teleopctl/sun"
+_DIRECTIONAL = mujoco.mjtLightType.mjLIGHT_DIRECTIONAL
+# What shines from where one looks; beside Gazebo's sun, which is brighter than ours, less: what
+# is white would be all that its ground of 0.8 shows.
+_HEADLIGHT, _BESIDE_A_SUN = 0.35, 0.1
 
 
 def add_scene(spec: mujoco.MjSpec) -> None:
@@ -32,7 +37,25 @@ def add_scene(spec: mujoco.MjSpec) -> None:
     if all(texture.type != mujoco.mjtTexture.mjTEXTURE_SKYBOX for texture in spec.textures):
         _add_sky(spec)
     add_ground(spec)
-    _add_lights(spec)
+    light_up(spec)
+
+
+def light_up(spec: mujoco.MjSpec, *, lit: bool = False) -> None:
+    """Let our sun shine where no other one does, and be out where a world has brought its own.
+
+    Two of them would show everything that is light as white.
+
+    Args:
+        spec: The ``mujoco.MjSpec`` to edit.
+        lit: Whether its robot comes with lights, if there are any.
+    """
+    if (own := spec.light(_SUN)) is not None:
+        spec.delete(own)
+    shines = any(light.type == _DIRECTIONAL for light in spec.lights)
+    if not shines and not (lit and len(spec.lights)):
+        _add_sun(spec)
+    if not lit:
+        _set_headlight(spec, _BESIDE_A_SUN if shines else _HEADLIGHT)
 
 
 def add_ground(spec: mujoco.MjSpec) -> None:
@@ -61,7 +84,8 @@ def complete_scene(spec: mujoco.MjSpec) -> None:
     if not any(geom.contype or geom.conaffinity for geom in spec.worldbody.geoms):
         _add_ground(spec, _free_name(GROUND_NAME, {body.name for body in spec.bodies}))
     if not len(spec.lights):
-        _add_lights(spec)
+        _add_sun(spec)
+        _set_headlight(spec, _HEADLIGHT)
 
 
 def _free_name(wanted: str, taken: set[str]) -> str:
@@ -109,10 +133,10 @@ def _add_ground(spec: mujoco.MjSpec, name: str) -> None:
     )
 
 
-def _add_lights(spec: mujoco.MjSpec) -> None:
+def _add_sun(spec: mujoco.MjSpec) -> None:
     spec.worldbody.add_light(
-        name="sun",
-        type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL,
+        name=_SUN,
+        type=_DIRECTIONAL,
         pos=[1.4, -1.8, 4.0],
         dir=[-0.35, 0.45, -1.0],
         diffuse=[0.75, 0.75, 0.72],
@@ -121,7 +145,10 @@ def _add_lights(spec: mujoco.MjSpec) -> None:
     )
     # The edge of the shadow map shows as specks on the ground: keep it far from the robot.
     spec.visual.map.shadowclip = 2.0
+
+
+def _set_headlight(spec: mujoco.MjSpec, diffuse: float) -> None:
     headlight = spec.visual.headlight
     headlight.ambient = [0.35, 0.35, 0.35]
-    headlight.diffuse = [0.35, 0.35, 0.35]
+    headlight.diffuse = [diffuse, diffuse, diffuse]
     headlight.specular = [0.1, 0.1, 0.1]

@@ -15,7 +15,7 @@ import mujoco
 import numpy as np
 
 from teleopctl.errors import InvalidDescriptionError, NotFoundError
-from teleopctl.mujoco_model.surroundings.scene import add_ground, drop_ground
+from teleopctl.mujoco_model.surroundings.scene import add_ground, drop_ground, light_up
 from teleopctl.mujoco_model.surroundings.surfaces import pair_surfaces
 from teleopctl.mujoco_model.surroundings.thing import Thing, things_since
 from teleopctl.mujoco_model.surroundings.world import (
@@ -208,6 +208,7 @@ def in_world(model: RobotModel, world: World | None) -> RobotModel:
         free, warnings = add_world(spec, world, model.world_frame)
     things = things_since(before, spec, free)
     add_ground(spec)
+    light_up(spec, lit=model.start is not None)
     made = _compiled(model, spec, str(world.path) if world is not None else "the empty world")
     return replace(
         made,

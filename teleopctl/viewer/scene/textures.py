@@ -7,13 +7,13 @@ import warnings
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
-from urllib.parse import unquote
 
 from PIL import Image
 from trimesh.resolvers import Resolver
 
 from teleopctl.errors import TeleopctlError
 from teleopctl.packages import resolve_uri
+from teleopctl.robot import picture_places
 from teleopctl.viewer.scene.drawing import Rgba
 
 # Phones refuse larger textures, and they are sent whole.
@@ -71,9 +71,7 @@ class Neighbours(Resolver):
     def _find(self, name: str) -> Path:
         if "://" in name:
             return resolve_uri(name)
-        # Names in COLLADA and glTF are parts of URIs; tools on Windows write backslashes.
-        names = dict.fromkeys((name, unquote(name), unquote(name).replace("\\", "/")))
-        places = [self._path.parent / one for one in names]
+        places = picture_places(self._path, name)
         return next((place for place in places if place.is_file()), places[0])
 
     def keys(self) -> list[str]:

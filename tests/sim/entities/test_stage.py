@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 from pathlib import Path
 
+import mujoco
 import numpy as np
 import pytest
 
@@ -235,6 +236,23 @@ def test_a_world_takes_its_lights_and_places_with_it(model: RobotModel) -> None:
             empty.mj_model.nsite,
         )
     assert in_world(there, None).mj_model.nlight < there.mj_model.nlight
+
+
+def test_a_worlds_sun_takes_the_place_of_ours(model: RobotModel) -> None:
+    sun = '<sdf version="1.8"><world name="w">{}</world></sdf>'
+    sun = sun.format('<light name="l" type="directional"><diffuse>.8 .8 .8 1</diffuse></light>')
+    spot = "things: {}\nlights: [{kind: spot, at: [0, 0, 2]}]"
+
+    def suns(model: RobotModel) -> int:
+        return int(np.sum(model.mj_model.light_type == mujoco.mjtLightType.mjLIGHT_DIRECTIONAL))
+
+    built = build_model(rod(), world=thing(sun))
+    assert [suns(built), suns(in_world(built, None)), suns(model)] == [1, 1, 1]
+    lit = in_world(in_world(model, thing(sun)), thing(spot))
+    assert (suns(lit), lit.mj_model.nlight) == (1, 2)
+    # Seen from anywhere, Gazebo's ground of 0.8 is not white.
+    light = built.mj_model.vis.headlight
+    assert 0.8 * (light.ambient + light.diffuse + built.mj_model.light_diffuse[0]).max() <= 1.001
 
 
 def test_a_push_moves_a_thing_by_its_impulse_and_turns_it_by_its_lever(model: RobotModel) -> None:
