@@ -20,6 +20,9 @@ from teleopctl.mujoco_model.urdf_import import WEIGHING_GROUP
 _MOST_COLOURS = 32
 # A side of a picture in pixels; larger ones are reduced.
 _LARGEST_PICTURE = 1024
+# What the pictures of one model have together, in bytes: it is sent whole to cameras when it
+# changes, while time stands still. A furnished house has 80, by the side above 200 MB of them.
+_MOST_OF_PICTURES = 64_000_000
 # What glTF's colours, which are amounts of light, are raised by for a screen.
 _SCREEN_GAMMA = 1.0 / 2.2
 
@@ -126,13 +129,26 @@ def paint(
 
 
 def add_pictures(spec: mujoco.MjSpec, pictures: Iterable[Picture]) -> None:
-    """Add the pictures with which the parts of meshes are drawn."""
-    for name, pixels, rgba in pictures:
+    """Add the pictures with which the parts of meshes are drawn, smaller where they are many."""
+    added, side = list(pictures), _LARGEST_PICTURE
+    while side > 1 and sum(picture.pixels.nbytes for picture in added) > _MOST_OF_PICTURES:
+        side //= 2
+        added = [picture._replace(pixels=_reduced(picture.pixels, side)) for picture in added]
+    for name, pixels, rgba in added:
         texture = spec.add_texture(name=name, type=mujoco.mjtTexture.mjTEXTURE_2D)
         texture.height, texture.width, texture.nchannel = pixels.shape
         texture.data = pixels.tobytes()
         material = spec.add_material(name=name, rgba=list(rgba))
         material.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = name
+
+
+def _reduced(pixels: npt.NDArray[np.uint8], side: int) -> npt.NDArray[np.uint8]:
+    """Every second pixel's mean, and so on, until no side is longer."""
+    while max(pixels.shape[:2]) > side and min(pixels.shape[:2]) > 1:
+        height, width = (size // 2 * 2 for size in pixels.shape[:2])
+        blocks = pixels[:height, :width].reshape(height // 2, 2, width // 2, 2, 3)
+        pixels = blocks.mean(axis=(1, 3)).astype(np.uint8)
+    return pixels
 
 
 def _add_mesh(spec: mujoco.MjSpec, whole: Any, name: str, part: Part) -> Any:

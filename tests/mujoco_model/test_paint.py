@@ -11,6 +11,7 @@ from trimesh.visual import TextureVisuals
 from trimesh.visual.material import PBRMaterial, SimpleMaterial
 
 from teleopctl.mujoco_model import RobotModel
+from teleopctl.mujoco_model.paint import Picture, add_pictures
 from tests.sim.robots import INERTIAL, box, link, model
 
 RED, GREEN = (255, 0, 0, 255), (0, 255, 0, 255)
@@ -127,3 +128,15 @@ def test_pictures_are_found_where_gazebos_models_have_them(tmp_path: Path, named
     }
     first = int(m.tex_adr[texture])
     assert m.tex_data[first : first + 3].tolist() == [250, 10, 10]
+
+
+def test_many_pictures_are_smaller_ones() -> None:
+    spec = mujoco.MjSpec()
+    spec.worldbody.add_geom(size=[1.0, 0.0, 0.0])
+    pixels = np.full((1024, 512, 3), 7, np.uint8)
+    add_pictures(spec, [Picture(f"p{n}", pixels, (1.0, 1.0, 1.0, 1.0)) for n in range(60)])
+    m = spec.compile()
+    assert m.ntex == 60
+    assert m.ntexdata < 64_000_000
+    assert (set(m.tex_height.tolist()), set(m.tex_width.tolist())) == ({512}, {256})
+    assert set(m.tex_data[:100].tolist()) == {7}
