@@ -161,7 +161,7 @@ def _scene(path: Path) -> Any:
     import trimesh
     from trimesh.resolvers import FilePathResolver
 
-    class Pictures(FilePathResolver):  # type: ignore[misc]
+    class Pictures(FilePathResolver):
         """Finds pictures outside of the mesh's folder too, where Gazebo's models have them."""
 
         def get(self, name: str) -> bytes:
