@@ -48,7 +48,7 @@ def refuse_bodies(simulation: Simulation, states: Sequence[Any]) -> str:
             known = ", ".join(body.link for body in bodies.bodies) or "nothing"
             return f"'{state.name}' does not move freely; {known} does"
         for header in (state.pose.header, state.twist.header):
-            if header.frame_id and not simulation.has_link(header.frame_id):
+            if _is_turned(simulation, header) and not simulation.has_link(header.frame_id):
                 return f"There is no link '{header.frame_id}'"
         if reason := no_sense([*_pose_values(state), *_twist_values(state)]):
             return f"A value of '{state.name}' {reason}"
@@ -72,7 +72,7 @@ def put_bodies(simulation: Simulation, states: Sequence[Any]) -> None:
         header.frame_id: simulation.link_pose(header.frame_id)
         for state in states
         for header in (state.pose.header, state.twist.header)
-        if header.frame_id
+        if _is_turned(simulation, header)
     }
     bodies = simulation.free_bodies
     for state in states:
@@ -89,6 +89,11 @@ def put_bodies(simulation: Simulation, states: Sequence[Any]) -> None:
             twist = np.concatenate([frame.rotation @ twist[:3], frame.rotation @ twist[3:]])
         bodies.put(index, pose, twist)
     simulation.refresh()
+
+
+def _is_turned(simulation: Simulation, header: Any) -> bool:
+    """Whether a header names another frame than the world's, in which states are published."""
+    return header.frame_id not in ("", simulation.model.world_frame)
 
 
 def _in_world(frame: LinkPose, pose: Any) -> Any:

@@ -243,8 +243,12 @@ class FreeBodyPorts:
             free_joints=[_FreeJointState(name=body.link) for body in bodies.bodies]
         )
         self._transforms = [_TransformStamped(child_frame_id=b.link) for b in bodies.bodies]
-        for transform, body in zip(self._transforms, bodies.bodies, strict=True):
+        self._states.header.frame_id = self._simulation.model.world_frame
+        states = self._states.free_joints
+        for state, transform, body in zip(states, self._transforms, bodies.bodies, strict=True):
             transform.header.frame_id = body.parent
+            # One header, which `publish` stamps.
+            state.pose.header = state.twist.header = transform.header
         self._has_base = self._simulation.model.base is not None
         self.show_base(self._base_shown)
 

@@ -361,10 +361,14 @@ def test_a_free_body_is_published_and_can_be_put_elsewhere(ros: RosGraph, urdf: 
     assert state.name == "ball"
     assert state.pose.pose.position.z == pytest.approx(20.0 - 9.81 * t * (t + 1e-3) / 2.0)
     assert state.twist.twist.linear.z == pytest.approx(-9.81 * t)
+    assert state.pose.header.frame_id == state.twist.header.frame_id == "world"
+    assert stamp_ns(state.pose) == stamp_ns(state.twist) == begin_ns + 100_000_000
     transform = frames.get(timeout=LONGEST_WAIT_S).transforms[0]
     assert (transform.header.frame_id, transform.child_frame_id) == ("world", "ball")
     assert transform.transform.translation.x == 3.0
 
+    # What is published can be put back as it is.
+    assert partner.call("SetFreeJointState", "set_free_joint_state", free_joints=[state]).success
     place = get_message("mujoco_ros2_control_msgs/msg/FreeJointState")(name="ball")
     place.pose.header.frame_id = "claw_support"
     place.pose.pose.position.z = 5.0
