@@ -108,6 +108,15 @@ def _first_words(parameters: Mapping[str, object]) -> Iterator[str]:
                 yield text.partition("/")[0]
 
 
+def configures_any(file: ParameterFile) -> bool:
+    """Whether a file gives the type of any controller, in whatever namespace."""
+    return any(
+        name == "type" or name.endswith(_TYPE)
+        for _, parameters in file.sections
+        for name in parameters
+    )
+
+
 def namespaces_of_managers(file: ParameterFile) -> list[str]:
     """Return the namespaces in which a file names a controller manager; empty for the root's.
 

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING
 from teleopctl.errors import LaunchError, TeleopctlError
 from teleopctl.launch.evaluation.context import LaunchContext
 from teleopctl.launch.evaluation.own_substitutions import (
+    configures_any,
     file_controllers,
     namespaces_of_managers,
     parameters_in,
@@ -51,6 +52,10 @@ def _robot_controllers(words: Sequence[str], context: LaunchContext) -> str:
     for path in named:
         if not resolve_uri(path).is_file():
             raise LaunchError(f"{robot[0]}: <plugin> of ros2_control: {_NO_FILE.format(path)}")
+    own = resolve_uri(named[0]).absolute()
+    if not otherwise and not configures_any(parameters_in(str(own))):
+        # Those of the robot are loaded by launch files, from files that nothing here names.
+        return str(_made_for(description, plugins, context, own))
     others = f"; not read: {', '.join(named[1:])}" if named[1:] else ""
     _say(context, f"Controllers of the description: {named[0]}{others}")
     return str(resolve_uri(named[0]).absolute())
@@ -206,9 +211,15 @@ def _robot_is_controlled(words: Sequence[str], context: LaunchContext) -> str:
 
 
 def _made_for(
-    description: RobotDescription, plugins: MotionPlugins, context: LaunchContext
+    description: RobotDescription,
+    plugins: MotionPlugins,
+    context: LaunchContext,
+    own: Path | None = None,
 ) -> Path:
-    """Write parameters of controllers that move every joint that can be commanded."""
+    """Write parameters of controllers that move every joint that can be commanded.
+
+    They come behind those of a file of the robot's own, if there is one, whose rate then holds.
+    """
     import yaml
 
     from teleopctl.robot import controllers_for
@@ -217,10 +228,15 @@ def _made_for(
     file.parent.mkdir(parents=True, exist_ok=True)
     # In whatever namespace they run.
     sections = {f"/**/{n}": values for n, values in controllers_for(description, plugins).items()}
+    because, before = "No controllers_file is given or described", ""
+    if own is not None:
+        because, before = f"{own} configures none", f"{own.read_text('utf-8')}\n"
+        if any("update_rate" in values for _, values in parameters_in(str(own)).sections):
+            del sections["/**/controller_manager"]["ros__parameters"]["update_rate"]
     text = yaml.safe_dump(sections, sort_keys=False)
-    file.write_text(text, encoding="utf-8")
+    file.write_text(before + text, encoding="utf-8")
     if description.ros2_control:
-        _say(context, f"No controllers_file is given or described: those of {file}")
+        _say(context, f"{because}: those of {file}")
     return file
 
 

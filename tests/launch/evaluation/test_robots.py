@@ -119,7 +119,7 @@ def test_the_simulator_is_the_hardware_unless_the_description_is_to_decide(evalu
 
 
 def test_the_controllers_are_those_that_the_description_names(evaluated, tmp_path):
-    (tmp_path / "c.yaml").touch()
+    (tmp_path / "c.yaml").write_text("arm: {ros__parameters: {type: a/A}}")
     plug_in = (
         '<gazebo><plugin name="c" filename="libgz_ros2_control-system.so">'
         f"<parameters>{tmp_path}/c.yaml</parameters></plugin></gazebo>"
@@ -129,6 +129,22 @@ def test_the_controllers_are_those_that_the_description_names(evaluated, tmp_pat
     assert done.said == [f"Controllers of the description: {tmp_path}/c.yaml"]
     with pytest.raises(TeleopctlError, match=r"gone/c.yaml is no file"):
         evaluated("$(robot-controllers FILE sim '')", more=plug_in.replace(str(tmp_path), "/gone"))
+
+
+def test_where_the_file_that_is_named_configures_none_they_are_made_beside_what_it_says(
+    evaluated, tmp_path
+):
+    (tmp_path / "c.yaml").write_text("controller_manager: {ros__parameters: {update_rate: 7}}")
+    plug_in = (
+        '<gazebo><plugin name="c" filename="libgz_ros2_control-system.so">'
+        f"<parameters>{tmp_path}/c.yaml</parameters></plugin></gazebo>"
+    )
+    done = evaluated("$(robot-controllers FILE sim '')", more=plug_in)
+    assert done.said == [f"{tmp_path}/c.yaml configures none: those of {done.shown}"]
+    listed = evaluated(f"$(file-controllers {done.shown} '')").shown.split()
+    assert listed == ["joint_state_broadcaster", "joint_trajectory_controller"]
+    rate = evaluated(f"$(file-param {done.shown} /controller_manager update_rate 1)").shown
+    assert rate == "7"
 
 
 def test_the_controllers_of_plugins_come_behind_those_of_the_file(evaluated, tmp_path):
