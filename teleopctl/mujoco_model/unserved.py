@@ -36,6 +36,8 @@ from teleopctl.robot import (
 # Places that are listed of one kind of tag.
 _TOLD_PLACES = 5
 _OF_SHAPES = "collision/surface/friction/ode"
+_ROLLING = "collision/surface/friction/bullet/rolling_friction"
+_BULLETS = "has no effect beside <ode>: of Gazebo's engines Bullet alone reads it"
 _FRICTIONS = (("mu1", "mu2"), (f"{_OF_SHAPES}/mu", f"{_OF_SHAPES}/mu2"))
 _DIRECTIONS = ("fdir1", f"{_OF_SHAPES}/fdir1")
 _ACROSS = "has no effect: without <fdir1> friction is <mu1> in all directions"
@@ -154,6 +156,9 @@ def _of_gazebo(gazebo: etree._Element, where: str, tables: list[Table]) -> Itera
             continue
         if not any(map(_has_direction, map(gazebo.find, _DIRECTIONS))):
             yield Tag(across, where, "<mu2>", _ACROSS)
+    rolling, usual = gazebo.find(_ROLLING), gazebo.find(f"{_OF_SHAPES}/mu")
+    if rolling is not None and usual is not None and not is_so_anyway(rolling):
+        yield Tag(rolling, where, "<rolling_friction>", _BULLETS)
     for material in gazebo.iterfind("material") if OF_LINKS in tables else ():
         script = value_of(material) or (material.findtext("script/name") or "").strip()
         if script and gazebo_colour(script) is None:

@@ -259,3 +259,21 @@ def test_of_the_plugin_that_runs_controllers_what_is_neither_namespace_nor_name_
     assert warnings(f"<gazebo>{plugin}</gazebo>") == (
         "<qos> of plug-in 'p' (line 2) has no effect",
     )
+
+
+def test_bullets_resistance_to_rolling_beside_odes_friction_does_not_brake_wheels() -> None:
+    bullet = "<bullet><rolling_friction>0.1</rolling_friction></bullet>"
+
+    def wheel(ode: str) -> str:
+        friction = f"<collision><surface><friction>{ode}\n{bullet}</friction></surface></collision>"
+        return f'<gazebo reference="base">{friction}</gazebo>'
+
+    beside = robot(link("base"), wheel("<ode><mu>0.3</mu><mu2>0.3</mu2></ode>"))
+    assert beside.gazebo.links["base"].surface is None
+    assert unserved_tags(beside.urdf) == [
+        "<rolling_friction> of 'base' (line 3) has no effect beside <ode>: of Gazebo's engines "
+        "Bullet alone reads it"
+    ]
+    alone = robot(link("base"), wheel("")).gazebo.links["base"].surface
+    assert alone is not None
+    assert alone.rolling == 0.1

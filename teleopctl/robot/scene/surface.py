@@ -13,6 +13,7 @@ from teleopctl.robot.formats.places import numbers
 _TORSIONAL = "friction/torsional/coefficient"
 _PATCH = "friction/torsional/patch_radius"
 _ROLLING = "friction/bullet/rolling_friction"
+_OF_ODE = "friction/ode/mu"
 _RESTITUTION = "bounce/restitution_coefficient"
 
 
@@ -70,11 +71,14 @@ def read_surface(number: Callable[[str, float], float]) -> Surface | None:
     Args:
         number: The number at a path below it, or the default.
     """
+    # Gazebo reads Bullet's with Bullet alone. Beside ODE's friction, which all read, it is written
+    # for that engine too, and wheels that have it roll in the others.
+    rolls_freely = number(_OF_ODE, -1.0) >= 0.0
     found = Surface(
         min(max(number(_RESTITUTION, 0.0), 0.0), 1.0),
         max(number(_TORSIONAL, 1.0), 0.0),
         max(number(_PATCH, 0.0), 0.0),
-        max(number(_ROLLING, 0.0), 0.0),
+        0.0 if rolls_freely else max(number(_ROLLING, 0.0), 0.0),
     )
     return None if found == Surface() else found
 
