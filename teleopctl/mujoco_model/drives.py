@@ -25,6 +25,8 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
+from teleopctl.mujoco_model.joints import STIFF_SOLIMP, STIFF_SOLREF
+
 if TYPE_CHECKING:
     from teleopctl.mujoco_model.joints import JointSpec
     from teleopctl.robot import JointLimits, Mimic
@@ -44,9 +46,6 @@ _ROTOR_ACCELERATION = 1000.0
 _ROTOR_SHARE = 0.05
 _SMALLEST_ROTOR = 1e-4
 
-# Time constant (s) and impedance of the mimic constraint, the stiffest that 1 ms steps allow.
-_MIMIC_SOLREF = (0.002, 1.0)
-_MIMIC_SOLIMP = (0.99, 0.9999, 0.001, 0.5, 2.0)
 
 # Where a joint with only one limit ends at the other side, and the width (rad or m) of a range
 # that is one point: MuJoCo wants both ends, and the lower one first.
@@ -156,8 +155,8 @@ def add_mimic(spec: mujoco.MjSpec, name: str, leader: str, mimic: Mimic) -> None
         objtype=mujoco.mjtObj.mjOBJ_JOINT,
         name1=name,
         name2=leader,
-        solref=list(_MIMIC_SOLREF),
-        solimp=list(_MIMIC_SOLIMP),
+        solref=list(STIFF_SOLREF),
+        solimp=list(STIFF_SOLIMP),
     )
     constraint.data[:5] = [mimic.offset, mimic.multiplier, 0.0, 0.0, 0.0]
 

@@ -11,15 +11,22 @@ from teleopctl.robot import JointLimits, Joints
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
+    import mujoco
+
     from teleopctl.robot import (
         ComponentInfo,
         InterfaceInfo,
         JointActuator,
+        Loop,
         Mimic,
         RobotDescription,
     )
 
 COMMAND_INTERFACES = ("position", "velocity", "effort")
+
+# Time constant (s) and impedance of a constraint between links, the stiffest that 1 ms steps allow.
+STIFF_SOLREF = (0.002, 1.0)
+STIFF_SOLIMP = (0.99, 0.9999, 0.001, 0.5, 2.0)
 
 
 @dataclass(frozen=True)
@@ -126,3 +133,56 @@ def _initial_position(part: ComponentInfo | None, limits: JointLimits) -> float:
 
 def _names(interfaces: Iterable[InterfaceInfo]) -> tuple[str, ...]:
     return tuple(interface.name for interface in interfaces)
+
+
+def close_loops(spec: mujoco.MjSpec, loops: Iterable[Loop]) -> list[str]:
+    """Let links that several joints hold be held by all of them.
+
+    Args:
+        spec: The ``mujoco.MjSpec`` to edit; its bodies have the links' names.
+        loops: The joints that are not in the tree.
+
+    Returns:
+        A sentence for each: a state or a command it has none.
+    """
+    told = []
+    for loop in loops:
+        missing = [name for name in (loop.parent, loop.child) if spec.body(name) is None]
+        if missing:
+            told.append(f"Joint '{loop.name}' is left out: there is no link '{missing[0]}'")
+            continue
+        close_loop(spec, loop, loop.child, loop.parent)
+        told.append(
+            f"Joint '{loop.name}' closes a loop: physics holds '{loop.child}' at '{loop.parent}'; "
+            "it has no state and takes no commands"
+        )
+    return told
+
+
+def close_loop(spec: mujoco.MjSpec, loop: Loop, child: str, parent: str) -> None:
+    """Let a body be held by another one as a joint would hold it.
+
+    Args:
+        spec: The ``mujoco.MjSpec`` to edit.
+        loop: The joint, its pose in the frame of the child's body.
+        child: The child's body.
+        parent: The parent's, or ``world``.
+    """
+    import mujoco
+
+    kind = mujoco.mjtEq.mjEQ_CONNECT if loop.anchors else mujoco.mjtEq.mjEQ_WELD
+    for number, anchor in enumerate(loop.anchors or [(0.0, 0.0, 0.0)]):
+        constraint = spec.add_equality(
+            name=f"{child}_{loop.name}_{number}",
+            type=kind,
+            objtype=mujoco.mjtObj.mjOBJ_BODY,
+            name1=child,
+            name2=parent,
+            solref=list(STIFF_SOLREF),
+            solimp=list(STIFF_SOLIMP),
+        )
+        constraint.data[:3] = anchor
+        if not loop.anchors:
+            constraint.data[10] = 1.0  # turning counts as much as moving, in metres
+    if "world" not in (child, parent):
+        spec.add_exclude(bodyname1=parent, bodyname2=child)

@@ -25,7 +25,7 @@ from teleopctl.mujoco_model.contacts import (
 from teleopctl.mujoco_model.drives import add_drives, prepare_joints
 from teleopctl.mujoco_model.free_bodies import FreeBody, free_bodies
 from teleopctl.mujoco_model.inertia import repair_inertias
-from teleopctl.mujoco_model.joints import JointSpec, joint_specs
+from teleopctl.mujoco_model.joints import JointSpec, close_loops, joint_specs
 from teleopctl.mujoco_model.mjcf.draft import MjcfDraft, draft_mjcf
 from teleopctl.mujoco_model.mjcf.start import Start
 from teleopctl.mujoco_model.shapes import drop_impossible_shapes
@@ -301,6 +301,7 @@ def _draft(
     apply_gazebo(spec, description)
     prepare_joints(spec, joints)
     exclude_adjacent(spec)
+    warnings += close_loops(spec, description.gazebo.loops)
     alone = [
         link
         for link, physics in description.gazebo.links.items()

@@ -57,6 +57,11 @@ if TYPE_CHECKING:
         HardwareInfo as HardwareInfo,
         InterfaceInfo as InterfaceInfo,
     )
+    from teleopctl.robot.scene.loops import (
+        Loop as Loop,
+        loop_of as loop_of,
+        tree_and_loops as tree_and_loops,
+    )
     from teleopctl.robot.scene.scene import (
         Scene as Scene,
         SceneBody as SceneBody,
@@ -165,6 +170,7 @@ else:
             "gazebo_colours": "gazebo_colour",
             "scene.scene": "Scene SceneBody SceneInertial SceneJoint SceneLight SceneModel "
             "ScenePose SceneShape",
+            "scene.loops": "Loop tree_and_loops loop_of",
             "scene.surface": "Surface",
             "scene.sdf_includes": "gazebo_models",
             "scene.world_file": "World find_world is_world read_world read_world_text",

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from teleopctl.errors import InvalidDescriptionError
 from teleopctl.robot.elements import Element, child_text, describe, to_number
 from teleopctl.robot.gazebo_colours import gazebo_colour
+from teleopctl.robot.scene.loops import Loop, read_loops
 from teleopctl.robot.scene.surface import Across, Surface, expressed_in, read_surface
 from teleopctl.robot.sensors.plugin_tag import Plugin, read_plugin
 from teleopctl.robot.sensors.sensor_tag import (
@@ -69,6 +70,7 @@ class GazeboTag:
         static: Whether the robot's root link stands still.
         sensors: The sensors of all links.
         plugins: Plug-ins of the whole robot.
+        loops: Joints that Gazebo adds to the robot's own.
     """
 
     links: Mapping[str, LinkPhysics] = field(default_factory=dict)
@@ -76,6 +78,7 @@ class GazeboTag:
     static: bool = False
     sensors: tuple[Sensor, ...] = ()
     plugins: tuple[Plugin, ...] = ()
+    loops: tuple[Loop, ...] = ()
 
 
 def read_gazebo(robot: Element) -> GazeboTag:
@@ -90,6 +93,7 @@ def read_gazebo(robot: Element) -> GazeboTag:
     joints = {joint.get("name") for joint in robot.findall("joint")}
     sensors: list[Sensor] = []
     plugins: list[Plugin] = []
+    loops: list[Loop] = []
     children = _children_of_joints(robot)
     for element in robot.findall("gazebo"):
         link = element.get("reference")
@@ -97,6 +101,7 @@ def read_gazebo(robot: Element) -> GazeboTag:
             static = _flag(element, "static", default=static)
             found = [read_plugin(child) for child in element.findall("plugin")]
             plugins += found
+            loops += read_loops(element)
             sensors += filter(None, (sensor_of_plugin(plugin, children) for plugin in found))
             continue
         links[link] = _read_physics(element, links.get(link, LinkPhysics()))
@@ -106,7 +111,7 @@ def read_gazebo(robot: Element) -> GazeboTag:
         for child in element.findall("sensor"):
             on_joint = child.get("type") == "force_torque"
             sensors.append(read_sensor(child, children.get(link, link) if on_joint else link))
-    return GazeboTag(links, springs, static, tuple(sensors), tuple(plugins))
+    return GazeboTag(links, springs, static, tuple(sensors), tuple(plugins), tuple(loops))
 
 
 def _read_physics(element: Element, before: LinkPhysics) -> LinkPhysics:

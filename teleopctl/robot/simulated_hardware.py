@@ -18,6 +18,7 @@ from teleopctl.robot.elements import parse, to_number
 from teleopctl.robot.formats.planar_joints import split_planar_joints
 from teleopctl.robot.gazebo_plugins.table import MotionPlugins, motion_plugins
 from teleopctl.robot.joints import Joints
+from teleopctl.robot.scene.loops import loops_path
 
 SIMULATOR = "gz_ros2_control/GazeboSimSystem"
 _SIMULATORS = (
@@ -190,19 +191,35 @@ def _limit_efforts(robot: etree._Element, plugins: MotionPlugins) -> bool:
     return changed
 
 
+def _carried(description: RobotDescription) -> set[str]:
+    """The joints that go round and round, and that the others of a loop move."""
+    ends = {name: (joint.parent, joint.child) for name, joint in description.joints.items()}
+    carried: set[str] = set()
+    for loop in description.gazebo.loops:
+        path = loops_path(loop, ends)
+        kinds = {name: joint.type for name, joint in description.joints.items() if name in path}
+        endless = [name for name, kind in kinds.items() if kind == "continuous"]
+        # Of joints that are all alike the first one is as good as any.
+        others = [kind for kind in kinds.values() if kind not in ("continuous", "fixed")]
+        carried.update(endless if others else endless[1:])
+    return carried
+
+
 def _add_system(
     robot: etree._Element, description: RobotDescription, plugins: MotionPlugins
 ) -> list[str]:
     """Add a system that holds each joint where it is, and turns each that goes round and round.
 
-    Where plug-ins drive the robot, those that go round and that none of them moves are casters.
+    What a loop of joints moves is left to it. Where plug-ins drive the robot, those that go round
+    and that none of them moves are casters.
     """
-    system, moved = _new_system(), plugins.commands
+    system, moved, carried = _new_system(), plugins.commands, _carried(description)
     found: dict[str, list[str]] = {"position": [], "velocity": []}
     for name, model in Joints.of(description).items():
         joint = etree.SubElement(system, "joint", name=name)
         endless = description.joints[name].type == "continuous"
-        if model.mimic is None and (name in moved or not (plugins.drive_the_base and endless)):
+        passive = name in carried or (plugins.drive_the_base and endless)
+        if model.mimic is None and (name in moved or not passive):
             command = moved.get(name) or usual_command(description.joints[name].type)
             found[command].append(name)
             etree.SubElement(joint, "command_interface", name=command)

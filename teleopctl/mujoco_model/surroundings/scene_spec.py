@@ -13,12 +13,14 @@ from teleopctl.mujoco_model.contacts import give_friction
 from teleopctl.mujoco_model.convex import slabs
 from teleopctl.mujoco_model.drives import add_mimic, finite_range
 from teleopctl.mujoco_model.inertia import repair_inertias
+from teleopctl.mujoco_model.joints import close_loop
 from teleopctl.mujoco_model.surroundings.surfaces import give_surface
 from teleopctl.mujoco_model.urdf_import import (
     COLLISION_GROUP,
     VISUAL_GROUP,
     show_bare_collisions,
 )
+from teleopctl.robot import loop_of, tree_and_loops
 from teleopctl.tf import Transform, matrix_from_quaternion, rotate
 
 if TYPE_CHECKING:
@@ -95,6 +97,8 @@ class _Builder:
         self._parts: dict[tuple[object, ...], list[str]] = {}
         # What the moving joints of the present model are called here.
         self._names: dict[str, str] = {}
+        # The bodies of the present model by its links, and where their frames are in it.
+        self._made: dict[str, tuple[str, Transform]] = {}
         # Bodies whose mass is that of their shapes.
         self.weighed_by_shape: set[str] = set()
 
@@ -107,13 +111,10 @@ class _Builder:
             for part in model.bodies.values():
                 self._add_shapes(body, part, part.pose, still=True)
             return
-        joints: dict[str, SceneJoint] = {}
         self._names = {}
-        for joint in model.joints:
-            if joint.child not in model.bodies or joints.setdefault(joint.child, joint) != joint:
-                self.warnings.append(
-                    f"Joint '{joint.name}' of '{model.name}' is left out: it closes a loop"
-                )
+        self._made = {"world": ("world", Transform())}
+        tree, closing = tree_and_loops(model.joints, model.bodies)
+        joints = {joint.child: joint for joint in tree}
         roots = [name for name in model.bodies if _starts(joints.get(name), model)]
         for root in roots:
             # A thing of one piece is where its model is, not where its first link is.
@@ -129,9 +130,8 @@ class _Builder:
                 self._add_joint(body, held, frame)
             self._fill(body, model, root, frame, joints, still=held is not None)
         self._tie(model, joints.values())
-        lost = set(model.bodies) - set(_reached(roots, joints))
-        for name in sorted(lost):
-            self.warnings.append(f"Link '{name}' of '{model.name}' is left out: it is in a ring")
+        for joint in closing:
+            self._close(model, joint)
 
     def _fill(
         self,
@@ -155,6 +155,7 @@ class _Builder:
         """
         pending = [(body, name, frame, still)]
         for body, name, frame, still in pending:
+            self._made[name] = (body.name, frame)
             part, joint = model.bodies[name], joints.get(name)
             here = frame.inverse() @ part.pose
             still = still and (joint is None or joint.kind == "fixed")
@@ -193,6 +194,19 @@ class _Builder:
         if math.isfinite(joint.lower) or math.isfinite(joint.upper):
             made.limited = mujoco.mjtLimited.mjLIMITED_TRUE
             made.range = finite_range(joint.lower, joint.upper)
+
+    def _close(self, model: SceneModel, joint: SceneJoint) -> None:
+        """Let a joint that closes a loop hold its child as well."""
+        if joint.child not in self._made or joint.parent not in self._made:
+            return
+        child, frame = self._made[joint.child]
+        loop = loop_of(joint, frame)
+        if loop is None:
+            self.warnings.append(
+                f"Joint '{joint.name}' of '{model.name}' is left out: it slides and closes a loop"
+            )
+        else:
+            close_loop(self.spec, loop, child, self._made[joint.parent][0])
 
     def _tie(self, model: SceneModel, joints: Iterable[SceneJoint]) -> None:
         """Let joints follow those that they follow."""
@@ -307,15 +321,6 @@ class _Builder:
 
 def _starts(joint: SceneJoint | None, model: SceneModel) -> bool:
     return joint is None or joint.parent == "world" or joint.parent not in model.bodies
-
-
-def _reached(roots: list[str], joints: dict[str, SceneJoint]) -> list[str]:
-    found = list(roots)
-    for name in found:
-        found += [
-            child for child, joint in joints.items() if joint.parent == name and child not in found
-        ]
-    return found
 
 
 # Any stands for MuJoCo's elements, which have no types.

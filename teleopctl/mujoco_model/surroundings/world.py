@@ -130,10 +130,28 @@ def attach_things(
     spec.attach(things, prefix=prefix, frame=base)
     for name in names:
         spec.body(f"{prefix}{name}").name = name
+    _find_bodies(spec, prefix, "world" if holder is None else holder.name)
     if free:
         # What has come to rest costs nothing until something touches it or puts it elsewhere.
         spec.option.enableflags |= mujoco.mjtEnableBit.mjENBL_SLEEP
     return [FreeBody(link, f"{prefix}{joint}", frame) for link, joint in free]
+
+
+def _find_bodies(spec: mujoco.MjSpec, prefix: str, world: str) -> None:
+    """Let what refers to bodies by their names find those that have lost a prefix."""
+    names = ("bodyname1", "bodyname2")
+    referring = [(pair, name) for pair in spec.excludes for name in names]
+    referring += [
+        (tie, name)
+        for tie in spec.equalities
+        if tie.objtype == mujoco.mjtObj.mjOBJ_BODY
+        for name in ("name1", "name2")
+    ]
+    for element, name in referring:
+        said = getattr(element, name)
+        if said.startswith(prefix):
+            found = said.removeprefix(prefix)
+            setattr(element, name, world if found == "world" else found)
 
 
 def world_geoms(model: mujoco.MjModel, bodies: Container[str] = ()) -> tuple[int, ...]:

@@ -23,6 +23,7 @@ from teleopctl.robot.formats.mesh_export import unit_ball
 from teleopctl.robot.formats.places import add_origin, numbers, pose_text
 from teleopctl.robot.formats.source_lines import places_in
 from teleopctl.robot.repair import REMARK
+from teleopctl.robot.scene.loops import add_loop, loop_of, tree_and_loops
 from teleopctl.robot.scene.scene import (
     SceneBody,
     SceneJoint,
@@ -57,11 +58,13 @@ def sdf_as_urdf(path: Path) -> ExpandedXacro:
         )
     (model,) = scene.models
     robot = etree.Element("robot", name=model.name or path.stem)
-    model = replace(model, joints=tuple(map(_held, model.joints)))
+    tree, closing = tree_and_loops(map(_held, model.joints), model.bodies)
+    model = replace(model, joints=tuple(tree))
     for remark in (*scene.remarks, *_without_form(scene.models[0]), *_divided(model)):
         # Whoever takes the text is to say what it lacks.
         etree.SubElement(robot, REMARK).text = remark
     parents = {joint.parent for joint in model.joints}
+    parents |= {end for joint in closing for end in (joint.parent, joint.child)}
     casters = {j.child for j in model.joints if j.kind == "ball" and j.child not in parents}
     moved_by = {joint.child: joint for joint in model.joints}
     frames = {
@@ -78,6 +81,14 @@ def sdf_as_urdf(path: Path) -> ExpandedXacro:
         if joint.kind == "ball":
             etree.SubElement(robot, REMARK).text = _of_ball(joint, rolls=rolls)
         _add_joint(robot, replace(joint, kind="fixed") if rolls else joint, frames)
+    for joint in closing:
+        # A joint that closes a loop at the root starts where that is.
+        loop = loop_of(joint, frames.get(joint.child, Transform()))
+        if loop is None:
+            remark = f"{joint.place}: joint '{joint.name}' is left out: it slides and closes a loop"
+            etree.SubElement(robot, REMARK).text = remark
+        else:
+            add_loop(robot, loop)
     _add_gazebo(robot, model, frames, casters)
     etree.indent(robot)
     # What is new in it stands nowhere.

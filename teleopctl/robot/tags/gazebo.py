@@ -54,9 +54,14 @@ OF_JOINTS = Table(
 OF_ROBOTS = Table(
     """
     + .: @reference static
+    + .: joint*@name@type
+    + joint: parent child pose axis/xyz
+    * joint: physics
+    - joint: axis2 sensor gearbox_ratio gearbox_reference_body thread_pitch screw_thread_pitch
+    - joint/axis: limit dynamics initial_position use_parent_model_frame=false=0
     > .: plugin*@name@filename
     * .: allow_auto_disable=true=1
-    - .: self_collide=true=1 enable_wind=false=0 pose link joint model include frame light gripper
+    - .: self_collide=true=1 enable_wind=false=0 pose link model include frame light gripper
     """,
     _VALUE,
 )
