@@ -292,6 +292,12 @@ def test_what_a_sensor_has_acts_or_is_named(kind: str) -> None:
     assert lost == [], "\n".join(map(str, lost))
 
 
+CLOSING = (
+    '<joint name="l" type="revolute"><parent>base</parent><child>tip</child>'
+    "<pose>0 0.2 0 0 0 0</pose></joint>"
+)
+
+
 @pytest.mark.parametrize(
     ("reference", "table"),
     [("tip", gazebo.OF_LINKS), ("j", gazebo.OF_JOINTS), ("", gazebo.OF_ROBOTS)],
@@ -309,6 +315,11 @@ def test_what_gazebo_tags_have_acts_or_is_named(reference: str, table: Table) ->
         element = etree.fromstring("<gazebo/>")
         if reference:
             element.set("reference", reference)
+        if tag in ("joint/parent", "joint/child"):
+            continue  # without them it is none
+        if tag.startswith("joint/"):
+            element.append(etree.fromstring(CLOSING))
+            plain = built_robot(robot(etree.tostring(element, encoding="unicode")))
         if tag == "springReference":
             put(element, "springStiffness", "3")
             plain = built_robot(robot(etree.tostring(element, encoding="unicode")))
