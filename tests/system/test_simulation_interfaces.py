@@ -339,6 +339,20 @@ def test_models_come_by_gazebos_uris_and_by_their_folders(caller: Caller, tmp_pa
         assert "GZ_SIM_RESOURCE_PATH" in refused.error_message
 
 
+def test_what_is_refused_is_told_in_few_words_however_long_it_is(caller: Caller) -> None:
+    box = "{shape: box, size: [0.1, 0.1, 0.1], mass: 0.2, at: [9, 0, %d]}"
+    things = ", ".join(f"b{n}: {box % n}" for n in range(40))
+    caller.do("SpawnEntity", "spawn_entity", name="pile", resource_string=f"things: {{{things}}}")
+    long = "n" * 1_000_000
+    named = caller.ask("SpawnEntity", "spawn_entity", name=long, resource_string=CAN).result
+    missed = caller.ask("DeleteEntity", "delete_entity", entity=long).result
+    assert named.result == SpawnEntity.Response.NAME_INVALID
+    assert missed.result == Result.RESULT_NOT_FOUND
+    for refused in (named, missed):
+        assert len(refused.error_message) < 1000
+    assert missed.error_message.endswith(" and 13 more")
+
+
 def test_many_that_are_spawned_at_once_are_there_each_as_it_asked(caller: Caller) -> None:
     one = get_message("simulation_interfaces/msg/SpawnEntity")
     resource = get_message("simulation_interfaces/msg/Resource")

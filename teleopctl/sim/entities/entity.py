@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from teleopctl.errors import NotFoundError, RefusedError
+from teleopctl.printable import shortened
 
 if TYPE_CHECKING:
     from teleopctl.sim.simulation import Simulation
@@ -18,6 +19,8 @@ Array = npt.NDArray[np.float64]
 Observed = tuple[mujoco.MjModel, mujoco.MjData]
 
 _ROBOT = "robot"
+# How many names an answer lists: there may be thousands.
+_TOLD = 30
 
 
 @dataclass(frozen=True)
@@ -75,7 +78,11 @@ def find(simulation: Simulation, name: str) -> Entity:
     """
     known = entities(simulation)
     if name not in known:
-        raise NotFoundError(f"There is no entity '{name}'; there is {', '.join(known)}")
+        names = list(known)
+        more = f" and {len(names) - _TOLD} more" if len(names) > _TOLD else ""
+        raise NotFoundError(
+            f"There is no entity '{shortened(name)}'; there is {', '.join(names[:_TOLD])}{more}"
+        )
     return known[name]
 
 

@@ -14,6 +14,7 @@ from teleopctl.errors import (
 )
 from teleopctl.interfaces import get_message, get_service
 from teleopctl.packages import package_share
+from teleopctl.printable import shortened
 from teleopctl.robot import World, gazebo_models, read_world, read_world_text
 from teleopctl.sim.entities.answers import Desk, Refusal, Result, description_at, files_at
 from teleopctl.sim.entities.poses import frame_of, pose_in_world
@@ -182,7 +183,9 @@ def name_for(stage: Stage, world: World, wanted: str, *, renames: bool) -> str:
     if not _NAME.fullmatch(name) or name == "world":
         raise Refusal(
             _Answer.NAME_INVALID,
-            f"'{name}' is no name: letters, digits and _ . : / - are" if name else "It has no name",
+            f"'{shortened(name)}' is no name: letters, digits and _ . : / - are"
+            if name
+            else "It has no name",
         )
     if stage.ask(lambda: stage.is_free(name)):
         return name
