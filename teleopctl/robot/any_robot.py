@@ -93,13 +93,7 @@ def described_controllers(description: RobotDescription) -> list[str]:
 
     They stand at Gazebo's plug-in of ros2_control.
     """
-    return [
-        path
-        for plugin in description.gazebo.plugins
-        if plugin.runs_controllers
-        for path in plugin.parameters.get("parameters", ())
-        if path
-    ]
+    return _said_by_plugin(description, "parameters")
 
 
 def described_namespace(description: RobotDescription) -> str:
@@ -119,12 +113,17 @@ def described_remappings(description: RobotDescription) -> list[str]:
 
     They stand at Gazebo's plug-in of ros2_control.
     """
+    return _said_by_plugin(description, "ros/remapping")
+
+
+def _said_by_plugin(description: RobotDescription, parameter: str) -> list[str]:
+    """What a parameter of Gazebo's plug-in of ros2_control says, each time that it stands there."""
     return [
-        rule
+        text
         for plugin in description.gazebo.plugins
         if plugin.runs_controllers
-        for rule in plugin.parameters.get("ros/remapping", ())
-        if rule
+        for text in plugin.parameters.get(parameter, ())
+        if text
     ]
 
 

@@ -146,3 +146,22 @@ class Sensor:
         rotation = np.zeros(4)
         mujoco.mju_euler2Quat(rotation, np.array(pose.rpy), "XYZ")
         return body.add_site(name=self.name, pos=list(pose.xyz), quat=rotation)
+
+    def measure_at(
+        self, spec: mujoco.MjSpec, site: mujoco.MjsSite, **kinds: mujoco.mjtSensor
+    ) -> None:
+        """Add sensors of MuJoCo's at a site.
+
+        Args:
+            spec: The ``mujoco.MjSpec`` to edit.
+            site: Where they are.
+            kinds: What they measure, by what stands in their names behind that of this sensor:
+                ``NAME/gyro``.
+        """
+        for suffix, kind in kinds.items():
+            spec.add_sensor(
+                name=f"{self.name}/{suffix}",
+                type=kind,
+                objtype=mujoco.mjtObj.mjOBJ_SITE,
+                objname=site.name,
+            )

@@ -28,16 +28,12 @@ class ForceTorque(Sensor):
             site.pos = np.zeros(3)
         if frame not in ("site", "sensor"):
             site.quat = np.array([1.0, 0.0, 0.0, 0.0])
-        for suffix, kind in (
-            ("force", mujoco.mjtSensor.mjSENS_FORCE),
-            ("torque", mujoco.mjtSensor.mjSENS_TORQUE),
-        ):
-            spec.add_sensor(
-                name=f"{self.name}/{suffix}",
-                type=kind,
-                objtype=mujoco.mjtObj.mjOBJ_SITE,
-                objname=site.name,
-            )
+        self.measure_at(
+            spec,
+            site,
+            force=mujoco.mjtSensor.mjSENS_FORCE,
+            torque=mujoco.mjtSensor.mjSENS_TORQUE,
+        )
 
     # Any: as the base class has it.
     def read(self, model: mujoco.MjModel, data: mujoco.MjData, message: Any) -> None:

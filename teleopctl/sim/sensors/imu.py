@@ -49,18 +49,13 @@ class Imu(Sensor):
 
     def add_to(self, spec: mujoco.MjSpec) -> None:
         """Add a gyroscope, an accelerometer and a compass at the sensor's place."""
-        site = self.add_site(spec)
-        for suffix, kind in (
-            ("gyro", mujoco.mjtSensor.mjSENS_GYRO),
-            ("accelerometer", mujoco.mjtSensor.mjSENS_ACCELEROMETER),
-            ("orientation", mujoco.mjtSensor.mjSENS_FRAMEQUAT),
-        ):
-            spec.add_sensor(
-                name=f"{self.name}/{suffix}",
-                type=kind,
-                objtype=mujoco.mjtObj.mjOBJ_SITE,
-                objname=site.name,
-            )
+        self.measure_at(
+            spec,
+            self.add_site(spec),
+            gyro=mujoco.mjtSensor.mjSENS_GYRO,
+            accelerometer=mujoco.mjtSensor.mjSENS_ACCELEROMETER,
+            orientation=mujoco.mjtSensor.mjSENS_FRAMEQUAT,
+        )
 
     # Any: as the base class has it.
     def read(self, model: mujoco.MjModel, data: mujoco.MjData, message: Any) -> None:

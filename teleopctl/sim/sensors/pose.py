@@ -24,17 +24,12 @@ class Pose(Sensor):
 
     def add_to(self, spec: mujoco.MjSpec) -> None:
         """Add sensors of position and orientation at the link's frame."""
-        site = self.add_site(spec)
-        for suffix, kind in (
-            ("position", mujoco.mjtSensor.mjSENS_FRAMEPOS),
-            ("orientation", mujoco.mjtSensor.mjSENS_FRAMEQUAT),
-        ):
-            spec.add_sensor(
-                name=f"{self.name}/{suffix}",
-                type=kind,
-                objtype=mujoco.mjtObj.mjOBJ_SITE,
-                objname=site.name,
-            )
+        self.measure_at(
+            spec,
+            self.add_site(spec),
+            position=mujoco.mjtSensor.mjSENS_FRAMEPOS,
+            orientation=mujoco.mjtSensor.mjSENS_FRAMEQUAT,
+        )
 
     # Any: as the base class has it.
     def read(self, model: mujoco.MjModel, data: mujoco.MjData, message: Any) -> None:
