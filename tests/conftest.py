@@ -13,7 +13,7 @@ import signal
 import site
 import subprocess
 import tempfile
-from collections.abc import Generator
+from collections.abc import Generator, Iterator
 from pathlib import Path
 
 import pytest
@@ -130,6 +130,16 @@ def pytest_unconfigure(config: pytest.Config) -> None:
         for entry in running(folder / records):
             background.stop(entry.record)
     config.stash[_REAPER].communicate()
+
+
+@pytest.fixture(autouse=True)
+def _no_variables_of_other_tests() -> Iterator[None]:
+    """Let a test hand no environment variables on: a launch sets those of a sourced ROS 2."""
+    before = dict(os.environ)
+    yield
+    if os.environ != before:
+        os.environ.clear()
+        os.environ.update(before)
 
 
 @pytest.fixture(autouse=True)

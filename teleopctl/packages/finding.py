@@ -34,7 +34,12 @@ from pathlib import Path
 
 from teleopctl.errors import BrokenPluginError, NotFoundError, did_you_mean
 from teleopctl.packages.own import builtin_package, has_files, own_names
-from teleopctl.packages.prefixes import installed_names, installed_packages, is_ros
+from teleopctl.packages.prefixes import (
+    include_prefix_of,
+    installed_names,
+    installed_packages,
+    is_ros,
+)
 from teleopctl.packages.records import OWN, SOURCES, Executable, Package
 
 PACKAGE_PATH_VARIABLE = "TELEOPCTL_PACKAGE_PATH"
@@ -128,8 +133,10 @@ def include_package_of(file: Path) -> None:
 
     It comes before one of its name around the current folder, which is only met there, and behind
     one on ``TELEOPCTL_PACKAGE_PATH``; and so do the others of its workspace: a description and its
-    bringup are two packages.
+    bringup are two packages. Where it is installed below a prefix that nobody has sourced, so are
+    the others of that prefix, behind all that is.
     """
+    include_prefix_of(file)
     from teleopctl.packages.source_folders import enclosing_package, package_name, workspace_of
 
     folder = enclosing_package(Path(os.path.abspath(file)).parent)  # noqa: PTH100

@@ -21,6 +21,8 @@ AMENT_VARIABLE: Final = "AMENT_PREFIX_PATH"
 COLCON_VARIABLE: Final = "COLCON_PREFIX_PATH"
 INDEX: Final = "share/ament_index/resource_index"
 
+# What colcon writes into an install folder.
+_LAYOUT: Final = ".colcon_install_layout"
 _PYTHON_FOLDERS: Final = (
     "lib/python3*/site-packages",
     "local/lib/python3*/dist-packages",  # Debian's Python 3.10 with setuptools of its own
@@ -41,6 +43,22 @@ def prefixes() -> dict[str, str]:
         for prefix in _prefixes_of_workspace(base):
             found.setdefault(prefix, COLCON_VARIABLE)
     return found
+
+
+def include_prefix_of(file: Path) -> None:
+    """Let what is installed where a file is be found, here and by the processes started from here.
+
+    In a workspace of colcon's where each package has a prefix of its own that is all of them.
+    """
+    around = Path(os.path.abspath(file)).parents  # noqa: PTH100 -- links stay as they are
+    prefix = next((folder for folder in around if (folder / INDEX).is_dir()), None)
+    if prefix is None or str(prefix) in prefixes():
+        return
+    variable, folder = AMENT_VARIABLE, prefix
+    if (prefix.parent / _LAYOUT).is_file():
+        variable, folder = COLCON_VARIABLE, prefix.parent
+    named = filter(None, (os.environ.get(variable), str(folder)))
+    os.environ[variable] = os.pathsep.join(named)
 
 
 def installed_packages(name: str) -> Iterator[Package]:

@@ -154,3 +154,22 @@ def test_modules_that_colcon_linked_are_found_where_they_lie(tmp_path, ros_witho
     write(link, f"{tmp_path}/build/linked\n.")
     ros_without_router.env["AMENT_PREFIX_PATH"] = str(prefix)
     assert ros_without_router.run("run linked say").stdout == "from the build folder\n"
+
+
+@pytest.mark.parametrize("layout", ["each its own", "merged"])
+def test_a_file_of_a_prefix_that_nobody_sourced_brings_what_is_installed_there(
+    workspace, tmp_path, monkeypatch, layout
+):
+    for variable in (prefixes.AMENT_VARIABLE, prefixes.COLCON_VARIABLE):
+        monkeypatch.setenv(variable, "")
+    prefix, other = workspace / "arm", "tools"
+    if layout == "merged":
+        # The folder is called otherwise than the package that its package.xml tells.
+        prefix, other = tmp_path / "wheel.prefix", "arm-data"
+        install(prefix, "arm", {"share/arm/urdf/arm.urdf": "<robot name='arm'/>"})
+        install(prefix, "arm-data", {"share/arm-data/meshes/a.stl": ""})
+    packages.include_package_of(prefix / "share/arm/urdf/arm.urdf")
+    assert packages.package_share(other).name == other
+    before = dict(os.environ)
+    packages.include_package_of(prefix / "share/arm/urdf/arm.urdf")
+    assert dict(os.environ) == before
