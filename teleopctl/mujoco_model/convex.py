@@ -88,7 +88,7 @@ class Hull(NamedTuple):
 
 def hull_of(path: Path) -> Hull:
     """What a mesh file's hull is like, kept by the file's content."""
-    kept = _kept_at(path, ".hull")
+    kept = _kept_at(path, ".volumes")
     try:
         ratio, is_open = kept.read_text("utf-8").split()
         return Hull(float(ratio), is_open == "open")
@@ -200,7 +200,7 @@ def _measured(path: Path) -> Hull:
     try:
         # Of what has no volume trimesh computes the centre too.
         with np.errstate(divide="ignore", invalid="ignore"):
-            volume, hull = abs(float(mesh.volume)), float(mesh.convex_hull.volume)
+            volume, hull = abs(float(mesh.volume)), _hull_volume(mesh)
     except Exception:  # noqa: BLE001 - flat and broken meshes have none, in many ways
         return Hull(1.0, is_open=False)
     if hull <= 0.0:
@@ -209,6 +209,23 @@ def _measured(path: Path) -> Hull:
     if volume <= 1e-3 * hull or _open_edges(mesh) > _OPEN_EDGES:
         return Hull(1.0, is_open=True)
     return Hull(hull / volume, is_open=False)
+
+
+# Any: trimesh's mesh, whose class has no types that hold.
+def _hull_volume(mesh: Any) -> float:
+    """The volume of a mesh's convex hull, m³, by MuJoCo: trimesh needs scipy for it.
+
+    Raises:
+        ValueError: It is flat, or else has none.
+    """
+    size = float(mesh.extents.max())
+    spec = mujoco.MjSpec()
+    made = spec.add_mesh(name="mesh", inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_CONVEX)
+    made.uservert = (mesh.vertices / size).ravel().tolist()
+    made.userface = mesh.faces.ravel().tolist()
+    body = spec.worldbody.add_body()
+    body.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname="mesh", density=1.0)
+    return float(spec.compile().body_mass[1]) * size**3
 
 
 # Any: trimesh's mesh, whose class has no types that hold.
