@@ -11,15 +11,17 @@ import os
 import signal
 import subprocess
 import sys
-import tempfile
 import threading
 import time
 from collections.abc import Mapping, Sequence
+from contextlib import AbstractContextManager
 from datetime import datetime
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, NamedTuple
 
-from teleopctl import progress
+from teleopctl import interrupts, progress
+from teleopctl.base.private_file import open_private, write_private
+from teleopctl.base.start_timeouts import ProgressMonitor, StartTimeouts
 from teleopctl.errors import SystemFailureError
 from teleopctl.folders import (
     check_private,
@@ -32,6 +34,8 @@ from teleopctl.output import LOG_FILE, log_bytes
 if TYPE_CHECKING:
     import psutil
 
+    from teleopctl.base.temporary import TemporaryFolder
+
 READY = "ready"
 """The line by which a background process says that it is up."""
 
@@ -39,13 +43,17 @@ LAUNCH = "launch"
 """The kind of a process that starts and watches others."""
 
 FOREGROUND_LAUNCH = "foreground launch"
-"""The kind of a launch that somebody watches; it counts only once it has been killed."""
+"""The kind of a launch in a terminal; `ended` has it once it has been killed."""
 LAUNCHES = (LAUNCH, FOREGROUND_LAUNCH)
 
 _ANNOUNCE = "TELEOPCTL_ANNOUNCE"
 _RECORDS = "processes"
+_TEMPORARY = "temporary"
 # A process that is no child cannot be waited for on every system: it is looked at this often.
 _LOOK_EVERY_S = 0.02
+
+# How often to look whether what is to announce that it is ready gets on.
+_SOON_READY_S = 1.0
 
 # What keeps the signals of the starter's console away; elsewhere a session of its own does.
 if sys.platform == "win32":
@@ -98,7 +106,8 @@ def start(
     *,
     kind: str,
     env: Mapping[str, str] | None = None,
-    ready_within_s: float | None = None,
+    until_ready: StartTimeouts | None = None,
+    takes_interrupts: bool = False,
 ) -> ProcessRecord:
     """Start a process that outlives this one, with its output in a log file.
 
@@ -108,40 +117,51 @@ def start(
         kind: ``router``, ``node`` or ``launch``.
         env: Its whole environment, which also says where its record and its log belong; by
             default that of this process.
-        ready_within_s: Wait, at most so many seconds, until the process calls
-            `announce_ready`. None does not wait.
+        until_ready: How long to wait until the process calls `announce_ready`. None does not wait.
+        takes_interrupts: Whether the program calls `interrupts.take`, and so loses no SIGINT that
+            comes while it starts.
 
     Raises:
-        SystemFailureError: The program cannot be started, or it reported a failure, ended or said
-            nothing in time instead of announcing that it is ready.
+        SystemFailureError: The program cannot be started, or it reported a failure, ended or did
+            not get on instead of announcing that it is ready.
     """
     environment = dict(os.environ if env is None else env)
     # It may be in our own environment, when this process has not announced itself yet.
     environment.pop(_ANNOUNCE, None)
     log_bytes(environment)  # a faulty bound is better said here than in the log
-    if ready_within_s is not None:
+    if until_ready is not None:
         environment[_ANNOUNCE] = "1"
     with _new_log(name, logs_dir(environment)) as log:
         log_file = Path(log.name)
         environment[LOG_FILE] = str(log_file)
         environment[progress.VARIABLE] = str(progress.file_of(log_file))
+        known: list[subprocess.Popen[str]] = []
         try:
-            child = subprocess.Popen(
-                list(argv),
-                stdin=subprocess.DEVNULL,
-                stdout=log if ready_within_s is None else subprocess.PIPE,
-                stderr=log,
-                env=environment,
-                text=True,
-                start_new_session=sys.platform != "win32",
-                creationflags=_CREATION_FLAGS,
-            )
+            # An interrupt before it is known would leave a process that nobody finds again.
+            with interrupts.held_back(), _start_of_python(takes_interrupts=takes_interrupts):
+                known.append(
+                    subprocess.Popen(
+                        list(argv),
+                        stdin=subprocess.DEVNULL,
+                        stdout=log if until_ready is None else subprocess.PIPE,
+                        stderr=log,
+                        env=environment,
+                        text=True,
+                        start_new_session=sys.platform != "win32",
+                        creationflags=_CREATION_FLAGS,
+                    )
+                )
         except OSError as error:
             raise SystemFailureError(f"Cannot start {argv[0]}: {error.strerror}") from error
-    _children[child.pid] = child
+        except KeyboardInterrupt:
+            for child in known:
+                _kill(child)
+            raise
+    (child,) = known
     try:
-        if ready_within_s is not None:
-            _await_ready(child, name, log_file, ready_within_s)
+        _children[child.pid] = child
+        if until_ready is not None:
+            _await_ready(child, name, log_file, until_ready)
         file = runtime_dir(environment) / _RECORDS / f"{child.pid}.json"
         record = ProcessRecord(
             name, child.pid, start_of(child.pid), tuple(argv), log_file, kind, file
@@ -149,10 +169,27 @@ def start(
         _write(record, file)
     except BaseException:
         # Without a record nobody would find it again.
-        child.kill()
-        child.wait()
+        _kill(child)
         raise
     return record
+
+
+def _start_of_python(*, takes_interrupts: bool) -> AbstractContextManager[None]:
+    if takes_interrupts:
+        return interrupts.blocked_for_children()
+    return contextlib.nullcontext()
+
+
+def _kill(child: "subprocess.Popen[str]") -> None:
+    """End a process that was started just now, and what it has started itself, at once."""
+    import psutil
+
+    with contextlib.suppress(psutil.Error):
+        for descendant in psutil.Process(child.pid).children(recursive=True):
+            with contextlib.suppress(psutil.Error):
+                descendant.kill()
+    child.kill()
+    child.wait()
 
 
 def record_this_process(name: str, command: Sequence[str], log_file: Path, *, kind: str) -> Path:
@@ -206,15 +243,53 @@ def records(folder: Path | None = None) -> list[ProcessRecord]:
     return sorted(alive, key=lambda record: record.start.time)
 
 
+def foreground_launches(folder: Path | None = None) -> list[ProcessRecord]:
+    """Return the launches that run in terminals; of a folder as in `records`."""
+    found = (record for _, record in _all_records(folder) if record is not None)
+    return [each for each in found if each.kind == FOREGROUND_LAUNCH and is_alive(each)]
+
+
 def ended(folder: Path | None = None) -> list[ProcessRecord]:
     """Launches and nodes that died, not yet forgotten; of a folder as in `records`."""
     return [r for _, r in _all_records(folder) if r and _is_kept(r) and not is_alive(r)]
 
 
 def forget(record: ProcessRecord) -> None:
-    """Remove the record of a process that has ended."""
-    if record.file is not None:
-        record.file.unlink(missing_ok=True)
+    """Remove the record of a process that has ended, and what it left behind if it was killed."""
+    if record.file is None:
+        return
+    record.file.unlink(missing_ok=True)
+    temporary = record.file.parent.with_name(_TEMPORARY)
+    if temporary.exists():
+        from teleopctl.base.temporary import remove_abandoned
+
+        remove_abandoned(temporary, _is_recorded, ended=record.pid)
+
+
+def temporary_folder() -> "TemporaryFolder":
+    """Make a folder for files that go with this process.
+
+    It lies beside the records, private to the user. If this process is killed, the processes that
+    it started may still need the files, so that the folder is removed with the record.
+
+    Raises:
+        SystemFailureError: It cannot be made.
+    """
+    from teleopctl.base.temporary import TemporaryFolder
+
+    parent = runtime_dir() / _TEMPORARY
+    try:
+        make_private(parent)
+        return TemporaryFolder(parent, _is_recorded)
+    except OSError as error:
+        raise SystemFailureError(
+            f"Cannot make a temporary folder in {parent}: {error.strerror}",
+            hint="Set TELEOPCTL_RUNTIME_DIR to a folder that you may write to.",
+        ) from error
+
+
+def _is_recorded(pid: int) -> bool:
+    return (runtime_dir() / _RECORDS / f"{pid}.json").exists()
 
 
 def start_of(pid: int) -> Start:
@@ -234,12 +309,27 @@ def is_alive(record: ProcessRecord) -> bool:
     return _process(record) is not None
 
 
+def terminal_of(record: ProcessRecord) -> str | None:
+    """Return the terminal of a process, such as ``/dev/pts/1``; None where it has none."""
+    import psutil
+
+    process = _process(record)
+    try:
+        # Windows has no such method: there every process of a console gets its Ctrl-C.
+        return None if process is None else getattr(process, "terminal", lambda: "the console")()
+    except psutil.Error:
+        return None
+
+
 def stop(record: ProcessRecord, *, patience_s: float = 5.0) -> None:
     """End a background process: SIGINT, then SIGTERM, then SIGKILL to it and its descendants.
 
     Args:
         record: The process; one that has ended meanwhile is no error.
         patience_s: How long to wait, in seconds, before each harder signal.
+
+    Raises:
+        SystemFailureError: It does not end, or may not be ended by this user; its record stays.
     """
     import psutil
 
@@ -247,7 +337,7 @@ def stop(record: ProcessRecord, *, patience_s: float = 5.0) -> None:
     if process is not None:
         # Windows has no interrupt that reaches a process without a common console.
         gentle = [signal.SIGTERM] if os.name == "nt" else [signal.SIGINT, signal.SIGTERM]
-        with contextlib.suppress(psutil.NoSuchProcess):
+        try:
             for number in gentle:
                 process.send_signal(number)
                 if _wait(process, patience_s):
@@ -256,7 +346,17 @@ def stop(record: ProcessRecord, *, patience_s: float = 5.0) -> None:
                 for member in [*process.children(recursive=True), process]:
                     with contextlib.suppress(psutil.NoSuchProcess):
                         member.kill()
-                _wait(process, patience_s)
+                if not _wait(process, patience_s):
+                    # It may be in a call of a driver that cannot be interrupted.
+                    raise SystemFailureError(
+                        f"{record.name} (pid {record.pid}) has not ended, though it was killed"
+                    )
+        except psutil.NoSuchProcess:
+            pass
+        except psutil.AccessDenied as error:
+            raise SystemFailureError(
+                f"{record.name} (pid {record.pid}) may not be ended by this user"
+            ) from error
     forget(record)
 
 
@@ -266,7 +366,7 @@ def _is_kept(record: ProcessRecord) -> bool:
 
 
 def _await_ready(
-    child: "subprocess.Popen[str]", name: str, log_file: Path, timeout_s: float
+    child: "subprocess.Popen[str]", name: str, log_file: Path, timeouts: StartTimeouts
 ) -> None:
     lines: list[str] = []
     stream = child.stdout
@@ -274,11 +374,16 @@ def _await_ready(
     # A pipe cannot be read with a deadline on every system; a thread can be waited for.
     reader = threading.Thread(target=_read_line, args=(stream, lines), daemon=True)
     reader.start()
-    reader.join(timeout_s)
-    if reader.is_alive():
-        raise SystemFailureError(
-            f"{name} was not ready within {timeout_s:g} s", hint=f"Its output is in {log_file}."
-        )
+    monitor = ProgressMonitor(timeouts)
+    reader.join(_SOON_READY_S)
+    while reader.is_alive():
+        monitor.update(log_file.stat().st_size, [child.pid])
+        if monitor.has_stalled or monitor.is_over:
+            raise SystemFailureError(
+                f"{name} is not ready after {monitor.elapsed_s:.1f} s",
+                hint=f"Its output is in {log_file}.",
+            )
+        reader.join(min(_SOON_READY_S, timeouts.stall_s))
     line = lines[0] if lines else ""
     if line == READY:
         return
@@ -352,12 +457,8 @@ def _write(record: ProcessRecord, path: Path) -> None:
     del entry["file"]
     try:
         make_private(folder)
-        # Renaming is atomic: nobody reads half a record.
-        with tempfile.NamedTemporaryFile(
-            "w", dir=folder, suffix=".new", delete=False, encoding="utf-8"
-        ) as file:
-            json.dump(entry, file)
-        Path(file.name).replace(path)
+        # Replaced in one step: nobody reads half a record.
+        write_private(path, json.dumps(entry))
     except OSError as error:
         raise SystemFailureError(
             f"Cannot record a background process in {folder}: {error.strerror}",
@@ -392,7 +493,8 @@ def _new_log(name: str, folder: Path) -> IO[bytes]:
     stamp = datetime.now().strftime("%Y-%m-%d-%H-%M-%S-%f")
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        return (folder / f"{safe}-{stamp}-{os.getpid()}.log").open("ab")
+        path = folder / f"{safe}-{stamp}-{os.getpid()}.log"
+        return open(path, "ab", opener=open_private)
     except OSError as error:
         raise SystemFailureError(
             f"Cannot write to the log folder {folder}: {error.strerror}",

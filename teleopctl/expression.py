@@ -11,6 +11,7 @@ import operator
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from teleopctl.base.budget import LONGEST_TEXT
 from teleopctl.printable import shortened
 
 _MAX_POWER = 64
@@ -20,7 +21,6 @@ _LONGEST_TEXT = 10_000
 # What a float can hold; beyond it, an integer is there to keep the machine busy.
 _LARGEST_INTEGER_BITS = 1024
 _MOST_DIGITS = 308
-_LONGEST_RESULT = 1_000_000
 _METHODS: dict[str, Callable[..., Any]] = {
     "get": dict.get,
     "lower": str.lower,
@@ -150,8 +150,8 @@ class _Evaluation:
         result = self._value(node)
         if isinstance(result, int) and result.bit_length() > _LARGEST_INTEGER_BITS:
             raise ExpressionError(f"integers beyond {_LARGEST_INTEGER_BITS} bits are not computed")
-        if isinstance(result, str | list) and len(result) > _LONGEST_RESULT:
-            raise ExpressionError(f"texts and lists end at {_LONGEST_RESULT} elements")
+        if isinstance(result, str | list) and len(result) > LONGEST_TEXT:
+            raise ExpressionError(f"texts and lists end at {LONGEST_TEXT} elements")
         return result
 
     def _value(self, node: ast.expr) -> Any:

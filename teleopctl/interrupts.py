@@ -9,6 +9,10 @@ Nor does Python see a signal that comes when the main thread has just looked for
 about to wait for a lock: it would be heard when something else ends the wait. So the main thread is
 woken a moment after each signal, with the one that Go's runtime uses for the like, since nobody
 else does.
+
+A Python interpreter that is interrupted while it starts, before a line of ours runs, may forget the
+interrupt in such a callback, or end with "Fatal Python error". So what is started here keeps SIGINT
+blocked until its program calls `take`.
 """
 
 from __future__ import annotations
@@ -17,7 +21,8 @@ import _thread
 import os
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from types import CodeType, FrameType
 
 from teleopctl.typed import TYPE_CHECKING, TypeVar
@@ -62,10 +67,52 @@ def in_transport_callback(frame: FrameType | None) -> bool:
 
 
 def take() -> None:
-    """Have every SIGINT raise KeyboardInterrupt in the main thread, be it a moment later."""
+    """Have every SIGINT raise KeyboardInterrupt in the main thread, be it a moment later.
+
+    One that came while this process started, and that `blocked_for_children` kept back, comes now.
+    """
     signal.signal(signal.SIGINT, _interrupt)
     sys.unraisablehook = _hook(sys.unraisablehook)
     end_waits()
+    if sys.platform != "win32":
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
+
+
+@contextmanager
+def blocked_for_children() -> Iterator[None]:
+    """Let what is started in the block get SIGINT only once it calls `take`.
+
+    Only for programs that do so: the mask is inherited, and others would never be interrupted.
+    """
+    if sys.platform == "win32":
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+@contextmanager
+def held_back() -> Iterator[None]:
+    """Raise an interrupt that comes in the block at its end: the block is done whole.
+
+    For what must be known before it may be given up, such as a process that has just been started.
+    A mask would not do, since the system may hand the signal to a thread of Zenoh's.
+    """
+    came: list[int] = []
+    try:
+        before = signal.signal(signal.SIGINT, lambda signum, _frame: came.append(signum))
+    except ValueError:
+        before = None  # interrupts are the main thread's, and this is another one
+    try:
+        yield
+    finally:
+        if before is not None:
+            signal.signal(signal.SIGINT, before)
+        if came:
+            signal.raise_signal(signal.SIGINT)
 
 
 def end_waits() -> None:
@@ -120,6 +167,19 @@ def raise_swallowed() -> None:
     """
     if _was_raised:
         raise KeyboardInterrupt
+
+
+def is_behind(error: BaseException | None) -> bool:
+    """Whether an interrupt is the cause of an exception.
+
+    Before 3.12 Python wraps what is raised while a class takes its attributes (``__set_name__``)
+    into a RuntimeError.
+    """
+    while error is not None:
+        if isinstance(error, KeyboardInterrupt):
+            return True
+        error = error.__cause__
+    return False
 
 
 def was_heeded() -> None:

@@ -16,6 +16,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, BinaryIO
 
+from teleopctl.base.private_file import open_private
 from teleopctl.errors import UsageError
 
 if TYPE_CHECKING:
@@ -101,7 +102,9 @@ class LogFile:
 
     def _append(self, line: bytes) -> None:
         if self._file is None:
-            self._file = self._path.open("ab", buffering=0)
+            self._file = os.fdopen(
+                open_private(self._path, os.O_WRONLY | os.O_CREAT | os.O_APPEND), "ab", 0
+            )
         if self._file.tell() + len(line) > self._largest:
             _begin_anew(self._path, [self._file.fileno()])
         # A line of which the disk took only a part must not run into the next one.
@@ -117,7 +120,7 @@ def _begin_anew(path: Path, descriptors: list[int]) -> None:
     """Put a log aside and let the descriptors that write to it write to a new one."""
     fresh = path.with_name(f"{path.name}.new")
     try:
-        new = os.open(fresh, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | os.O_APPEND, 0o666)
+        new = open_private(fresh, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | os.O_APPEND)
         path.replace(older_part(path))
         fresh.replace(path)
     except OSError:
@@ -211,7 +214,7 @@ class _Output(io.RawIOBase):
             if path is None:
                 continue
             with contextlib.suppress(OSError):
-                new = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o666)
+                new = open_private(path, os.O_WRONLY | os.O_CREAT | os.O_APPEND)
                 os.dup2(new, self._descriptor)
                 os.close(new)
                 return True

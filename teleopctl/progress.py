@@ -8,10 +8,15 @@ that a file of one line in which it says so. Nothing is written by what runs in 
 from __future__ import annotations
 
 import os
+import sys
 from pathlib import Path
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
+from teleopctl.base.private_file import write_private
 from teleopctl.errors import EXIT_INTERRUPTED
+
+if TYPE_CHECKING:
+    from teleopctl.base.token_file import Address
 
 VARIABLE = "TELEOPCTL_PROGRESS"
 """The environment variable that names the file to a process."""
@@ -19,11 +24,11 @@ VARIABLE = "TELEOPCTL_PROGRESS"
 STARTED = "started"
 """It runs; nothing else is known of it."""
 STARTING = "starting"
-"""It is not up before it says so."""
+"""It is not up before it says so; what it does at present may be given."""
 WAITING = "waiting"
 """It is up as far as it can be without what arrives on the topic that is named."""
 READY = "ready"
-"""It is up; what is told besides is the address of a page that it serves."""
+"""It is up; the detail is the `Address` at which it listens, if it does."""
 FAILED = "failed"
 """It runs, but cannot do its work, for the reason that is given."""
 ENDED = "ended"
@@ -31,6 +36,7 @@ ENDED = "ended"
 
 _file: str | None = None
 _failure = ""
+_state = ""
 
 
 class Progress(NamedTuple):
@@ -47,6 +53,11 @@ class Progress(NamedTuple):
     time: float
 
     @property
+    def reports_itself(self) -> bool:
+        """Whether the process says when it is up, so that its output tells nothing of that."""
+        return self.state not in (STARTED, ENDED)
+
+    @property
     def exit_status(self) -> int | None:
         """What the process ended with; None while it runs, and of one that was killed."""
         return int(self.detail.partition(" ")[0]) if self.state == ENDED else None
@@ -60,7 +71,8 @@ class Progress(NamedTuple):
 
 def tell(state: str, detail: str = "") -> None:
     """Say how far this process has come; does nothing where nobody has asked for it."""
-    global _file, _failure
+    global _file, _failure, _state
+    _state = state
     if state == ENDED:
         detail = f"{detail} {_failure}"
     else:
@@ -69,13 +81,33 @@ def tell(state: str, detail: str = "") -> None:
     _file = os.environ.pop(VARIABLE, None) or _file
     if _file is None:
         return
-    new = f"{_file}.new"
     try:
-        with open(new, "w", encoding="utf-8") as file:  # noqa: PTH123 -- nodes end with it
-            file.write(f"{state} {' '.join(detail.split())}\n")
-        os.replace(new, _file)  # noqa: PTH105 -- likewise
+        write_private(_file, f"{state} {' '.join(detail.split())}\n")
     except OSError:
         return  # a full disk is no reason to end
+
+
+def doing(text: str) -> None:
+    """Say what this process does at present, such as "compiling the model", while it starts.
+
+    Whoever waits for the process shows it, and goes on waiting. Does nothing in one that has not
+    said that it is starting, or that is up.
+    """
+    if _state == STARTING:
+        tell(STARTING, text)
+
+
+def tell_ready_at(address: Address) -> None:
+    """Say that this process is up, and listens at an address.
+
+    The token stands in no file but its own. It is shown to a person who watches: by this process
+    on a terminal, else by the command that waits for this process.
+    """
+    tell(READY, str(address))
+    is_watched = _file is None and sys.stderr is not None and sys.stderr.isatty()
+    if is_watched and address.token_file is not None:
+        sys.stderr.write(f"With its token: {address.with_token}\n")
+        sys.stderr.flush()
 
 
 def died(log_file: Path) -> bool:

@@ -13,21 +13,26 @@ from pathlib import Path
 
 import yaml
 
+from teleopctl.base.budget import (
+    DEEPEST_YAML,
+    LONGEST_DOCUMENT,
+    MOST_FROM_ALIASES,
+    BudgetError,
+    Tally,
+)
 from teleopctl.errors import InvalidFileError, TeleopctlError
 from teleopctl.typed import Any, TypeAlias
 
 _BASE: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
-_TIMESTAMP = "tag:yaml.org,2002:timestamp"
-_MERGE = "tag:yaml.org,2002:merge"
-_INTEGER = "tag:yaml.org,2002:int"
+_STANDARD = "tag:yaml.org,2002:"
+_TIMESTAMP = f"{_STANDARD}timestamp"
+_MERGE = f"{_STANDARD}merge"
+_INTEGER = f"{_STANDARD}int"
+_MAPPING = f"{_STANDARD}map"
 
 _Entry: TypeAlias = tuple[yaml.Node, yaml.Node]
 
-# Far more than any file for people has; libyaml's own recursion ends at some ten thousand.
-_DEEPEST = 100
-# Values that aliases may add: a kilobyte of aliases of aliases can stand for a billion.
-_MOST_FROM_ALIASES = 100_000
 # Python reads an integer in time that grows with the square of its digits.
 _LONGEST_INTEGER = 100
 
@@ -60,9 +65,12 @@ class RosLoader(_BASE):  # type: ignore[misc]
             )
         try:
             return super().construct_object(node, deep)
-        except ValueError as error:
+        except (ArithmeticError, ValueError, LookupError, AttributeError, TypeError) as error:
+            # What PyYAML's constructors come to where a tag and its value do not fit.
+            tag = node.tag.replace(_STANDARD, "!!")
+            value = repr(node.value[:_LONGEST_INTEGER]) if isinstance(node.value, str) else "this"
             raise yaml.constructor.ConstructorError(
-                None, None, str(error), node.start_mark
+                None, None, f"{value} is no {tag}", node.start_mark
             ) from error
 
 
@@ -84,6 +92,7 @@ class _Collection:
     def __init__(self, anchor: str | None) -> None:
         self.anchor = anchor
         self.size = 1
+        self.characters = 0
         self.depth = 0
 
 
@@ -94,14 +103,15 @@ def check_size(text: str) -> None:
     result, goes down into it by recursion.
 
     Raises:
-        yaml.YAMLError: It is nested more than 100 deep, an alias stands for what it is a part of,
-            aliases stand for more than 100,000 values, or the text is not YAML.
+        yaml.YAMLError: It is nested too deep, an alias stands for what it is a part of, aliases
+            stand for more than the budget has, or the text is not YAML.
     """
-    anchors: dict[str, tuple[int, int] | None] = {}
+    anchors: dict[str, tuple[int, int, int] | None] = {}
     pending = [_Collection(None)]
-    from_aliases = 0
+    values = Tally("values", MOST_FROM_ALIASES)
+    texts = Tally("characters", LONGEST_DOCUMENT)
     for event in yaml.parse(text, Loader=_BASE):
-        size, depth = 1, 0
+        size, characters, depth = 1, 0, 0
         if isinstance(event, yaml.CollectionStartEvent):
             pending.append(_Collection(event.anchor))
             if event.anchor:
@@ -111,30 +121,34 @@ def check_size(text: str) -> None:
         if isinstance(event, yaml.CollectionEndEvent):
             ended = pending.pop()
             anchor, size, depth = ended.anchor, ended.size, ended.depth + 1
+            characters = ended.characters
         elif isinstance(event, yaml.ScalarEvent):
-            anchor = event.anchor
+            anchor, characters = event.anchor, len(event.value)
         elif isinstance(event, yaml.AliasEvent):
             anchor = None
             # An unknown one is the composer's to refuse.
-            known = anchors.get(str(event.anchor), (0, 0))
+            known = anchors.get(str(event.anchor), (0, 0, 0))
             if known is None:
                 raise _refusal(f"'*{event.anchor}' is a part of what it stands for", event)
-            size, depth = known
-            from_aliases += size
-            if from_aliases > _MOST_FROM_ALIASES:
-                raise _refusal(f"aliases stand for more than {_MOST_FROM_ALIASES} values", event)
+            size, characters, depth = known
+            try:
+                values.add(size)
+                texts.add(characters)
+            except BudgetError as error:
+                raise _refusal(f"aliases stand for {error}", event) from error
             _check_depth(len(pending) + depth, event)
         else:
             continue
         if anchor:
-            anchors[anchor] = (size, depth)
+            anchors[anchor] = (size, characters, depth)
         pending[-1].size += size
+        pending[-1].characters += characters
         pending[-1].depth = max(pending[-1].depth, depth)
 
 
 def _check_depth(depth: int, event: yaml.Event) -> None:
-    if depth > _DEEPEST:
-        raise _refusal(f"nested more than {_DEEPEST} deep", event)
+    if depth > DEEPEST_YAML:
+        raise _refusal(f"nested more than {DEEPEST_YAML} deep", event)
 
 
 def _refusal(reason: str, event: yaml.Event) -> yaml.YAMLError:
@@ -170,6 +184,29 @@ def load(text: str) -> Any:
         yaml.YAMLError: The text is not YAML; ``problem_mark`` says where.
     """
     return yaml.load(text, Loader=RosLoader)  # noqa: S506 (derived from the safe loader)
+
+
+def values_below(text: str, name: str) -> Iterator[tuple[yaml.Node, Any]]:
+    """Yield what mappings under a key hold that is no mapping, with its place in the document.
+
+    Args:
+        text: One YAML document.
+        name: The key; it may stand at any depth, more than once.
+
+    Raises:
+        yaml.YAMLError: The text is not YAML.
+    """
+    loader = RosLoader(text)
+    # Nodes to look at, and whether they stand below the key.
+    pending = [(loader.get_single_node(), False)]
+    while pending:
+        node, is_below = pending.pop()
+        if isinstance(node, yaml.MappingNode) and node.tag == _MAPPING:
+            pending += [
+                (value, is_below or key.value == name) for key, value in reversed(node.value)
+            ]
+        elif is_below:
+            yield node, loader.construct_object(node, deep=True)
 
 
 def load_value(text: str) -> Any:

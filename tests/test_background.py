@@ -1,4 +1,6 @@
+import errno
 import os
+import signal
 import subprocess
 import sys
 
@@ -6,6 +8,7 @@ import psutil
 import pytest
 
 from teleopctl import background
+from teleopctl.base.start_timeouts import StartTimeouts
 from teleopctl.errors import TeleopctlError
 from teleopctl.testing import LONGEST_WAIT_S, eventually
 
@@ -123,7 +126,7 @@ announce_ready()
 time.sleep(600)
 """
     record = background.start(
-        "stubborn", [sys.executable, "-c", stubborn], kind="node", ready_within_s=LONGEST_WAIT_S
+        "stubborn", [sys.executable, "-c", stubborn], kind="node", until_ready=StartTimeouts()
     )
     (child,) = psutil.Process(record.pid).children()
     background.stop(record, patience_s=0.1)
@@ -135,7 +138,7 @@ time.sleep(600)
 
 
 def test_starting_waits_until_the_process_says_that_it_is_ready():
-    record = background.start("announcer", announcer(), kind="node", ready_within_s=LONGEST_WAIT_S)
+    record = background.start("announcer", announcer(), kind="node", until_ready=StartTimeouts())
     eventually(lambda: "as well" in record.log_file.read_text(), what="output in the log")
     assert record.log_file.read_text().startswith("to the log")
     assert background.READY not in record.log_file.read_text().splitlines()
@@ -171,7 +174,7 @@ def test_a_failure_to_start_is_reported_in_the_words_of_the_process():
             "announcer",
             announcer("there is no\nrobot"),
             kind="node",
-            ready_within_s=LONGEST_WAIT_S,
+            until_ready=StartTimeouts(),
         )
     assert "log" in str(failure.value.hint)
     assert background.records() == []
@@ -183,7 +186,7 @@ def test_an_end_before_it_is_ready_is_reported_with_the_log():
             "broken",
             [sys.executable, "-c", "raise SystemExit('gone')"],
             kind="node",
-            ready_within_s=LONGEST_WAIT_S,
+            until_ready=StartTimeouts(),
         )
     (log_file,) = background.logs_dir().iterdir()
     assert str(log_file) in str(failure.value.hint)
@@ -191,8 +194,8 @@ def test_an_end_before_it_is_ready_is_reported_with_the_log():
 
 
 def test_silence_is_ended_when_the_time_is_up():
-    with pytest.raises(TeleopctlError, match=r"not ready within 0\.2 s"):
-        background.start("silent", SLEEPER, kind="node", ready_within_s=0.2)
+    with pytest.raises(TeleopctlError, match=r"silent is not ready after \d\.\d s"):
+        background.start("silent", SLEEPER, kind="node", until_ready=StartTimeouts(stall_s=0.2))
     assert background.records() == []
 
 
@@ -240,3 +243,71 @@ def test_a_folder_that_cannot_be_made_is_an_error_that_names_the_variable(monkey
     assert "TELEOPCTL_RUNTIME_DIR" in str(failure.value.hint)
     # So that the environment can be taken down.
     monkeypatch.setenv("TELEOPCTL_RUNTIME_DIR", str(tmp_path / "runtime"))
+
+
+@pytest.mark.skipif(os.name == "nt", reason="a signal to itself ends a process there")
+def test_an_interrupt_as_a_process_is_started_leaves_neither_process_nor_record(monkeypatch):
+    started = []
+
+    class Interrupted(subprocess.Popen):
+        def __init__(self, *args, **options):
+            super().__init__(*args, **options)
+            started.append(self)
+            os.kill(os.getpid(), signal.SIGINT)
+
+    monkeypatch.setattr(subprocess, "Popen", Interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        background.start("sleeper", SLEEPER, kind="node")
+    monkeypatch.undo()
+    (process,) = started
+    assert process.wait(LONGEST_WAIT_S) == -signal.SIGKILL
+    assert "sleeper" not in {record.name for record in background.records()}
+
+
+@pytest.mark.skipif(os.name == "nt", reason="a signal to itself ends a process there")
+@pytest.mark.parametrize(
+    "module", [["teleopctl.launch", "none.json"], ["teleopctl.nodes", "simple_publisher"]]
+)
+def test_what_is_interrupted_as_its_python_starts_ends_as_it_should(module):
+    record = background.start(
+        "starts", [sys.executable, "-P", "-m", *module], kind="node", takes_interrupts=True
+    )
+    os.kill(record.pid, signal.SIGINT)
+    assert background._children[record.pid].wait(LONGEST_WAIT_S) == 130
+    assert record.log_file.read_text() == ""
+
+
+def test_what_does_not_end_keeps_its_record_and_is_no_success(monkeypatch):
+    record = background.start("driver", SLEEPER, kind="node")
+    # As in a call of a driver that not even SIGKILL ends.
+    with monkeypatch.context() as patched:
+        patched.setattr(background, "_wait", lambda process, timeout_s: False)
+        patched.setattr(psutil.Process, "kill", lambda process: None)
+        patched.setattr(psutil.Process, "send_signal", lambda process, number: None)
+        with pytest.raises(TeleopctlError, match=rf"driver \(pid {record.pid}\) has not ended"):
+            background.stop(record)
+    assert background.records() == [record]
+    background.stop(record)
+    assert background.records() == []
+
+
+def test_a_record_that_cannot_be_written_leaves_no_process_and_no_file(monkeypatch):
+    folder = background.runtime_dir() / "processes"
+    started = []
+
+    class Known(subprocess.Popen):
+        def __init__(self, *args, **options):
+            super().__init__(*args, **options)
+            started.append(self)
+
+    def refuse(path, target):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    with monkeypatch.context() as patched:
+        patched.setattr(subprocess, "Popen", Known)
+        patched.setattr(os, "replace", refuse)
+        with pytest.raises(TeleopctlError, match="Cannot record a background process"):
+            background.start("sleeper", SLEEPER, kind="node")
+    (process,) = started
+    assert process.wait(LONGEST_WAIT_S) == -signal.SIGKILL
+    assert list(folder.iterdir()) == []

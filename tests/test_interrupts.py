@@ -3,8 +3,12 @@
 import signal
 import subprocess
 import sys
+import threading
 
 import pytest
+
+from teleopctl import interrupts
+from teleopctl.testing import LONGEST_WAIT_S
 
 # A wait that the kernel does not end, as when the signal came just before it began.
 DEAF_WAIT = """
@@ -98,3 +102,51 @@ def test_a_program_that_catches_an_interrupt_of_a_text_ends_as_it_says(tmp_path)
     command = [sys.executable, "-m", "teleopctl", "run", "program.py"]
     done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path)
     assert (done.stdout, done.stderr, done.returncode) == ("caught\n", "", 0)
+
+
+# As a process that a launch starts: whoever is interrupted before the first line is a Python that
+# starts, and may forget it or end with a fatal error.
+STARTS = """
+from teleopctl import interrupts
+try:
+    interrupts.take()
+except KeyboardInterrupt:
+    print("interrupted")
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="there are no masks")
+def test_an_interrupt_that_comes_while_python_starts_is_raised_when_it_is_taken():
+    with interrupts.blocked_for_children():
+        process = subprocess.Popen(
+            [sys.executable, "-c", STARTS],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+    assert signal.SIGINT not in signal.pthread_sigmask(signal.SIG_BLOCK, ())
+    process.send_signal(signal.SIGINT)
+    stdout, stderr = process.communicate(timeout=LONGEST_WAIT_S)
+    assert (stdout, stderr, process.returncode) == ("interrupted\n", "", 0)
+
+
+def test_an_interrupt_that_is_held_back_comes_at_the_end_of_the_block():
+    done = []
+    with pytest.raises(KeyboardInterrupt):  # noqa: SIM117 -- what is raised at the inner one's end
+        with interrupts.held_back():
+            signal.raise_signal(signal.SIGINT)
+            done.append("the whole block")
+    assert done == ["the whole block"]
+
+
+def test_nothing_is_held_back_on_another_thread():
+    done = []
+
+    def work():
+        with interrupts.held_back():
+            done.append("the whole block")
+
+    thread = threading.Thread(target=work)
+    thread.start()
+    thread.join()
+    assert done == ["the whole block"]

@@ -188,7 +188,7 @@ def simulated(simulation):
 def test_publishers_control_mock_hardware_and_simulator_have_the_same_joints(joints):
     description = describe(joints)
     independent = [one for one in joints if not one.follows]
-    stack = ControlStack(description.urdf)
+    stack = ControlStack(description.urdf, enforce_limits=True)
     simulation = Simulation(build_model(description, fixed_base=True), control_period_ns=PERIOD_NS)
 
     # where everything starts
@@ -211,7 +211,8 @@ def test_publishers_control_mock_hardware_and_simulator_have_the_same_joints(joi
             command.owner, command.value = "test", value
         stack.resources.enforce_command_limits(PERIOD_NS * 1e-9)
         stack.step()
-        simulation.apply(list(targets), position=list(targets.values()))
+        given = [stack.command(f"{name}/position") for name in targets]
+        simulation.apply(list(targets), position=given)
         simulation.step(simulation.steps_to_tick)
     reached = {one.name: min(max(one.target, one.limits[0]), one.limits[1]) for one in independent}
     everywhere = by_hand(joints, reached)
@@ -250,8 +251,8 @@ def arm(*, limits="", control="", extra_links="", extra_control=""):
 
 
 def sent_to(description, target):
-    """Where control lets joint ``a`` go, and where the simulator without control lets it go."""
-    stack = ControlStack(description.urdf)
+    """Where control lets joint ``a`` go, and where it goes in the simulator without control."""
+    stack = ControlStack(description.urdf, enforce_limits=True)
     simulation = Simulation(build_model(description, fixed_base=True), control_period_ns=PERIOD_NS)
     for _ in range(25):
         command = stack.resources.command_interfaces["a/position"]
@@ -263,21 +264,62 @@ def sent_to(description, target):
     return stack.resources.state_interfaces["a/position"].value, simulated(simulation)["a"]
 
 
-def test_limits_of_a_command_interface_hold_in_control_and_in_simulation():
+def test_limits_of_a_command_interface_hold_in_control_and_those_of_the_urdf_in_simulation():
     narrow = arm(control=parameter("min", -0.2) + parameter("max", 0.2))
-    assert sent_to(narrow, 0.9) == pytest.approx((0.2, 0.2), abs=1e-3)
+    assert sent_to(narrow, 0.9) == pytest.approx((0.2, 0.9), abs=1e-3)
+    assert sent_to(narrow, 1.5) == pytest.approx((0.2, 1.0), abs=1e-3)
 
 
-def test_a_simulated_joint_that_is_sent_by_velocity_stops_at_the_same_limits():
+def test_a_simulated_joint_that_is_sent_by_velocity_stops_at_its_stops():
     narrow = arm(
         limits='<command_interface name="velocity"/>',
         control=parameter("min", -0.2) + parameter("max", 0.2),
     )
     simulation = Simulation(build_model(narrow, fixed_base=True), control_period_ns=PERIOD_NS)
-    for _ in range(25):
+    for _ in range(125):
         simulation.apply(["a"], velocity=[1.0])
         simulation.step(simulation.steps_to_tick)
-    assert simulated(simulation)["a"] == pytest.approx(0.2, abs=1e-3)
+    assert simulated(simulation)["a"] == pytest.approx(1.0, abs=1e-3)
+    assert simulation.take_cut_commands() == []
+
+
+def wheel(limits, control):
+    """A wheel ``a`` that is driven by velocity."""
+    return RobotDescription.from_urdf(
+        f'<robot name="r">{link("base", "")}{link("a_link")}'
+        f'<joint name="a" type="continuous"><parent link="base"/><child link="a_link"/>{limits}'
+        '</joint><ros2_control name="h" type="system"><hardware>'
+        "<plugin>mock_components/GenericSystem</plugin></hardware>"
+        f'<joint name="a"><command_interface name="velocity">{control}</command_interface>'
+        '<state_interface name="velocity"/></joint></ros2_control></robot>'
+    )
+
+
+def test_a_simulated_wheel_turns_as_fast_as_control_lets_it():
+    """As in Gazebo and on hardware that does not limit: who limits is the controller manager."""
+    bounds = parameter("min", -1) + parameter("max", 1)
+    description = wheel('<limit effort="30" velocity="2"/>', bounds)
+    simulation = Simulation(build_model(description, fixed_base=True), control_period_ns=PERIOD_NS)
+    for _ in range(50):
+        simulation.apply(["a"], velocity=[6.0])
+        simulation.step(simulation.steps_to_tick)
+    simulation.read()
+    assert simulation.velocities[0] == pytest.approx(6.0, abs=1e-2)
+    assert simulation.take_cut_commands() == []
+
+
+def test_what_a_simulated_joint_cannot_do_is_told_once_with_its_line():
+    description = arm(limits='<command_interface name="effort"/>')
+    simulation = Simulation(build_model(description, fixed_base=True), control_period_ns=PERIOD_NS)
+    for target in (0.5, 1.5, 0.0, 2.0):
+        simulation.apply(["a"], position=[target])
+        simulation.step(simulation.steps_to_tick)
+    line = description.urdf[: description.urdf.index("<limit")].count("\n") + 1
+    assert simulation.take_cut_commands() == [
+        "Command of joint 'a' is outside its limits: position 1.5 is clamped to 1 (position limits "
+        f"[-1, 1], line {line} of the robot description)"
+    ]
+    assert simulation.take_cut_commands() == []
 
 
 @pytest.mark.parametrize("where", ["limits", "control"])

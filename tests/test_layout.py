@@ -9,11 +9,13 @@ from pathlib import Path
 import pytest
 
 PACKAGE = Path(__file__).parents[1] / "teleopctl"
-LONGEST_FILE_LINES = 400
-MOST_FILES_OF_A_FOLDER = 16
+# Past this a file is looked at again; it is split where it has two subjects, never by length.
+LONGEST_FILE_LINES = 600
+MOST_FILES_OF_A_FOLDER = 20
 
 GROUND = {
     "background",
+    "base",
     "errors",
     "expression",
     "extras",
@@ -67,19 +69,20 @@ ALLOWED = {
 
 # The ground has an order of its own.
 ALLOWED_ON_THE_GROUND = {
-    "background": {"errors", "folders", "output", "progress"},
+    "base": {"errors", "folders", "typed"},
+    "background": {"base", "errors", "folders", "interrupts", "output", "progress"},
     "errors": {"typed"},
-    "expression": {"printable"},
+    "expression": {"base", "printable"},
     "extras": {"errors"},
     "file_watch": set(),
     "folders": {"errors", "typed"},
     "lazy": {"typed"},
-    "output": {"errors", "interrupts"},
+    "output": {"base", "errors", "interrupts"},
     "packages": {"errors", "folders", "lazy", "plugins"},
     "interrupts": {"typed"},
     "printable": set(),
-    "progress": {"errors"},
-    "ros_yaml": {"errors", "typed"},
+    "progress": {"base", "errors"},
+    "ros_yaml": {"base", "errors", "typed"},
     "text_file": {"errors"},
     "typed": set(),
 }

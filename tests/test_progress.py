@@ -26,6 +26,29 @@ def test_the_last_words_count_on_one_line(tmp_path):
     assert told(log_file, progress.FAILED, "two\n lines")[:2] == ("failed", "two lines")
 
 
+def test_what_a_process_does_is_reported_while_it_starts_and_not_later(tmp_path):
+    log_file = tmp_path / "a.log"
+    program = (
+        "import sys; from teleopctl import progress\n"
+        "for state in sys.argv[1:]:\n"
+        "    progress.tell(state)\n"
+        "    progress.doing('compiling the model')\n"
+    )
+
+    def said_after(*states):
+        subprocess.run(
+            [sys.executable, "-c", program, *states],
+            env={progress.VARIABLE: str(progress.file_of(log_file))},
+            check=True,
+        )
+        said = progress.read(log_file)
+        return said and said[:2]
+
+    assert said_after(progress.STARTED) == ("started", "")
+    assert said_after(progress.STARTING) == ("starting", "compiling the model")
+    assert said_after(progress.STARTING, progress.READY) == ("ready", "")
+
+
 @pytest.mark.parametrize(("status", "died"), [("0", False), ("130", False), ("1", True)])
 def test_who_ends_well_has_not_died(tmp_path, status, died):
     log_file = tmp_path / "a.log"

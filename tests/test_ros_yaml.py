@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 import yaml
-from hypothesis import given, strategies as st
+from hypothesis import given, settings, strategies as st
 
 from teleopctl import ros_yaml
 from teleopctl.errors import LaunchError
@@ -36,12 +36,12 @@ def test_what_cannot_be_read_is_a_yaml_error(text):
         (
             "a0: &a0 [x, x]\n"
             + "".join(f"a{i}: &a{i} [*a{i - 1}, *a{i - 1}]\n" for i in range(1, 40)),
-            "aliases stand for more than 100000 values",
+            "aliases stand for more than 100,000 values",
         ),
         (
             "a0: &a0 {k: x}\n"
             + "".join(f"a{i}: &a{i} {{<<: [*a{i - 1}, *a{i - 1}]}}\n" for i in range(1, 40)),
-            "aliases stand for more than 100000 values",
+            "aliases stand for more than 100,000 values",
         ),
         ("a: 0x" + "f" * 5000, "an integer of too many digits"),
         ("a: 1" + ":1" * 5000, "an integer of too many digits"),
@@ -70,3 +70,44 @@ def test_a_fault_of_a_file_is_told_with_its_line_as_an_error_of_the_readers_kind
     with pytest.raises(LaunchError) as error, ros_yaml.faults_of(Path("a.yaml"), LaunchError):
         ros_yaml.load("one: 1\ntwo: [")
     assert error.value.message.startswith("a.yaml:3: not YAML: ")
+
+
+TAGS = ["int", "float", "bool", "null", "str", "binary", "timestamp", "seq", "map", "set", "omap"]
+TAGS += ["pairs", "merge", "value", "yaml", "unknown", "python/object:os.system"]
+ODD = ['""', '" "', "x", "-", "+", ".", "0x", "0b2", "1:", "_", "1e999", "~", "é", '"\\0"', "=="]
+ODD += ["2020-13-45", "2020-01-01 25:00:00", "[]", "[[1, 2]]", "[{a: 1, b: 2}]", "{a: 1}"]
+ODD += ["{=: 1}", "{<<: 1}", "{[1]: 2}", ""]
+
+
+@given(
+    tag=st.sampled_from(TAGS),
+    value=st.sampled_from(ODD) | st.text(max_size=12).map(repr),
+    place=st.sampled_from(["{}", "a: {}", "[{}]", "{{{}: 1}}", "a: &x {}\nb: *x"]),
+)
+@settings(max_examples=500)
+def test_of_an_explicit_tag_there_comes_a_value_or_a_yaml_error_with_its_line(tag, value, place):
+    text = place.format(f"!!{tag} {value}")
+    for load in (ros_yaml.load, ros_yaml.load_merged):
+        try:
+            load(text)
+        except yaml.MarkedYAMLError as error:
+            assert error.problem_mark is not None
+        except yaml.reader.ReaderError:
+            pass  # a character that YAML does not allow at all
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ('!!int ""', "'' is no !!int"),
+        ('!!float " "', "' ' is no !!float"),
+        ("!!bool maybe", "'maybe' is no !!bool"),
+        ("!!timestamp {=: 1}", "this is no !!timestamp"),
+    ],
+)
+def test_the_reason_names_value_and_tag(text, reason):
+    with pytest.raises(yaml.MarkedYAMLError) as refused:
+        ros_yaml.load(f"fine: 1\nx: {text}")
+    assert refused.value.problem == reason
+    assert refused.value.problem_mark is not None
+    assert refused.value.problem_mark.line == 1

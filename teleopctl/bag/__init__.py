@@ -79,8 +79,22 @@ if TYPE_CHECKING:
     )
     from teleopctl.bag.storage.database_settings import database_settings as database_settings
     from teleopctl.bag.storage.presets import chunk_settings as chunk_settings
-    from teleopctl.bag.verify.comparison import Difference as Difference, Verdict as Verdict
-    from teleopctl.bag.verify.session import Session as Session, read_session as read_session
+    from teleopctl.bag.verify.comparison import (
+        Difference as Difference,
+        Kind as Kind,
+        Recorded as Recorded,
+        Stream as Stream,
+        Verdict as Verdict,
+        leaves as leaves,
+    )
+    from teleopctl.bag.verify.session import (
+        RecordedTopic as RecordedTopic,
+        Session as Session,
+        end_of_run as end_of_run,
+        read_commands as read_commands,
+        read_session as read_session,
+        read_topics as read_topics,
+    )
     from teleopctl.bag.verify.traces import Traces as Traces
 else:
     from teleopctl.lazy import attach
@@ -119,8 +133,9 @@ else:
             "service_events": "ServiceCounter ServiceCounts is_service_event service_of",
             "storage.bag": "Bag bag_files open_bag",
             "storage.bag_writer": "BagWriter WriterOptions",
-            "verify.comparison": "Difference Verdict",
-            "verify.session": "Session read_session",
+            "verify.comparison": "Difference Kind Recorded Stream Verdict leaves",
+            "verify.session": "RecordedTopic Session end_of_run read_commands read_session "
+            "read_topics",
             "verify.traces": "Traces",
             "storage.database_settings": "database_settings",
             "storage.presets": "chunk_settings",

@@ -15,6 +15,7 @@ All are read; version 8 is written, which every rosbag2 since Iron reads.
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -175,6 +176,8 @@ def write_metadata(path: Path, metadata: BagMetadata) -> None:
         part.write_text(format_metadata(metadata), encoding="utf-8")
         part.replace(path)
     except OSError as error:
+        with contextlib.suppress(OSError):
+            part.unlink(missing_ok=True)
         raise SystemFailureError(f"Cannot write {path}: {error.strerror}") from error
 
 
@@ -224,7 +227,7 @@ def parse_metadata(text: str, *, with_root: bool = True) -> BagMetadata:
         return _parse(content, version)
     except KeyError as error:
         raise InvalidFileError(f"the key {error} is missing") from error
-    except (AttributeError, TypeError, ValueError) as error:
+    except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
         raise InvalidFileError(f"a value is of the wrong kind: {error}") from error
 
 

@@ -57,7 +57,10 @@ def parse_offers(value: Any) -> tuple[EndpointQos, ...]:
     try:
         listed = ros_yaml.load(value) if isinstance(value, str) else value
         return tuple(dict.fromkeys(_profile(item) for item in listed or ()))
-    except (yaml.YAMLError, AttributeError, KeyError, TypeError, ValueError) as error:
+    except (
+        *(yaml.YAMLError, ArithmeticError, AttributeError),
+        *(LookupError, TypeError, ValueError),
+    ) as error:
         raise InvalidFileError(f"offered_qos_profiles is no list of profiles: {error}") from error
 
 

@@ -105,12 +105,20 @@ def run(
             console.note(str(interrupt))
         return EXIT_INTERRUPTED
     except Exception as error:  # noqa: BLE001 -- whatever it is, a person reads one message
+        if _is_interrupt(error):
+            return EXIT_INTERRUPTED
         failure = error if isinstance(error, TeleopctlError) else _unforeseen(error, words)
         if debug:
             console.traceback()
         console.error(failure)
         return failure.exit_status
     return status
+
+
+def _is_interrupt(error: Exception) -> bool:
+    from teleopctl import interrupts
+
+    return interrupts.is_behind(error)
 
 
 def _dispatch(words: list[str], before_verb: Callable[[], None] | None) -> int:

@@ -23,3 +23,19 @@ AsJson = Annotated[bool, Option("--json", help="Print one JSON document.")]
 UseSimTime = Annotated[
     bool, Option("-s", "--use-sim-time", help="Follow /clock instead of this machine's clock.")
 ]
+UpTimeout = Annotated[
+    float | None,
+    Option(
+        "--timeout",
+        help="With --detach: how long to wait until everything is up; 300.",
+        metavar="SECONDS",
+    ),
+]
+StallTimeout = Annotated[
+    float | None,
+    Option(
+        "--stall-timeout",
+        help="With --detach: how long to wait while nothing gets on; 30.",
+        metavar="SECONDS",
+    ),
+]

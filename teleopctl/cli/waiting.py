@@ -1,4 +1,4 @@
-"""Waiting for somebody who may never come: after a second the person hears what there is."""
+"""Waiting, which is bounded, or explained after a second to the person who waits."""
 
 from __future__ import annotations
 
@@ -6,9 +6,11 @@ import threading
 from collections.abc import Callable
 
 from teleopctl.cli import console
+from teleopctl.errors import UsageError
 from teleopctl.typed import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from teleopctl.base.start_timeouts import StartTimeouts
     from teleopctl.node import BareNode, Node
 
 _PATIENCE_S = 1.0
@@ -34,6 +36,33 @@ def wait_aloud(
     if longest_s == first_s:
         return False
     return wait(None if longest_s is None else longest_s - first_s)
+
+
+def start_timeouts(
+    timeout_s: float | None, stall_timeout_s: float | None, *, detach: bool
+) -> StartTimeouts:
+    """Return how long to wait for what is started in the background, as options say.
+
+    Raises:
+        UsageError: A time is not above 0, or nothing is started in the background.
+    """
+    from teleopctl.base.start_timeouts import StartTimeouts
+
+    timeouts = StartTimeouts()
+    if timeout_s is not None:
+        timeouts = timeouts._replace(total_s=_checked("--timeout", timeout_s, detach=detach))
+    if stall_timeout_s is not None:
+        stall_s = _checked("--stall-timeout", stall_timeout_s, detach=detach)
+        timeouts = timeouts._replace(stall_s=stall_s)
+    return timeouts
+
+
+def _checked(option: str, time_s: float, *, detach: bool) -> float:
+    if not detach:
+        raise UsageError(f"{option} goes with --detach: nobody waits for a start in the foreground")
+    if not time_s > 0:
+        raise UsageError(f"{option} is {time_s:g}, expected a number above 0")
+    return time_s
 
 
 def wait_for_clock(node: Node | BareNode) -> None:

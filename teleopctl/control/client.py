@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from functools import cached_property
 from typing import Any
 
-from teleopctl.control.manager_log import ManagerLog
+from teleopctl.control.manager_log import NOT_RELOADED, ManagerLog
 from teleopctl.errors import UnavailableError
 from teleopctl.interfaces import from_seconds, get_message, get_service, set_stamp
 from teleopctl.node import (
@@ -23,6 +23,9 @@ from teleopctl.node import (
 STRICT = 2
 # The graph wakes who waits for a service; the manager's log is looked at this often, in seconds.
 _LOOK_EVERY_S = 0.1
+# After so long without a response it is asked whether the manager's process runs at all: what it
+# does for a call, of others' controllers and hardware, may take longer.
+_NOT_FROZEN_S = 4.0
 # The graph wakes who waits for another manager; Windows delivers signals to who wakes by itself.
 _WAKE_EVERY_S = 1.0
 
@@ -50,6 +53,7 @@ class ControllerManagerClient:
         self._call_timeout = call_timeout
         self._attempts = attempts
         self._clients: dict[str, Client[Any, Any]] = {}
+        self._asked_ns = 0
         self.name = (
             manager if manager.startswith("/") else f"{node.get_namespace().rstrip('/')}/{manager}"
         )
@@ -135,11 +139,15 @@ class ControllerManagerClient:
         return ManagerLog(self._node, self.name)
 
     def cause(self, controller: str) -> str | None:
-        """What the manager or the controller itself has logged of the controller's last failure.
+        """What the manager or the controller itself has logged since the last call, or None."""
+        return self._log.cause(controller, self._asked_ns)
+
+    def why_not_reloaded(self) -> str | None:
+        """Why the last call did not reload the code of controllers, as the manager has logged it.
 
         None where nothing is heard of it.
         """
-        return self._log.cause(controller)
+        return self._log.last_error(NOT_RELOADED, self._asked_ns)
 
     def _why_unavailable(self) -> str:
         names = self._node.graph().node_names(include_hidden=True)
@@ -175,16 +183,22 @@ class ControllerManagerClient:
             fields: The request's fields.
 
         Raises:
-            ControllerManagerUnavailableError: There is no answer.
+            ControllerManagerUnavailableError: There is no answer. Of a manager whose process is
+                stopped this is known after five seconds.
         """
         full_type = type_name if "/" in type_name else f"controller_manager_msgs/srv/{type_name}"
         client = self._client(service, full_type)
         request = get_service(full_type).Request(**fields)
+        self._asked_ns = time.time_ns()
         return self._insist(service, lambda: client.call_async(request))
 
     def _insist(self, service: str, send: Callable[[], ResponseFuture[Any]]) -> Any:
         for attempt in range(1, self._attempts + 1):
-            response = send().wait_for_response(self._call_timeout)
+            pending, began = send(), time.monotonic()
+            if not pending.wait_until_settled(min(_NOT_FROZEN_S, self._call_timeout)):
+                self._check_not_frozen(service)
+            left = self._call_timeout - (time.monotonic() - began)
+            response = pending.wait_for_response(max(0.0, left))
             if response is not None:
                 return response
             self._node.get_logger().warning(
@@ -195,6 +209,15 @@ class ControllerManagerClient:
             f"Could not successfully call service {self.name}/{service} after "
             f"{self._attempts} attempts."
         )
+
+    def _check_not_frozen(self, service: str) -> None:
+        if self._list_client.is_server_frozen():
+            raise ControllerManagerUnavailableError(
+                f"{self.name} does not answer {service}: its process does nothing at all.",
+                hint="It may be stopped (Ctrl-Z, a debugger, kill -STOP): continue it with kill "
+                "-CONT, or end it with `teleopctl stop` and start it again; `teleopctl ps` lists "
+                "it with its pid.",
+            )
 
     def list_controllers(self) -> list[Any]:
         """All controllers, as controller_manager_msgs/ControllerState."""

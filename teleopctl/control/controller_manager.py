@@ -14,6 +14,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, Protocol
 
 from teleopctl import plugins
+from teleopctl.base.exception_origin import with_origin
 from teleopctl.control.chaining import ChainCycleError, Chains
 from teleopctl.control.controller_spec import ControllerSpec, repeated_name, required_names
 from teleopctl.control.controllers.base import (
@@ -68,6 +69,7 @@ class ControllerManager:
         controllers: Loaded controllers by name, in the order in which they are updated: that in
             which they were loaded, but what another controller commands or reads after that one.
         active_controllers: The active controllers, in the order in which they are updated.
+        loaded_types: Types of the controllers that have been loaded so far, as keys.
         cycle_lock: Held by the loop during a cycle.
     """
 
@@ -84,6 +86,8 @@ class ControllerManager:
         self.update_rate = update_rate
         self.controllers: dict[str, ControllerSpec] = {}
         self.active_controllers: tuple[ControllerSpec, ...] = ()
+        self.loaded_types: dict[str, None] = {}
+        self._causes: dict[str, str] = {}
         self.cycle_lock = threading.Lock()
 
     # ---- life cycle of single controllers
@@ -102,9 +106,19 @@ class ControllerManager:
         self.logger.info(f"Loading controller : '{name}' of type '{type_name}'")
         try:
             controller_class = plugins.load(plugins.CONTROLLERS, str(type_name))
-        except (UnknownPluginError, BrokenPluginError) as error:
-            self.logger.error(f"Loader for controller '{name}' (type '{type_name}') not found.")
-            self.logger.info(str(error))
+        except UnknownPluginError as error:
+            near = f" {error.hint}" if error.hint else ""
+            self.logger.error(
+                f"Loader for controller '{name}' (type '{type_name}') not found.{near}"
+            )
+            self.logger.info("Available classes:")
+            for known in sorted(plugins.available(plugins.CONTROLLERS)):
+                self.logger.info(f"  {known}")
+            return False
+        except BrokenPluginError as error:
+            self.logger.error(
+                f"Could not load controller '{name}' (type '{type_name}'): {error.message}"
+            )
             return False
         fallbacks = tuple(self.node.parameter(f"{name}.fallback_controllers") or ())
         if name in fallbacks:
@@ -118,15 +132,20 @@ class ControllerManager:
             return False
         try:
             controller: ControllerInterface = controller_class(params)
-        except Exception as error:  # noqa: BLE001 - a controller's failure is reported, not ours
-            self.logger.error(f"Could not initialize the controller named '{name}': {error}")
+        except (Exception, SystemExit) as error:  # noqa: BLE001 - a controller's failure is reported, not ours
+            self.logger.error(
+                f"Could not initialize the controller named '{name}': {with_origin(error)}"
+            )
             self.node.destroy_controller_node(params.node)
             return False
         if self.call(controller, controller.on_init) is not CallbackReturn.SUCCESS:
-            self.logger.error(f"Could not initialize the controller named '{name}'")
+            self.logger.error(
+                f"Could not initialize the controller named '{name}'{self.cause(controller)}"
+            )
             self.node.destroy_controller_node(params.node)
             return False
         self.controllers[name] = ControllerSpec(controller, str(type_name), fallbacks)
+        self.loaded_types[str(type_name)] = None
         self.node.publish_activity()
         return True
 
@@ -152,13 +171,15 @@ class ControllerManager:
             outcome = self.call(controller, partial(self._ask_interfaces, spec))
             if outcome is not CallbackReturn.SUCCESS:
                 self._forget_interfaces(spec)
-                self.call(controller, controller.on_cleanup)
+                self._clear_up(controller, controller.on_cleanup)
         if outcome is CallbackReturn.SUCCESS:
             controller.lifecycle_state = State.INACTIVE
             if unread := controller.unread_parameters():
                 controller.logger.warning(f"Parameters that have no effect: {', '.join(unread)}")
         else:
-            self.logger.error(f"Could not configure the controller named '{name}'")
+            self.logger.error(
+                f"Could not configure the controller named '{name}'{self.cause(controller)}"
+            )
             self.recover(controller, outcome, State.UNCONFIGURED)
         self.node.publish_activity()
         return outcome is CallbackReturn.SUCCESS
@@ -182,7 +203,7 @@ class ControllerManager:
         controller.lifecycle_state = State.UNCONFIGURED
         self._forget_interfaces(spec)
         if outcome is not CallbackReturn.SUCCESS:
-            self.logger.error(f"Failed to clean-up controller '{name}'")
+            self.logger.error(f"Failed to clean-up controller '{name}'{self.cause(controller)}")
             self.recover(controller, outcome, State.UNCONFIGURED)
         self.node.publish_activity()
         return outcome is CallbackReturn.SUCCESS
@@ -224,11 +245,11 @@ class ControllerManager:
                 controller.export_interfaces()
                 self._import_interfaces(controller)
             except InvalidExportError as error:
-                self.logger.error(
+                return self.fail(
+                    controller,
                     "Export of the state or reference interfaces failed with following error: "
-                    f"{error}"
+                    f"{error}",
                 )
-                return CallbackReturn.FAILURE
         spec.command_interface_configuration = controller.command_interface_configuration()
         spec.state_interface_configuration = controller.state_interface_configuration()
         self.refresh_interfaces(spec)
@@ -236,13 +257,11 @@ class ControllerManager:
             spec.required_state_interfaces
         )
         if problem is not None:
-            self.logger.error(f"Controller '{spec.name}' asks for the interface '{problem}' twice.")
-            return CallbackReturn.FAILURE
+            return self.fail(controller, f"It asks for the interface '{problem}' twice.")
         try:
             ordered = self.chains.in_update_order()
         except ChainCycleError as error:
-            self.logger.error(f"Controller '{spec.name}' cannot be in a chain of {error}.")
-            return CallbackReturn.FAILURE
+            return self.fail(controller, f"It cannot be in a chain of {error}.")
         self.controllers = {other.name: other for other in ordered}
         return CallbackReturn.SUCCESS
 
@@ -311,14 +330,29 @@ class ControllerManager:
         self, controller: ControllerInterface, function: Callable[[], CallbackReturn | None]
     ) -> CallbackReturn:
         """Run a life cycle callback; what it raises is logged and counts as an error."""
+        # A bound method has a name; what is put together for one call has none.
+        where = getattr(function, "__name__", "its choice of interfaces")
+        self._causes.pop(controller.name, None)
         try:
-            return function() or CallbackReturn.SUCCESS
-        except Exception as error:  # noqa: BLE001 - a controller's failure must not end the manager
-            where = getattr(function, "__name__", "its choice of interfaces")
+            outcome = function() or CallbackReturn.SUCCESS
+        except (Exception, SystemExit) as error:  # noqa: BLE001 - a controller's failure must not end the manager
+            outcome = CallbackReturn.ERROR
+            self._causes[controller.name] = f"{where} raised {with_origin(error)}"
             self.logger.error(
-                f"Controller '{controller.name}' raised in {where}: {type(error).__name__}: {error}"
+                f"Controller '{controller.name}' raised in {where}: {with_origin(error)}"
             )
-            return CallbackReturn.ERROR
+        if outcome is not CallbackReturn.SUCCESS:
+            self._causes.setdefault(controller.name, f"{where} returned {outcome.name}")
+        return outcome
+
+    def fail(self, controller: ControllerInterface, cause: str) -> CallbackReturn:
+        """Keep why a controller fails, for `cause`."""
+        self._causes[controller.name] = cause
+        return CallbackReturn.FAILURE
+
+    def cause(self, controller: ControllerInterface) -> str:
+        """Why a controller's last life cycle callback did not succeed, to follow a sentence."""
+        return f": {self._causes[controller.name]}" if controller.name in self._causes else ""
 
     def recover(
         self, controller: ControllerInterface, outcome: CallbackReturn, after_failure: State
@@ -332,10 +366,19 @@ class ControllerManager:
         """
         if outcome is CallbackReturn.FAILURE:
             controller.lifecycle_state = after_failure
-        elif self.call(controller, controller.on_error) is CallbackReturn.SUCCESS:
-            controller.lifecycle_state = State.UNCONFIGURED
-        else:
-            controller.lifecycle_state = State.FINALIZED
+            return
+        recovered = self._clear_up(controller, controller.on_error) is CallbackReturn.SUCCESS
+        controller.lifecycle_state = State.UNCONFIGURED if recovered else State.FINALIZED
+
+    def _clear_up(
+        self, controller: ControllerInterface, function: Callable[[], CallbackReturn | None]
+    ) -> CallbackReturn:
+        """Run a life cycle callback after one that failed, which stays the cause."""
+        cause = self._causes.get(controller.name)
+        outcome = self.call(controller, function)
+        if cause is not None:
+            self._causes[controller.name] = cause
+        return outcome
 
     def deactivate_controllers(self, stopping: Sequence[ControllerSpec]) -> list[str]:
         """Stop controllers that are no longer in ``active_controllers``; returns who failed."""

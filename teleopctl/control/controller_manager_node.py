@@ -12,6 +12,7 @@ from teleopctl.control.controller_manager import ControllerManager
 from teleopctl.control.controllers.base import ControllerInterfaceParams
 from teleopctl.control.cycle import Cycle, WallClockLoop
 from teleopctl.control.lifecycle import State
+from teleopctl.control.limits import enforced_by_default
 from teleopctl.control.manager_log import DESCRIPTION_RECEIVED, DESCRIPTION_REFUSED
 from teleopctl.control.realtime_publisher import PublishQueue
 from teleopctl.control.resource_manager import ResourceManager
@@ -48,11 +49,17 @@ class ControllerManagerNode:
                 f"Parameter 'update_rate' must be an integer above 0, got {rate}"
             )
         enforce = self.parameter("enforce_command_limits")
+        if enforce is None:
+            enforce = enforced_by_default()
+        elif not isinstance(enforce, bool):
+            raise InvalidParameterError(
+                f"Parameter 'enforce_command_limits' must be true or false, got {enforce}"
+            )
         self._resource_manager = ResourceManager(
             node,
             node.get_logger().get_child("resource_manager"),
             lambda sentence: self._cycle.report(sentence),
-            enforce_limits=enforce is None or bool(enforce),
+            enforce_limits=enforce,
         )
         self._publish_queue = PublishQueue(lambda sentence: self._cycle.report(sentence))
         self.manager = ControllerManager(self._resource_manager, self, self._logger, rate)
@@ -186,6 +193,7 @@ class ControllerManagerNode:
         self._reminder.cancel()
         try:
             description = RobotDescription.from_urdf(message.data)
+            progress.doing("initializing the hardware")
             self._resource_manager.load_and_initialize_components(description)
         except TeleopctlError as error:
             self._logger.error(
@@ -198,6 +206,7 @@ class ControllerManagerNode:
         self._description = description
         self._node.destroy_timer(self._reminder)
         self._find_lockstep_hardware()
+        progress.doing("activating the hardware")
         self._start_hardware()
         self._logger.info(
             "Resource Manager has been successfully initialized. Starting Controller Manager "

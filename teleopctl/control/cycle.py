@@ -12,6 +12,7 @@ import time
 from collections import deque
 from typing import TYPE_CHECKING
 
+from teleopctl.base.exception_origin import with_origin
 from teleopctl.control.controller_manager import ControllerManager
 from teleopctl.control.controller_spec import ControllerSpec
 from teleopctl.control.hardware_component import HardwareComponent
@@ -104,14 +105,11 @@ class Cycle:
         for spec in self._manager.active_controllers:
             try:
                 spec.controller.on_restart()
-            except Exception as error:  # noqa: BLE001 - one controller must not stop the others
+            except (Exception, SystemExit) as error:  # noqa: BLE001 - one controller must not stop the others
                 self._report_raised(spec, "on_restart", error)
 
-    def _report_raised(self, spec: ControllerSpec, function: str, error: Exception) -> None:
-        self.report(
-            f"Controller '{spec.name}' raised in {function}: "
-            f"{type(error).__name__}: {error} ({_innermost(error)})"
-        )
+    def _report_raised(self, spec: ControllerSpec, function: str, error: BaseException) -> None:
+        self.report(f"Controller '{spec.name}' raised in {function}: {with_origin(error)}")
 
     def _update(self, time_ns: int, trigger_ns: int, period_ns: int) -> None:
         failed: list[ControllerSpec] | None = None
@@ -132,7 +130,7 @@ class Cycle:
             began_ns = time.perf_counter_ns()
             try:
                 outcome = controller.update(time_ns, since)
-            except Exception as error:  # noqa: BLE001 - one controller must not stop the others
+            except (Exception, SystemExit) as error:  # noqa: BLE001 - one controller must not stop the others
                 self._report_raised(spec, "update", error)
                 outcome = ReturnType.ERROR
             spec.statistics.add(began_ns, None if last_ns is None else since)
@@ -161,16 +159,6 @@ class Cycle:
         )
         self._manager.stop_controllers(users)
         self._changed = True
-
-
-def _innermost(error: BaseException) -> str:
-    """File and line where an exception was raised."""
-    trace = error.__traceback__
-    while trace is not None and trace.tb_next is not None:
-        trace = trace.tb_next
-    if trace is None:
-        return "nowhere"
-    return f"{trace.tb_frame.f_code.co_filename}:{trace.tb_lineno}"
 
 
 class WallClockLoop:
@@ -237,14 +225,11 @@ class WallClockLoop:
         try:
             # The system's time may be set at any moment; periods are measured without it.
             self._cycle.run(time.time_ns(), time.monotonic_ns())
-        except Exception as error:  # noqa: BLE001 - a loop that ends would leave the robot alone
+        except (Exception, SystemExit) as error:  # noqa: BLE001 - a loop that ends would leave the robot alone
             now = time.monotonic()
             if now - self._last_failure >= _REPORT_PERIOD:
                 self._last_failure = now
-                self._logger.error(
-                    f"The control cycle failed: {type(error).__name__}: {error} "
-                    f"({_innermost(error)})"
-                )
+                self._logger.error(f"The control cycle failed: {with_origin(error)}")
 
     def _report_overrun(self, took: float, missed: int) -> None:
         now = time.monotonic()

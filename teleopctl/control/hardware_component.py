@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
+from teleopctl.base.exception_origin import with_origin
 from teleopctl.control.handles import CommandInterface, StateInterface
 from teleopctl.control.hardware.base import HardwareComponentInterface
 from teleopctl.control.lifecycle import CallbackReturn, ReturnType, State
@@ -120,8 +121,12 @@ class HardwareComponent:
     ) -> ReturnType:
         try:
             outcome = function(time_ns, period) or ReturnType.OK
-        except Exception as error:  # noqa: BLE001 - a plug-in's failure must not end the loop
-            self._logger.error(f"Hardware '{self.name}' raised in {function.__name__}: {error}")
+            if not isinstance(outcome, ReturnType):
+                raise TypeError(f"it returned {outcome!r} in the place of a ReturnType")
+        except (Exception, SystemExit) as error:  # noqa: BLE001 - a plug-in's failure must not end the loop
+            self._logger.error(
+                f"Hardware '{self.name}' raised in {function.__name__}: {with_origin(error)}"
+            )
             outcome = ReturnType.ERROR
         if outcome is ReturnType.ERROR:
             self._recover()
@@ -132,6 +137,8 @@ class HardwareComponent:
     def _call(self, function: Callable[[], CallbackReturn | None]) -> CallbackReturn:
         try:
             return function() or CallbackReturn.SUCCESS
-        except Exception as error:  # noqa: BLE001 - a plug-in's failure is the component's
-            self._logger.error(f"Hardware '{self.name}' raised in {function.__name__}: {error}")
+        except (Exception, SystemExit) as error:  # noqa: BLE001 - a plug-in's failure is the component's
+            self._logger.error(
+                f"Hardware '{self.name}' raised in {function.__name__}: {with_origin(error)}"
+            )
             return CallbackReturn.ERROR

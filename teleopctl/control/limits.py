@@ -1,7 +1,7 @@
 """Keeps commands inside the limits of their joint, once per cycle after all controllers.
 
-A command that had to be changed is reported once; the next report comes after the command has been
-inside its limits again.
+A command that had to be changed is reported once for each joint, and again when another controller
+takes the joint over.
 """
 
 from __future__ import annotations
@@ -18,6 +18,8 @@ from teleopctl.control.handles import (
     CommandInterface,
     StateInterface,
 )
+from teleopctl.interfaces import is_since
+from teleopctl.robot import cut_command
 
 if TYPE_CHECKING:
     from teleopctl.robot import JointLimits
@@ -26,6 +28,14 @@ if TYPE_CHECKING:
 _OUTSIDE = 0.002
 # Differences below this are rounding, not a command worth a report.
 _ROUNDING = 1e-9
+
+
+def enforced_by_default() -> bool:
+    """Whether limits are enforced where ``enforce_command_limits`` is not set.
+
+    They are from Kilted on; in Jazzy the parameter is false, and before there was none.
+    """
+    return is_since("kilted")
 
 
 def describe(limits: JointLimits) -> str:
@@ -48,7 +58,7 @@ class JointLimiter:
         limits: The joint's limits.
         commands: The joint's command interfaces by name.
         states: The joint's state interfaces by name.
-        report: Called with a sentence when a command begins to be limited.
+        report: Called with a sentence when a command is limited for the first time.
     """
 
     def __init__(
@@ -101,30 +111,25 @@ class JointLimiter:
             limited = min(max(wanted, lower), upper)
             self._previous[command.interface_name] = limited
             if abs(limited - wanted) <= _ROUNDING:
-                self._reported.discard(command.interface_name)
                 continue
             command.value = limited
             if command.interface_name not in self._reported:
                 self._reported.add(command.interface_name)
-                self._report(self._sentence(command.interface_name, wanted, limited, period))
+                by = self._which(command.interface_name, wanted)
+                self._report(
+                    cut_command(
+                        self._joint, command.interface_name, wanted, limited, self._limits, by
+                    )
+                )
 
-    def _sentence(self, interface: str, wanted: float, limited: float, period: float) -> str:
+    def _which(self, interface: str, wanted: float) -> str:
+        """Which limit a command is cut by."""
         limits = self._limits
-        if interface == POSITION and not limits.lower <= wanted <= limits.upper:
-            rule = f"position limits [{limits.lower:g}, {limits.upper:g}]"
-        elif interface == POSITION:
-            rule = f"velocity limit {limits.velocity:g} in a cycle of {period:g} s"
-        else:
-            rule = {
-                VELOCITY: f"velocity limit {limits.velocity:g}, position limits "
-                f"[{limits.lower:g}, {limits.upper:g}]",
-                EFFORT: f"effort limit {limits.effort:g}",
-                ACCELERATION: f"acceleration limit {limits.acceleration:g}",
-            }[interface]
-        return (
-            f"Command of joint '{self._joint}' is outside its limits: {interface} {wanted:g} "
-            f"is clamped to {limited:g} ({rule})"
-        )
+        if interface == POSITION and limits.lower <= wanted <= limits.upper:
+            return VELOCITY
+        if interface == VELOCITY and abs(wanted) <= limits.velocity:
+            return ACCELERATION if math.isfinite(limits.acceleration) else POSITION
+        return interface
 
     def _position_band(self, period: float) -> tuple[float, float]:
         limits = self._limits

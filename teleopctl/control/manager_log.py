@@ -5,14 +5,18 @@ from __future__ import annotations
 import threading
 from typing import TYPE_CHECKING
 
-from teleopctl.interfaces import get_message
+from teleopctl.interfaces import get_message, to_nanoseconds
 from teleopctl.node import LoggingSeverity, Node, qos_profile_rosout_default
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from rcl_interfaces.msg import Log
 
 DESCRIPTION_RECEIVED = "Received robot description from topic."
 """How a manager begins what it says of a description."""
+NOT_RELOADED = "Controller manager: Cannot reload controller libraries because"
+"""How a manager, ROS 2's too, begins to say why it does not reload the code of controllers."""
 DESCRIPTION_REFUSED = (
     "The published robot description file (URDF) seems not to be genuine. The following error was "
     "caught:"
@@ -22,6 +26,8 @@ DESCRIPTION_REFUSED = (
 # The log goes another way than the answer of a service, and may come after it.
 _CAUSE_WITHIN_S = 3.0
 _OWN_WORDS_WITHIN_S = 0.3
+# By which the clocks of two machines may differ.
+_SKEW_NS = 100_000_000
 
 
 class ManagerLog:
@@ -39,7 +45,8 @@ class ManagerLog:
     def __init__(self, node: Node, manager: str) -> None:
         self.refusal: str | None = None
         self._name = manager.strip("/").replace("/", ".")
-        self._errors: list[tuple[str, str]] = []
+        # Time, logger and text of each.
+        self._errors: list[tuple[int, str, str]] = []
         self._changed = threading.Condition()
         node.create_subscription(
             get_message("rcl_interfaces/msg/Log"),
@@ -49,25 +56,47 @@ class ManagerLog:
             immediate=True,
         )
 
-    def cause(self, controller: str) -> str | None:
-        """The last error about a controller, also of before this object was made.
+    def cause(self, controller: str, since_ns: int) -> str | None:
+        """The last error about a controller; None where none comes within a moment.
 
-        None where none comes within a moment.
+        Args:
+            controller: Its name.
+            since_ns: Time of the request that failed: what was logged before is not its cause.
         """
         with self._changed:
-            self._changed.wait_for(lambda: self._about(controller), _CAUSE_WITHIN_S)
+            self._changed.wait_for(lambda: self._about(controller, since_ns), _CAUSE_WITHIN_S)
             # What the controller itself says is closer to the cause, and comes by another way.
-            self._changed.wait_for(lambda: self._own(controller), _OWN_WORDS_WITHIN_S)
-            return self._own(controller) or self._about(controller)
+            self._changed.wait_for(lambda: self._own(controller, since_ns), _OWN_WORDS_WITHIN_S)
+            return self._own(controller, since_ns) or self._about(controller, since_ns)
 
-    def _own(self, controller: str) -> str | None:
+    def last_error(self, beginning: str, since_ns: int) -> str | None:
+        """The manager's last error that begins with some words, which are left out; or None."""
+
+        def found() -> str | None:
+            texts = self._texts(self._name, since_ns)
+            return next((text for text in texts if text.startswith(beginning)), None)
+
+        with self._changed:
+            self._changed.wait_for(found, _CAUSE_WITHIN_S)
+            text = found()
+        return text and text.removeprefix(beginning).strip()
+
+    def _texts(self, name: str, since_ns: int) -> Iterator[str]:
+        """What a logger has said, the last first."""
+        return (
+            text
+            for stamp_ns, logger, text in reversed(self._errors)
+            if logger == name and stamp_ns >= since_ns - _SKEW_NS
+        )
+
+    def _own(self, controller: str, since_ns: int) -> str | None:
         own = f"{self._name.rpartition('.')[0]}.{controller}".lstrip(".")
-        return next((text for name, text in reversed(self._errors) if name == own), None)
+        return next(self._texts(own, since_ns), None)
 
-    def _about(self, controller: str) -> str | None:
-        of_manager = (text for name, text in reversed(self._errors) if name == self._name)
+    def _about(self, controller: str, since_ns: int) -> str | None:
+        of_manager = self._texts(self._name, since_ns)
         told = next((text for text in of_manager if f"'{controller}'" in text), None)
-        return told or self._own(controller)
+        return told or self._own(controller, since_ns)
 
     def _received(self, log: Log) -> None:
         if log.name == self._name:
@@ -77,5 +106,5 @@ class ManagerLog:
                 self.refusal = None
         if log.level >= LoggingSeverity.ERROR:
             with self._changed:
-                self._errors.append((log.name, log.msg))
+                self._errors.append((to_nanoseconds(log.stamp), log.name, log.msg))
                 self._changed.notify_all()

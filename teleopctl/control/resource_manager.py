@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable, Sequence
 from typing import TYPE_CHECKING
 
 from teleopctl import plugins
+from teleopctl.base.exception_origin import with_origin
 from teleopctl.control.handles import CommandInterface, StateInterface
 from teleopctl.control.hardware.base import HardwareComponentInterface, HardwareComponentParams
 from teleopctl.control.hardware_component import HardwareComponent
@@ -38,7 +39,7 @@ class ResourceManager:
     Args:
         node: The controller manager's node, handed to hardware that talks over topics.
         logger: For log lines about hardware.
-        report: Called with a sentence when a command begins to be limited.
+        report: Called with a sentence when a command of a joint is limited for the first time.
         enforce_limits: Whether commands are kept inside the limits of their joints.
 
     Attributes:
@@ -55,7 +56,7 @@ class ResourceManager:
         logger: RcutilsLogger,
         report: Callable[[str], None],
         *,
-        enforce_limits: bool = True,
+        enforce_limits: bool,
     ) -> None:
         self._node = node
         self._logger = logger
@@ -77,6 +78,11 @@ class ResourceManager:
             InvalidDescriptionError: The description has no ``<ros2_control>``.
         """
         infos = description.require_ros2_control()
+        self._logger.info(
+            "Enforcing command limits is enabled..."
+            if self._enforce
+            else "Enforcing command limits is disabled. Command limits from URDF will be ignored."
+        )
         components = {info.name: self._make(info) for info in infos}
         self.components = components
         self.limits = {name: model.limits for name, model in Joints.of(description).items()}
@@ -118,7 +124,7 @@ class ResourceManager:
         except Exception as error:
             raise HardwareError(
                 f"Failed to load hardware '{info.name}': plugin '{plugin}' raised "
-                f"{type(error).__name__}: {error}"
+                f"{with_origin(error)}"
             ) from error
         self._logger.info(f"Loaded hardware '{info.name}' from plugin '{plugin}'")
         component = HardwareComponent(hardware, self._logger)
@@ -264,7 +270,10 @@ class ResourceManager:
             try:
                 outcome = method(hardware)(starting, stopping)
             except Exception as error:  # noqa: BLE001 - a plug-in's failure refuses the switch
-                self._logger.error(f"Hardware '{component.name}' refused the switch: {error}")
+                self._logger.error(
+                    f"Hardware '{component.name}' raised in {method(hardware).__name__}: "
+                    f"{with_origin(error)}"
+                )
                 return False
             if (outcome or ReturnType.OK) is not ReturnType.OK:
                 return False

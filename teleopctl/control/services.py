@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable, Iterable
-from importlib import invalidate_caches
 from typing import TYPE_CHECKING, Any
 
 from teleopctl import plugins
@@ -15,8 +13,9 @@ from teleopctl.control.controllers.chainable import ChainableControllerInterface
 from teleopctl.control.handles import CommandInterface, StateInterface
 from teleopctl.control.hardware_component import HardwareComponent
 from teleopctl.control.lifecycle import State
+from teleopctl.control.manager_log import NOT_RELOADED
 from teleopctl.control.switching import Strictness, SwitchRequest, switch_controller
-from teleopctl.errors import BrokenPluginError, UnknownPluginError
+from teleopctl.errors import BrokenPluginError, RefusedError, UnknownPluginError
 from teleopctl.interfaces import NANOSECONDS_PER_SECOND, get_message, get_service, to_nanoseconds
 
 if TYPE_CHECKING:
@@ -245,23 +244,44 @@ class ControllerManagerServices:
 
     def _reload(self, request: Any, response: Any) -> Any:
         manager = self._manager
-        active = [spec.name for spec in manager.active_controllers]
-        if active and not request.force_kill:
-            manager.logger.error(
-                "Controller manager: Cannot reload controller libraries because there are "
-                f"{len(active)} active controllers"
-            )
+        try:
+            _reload_controller_libraries(manager, force_kill=bool(request.force_kill))
+        except RefusedError as refusal:
+            manager.logger.error(f"{NOT_RELOADED} {refusal.message}")
             response.ok = False
-            return response
-        if active:
-            switch_controller(manager, SwitchRequest([], active))
-        classes = [type(spec.controller) for spec in manager.controllers.values()]
-        unloaded = [manager.unload_controller(name) for name in list(manager.controllers)]
-        forgotten = _forget_modules(classes)
-        if forgotten:
-            manager.logger.info(f"Code that is read anew when it is loaded: {', '.join(forgotten)}")
-        response.ok = all(unloaded)
+        else:
+            response.ok = True
         return response
+
+
+def _reload_controller_libraries(manager: ControllerManager, *, force_kill: bool) -> None:
+    """Read the code of all controllers again and unload them.
+
+    The code comes first: where it cannot be imported, everything stays as it is.
+
+    Raises:
+        RefusedError: A controller is active and is not to be stopped, or cannot be, or the code of
+            one cannot be imported.
+    """
+    active = [spec.name for spec in manager.active_controllers]
+    if active and not force_kill:
+        raise RefusedError(f"there are still {len(active)} active controllers: {', '.join(active)}")
+    try:
+        read_again = plugins.reload(plugins.CONTROLLERS, manager.loaded_types)
+    except BrokenPluginError as error:
+        raise RefusedError(f"of {error.message}") from error
+    if active:
+        manager.logger.info("Controller manager: Stopping all active controllers")
+        stopped, reason = switch_controller(
+            manager, SwitchRequest([], active, Strictness.BEST_EFFORT)
+        )
+        if not stopped:
+            raise RefusedError(f"failed to stop active controllers: {reason}")
+    for name in list(manager.controllers):
+        if not manager.unload_controller(name):
+            raise RefusedError(f"failed to unload controller '{name}'")
+    if read_again:
+        manager.logger.info(f"Modules that were read again: {', '.join(read_again)}")
 
 
 def _base_class(type_name: str) -> str:
@@ -271,29 +291,6 @@ def _base_class(type_name: str) -> str:
     except (BrokenPluginError, UnknownPluginError):
         return ControllerInterface.base_class
     return found.base_class
-
-
-def _forget_modules(classes: Iterable[type]) -> list[str]:
-    """Have the modules of strangers' controllers read anew when they are next loaded.
-
-    Args:
-        classes: Controllers that nobody uses any more.
-
-    Returns:
-        The modules, sorted: those that hold the classes and their bases. What they import in turn
-        stays as it is.
-    """
-    modules = {base.__module__ for found in classes for base in found.__mro__}
-    ours = __name__.partition(".")[0]
-    strangers = sorted(
-        name
-        for name in modules - sys.stdlib_module_names
-        if name.partition(".")[0] != ours and name in sys.modules
-    )
-    for name in strangers:
-        del sys.modules[name]
-    invalidate_caches()
-    return strangers
 
 
 def _target_state(message: Any) -> State | None:

@@ -269,6 +269,14 @@ def _perform(
     if not request.activate_asap:
         unstopped, unstarted, started = _exchange(manager, starting, stopping, strict=strict)
         with manager.cycle_lock:
+            lost = [spec for spec in started if not _available(spec)]
+            if lost:
+                # Its hardware has failed while it was being activated.
+                manager.deactivate_controllers(lost)
+                for spec in lost:
+                    manager.fail(spec.controller, "its hardware failed meanwhile")
+                unstarted += [spec.name for spec in lost]
+                started = [spec for spec in started if spec not in lost]
             _run(manager, started)
     manager.node.publish_activity()
     if not unstopped and not unstarted:
@@ -285,8 +293,17 @@ def _perform(
         message += f"\nUnable to activate controllers: [ {' '.join(unstarted)} ]"
     if unstopped:
         message += f"\nUnable to deactivate controllers: [ {' '.join(unstopped)} ]"
+    for name in (*unstarted, *unstopped):
+        spec = manager.controllers[name]
+        message += f"\n{name}{cause}" if (cause := manager.cause(spec.controller)) else ""
     log.error(message)
     return False, message
+
+
+def _available(spec: ControllerSpec) -> bool:
+    """Whether all interfaces that a controller has are still available."""
+    interfaces = (*spec.controller.command_interfaces, *spec.controller.state_interfaces)
+    return all(interface.available for interface in interfaces)
 
 
 def _run(manager: ControllerManager, started: Sequence[ControllerSpec]) -> None:
@@ -341,6 +358,7 @@ def _start(manager: ControllerManager, spec: ControllerSpec, chained: bool) -> b
     controller, resources = spec.controller, manager.resource_manager
     chainable = controller if isinstance(controller, ChainableControllerInterface) else None
     if chainable is not None and not chainable.set_chained_mode(chained):
+        manager.fail(controller, "it refuses the chained mode")
         manager.logger.error(
             f"Got request to turn {'ON' if chained else 'OFF'} chained mode for controller "
             f"'{spec.name}', but controller refused to do it!"
@@ -352,6 +370,7 @@ def _start(manager: ControllerManager, spec: ControllerSpec, chained: bool) -> b
             spec.required_command_interfaces, spec.name
         )
     except ClaimError as error:
+        manager.fail(controller, f"{error}")
         manager.logger.error(f"Unable to activate controller '{spec.name}' since {error}.")
         controller.state_interfaces = []
         return False

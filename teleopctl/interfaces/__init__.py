@@ -81,7 +81,7 @@ if TYPE_CHECKING:
         to_nanoseconds as to_nanoseconds,
         to_seconds as to_seconds,
     )
-    from teleopctl.interfaces.standard import distribution as distribution
+    from teleopctl.interfaces.standard import distribution as distribution, is_since as is_since
     from teleopctl.interfaces.store import (
         add_definition_text as add_definition_text,
         add_description as add_description,
@@ -135,7 +135,7 @@ else:
             "AbstractSequence AbstractString AbstractType AbstractWString Array BasicType "
             "BoundedSequence BoundedString BoundedWString NamespacedType UnboundedSequence "
             "UnboundedString UnboundedWString slot_type",
-            "standard": "distribution",
+            "standard": "distribution is_since",
             "stamps": "NANOSECONDS_PER_SECOND Stamp from_seconds set_stamp split to_nanoseconds "
             "to_seconds",
             "store": "add_definition_text add_description complete_definition_text definition_file "

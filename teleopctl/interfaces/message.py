@@ -148,10 +148,11 @@ def make_class(definition: Definition, lookup: ClassLookup) -> type[Message]:
         namespace[f"_{PLACEHOLDER}"] = 0
     name = split(definition.type_name)[2]
     cls: type[Message] = cast("type[Message]", MessageClass(name, (Message,), namespace))
+    check = _size_check(definition, lookup)
     for field in fields:
         slot: Any = cls.__dict__[f"_{field.attribute}"]
         setattr(cls, field.attribute, _property(definition.type_name, field, slot, lookup))
-        cls.__makers__[field.attribute] = (slot.__set__, _default(field, lookup))
+        cls.__makers__[field.attribute] = (slot.__set__, _default(field, lookup, check))
     return cls
 
 
@@ -215,12 +216,33 @@ def _getter(kind: FieldType, slot: MemberDescriptorType) -> Callable[[Any], Any]
     return get_array
 
 
-def _default(field: Field, lookup: ClassLookup) -> Callable[[], Any]:
+def _size_check(definition: Definition, lookup: ClassLookup) -> Callable[[], None]:
+    """What raises TeleopctlError where messages of a type are too large; it looks only once."""
+    is_checked = False
+
+    def check() -> None:
+        nonlocal is_checked
+        if not is_checked:
+            from teleopctl.interfaces.cdr.layout import Layout
+
+            own = definition.type_name
+            Layout(lambda n: definition if n == own else lookup(n).__definition__).check(own)
+            is_checked = True
+
+    return check
+
+
+def _default(field: Field, lookup: ClassLookup, check: Callable[[], None]) -> Callable[[], Any]:
     kind = field.type
     convert = converter(kind, lookup)
     if kind.shape is Shape.SINGLE:
         if kind.is_nested:
-            return lambda: lookup(kind.base)()
+
+            def nested() -> Any:
+                check()
+                return lookup(kind.base)()
+
+            return nested
         value = convert(_zero(kind) if field.default is None else field.default)
         return lambda: value
     if field.default is not None:
@@ -229,13 +251,30 @@ def _default(field: Field, lookup: ClassLookup) -> Callable[[], Any]:
         code = BLOCK_CODES[kind.base]
         if kind.shape is not Shape.ARRAY:
             return lambda: array.array(code)
-        zeros = bytes(kind.capacity * ITEM_SIZES[code])
-        return lambda: array.array(code, zeros)
+        return _zeros(code, kind.capacity, check)
     if kind.shape is not Shape.ARRAY:
         return list
-    if kind.is_nested:
-        return lambda: [lookup(kind.base)() for _ in range(kind.capacity)]
-    return lambda: [_zero(kind)] * kind.capacity
+
+    def several() -> Any:
+        check()
+        if kind.is_nested:
+            return [lookup(kind.base)() for _ in range(kind.capacity)]
+        return [_zero(kind)] * kind.capacity
+
+    return several
+
+
+def _zeros(code: str, count: int, check: Callable[[], None]) -> Callable[[], Any]:
+    zeros = b""
+
+    def make() -> Any:
+        nonlocal zeros
+        if not zeros:
+            check()
+            zeros = bytes(count * ITEM_SIZES[code])
+        return array.array(code, zeros)
+
+    return make
 
 
 def _zero(kind: FieldType) -> object:

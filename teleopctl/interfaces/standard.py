@@ -60,6 +60,11 @@ def distribution() -> str:
     return name
 
 
+def is_since(name: str) -> bool:
+    """Whether `distribution` is the one of this name or a later one."""
+    return DISTRIBUTIONS.index(distribution()) >= DISTRIBUTIONS.index(name)
+
+
 class StandardTypes:
     """Definitions of the messages of one distribution, made when they are asked for.
 

@@ -94,8 +94,8 @@ if TYPE_CHECKING:
         Substitution as Substitution,
     )
     from teleopctl.launch.execution.judgement import (
+        addresses as addresses,
         log_tail as log_tail,
-        pages as pages,
     )
     from teleopctl.launch.execution.line_format import (
         LOG_FORMAT as LOG_FORMAT,
@@ -111,10 +111,11 @@ if TYPE_CHECKING:
         duration as duration,
         find_running as find_running,
         forget_died as forget_died,
+        how_to_end as how_to_end,
         newest_log as newest_log,
         running as running,
+        started_in_background as started_in_background,
         stop_running as stop_running,
-        stopped_by_ctrl_c as stopped_by_ctrl_c,
     )
     from teleopctl.launch.execution.status import (
         ProcessStatus as ProcessStatus,
@@ -207,6 +208,7 @@ if TYPE_CHECKING:
         evaluated as evaluated,
         free_name as free_name,
         log_directory_here as log_directory_here,
+        name_of as name_of,
         new_log_directory as new_log_directory,
         prepare as prepare,
         run_here as run_here,
@@ -239,11 +241,11 @@ else:
             "evaluation.processes": "ProcessBuilder",
             "evaluation.robots_controllers": "chosen_controllers",
             "evaluation.substitution": "Substitution",
-            "execution.judgement": "log_tail pages",
+            "execution.judgement": "addresses log_tail",
             "execution.line_format": "LOG_FORMAT SCREEN_FORMAT",
             "execution.readiness": "NewNodes wait_for_node",
-            "execution.running": "Running died duration find_running forget_died newest_log "
-            "running stop_running stopped_by_ctrl_c",
+            "execution.running": "Running died duration find_running forget_died how_to_end "
+            "newest_log running started_in_background stop_running",
             "execution.status": "ProcessStatus command_text folder_of mark_stopped",
             "execution.supervisor": "Supervisor",
             "finding": "builtin_files files_in_package find_launch_file is_builtin is_launch_file",
@@ -263,7 +265,7 @@ else:
             "model.values": "boolean flag",
             "recording": "bag_folder recorded",
             "model.command_line": "split_command_line",
-            "starting": "evaluated free_name log_directory_here new_log_directory prepare run_here "
-            "start_in_background",
+            "starting": "evaluated free_name log_directory_here name_of new_log_directory prepare "
+            "run_here start_in_background",
         },
     )

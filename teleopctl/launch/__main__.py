@@ -3,19 +3,28 @@
 import sys
 from pathlib import Path
 
-from teleopctl.errors import TeleopctlError
+from teleopctl import interrupts
+from teleopctl.errors import EXIT_INTERRUPTED, TeleopctlError
+from teleopctl.launch.execution.judgement import refusal_text
 from teleopctl.launch.starting import run_in_background
 from teleopctl.output import outlive_output, take_log_file
 
 
 def main() -> int:
     """Launch what the file that the command line names asks for."""
-    outlive_output(log_file=take_log_file())
     try:
+        interrupts.take()
+        outlive_output(log_file=take_log_file())
         return run_in_background(Path(sys.argv[1]))
+    except KeyboardInterrupt:
+        return EXIT_INTERRUPTED
     except TeleopctlError as error:
-        sys.stderr.write(f"[ERROR] [launch]: {error}\n")
+        sys.stderr.write(refusal_text(error))
         return error.exit_status
+    except Exception as error:
+        if interrupts.is_behind(error):
+            return EXIT_INTERRUPTED
+        raise
 
 
 if __name__ == "__main__":

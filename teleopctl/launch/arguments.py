@@ -6,6 +6,7 @@ from collections.abc import Collection, Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import NamedTuple
 
+from teleopctl.base.budget import DEEPEST_INCLUDES
 from teleopctl.errors import TeleopctlError
 from teleopctl.launch.actions.loops import For, ForEach
 from teleopctl.launch.actions.nesting import Group, Include, IncludeSteps, Timer, included_path
@@ -18,7 +19,6 @@ from teleopctl.launch.model.action import Step
 from teleopctl.launch.model.template import Call, Template
 from teleopctl.packages import resolve_uri
 
-_MAX_DEPTH = 30
 # They expand a robot description, start a program, or write a file.
 _COSTLY = frozenset(
     (
@@ -128,8 +128,9 @@ def _describe(default: Template) -> str:
 
 
 def _declared(file: Path, context: LaunchContext, depth: int) -> Iterator[_Declared]:
-    if depth > _MAX_DEPTH:
+    if depth > DEEPEST_INCLUDES:
         return
+    context.count_included()
     with context.inside(file):
         yield from _declared_in(read_launch_file(file).steps, context, depth)
 

@@ -14,12 +14,19 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from teleopctl import background, interrupts
+from teleopctl import background, interrupts, progress
 from teleopctl.background import ProcessRecord
+from teleopctl.base.start_timeouts import StartTimeouts
 from teleopctl.errors import LaunchError, TeleopctlError
-from teleopctl.launch.evaluation.evaluation import Evaluation, evaluate
+from teleopctl.launch.evaluation.context import LaunchContext
+from teleopctl.launch.evaluation.evaluation import Evaluation, evaluate, refusal
 from teleopctl.launch.execution import status
-from teleopctl.launch.execution.running import died, forget_died, stopped_by_ctrl_c
+from teleopctl.launch.execution.running import (
+    died,
+    forget_died,
+    how_to_end,
+    started_in_background,
+)
 from teleopctl.launch.execution.status import ProcessStatus
 from teleopctl.launch.frontends import read_launch_file
 from teleopctl.launch.model.plan import LaunchPlan
@@ -43,12 +50,15 @@ def new_log_directory() -> Path:
     return background.logs_dir() / f"{stamp}-{socket.gethostname()}-{os.getpid()}"
 
 
-def evaluated(request: LaunchRequest, log_directory: Path) -> tuple[LaunchPlan, Evaluation]:
+def evaluated(
+    request: LaunchRequest, log_directory: Path, *, is_shown: bool = False
+) -> tuple[LaunchPlan, Evaluation]:
     """Read and evaluate a launch file; nothing is started or written.
 
     Args:
         request: What is wanted.
         log_directory: The launch's folder for logs.
+        is_shown: Whether the plan is only shown, and nothing is refused that runs already.
 
     Returns:
         What the launch does of itself, and what is to be asked when something happens.
@@ -66,11 +76,36 @@ def evaluated(request: LaunchRequest, log_directory: Path) -> tuple[LaunchPlan, 
             request.arguments,
             log_directory,
             request,
+            is_shown=True,
         )
     evaluation.files_read = frozenset(files)
+    names = _names_that_run(plan, evaluation.context)
+    if plan.start.shutdown is not None and not is_shown:
+        hint = f"End it {how_to_end(names)}." if names else None
+        raise refusal(plan.start.shutdown, hint)
+    if names:
+        # ROS 2 starts them, and so do we: one may be about to end. But a second
+        # robot_state_publisher, say, makes a robot stand in two poses at a time.
+        plan.warnings.append(
+            f"Nodes of the same names run already: {', '.join(names)}. Whoever listens to their "
+            f"topics gets a mixture of both. End the others {how_to_end(names)}"
+        )
     if request.record_into is not None:
         plan = recorded(plan, Path(request.record_into), file, request.arguments)
     return plan, evaluation
+
+
+def _names_that_run(plan: LaunchPlan, context: LaunchContext) -> list[str]:
+    """Return the names of nodes that a launch starts and that run already."""
+    return sorted(
+        {
+            process.node_name
+            for process in plan.start.processes
+            if process.node_name is not None
+            and not process.ends_by_itself
+            and context.node_is_running(process.node_name)
+        }
+    )
 
 
 def _files_read(request: LaunchRequest) -> AbstractContextManager[set[Path]]:
@@ -88,8 +123,8 @@ def _own_temporary_files() -> Iterator[None]:
     Many a Python launch file writes parameters there for its nodes, and nobody removes them.
     """
     before = tempfile.tempdir
-    with tempfile.TemporaryDirectory(prefix="teleopctl-launch-", ignore_cleanup_errors=True) as own:
-        tempfile.tempdir = own
+    with background.temporary_folder() as own:
+        tempfile.tempdir = str(own)
         try:
             yield
         finally:
@@ -115,7 +150,7 @@ def run_here(request: LaunchRequest, *, on_terminal: bool = False, coloured: boo
     plan, evaluation = evaluated(request, new_log_directory())
     prepare(plan)
     outlive_output()
-    with _findable_if_killed(plan.log_directory, request.log_name):
+    with _findable(plan.log_directory, request):
         if not on_terminal:
             return _run(
                 Supervisor(plan, evaluation, debug=request.debug, log_name=request.log_name),
@@ -137,8 +172,10 @@ def run_in_background(request_file: Path) -> int:
     folder = request_file.parent
     try:
         request = load_request(request_file)
+        progress.tell(progress.STARTING, f"evaluating {Path(request.file).name}")
         plan, evaluation = evaluated(request, folder)
         _write(folder, plan.write_files)
+        _call_latest(folder)
     except TeleopctlError as error:
         status.write_refusal(folder, error)
         raise
@@ -189,6 +226,8 @@ def start_in_background(
     name: str,
     on_up: Callable[[ProcessStatus, str | None], None],
     warn: Callable[[str], None],
+    timeouts: StartTimeouts,
+    show: Callable[[str], None],
 ) -> ProcessRecord:
     """Launch in a process of its own, and return once everything is up.
 
@@ -197,9 +236,11 @@ def start_in_background(
         name: What the launch is to be called; a number is added where the name is taken.
         on_up: Called for each process once it is up.
         warn: Called with what the evaluation found odd.
+        timeouts: How long to wait for that.
+        show: Called with a line that says what is still starting, now and then.
 
     Raises:
-        TeleopctlError: The file cannot be evaluated, a process died, or did not come up in time.
+        TeleopctlError: The file cannot be evaluated, a process died, or did not get on.
     """
     from teleopctl.launch.execution.readiness import NewNodes, wait_for_launch
 
@@ -207,22 +248,30 @@ def start_in_background(
     request_file = new_log_directory() / status.REQUEST_FILE
     _write(request_file.parent, partial(request.save, request_file))
     with NewNodes() as new_nodes:
-        record = background.start(
+        start = partial(
+            background.start,
             free_name(name),
             [sys.executable, "-P", "-m", "teleopctl.launch", str(request_file)],
             kind=background.LAUNCH,
+            takes_interrupts=True,
         )
-        with stopped_by_ctrl_c(record):
-            wait_for_launch(new_nodes, record, on_up, warn)
+        with started_in_background(start) as record:
+            wait_for_launch(new_nodes, record, on_up, warn, timeouts, show)
     return record
 
 
+def name_of(file: Path) -> str:
+    """Return what a launch of a file is called."""
+    return file.stem.removesuffix(".launch")
+
+
 def free_name(name: str) -> str:
-    """Return a name that no background process has: the given one, or one with a number.
+    """Return a name that no launch and no background process has: the given one, or with a number.
 
     What had that name and has died is forgotten.
     """
-    taken = {record.name for record in background.records()}
+    here = (*background.records(), *background.foreground_launches())
+    taken = {record.name for record in here}
     for entry in died():
         if name == (entry.launch or entry.record).name:
             forget_died(entry)
@@ -236,15 +285,18 @@ def free_name(name: str) -> str:
 
 
 @contextlib.contextmanager
-def _findable_if_killed(log_directory: Path, log_name: str) -> Iterator[None]:
-    """While the block runs, keep the record by which ``ps`` and ``stop`` find what it leaves."""
+def _findable(log_directory: Path, request: LaunchRequest) -> Iterator[None]:
+    """While the block runs, keep the record of a launch in the foreground.
+
+    By it ``logs`` finds the launch, and if it is killed, ``ps`` and ``stop`` what it leaves.
+    """
     record = None
     # Who cannot have one is only not found.
     with contextlib.suppress(TeleopctlError):
         record = background.record_this_process(
-            "launch",
+            free_name(name_of(Path(request.file))),
             ["teleopctl", "launch", str(log_directory / status.REQUEST_FILE)],
-            log_directory / f"{log_name}.log",
+            log_directory / f"{request.log_name}.log",
             kind=background.FOREGROUND_LAUNCH,
         )
     try:
@@ -262,6 +314,7 @@ def prepare(plan: LaunchPlan) -> None:
     """
     _prepare()
     _write(plan.log_directory, plan.write_files)
+    _call_latest(plan.log_directory)
 
 
 def _prepare() -> None:
@@ -275,7 +328,6 @@ def _write(log_directory: Path, write: Callable[[], None]) -> None:
     try:
         log_directory.mkdir(parents=True, exist_ok=True)
         write()
-        _call_latest(log_directory)
     except OSError as error:
         raise LaunchError(
             f"Cannot write to the log folder {log_directory}: {error.strerror}",

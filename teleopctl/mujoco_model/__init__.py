@@ -8,6 +8,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from teleopctl.mujoco_model.base import (
+        FixedBase as FixedBase,
+        FixedBy as FixedBy,
+        quaternion as quaternion,
+    )
     from teleopctl.mujoco_model.cameras import CameraModel as CameraModel
     from teleopctl.mujoco_model.contacts import DirectedFriction as DirectedFriction
     from teleopctl.mujoco_model.drives import (
@@ -46,6 +51,7 @@ else:
     __getattr__, __dir__, __all__ = attach(
         __name__,
         {
+            "base": "FixedBase FixedBy quaternion",
             "cameras": "CameraModel",
             "contacts": "DirectedFriction",
             "drives": (

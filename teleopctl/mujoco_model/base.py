@@ -1,23 +1,29 @@
-"""The root link of a robot that nobody fixes to the world: free, and resting on the ground.
+"""The root link of a robot: free and resting on the ground, or fixed to the world.
 
-As in Gazebo, only a root link named ``world`` stands still. Unlike there, a robot that is put
+A root link named ``world`` stands still, as in Gazebo, and so does any other one that ``<static>``
+or the user holds. Where nobody says, `locomotion` decides: Gazebo frees every other root link, so
+that arms topple whose authors never tried them there. Unlike there, a free robot that is put
 nowhere in particular starts with its lowest point on the ground instead of its root link: half of
 all wheeled robots have theirs at the height of the axles.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
+from enum import Enum
 from typing import TYPE_CHECKING, Any
 
 import mujoco
 import numpy as np
+import numpy.typing as npt
 
 from teleopctl.mujoco_model.free_bodies import FreeBody
+from teleopctl.mujoco_model.locomotion import Shapes, is_free_by_itself, moves_about_by
+from teleopctl.robot import Pose
 
 if TYPE_CHECKING:
-    from teleopctl.robot import Pose, RobotDescription
+    from teleopctl.robot import RobotDescription
 
 WORLD = "world"
 
@@ -25,6 +31,12 @@ WORLD = "world"
 _REACH = 0.1
 # The cosine from which an axis counts as upright.
 _UPRIGHT = 0.7
+# Casters whose lowest points differ by less than this (m) bear a robot together.
+_LEVEL_M = 0.002
+# What has no more than this coefficient of friction brakes nothing.
+_SLIPPERY = 0.01
+# How deep (m) what moves may start in the ground before a fixed robot is raised.
+_SUNK_M = 0.01
 
 _Kind = mujoco.mjtGeom
 
@@ -38,32 +50,109 @@ class FreeBase:
         height_m: Of its origin at the start.
         rests: Whether the robot starts with its lowest point on the ground.
         can_touch: Whether it has shapes that touch anything.
+        drags: Whether the robot drags what is fixed to this link along the ground as it drives:
+            fixed casters with friction.
     """
 
     body: FreeBody
     height_m: float = 0.0
     rests: bool = False
     can_touch: bool = True
+    drags: bool = False
 
 
-def world_frame(description: RobotDescription, *, fixed_base: bool) -> str:
-    """The frame that stands still at the world's origin."""
-    return description.root if fixed_base or description.gazebo.static else WORLD
+class FixedBy(Enum):
+    """What fixes a root link to the world."""
+
+    NAME = "its name is 'world'"
+    STATIC = "<static> asks"
+    ASKED = "fixed_base asks"
+    SHAPES = "the robot has no legs or wheels to move about with"
 
 
-def free_base(
-    spec: mujoco.MjSpec, description: RobotDescription, *, fixed_base: bool
-) -> FreeBase | None:
-    """Free the root link of a robot; returns None where it stands in the world.
+@dataclass(frozen=True)
+class FixedBase:
+    """The root link of a robot that stands still in the world.
+
+    Attributes:
+        link: The link.
+        by: What fixes it.
+        pose: Where it stands; None for the world's origin.
+    """
+
+    link: str
+    by: FixedBy
+    pose: Pose | None = None
+
+    @property
+    def world_frame(self) -> str:
+        """The frame that stands still at the world's origin."""
+        return self.link if self.pose is None else WORLD
+
+    def place(self, spec: mujoco.MjSpec) -> None:
+        """Put the link where it stands."""
+        if self.pose is not None:
+            body = spec.body(self.link)
+            body.pos, body.quat = np.array(self.pose.xyz), quaternion(self.pose)
+
+
+def quaternion(pose: Pose) -> npt.NDArray[np.float64]:
+    """The rotation of a pose: w, x, y, z."""
+    turn = np.zeros(4)
+    mujoco.mju_euler2Quat(turn, np.array(pose.rpy), "XYZ")
+    return turn
+
+
+def fixed_base(
+    spec: mujoco.MjSpec,
+    description: RobotDescription,
+    *,
+    asked: bool | None,
+    pose: Pose | None,
+    start: Mapping[str, float],
+) -> FixedBase | None:
+    """Decide whether a robot's root link is fixed to the world; returns None where it is free.
+
+    Args:
+        spec: The ``mujoco.MjSpec`` of the robot alone, its meshes found; it is not changed.
+        description: The robot.
+        asked: Whether the user wants it fixed; None where he does not say.
+        pose: Where the user wants the root link; None for nowhere in particular. One named
+            ``world`` stays at the origin.
+        start: Where the joints start, in rad or m, by name.
+
+    Raises:
+        InvalidDescriptionError: MuJoCo refuses the description.
+    """
+    link = description.root
+    if link == WORLD:
+        return FixedBase(link, FixedBy.NAME)
+    placed = pose if pose is not None and any((*pose.xyz, *pose.rpy)) else None
+    if asked:
+        return FixedBase(link, FixedBy.ASKED, placed)
+    static = description.gazebo.static
+    if static:
+        return FixedBase(link, FixedBy.STATIC, placed)
+    if asked is False or static is False or is_free_by_itself(description):
+        return None
+    shapes = Shapes(spec, start)
+    if moves_about_by(shapes, description):
+        return None
+    below = -shapes.lowest_that_moves
+    if below > _SUNK_M and (placed is None or not any((placed.xyz[2], *placed.rpy))):
+        x, y, _ = (0.0, 0.0, 0.0) if placed is None else placed.xyz
+        placed = Pose((x, y, below), (0.0, 0.0, 0.0))
+    return FixedBase(link, FixedBy.SHAPES, placed)
+
+
+def free_base(spec: mujoco.MjSpec, description: RobotDescription) -> FreeBase:
+    """Free the root link of a robot.
 
     Args:
         spec: The ``mujoco.MjSpec`` of the robot, masses not yet repaired.
         description: The robot.
-        fixed_base: Whether it is to stand whatever its name is.
     """
     root = description.root
-    if fixed_base or description.gazebo.static or root == WORLD:
-        return None
     name = f"{root}_to_{WORLD}"
     while name in description.joints:
         name += "_"
@@ -77,6 +166,7 @@ def place_base(
     base: FreeBase,
     positions: np.ndarray,
     pose: Pose | None,
+    wheels: Iterable[str] = (),
 ) -> FreeBase:
     """Put a free root link where its robot starts.
 
@@ -87,6 +177,7 @@ def place_base(
         positions: Where the joints start, as MuJoCo's ``qpos``.
         pose: Where somebody wants the root link. At a height of 0, and by default, the lowest
             point of what can touch lies on the ground.
+        wheels: The joints that are driven by velocity.
 
     Returns:
         The root link with its height.
@@ -94,8 +185,7 @@ def place_base(
     body, start = bare.body(base.body.link).id, int(bare.joint(base.body.joint).qposadr[0])
     place, turn = np.zeros(3), np.array([1.0, 0.0, 0.0, 0.0])
     if pose is not None:
-        place[:] = pose.xyz
-        mujoco.mju_euler2Quat(turn, np.array(pose.rpy), "XYZ")
+        place[:], turn[:] = pose.xyz, quaternion(pose)
     data = mujoco.MjData(bare)
     data.qpos[:] = positions
     data.qpos[start : start + 7] = [*place, *turn]
@@ -107,7 +197,33 @@ def place_base(
     spec.body(base.body.link).pos, spec.body(base.body.link).quat = place, turn
     bare.body_pos[body], bare.body_quat[body] = place, turn
     bare.qpos0[start : start + 7] = [*place, *turn]
-    return replace(base, height_m=float(place[2]), rests=rests, can_touch=lowest is not None)
+    return replace(
+        base,
+        height_m=float(place[2]),
+        rests=rests,
+        can_touch=lowest is not None,
+        drags=_drags(bare, data, body, wheels),
+    )
+
+
+def _drags(model: Any, data: Any, root: int, wheels: Iterable[str]) -> bool:
+    """Whether what is fixed to a root link bears the robot beside its wheels, with friction."""
+    turning = [int(model.joint(name).bodyid[0]) for name in wheels]
+    driven = {body for first in turning for body in _carried_by(model, first)}
+    if not driven:
+        return False
+    others = [body for body in _whole_robot(model, root) if body not in driven]
+    lowest = _lowest_point(model, data, others)
+    return lowest is not None and any(
+        model.geom_contype[geom]
+        and model.body_weldid[model.geom_bodyid[geom]] == root
+        and model.geom_friction[geom, 0] > _SLIPPERY
+        and _lowest_of(model, data, geom) - lowest < _LEVEL_M
+        for body in others
+        for geom in range(
+            model.body_geomadr[body], model.body_geomadr[body] + model.body_geomnum[body]
+        )
+    )
 
 
 def borne_inertias(

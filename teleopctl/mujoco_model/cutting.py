@@ -15,9 +15,14 @@ import sys
 from collections.abc import Collection
 from pathlib import Path
 
+from teleopctl import progress
 from teleopctl.mujoco_model.convex import convex_pieces, is_to_cut
 
 _log = logging.getLogger(__name__)
+
+_CUTTING = "cutting hollow meshes into convex pieces"
+# Each process writes this line after each of its meshes.
+_DONE = b"done\n"
 
 
 def cut_ahead(files: Collection[Path]) -> None:
@@ -35,7 +40,9 @@ def cut_ahead(files: Collection[Path]) -> None:
         ", ".join(file.name for file in missing),
     )
     count = min(len(missing), os.cpu_count() or 1)
+    progress.doing(_CUTTING)
     processes: list[subprocess.Popen[bytes]] = []
+    read, write = os.pipe()
     try:
         for number in range(count):
             # The largest first, and the others dealt out: none waits long for the last.
@@ -43,14 +50,20 @@ def cut_ahead(files: Collection[Path]) -> None:
             command = [sys.executable, "-P", "-m", __name__, *share]
             # Ctrl-C comes to them too, and each would say so.
             nowhere = subprocess.DEVNULL
-            processes.append(
-                subprocess.Popen(command, stdin=nowhere, stdout=nowhere, stderr=nowhere)
-            )
+            processes.append(subprocess.Popen(command, stdin=nowhere, stdout=write, stderr=nowhere))
+        os.close(write)
+        write = -1
+        with open(read, "rb", closefd=False) as lines:
+            for done, _ in enumerate((line for line in lines if line == _DONE), 1):
+                progress.doing(f"{_CUTTING}: {done} of {len(missing)}")
         for process in processes:
             process.wait()
     except OSError:
         pass  # convex_pieces will do it
     finally:
+        os.close(read)
+        if write != -1:
+            os.close(write)
         for process in processes:
             process.kill()
             process.wait()
@@ -63,3 +76,4 @@ def _size(file: Path) -> int:
 if __name__ == "__main__":
     for argument in sys.argv[1:]:
         convex_pieces(Path(argument))
+        os.write(1, _DONE)

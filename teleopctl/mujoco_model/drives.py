@@ -225,10 +225,7 @@ def _add_drive(spec: mujoco.MjSpec, joint: JointSpec, inertia: float) -> None:
         name=drive_name(joint.name), target=joint.name, trntype=mujoco.mjtTrn.mjTRN_JOINT
     )
     drive.set_to_intvelocity(kp=inertia * DRIVE_RAD_S**2, kv=2.0 * inertia * DRIVE_RAD_S)
-    limits = joint.limits
-    if math.isfinite(limits.velocity):
-        drive.ctrllimited = True
-        drive.ctrlrange = [-limits.velocity, limits.velocity]
+    limits = joint.limits.mechanical
     if math.isfinite(limits.lower) or math.isfinite(limits.upper):
         drive.actlimited = True
         drive.actrange = finite_range(limits.lower, limits.upper)

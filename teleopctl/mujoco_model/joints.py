@@ -62,6 +62,11 @@ class JointSpec:
         """Whether a drive of ours moves it."""
         return bool(self.command_interfaces) and not self.actuators
 
+    @property
+    def driven_by_velocity(self) -> bool:
+        """Whether a drive of ours turns it at a commanded speed, as those of wheels do."""
+        return self.has_drive and "velocity" in self.command_interfaces
+
 
 def joint_specs(description: RobotDescription) -> tuple[list[JointSpec], list[str]]:
     """The joints that move along or about one axis, in the order of the URDF.
@@ -107,7 +112,29 @@ def joint_specs(description: RobotDescription) -> tuple[list[JointSpec], list[st
             for interface in commands
             if interface.name not in COMMAND_INTERFACES
         ]
+    if description.mjcf is None:
+        warnings += _unlimited(joints, (spec.name for spec in specs if spec.has_drive))
     return specs, warnings
+
+
+def _unlimited(joints: Joints, driven: Iterable[str]) -> list[str]:
+    """A sentence about driven joints with ``effort="0"``, which simulators read in two ways."""
+    found = {
+        name: joints[name].joint.line
+        for name in driven
+        if (limit := joints[name].joint.limit) is not None
+        and limit.effort == 0.0
+        and math.isinf(joints[name].limits.effort)
+    }
+    if not found:
+        return []
+    # MuJoCo's importer takes 0 for no limit; gz-physics (DART) lets such a joint exert nothing.
+    lines = ", ".join(str(line) for line in found.values() if line)
+    where = f" (line {lines})" if lines else ""
+    return [
+        f"No effort limit for {', '.join(found)}{where}: effort 0 limits nothing, as in MuJoCo's "
+        "reading of URDF; in Gazebo such a joint exerts nothing"
+    ]
 
 
 def _armature(part: ComponentInfo | None, warnings: list[str]) -> float | None:

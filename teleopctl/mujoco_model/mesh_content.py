@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from teleopctl.base.budget import BudgetError
 from teleopctl.folders import cache_dir
 from teleopctl.mujoco_model.paint import Part, parts_of
 from teleopctl.robot import collada_unit_m, picture_places
@@ -30,6 +31,8 @@ except ImportError:  # Windows: there each reads for itself
     _HAS_LOCKS = False
 else:
     _HAS_LOCKS = True
+
+_log = logging.getLogger(__name__)
 
 # What MuJoCo's own reader of STL takes.
 _FAR_M = 2.0**30
@@ -149,6 +152,9 @@ def _read(path: Path) -> MeshContent | str:
     whole.merge_vertices()
     try:
         parts = parts_of(scene, unit_m, is_gltf=path.suffix.lower() in (".glb", ".gltf"))
+    except BudgetError as error:
+        _log.warning("%s is drawn without its picture: %s", path, error)
+        parts = []
     except Exception:  # noqa: BLE001 - as above; then it has no colours, and all of its shape
         parts = []
     return MeshContent(

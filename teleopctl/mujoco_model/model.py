@@ -10,9 +10,18 @@ from warnings import catch_warnings, simplefilter
 import mujoco
 import numpy as np
 
+from teleopctl import progress
 from teleopctl.errors import InvalidDescriptionError
 from teleopctl.mujoco_model.assets import resolve_meshes
-from teleopctl.mujoco_model.base import FreeBase, borne_inertias, free_base, place_base, world_frame
+from teleopctl.mujoco_model.base import (
+    WORLD,
+    FixedBase,
+    FreeBase,
+    borne_inertias,
+    fixed_base as decide_base,
+    free_base,
+    place_base,
+)
 from teleopctl.mujoco_model.cameras import CameraModel, add_camera, camera_models
 from teleopctl.mujoco_model.contacts import (
     DirectedFriction,
@@ -58,7 +67,7 @@ class RobotModel:
         free_bodies: What moves freely, of the robot and of its world.
         things: What stands or lies around the robot.
         base: The robot's root link where that is free; its body is the first of ``free_bodies``.
-        world_frame: The frame at the world's origin.
+        fixed: The robot's root link where that stands still.
         world_geoms: The numbers of the shapes in ``mj_model`` that are of the world.
         warnings: What had to be repaired or left out, one sentence each.
         excluded: Pairs of links that overlap at the start: no contact until they have come apart.
@@ -76,7 +85,7 @@ class RobotModel:
     free_bodies: tuple[FreeBody, ...]
     things: tuple[Thing, ...]
     base: FreeBase | None
-    world_frame: str
+    fixed: FixedBase | None
     world_geoms: tuple[int, ...]
     warnings: tuple[str, ...]
     excluded: tuple[tuple[str, str], ...]
@@ -95,6 +104,11 @@ class RobotModel:
             for joint in self.joints
             if joint.has_drive and joint.armature is None and self.start is None
         }
+
+    @property
+    def world_frame(self) -> str:
+        """The frame that stands still at the world's origin."""
+        return WORLD if self.fixed is None else self.fixed.world_frame
 
     @property
     def timestep_ns(self) -> int:
@@ -136,7 +150,7 @@ def build_model(
     extend: Callable[[mujoco.MjSpec], None] | None = None,
     world: World | None = None,
     *,
-    fixed_base: bool = False,
+    fixed_base: bool | None = None,
     spawn_pose: Pose | None = None,
 ) -> RobotModel:
     """Build the model of a robot standing on a plane.
@@ -145,9 +159,10 @@ def build_model(
         description: The robot.
         extend: Adds to the ``mujoco.MjSpec`` what is not of the robot, such as sensors.
         world: What stands around it.
-        fixed_base: Whether its root link stands still although it is not named ``world``.
-        spawn_pose: Where its root link starts where that is free; at a height of 0, and by
-            default, the robot rests on the ground.
+        fixed_base: Whether its root link stands still although it is not named ``world``. By
+            default that of a robot that neither drives nor walks does; MJCF says it itself.
+        spawn_pose: Where its root link starts. At a height of 0, and by default, a free one has
+            the robot rest on the ground.
 
     Returns:
         The compiled model; two calls with the same descriptions give identical ones.
@@ -158,19 +173,25 @@ def build_model(
     if description.mjcf is not None:
         return _build_mjcf(
             description,
-            draft_mjcf(description, world, extend, fixed_base=fixed_base, spawn_pose=spawn_pose),
-            world_frame(description, fixed_base=fixed_base),
+            draft_mjcf(
+                description,
+                world,
+                extend,
+                fixed_base=bool(fixed_base),
+                spawn_pose=spawn_pose,
+            ),
         )
     try:
-        draft = _draft(description, world, fixed_base=fixed_base)
+        draft = _draft(description, world, fixed_base, spawn_pose)
     except InvalidDescriptionError:
-        draft = _draft(description, world, fixed_base=fixed_base, try_each_mesh=True)
+        draft = _draft(description, world, fixed_base, spawn_pose, try_each_mesh=True)
     spec, bare, joints, warnings = draft.spec, draft.bare, draft.joints, draft.warnings
     if extend is not None:
         extend(spec)
     base = draft.base
     if base is not None:
-        base = place_base(spec, bare, base, initial_positions(bare, joints), spawn_pose)
+        wheels = [one.name for one in joints if one.driven_by_velocity]
+        base = place_base(spec, bare, base, initial_positions(bare, joints), spawn_pose, wheels)
     leaders = {joint.name: joint.mimic.joint for joint in joints if joint.mimic is not None}
     overlapping = overlaps(bare, initial_positions(bare, joints), leaders)
     held = [pair for pair in overlapping if pair.one_robot]
@@ -206,7 +227,7 @@ def build_model(
         free_bodies=tuple(draft.free_bodies),
         things=tuple(draft.things),
         base=base,
-        world_frame=world_frame(description, fixed_base=fixed_base),
+        fixed=draft.fixed,
         world_geoms=world_geoms(model),
         warnings=tuple(warnings),
         excluded=tuple(excluded),
@@ -219,7 +240,7 @@ def build_model(
     )
 
 
-def _build_mjcf(description: RobotDescription, draft: MjcfDraft, frame: str) -> RobotModel:
+def _build_mjcf(description: RobotDescription, draft: MjcfDraft) -> RobotModel:
     draft.warnings.extend(pair_surfaces(draft.spec))
     model = _compile(draft.spec)
     around = (
@@ -234,7 +255,7 @@ def _build_mjcf(description: RobotDescription, draft: MjcfDraft, frame: str) -> 
         free_bodies=tuple(draft.free_bodies),
         things=draft.things,
         base=draft.base,
-        world_frame=frame,
+        fixed=draft.fixed,
         world_geoms=tuple(around),
         warnings=tuple(draft.warnings),
         excluded=(),
@@ -255,6 +276,7 @@ class _Draft:
         free_bodies: See there.
         things: See there.
         base: See there, not yet in its place.
+        fixed: See there, in its place.
         warnings: What had to be repaired or left out so far.
     """
 
@@ -265,26 +287,34 @@ class _Draft:
     free_bodies: list[FreeBody]
     things: tuple[Thing, ...]
     base: FreeBase | None
+    fixed: FixedBase | None
     warnings: list[str]
 
 
 def _draft(
     description: RobotDescription,
     world: World | None,
+    fixed_base: bool | None,
+    spawn_pose: Pose | None,
     *,
-    fixed_base: bool,
     try_each_mesh: bool = False,
 ) -> _Draft:
     bodies = free_bodies(description)
+    joints, of_joints = joint_specs(description)
     spec = import_urdf(description.urdf)
-    base = free_base(spec, description, fixed_base=fixed_base)
-    if base is not None:
-        bodies.insert(0, base.body)
     spec.option.timestep = _TIMESTEP_S
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     hold_by_friction(spec)
     warnings = [*description.repairs, *resolve_meshes(spec, try_each=try_each_mesh)]
     warnings += drop_impossible_shapes(spec)
+    start = {joint.name: joint.initial_position for joint in joints}
+    fixed = decide_base(spec, description, asked=fixed_base, pose=spawn_pose, start=start)
+    base = None
+    if fixed is not None:
+        fixed.place(spec)
+    else:
+        base = free_base(spec, description)
+        bodies.insert(0, base.body)
     warnings += repair_inertias(spec)
     warnings += unserved_tags(description.urdf) + unknown_tags(description.urdf)
     warnings += [
@@ -292,8 +322,7 @@ def _draft(
         for joint in description.joints.values()
         if joint.type == "planar"
     ]
-    joints, complaints = joint_specs(description)
-    warnings += complaints
+    warnings += of_joints
     cameras, complaints = camera_models(description)
     warnings += complaints
     for camera in cameras:
@@ -311,12 +340,14 @@ def _draft(
     things: tuple[Thing, ...] = ()
     if world is not None:
         before = {body.name for body in spec.worldbody.bodies}
-        moving, complaints = add_world(spec, world, world_frame(description, fixed_base=fixed_base))
+        frame = WORLD if fixed is None else fixed.world_frame
+        moving, complaints = add_world(spec, world, frame)
         bodies += moving
         warnings += complaints
         things = things_since(before, spec, moving)
     add_scene(spec)
-    return _Draft(spec, _compile(spec), joints, cameras, bodies, things, base, warnings)
+    bare = _compile(spec)
+    return _Draft(spec, bare, joints, cameras, bodies, things, base, fixed, warnings)
 
 
 def initial_positions(
@@ -330,6 +361,7 @@ def initial_positions(
 
 
 def _compile(spec: mujoco.MjSpec) -> mujoco.MjModel:
+    progress.doing("compiling the model")
     try:
         with catch_warnings():
             # What it says in this way it says to `mujoco.set_mju_user_warning` too.

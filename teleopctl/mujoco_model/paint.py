@@ -14,6 +14,7 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
+from teleopctl.base.budget import check_pixels
 from teleopctl.mujoco_model.urdf_import import WEIGHING_GROUP
 
 # More colours of single triangles than these are taken for one, their mean.
@@ -194,6 +195,7 @@ def _parts_of_mesh(mesh: Any, *, is_gltf: bool) -> Iterator[tuple[object, Part]]
         # trimesh makes up pictures of 2 x 2 pixels.
         yield rgba, Part(mesh.vertices, mesh.faces, rgba)
         return
+    check_pixels(*image.size)
     image = image.convert("RGB")
     image.thumbnail((_LARGEST_PICTURE, _LARGEST_PICTURE))
     picture = np.flipud(np.asarray(image, np.uint8))

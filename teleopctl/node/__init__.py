@@ -125,6 +125,7 @@ if TYPE_CHECKING:
         Parameter as Parameter,
         ParameterType as ParameterType,
         parameter_value_from_yaml as parameter_value_from_yaml,
+        why_no_parameter as why_no_parameter,
     )
     from teleopctl.node.parameters.parameter_client import (
         AsyncParameterClient as AsyncParameterClient,
@@ -137,6 +138,7 @@ if TYPE_CHECKING:
     )
     from teleopctl.node.parameters.parameter_file import (
         ParameterFile as ParameterFile,
+        flatten_parameters as flatten_parameters,
         parameter_document as parameter_document,
         parameter_messages as parameter_messages,
         plain_parameter_value as plain_parameter_value,
@@ -322,9 +324,11 @@ else:
             "get_logger_level reset_levels set_logger_level severity_from_name",
             "values.names": "absolute_namespace expand_name expand_unchecked "
             "validate_absolute_name validate_name validate_namespace validate_node_name",
-            "parameters.parameter": "Parameter ParameterType parameter_value_from_yaml",
+            "parameters.parameter": "Parameter ParameterType parameter_value_from_yaml "
+            "why_no_parameter",
             "parameters.value": "AllowableParameterValue parameter_value_to_python",
-            "parameters.parameter_file": "ParameterFile parameter_document parameter_messages "
+            "parameters.parameter_file": "ParameterFile flatten_parameters parameter_document "
+            "parameter_messages "
             "plain_parameter_value read_parameter_file",
             "values.qos": "BEST_AVAILABLE_NS DurabilityPolicy HistoryPolicy "
             "InvalidQoSProfileException "

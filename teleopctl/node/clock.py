@@ -63,6 +63,15 @@ class Clock:
             return time.monotonic_ns()
         return time.time_ns()
 
+    def elapsed_ns(self) -> int:
+        """Return the count by which spans of this clock are measured, in nanoseconds (ours).
+
+        The steady clock's: somebody may set the system's time meanwhile, as NTP does on a machine
+        that starts without a battery-backed clock. rcl measures periods by the time that is shown,
+        and a timer then stops until that has come back to where it was.
+        """
+        return time.monotonic_ns()
+
     def now(self) -> Time:
         """Return the present time."""
         return Time(nanoseconds=self.nanoseconds(), clock_type=self._clock_type)
@@ -104,21 +113,6 @@ class Clock:
         """Tell a handle no more (ours)."""
         self._jump_handles = tuple(other for other in self._jump_handles if other is not handle)
 
-    def wait_until(self, deadline_ns: int, wake: threading.Event) -> bool:
-        """Wait until the clock shows a time or an event is set.
-
-        Args:
-            deadline_ns: The time to wait for, in this clock's nanoseconds.
-            wake: Ends the wait early when set.
-
-        Returns:
-            True when the clock has reached the time.
-        """
-        while (left_ns := deadline_ns - self.nanoseconds()) > 0:
-            if wake.wait(to_seconds(left_ns)):
-                return False
-        return True
-
     def sleep_until(self, until: Time, context: Context | None = None) -> bool:
         """Sleep until the clock shows a time.
 
@@ -132,6 +126,21 @@ class Clock:
         """
         if until.clock_type != self._clock_type:
             raise ValueError("until's clock type does not match this clock's type")
+        return self._sleep(self.nanoseconds, until.nanoseconds, context)
+
+    def sleep_for(self, duration: Duration, context: Context | None = None) -> bool:
+        """Sleep for a span of time, whatever becomes of the system's time meanwhile.
+
+        Returns:
+            As `sleep_until`.
+
+        Raises:
+            NotInitializedException: The context does not run.
+        """
+        return self._sleep(self.elapsed_ns, self.elapsed_ns() + duration.nanoseconds, context)
+
+    def _sleep(self, count_ns: Callable[[], int], end_ns: int, context: Context | None) -> bool:
+        """Sleep until a count of this clock has come to its end."""
         owner = context or Context.default()
         if not owner.ok():
             raise NotInitializedException
@@ -139,15 +148,18 @@ class Clock:
         owner.on_shutdown(wake.set)
         self._on_switch.append(wake.set)
         try:
-            reached = owner.ok() and self.wait_until(until.nanoseconds, wake)
+            reached = owner.ok() and self._wait_until(count_ns, end_ns, wake)
             return reached and not wake.is_set()
         finally:
             self._on_switch.remove(wake.set)
             owner.forget_on_shutdown(wake.set)
 
-    def sleep_for(self, duration: Duration, context: Context | None = None) -> bool:
-        """Sleep for a span of this clock's time; see `sleep_until`."""
-        return self.sleep_until(self.now() + duration, context)
+    def _wait_until(self, count_ns: Callable[[], int], end_ns: int, wake: threading.Event) -> bool:
+        """Wait until a count has come to its end, or an event is set: False then."""
+        while (left_ns := end_ns - count_ns()) > 0:
+            if wake.wait(to_seconds(left_ns)):
+                return False
+        return True
 
 
 class ROSClock(Clock):
@@ -162,37 +174,52 @@ class ROSClock(Clock):
 
     def __init__(self, *, clock_type: ClockType = ClockType.ROS_TIME) -> None:
         super().__init__(clock_type=clock_type)
-        self._simulated = False
         self._simulated_ns = 0
+        # Whether time is simulated, and what is added to its count so that `elapsed_ns` goes on
+        # where it was when simulated time began or ended. One value, which changes as one step.
+        self._source: tuple[bool, int] = (False, 0)
         self._moved = threading.Condition()
         self._listeners: list[Callable[[], None]] = []
 
     @property
     def ros_time_is_active(self) -> bool:
         """True while ``/clock`` drives this clock."""
-        return self._simulated
+        return self._source[0]
 
     def nanoseconds(self) -> int:
         """Return the present time in nanoseconds, simulated or the system's."""
-        return self._simulated_ns if self._simulated else time.time_ns()
+        return self._simulated_ns if self._source[0] else time.time_ns()
+
+    def elapsed_ns(self) -> int:
+        """Return the count by which spans are measured, in nanoseconds (ours).
+
+        That of simulated time while it is active, else the steady clock's; between the two it goes
+        on, so that a span that has begun has its rest still to come, as in rcl.
+        """
+        simulated, offset_ns = self._source
+        return offset_ns + (self._simulated_ns if simulated else time.monotonic_ns())
 
     def set_simulated(self, active: bool) -> None:
         """Switch between simulated and system time."""
-        switches = active != self._simulated
-        if not switches or not self._jump_handles:
-            self._simulated = active
-        else:
+        switches = active != self.ros_time_is_active
+        if switches and self._jump_handles:
             from teleopctl.node.clock_jumps import ClockChange
 
             change = ClockChange.ROS_TIME_ACTIVATED if active else ClockChange.ROS_TIME_DEACTIVATED
-            self._jump(change, 0, lambda: setattr(self, "_simulated", active))
+            self._jump(change, 0, lambda: self._switch(active))
+        elif switches:
+            self._switch(active)
         for listener in tuple(self._on_switch) if switches else ():
             listener()
         self._tell()
 
+    def _switch(self, active: bool) -> None:
+        count_ns = self._simulated_ns if active else time.monotonic_ns()
+        self._source = (active, self.elapsed_ns() - count_ns)
+
     def set_simulated_time(self, nanoseconds: int) -> None:
         """Move simulated time; called for each message of ``/clock``."""
-        if self._simulated and self._jump_handles:
+        if self.ros_time_is_active and self._jump_handles:
             from teleopctl.node.clock_jumps import ClockChange
 
             step = nanoseconds - self._simulated_ns
@@ -243,12 +270,12 @@ class ROSClock(Clock):
         for listener in tuple(self._listeners):
             listener()
 
-    def wait_until(self, deadline_ns: int, wake: threading.Event) -> bool:
-        """Wait as `Clock.wait_until` does, along simulated time when that is active."""
-        if not self._simulated:
-            return super().wait_until(deadline_ns, wake)
+    def _wait_until(self, count_ns: Callable[[], int], end_ns: int, wake: threading.Event) -> bool:
+        """Wait along simulated time when that is active."""
+        if not self.ros_time_is_active:
+            return super()._wait_until(count_ns, end_ns, wake)
         with self._moved:
-            while self.nanoseconds() < deadline_ns:
+            while count_ns() < end_ns:
                 if wake.is_set():
                     return False
                 # The event may be set by a thread that does not move the clock: look now and then.

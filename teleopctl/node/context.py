@@ -39,6 +39,11 @@ class Context:
 
     The session is opened when the first node needs it. One process normally has one context,
     `default`.
+
+    Attributes:
+        ends_in_order: Whether publishers still send after a signal, until `shutdown`: for programs
+            that see to their end themselves and have something to send then, such as the last
+            commands of controllers.
     """
 
     _default: ClassVar[Context | None] = None
@@ -50,6 +55,7 @@ class Context:
         # From init() until shutdown() has released everything; a signal only ends the running.
         self._initialized = False
         self._ended_by_signal = False
+        self.ends_in_order = False
         self._session: zenoh.Session | None = None
         self._session_mode: SessionMode = "peer"
         self._fan_out: FanOut | None = None
@@ -81,6 +87,7 @@ class Context:
         domain_id: int | None = None,
         session_mode: SessionMode = "peer",
         signal_handler_options: signals.SignalHandlerOptions | None = None,
+        ends_in_order: bool = False,
     ) -> None:
         """Start the context.
 
@@ -93,6 +100,7 @@ class Context:
                 of the context's nodes; see `library_logging`. Costs the import of ``logging``.
             signal_handler_options: Which signals end the context; SIGINT and SIGTERM if None.
                 Ctrl-C raises KeyboardInterrupt in any case.
+            ends_in_order: See the class.
 
         Raises:
             RuntimeError: The context runs already, or the domain is negative.
@@ -109,6 +117,7 @@ class Context:
             self.arguments = parse_ros_arguments(sys.argv if args is None else args)
             self.domain_id = domain_of_environment() if domain_id is None else domain_id
             self._session_mode = session_mode
+            self.ends_in_order = ends_in_order
             self._initialize_logging = initialize_logging
             self._ids = itertools.count()
             self._announced.clear()

@@ -28,6 +28,7 @@ def init(
     domain_id: int | None = None,
     signal_handler_options: SignalHandlerOptions | None = None,
     session_mode: SessionMode = "peer",
+    ends_in_order: bool = False,
 ) -> Context:
     """Start a context; see `Context.init`. It may be used as a context manager.
 
@@ -41,6 +42,7 @@ def init(
         domain_id=domain_id,
         session_mode=session_mode,
         signal_handler_options=signal_handler_options,
+        ends_in_order=ends_in_order,
     )
     return chosen
 

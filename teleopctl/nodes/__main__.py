@@ -6,7 +6,6 @@ argument that is a path stands for itself; otherwise the package comes first, wi
 that teleopctl brings itself.
 """
 
-import signal
 import sys
 
 from teleopctl import interrupts, progress
@@ -22,7 +21,9 @@ def main() -> int:
     """Run the executable that the command line names and return its exit status."""
     status = 1
     try:
-        _take_interrupts()
+        # A shell starts its background jobs with SIGINT ignored, which whoever supervises this
+        # process relies on.
+        interrupts.take()
         progress.tell(progress.STARTED)
         status = _run()
     except KeyboardInterrupt:
@@ -34,14 +35,6 @@ def main() -> int:
         interrupts.was_heeded()
         progress.tell(progress.ENDED, str(status))
     return status
-
-
-def _take_interrupts() -> None:
-    # A shell starts its background jobs with SIGINT ignored, which whoever supervises this process
-    # relies on; a launch keeps it back until here, where it does no harm.
-    interrupts.take()
-    if sys.platform != "win32":
-        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
 
 
 def _run() -> int:

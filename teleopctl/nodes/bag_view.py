@@ -8,6 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from teleopctl.bag import Player, PlayOptions, open_bag
+from teleopctl.base.token_file import Address
 from teleopctl.node import (
     ExternalShutdownException,
     Node,
@@ -30,11 +31,11 @@ def view_bag(
     *,
     host: str,
     port: int,
-    token: str | None,
+    token_file: Path | None,
     view: Path | None,
     rate: float,
     is_paused: bool,
-    on_ready: Callable[[str, int], object],
+    on_ready: Callable[[Address, int], object],
 ) -> None:
     """Show a bag on the page until it is interrupted.
 
@@ -43,9 +44,9 @@ def view_bag(
 
     Args:
         path: The bag.
-        host: Where the page listens; see `open_server`, as for ``port`` and ``token``.
+        host: Where the page listens; see `open_server`, as for ``port``.
         port: See there.
-        token: See there.
+        token_file: See `open_viewer`.
         view: The ``.rviz`` file to begin with.
         rate: Seconds of the bag per second.
         is_paused: Whether to begin paused.
@@ -70,7 +71,7 @@ def view_bag(
         init(args=arguments, domain_id=domain),
         contextlib.ExitStack() as stack,
     ):
-        viewer, address = open_viewer(host, port, token, view=view, panels=_PANELS)
+        viewer, address = open_viewer(host, port, token_file, view=view, panels=_PANELS)
         stack.enter_context(viewer)
         node = stack.enter_context(Node(_PLAYER))
         if description is not None:

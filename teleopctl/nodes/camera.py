@@ -7,8 +7,9 @@ In: ``/robot_description``, the simulator's model when things have come or gone,
 states, these only while somebody subscribes to one of the outputs. What nobody subscribes to is not
 drawn.
 
-Parameters: ``robot_description``, ``world`` (the file of what stands around the robot) and
-``fixed_base`` and ``seed``, as for the simulator, ``camera`` (name of one sensor, default all),
+Parameters: ``robot_description``, ``world`` (the file of what stands around the robot),
+``fixed_base``, ``spawn_pose`` and ``seed``, as for the simulator, ``camera`` (name of one sensor,
+default all),
 ``quality`` (``auto``, ``fast`` or ``full``), ``compressed.format`` (``jpeg`` or ``png``) and
 ``compressed.jpeg_quality``, which can be set while running.
 """
@@ -33,7 +34,12 @@ from teleopctl.node import (
 )
 from teleopctl.packages import resolve_uri
 from teleopctl.robot import RobotDescription, read_world
-from teleopctl.sim import check_drawing, choose_backend
+from teleopctl.sim import (
+    base_settings,
+    check_drawing,
+    choose_backend,
+    declare_base_settings,
+)
 from teleopctl.tf import StaticTransformBroadcaster
 
 if TYPE_CHECKING:
@@ -67,7 +73,7 @@ class Camera(Node):
         at_start = _ParameterDescriptor(read_only=True)
         self.declare_parameter("robot_description", "", at_start)
         self.declare_parameter("world", "", at_start)
-        self.declare_parameter("fixed_base", False, at_start)
+        declare_base_settings(self)
         self.declare_parameter("camera", "", at_start)
         self.declare_parameter("seed", 0, at_start)
         for name, choices in _CHOICES.items():
@@ -149,7 +155,7 @@ class Camera(Node):
         model = build_model(
             description,
             world=read_world(resolve_uri(file)) if file else None,
-            fixed_base=bool(self.get_parameter("fixed_base").value),
+            **base_settings(self),
         )
         if not name and not model.cameras:
             self._tell_no_camera(description)
@@ -371,7 +377,7 @@ def main(args: list[str] | None = None) -> int:
     check_drawing()
     with (
         contextlib.suppress(KeyboardInterrupt, ExternalShutdownException),
-        init(args=args),
+        init(args=args, ends_in_order=True),
         Camera() as node,
     ):
         spin(node)

@@ -30,7 +30,7 @@ def main(args: list[str] | None = None) -> int:
     """
     arguments = sys.argv if args is None else args
     sys.setswitchinterval(_SWITCH_INTERVAL)
-    init(args=arguments)
+    init(args=arguments, ends_in_order=True)
     try:
         _run(arguments)
     finally:

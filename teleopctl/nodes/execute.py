@@ -13,6 +13,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from teleopctl import interrupts
 from teleopctl.errors import EXIT_INTERRUPTED, NotFoundError, SystemFailureError, TeleopctlError
 from teleopctl.packages import Executable, find_executable
 
@@ -66,6 +67,8 @@ def execute(executable: Executable, args: Sequence[str]) -> int:
     except KeyboardInterrupt:
         return EXIT_INTERRUPTED
     except Exception as error:
+        if interrupts.is_behind(error):
+            return EXIT_INTERRUPTED
         if _is_external_shutdown(error):
             return 0
         if isinstance(error, BrokenPipeError) and not _passed_a_users_code(error, executable):

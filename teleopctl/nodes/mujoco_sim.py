@@ -39,7 +39,7 @@ def main(args: list[str] | None = None) -> int:
 
     with (
         contextlib.suppress(KeyboardInterrupt, ExternalShutdownException),
-        init(args=args),
+        init(args=args, ends_in_order=True),
         MujocoSim() as node,
     ):
         refuse_a_second(node)

@@ -40,8 +40,60 @@ from teleopctl.tf import (
 
 if TYPE_CHECKING:
     from geometry_msgs.msg import TransformStamped
+    from sensor_msgs.msg import JointState
 
 _MAX_FREQUENCY = 1000.0
+
+
+class JointTransforms:
+    """Where the frames of joints are at joint positions, as messages.
+
+    Args:
+        tree: The robot's segments.
+        prefix: What stands before the names of frames.
+    """
+
+    def __init__(self, tree: SegmentTree, prefix: str = "") -> None:
+        self._tree = tree
+        self._prefix = prefix
+        # Made once for each frame that moves: they are most of the work at a kilohertz.
+        self._messages: dict[str, TransformStamped] = {}
+
+    def moving(self, state: JointState, stamp_ns: int) -> list[TransformStamped]:
+        """Return the frames of the joints that a state has, good until the next call.
+
+        Args:
+            state: Has as many positions as names; those that are not finite are left out.
+            stamp_ns: Goes into the messages, in nanoseconds.
+        """
+        measured = {
+            name: value
+            for name, value in zip(state.name, state.position, strict=True)
+            if math.isfinite(value)
+        }
+        return [
+            self._moved(joint, transform, stamp_ns)
+            for joint, transform in self._tree.transforms(measured)
+        ]
+
+    def fixed(self, stamp_ns: int) -> list[TransformStamped]:
+        """Return the frames of the joints that do not move."""
+        return [
+            self._message(segment.joint, segment.origin, stamp_ns) for segment in self._tree.fixed
+        ]
+
+    def _message(self, joint: Joint, transform: Transform, stamp_ns: int) -> TransformStamped:
+        return transform_stamped(
+            self._prefix + joint.parent, self._prefix + joint.child, stamp_ns, transform
+        )
+
+    def _moved(self, joint: Joint, transform: Transform, stamp_ns: int) -> TransformStamped:
+        message = self._messages.get(joint.child)
+        if message is None:
+            message = self._messages[joint.child] = self._message(joint, transform, stamp_ns)
+        else:
+            move_transform(message, stamp_ns, transform)
+        return message
 
 
 class RobotStatePublisher(Node):
@@ -66,7 +118,9 @@ class RobotStatePublisher(Node):
             )
             urdf = read_text(file)
             self.set_parameters([Parameter("robot_description", value=urdf)])
-        self._interval_ns = _interval_ns(self.declare_parameter("publish_frequency", 20.0).value)
+        self._interval_ns = publish_interval_ns(
+            self.declare_parameter("publish_frequency", 20.0).value
+        )
         self._ignores_stamps = bool(self.declare_parameter("ignore_timestamp", False).value)
         self._prefix = str(self.declare_parameter("frame_prefix", "").value)
         self._string = get_message("std_msgs/msg/String")
@@ -75,11 +129,10 @@ class RobotStatePublisher(Node):
         )
         self._moving = TransformBroadcaster(self)
         self._fixed = StaticTransformBroadcaster(self)
-        # Made once for each frame that moves: they are most of the work at a kilohertz.
-        self._messages: dict[str, TransformStamped] = {}
         self._last_published: dict[str, int] = {}
         self._last_stamp = 0
         self._tree = self._segments(urdf)
+        self._transforms = JointTransforms(self._tree, self._prefix)
         self._publish_description(urdf)
         self.add_on_set_parameters_callback(self._check_parameters)
         self.add_post_set_parameters_callback(self._take_parameters)
@@ -107,22 +160,7 @@ class RobotStatePublisher(Node):
 
     def _publish_fixed(self) -> None:
         stamp = self.get_clock().now().nanoseconds
-        self._fixed.sendTransform(
-            [self._message(segment.joint, segment.origin, stamp) for segment in self._tree.fixed]
-        )
-
-    def _message(self, joint: Joint, transform: Transform, stamp: int) -> TransformStamped:
-        return transform_stamped(
-            self._prefix + joint.parent, self._prefix + joint.child, stamp, transform
-        )
-
-    def _moved(self, joint: Joint, transform: Transform, stamp: int) -> TransformStamped:
-        message = self._messages.get(joint.child)
-        if message is None:
-            message = self._messages[joint.child] = self._message(joint, transform, stamp)
-        else:
-            move_transform(message, stamp, transform)
-        return message
+        self._fixed.sendTransform(self._transforms.fixed(stamp))
 
     def _take_joint_state(self, state: Any) -> None:
         names, values = list(state.name), list(state.position)
@@ -151,14 +189,8 @@ class RobotStatePublisher(Node):
         oldest = min((self._last_published.get(name, 0) for name in names), default=0)
         if oldest and not self._ignores_stamps and stamp - self._interval_ns < oldest:
             return
-        measured = {
-            name: value for name, value in zip(names, values, strict=True) if math.isfinite(value)
-        }
-        transforms = self._tree.transforms(measured)
-        if transforms:
-            self._moving.sendTransform(
-                [self._moved(joint, transform, stamp) for joint, transform in transforms]
-            )
+        if transforms := self._transforms.moving(state, stamp):
+            self._moving.sendTransform(transforms)
         self._last_published.update(dict.fromkeys(names, stamp))
 
     def _check_parameters(self, parameters: list[Parameter]) -> Any:
@@ -169,7 +201,7 @@ class RobotStatePublisher(Node):
                 if parameter.name == "robot_description":
                     _read(parameter.value)
                 elif parameter.name == "publish_frequency":
-                    _interval_ns(parameter.value)
+                    publish_interval_ns(parameter.value)
             except TeleopctlError as error:
                 result.successful, result.reason = False, error.message
         return result
@@ -177,17 +209,17 @@ class RobotStatePublisher(Node):
     def _take_parameters(self, parameters: list[Parameter]) -> None:
         values = {parameter.name: parameter.value for parameter in parameters}
         if "publish_frequency" in values:
-            self._interval_ns = _interval_ns(values["publish_frequency"])
+            self._interval_ns = publish_interval_ns(values["publish_frequency"])
         if "ignore_timestamp" in values:
             self._ignores_stamps = bool(values["ignore_timestamp"])
         if "frame_prefix" in values:
             self._prefix = str(values["frame_prefix"])
-            self._messages.clear()
+            self._transforms = JointTransforms(self._tree, self._prefix)
             self._fixed.forget()
             self._publish_fixed()
         if "robot_description" in values:
             self._tree = self._segments(values["robot_description"])
-            self._messages.clear()
+            self._transforms = JointTransforms(self._tree, self._prefix)
             self._last_published.clear()
             self._fixed.forget()
             self._publish_description(values["robot_description"])
@@ -222,7 +254,12 @@ def _read(urdf: str) -> RobotDescription:
     return RobotDescription.from_urdf(urdf)
 
 
-def _interval_ns(frequency: float) -> int:
+def publish_interval_ns(frequency: float) -> int:
+    """Return the least time between two messages of a joint, in nanoseconds, at a rate in Hz.
+
+    Raises:
+        InvalidParameterError: It is no rate that the node can have.
+    """
     if not 0.0 < frequency <= _MAX_FREQUENCY:
         raise InvalidParameterError(f"publish_frequency must be between 0.0 and {_MAX_FREQUENCY}")
     # whole milliseconds, as in ROS 2, so that a stream at exactly that rate is not thinned

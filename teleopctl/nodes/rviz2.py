@@ -5,12 +5,17 @@ from __future__ import annotations
 import argparse
 import contextlib
 import gc
+import html
 import os
 import sys
 import webbrowser
 from pathlib import Path
 
 from teleopctl import progress
+from teleopctl.base.private_file import write_private
+from teleopctl.base.token_file import Address
+from teleopctl.errors import UsageError
+from teleopctl.folders import make_private, runtime_dir
 from teleopctl.node import ExternalShutdownException, init, parse_ros_arguments, spin
 
 # Those of a message with a thousand markers, for one.
@@ -32,7 +37,9 @@ def main(args: list[str] | None = None) -> int:
     from teleopctl.viewer import open_viewer
 
     words = sys.argv[1:] if args is None else args
-    parser = argparse.ArgumentParser(prog="rviz2", description="The robot in a browser.")
+    parser = argparse.ArgumentParser(
+        prog="rviz2", description="The robot in a browser.", allow_abbrev=False
+    )
     parser.add_argument("-d", "--display-config", type=Path, help="an .rviz file to begin with")
     add_page_options(parser)
     options, unserved = parser.parse_known_args(parse_ros_arguments(words).program)
@@ -40,15 +47,18 @@ def main(args: list[str] | None = None) -> int:
     if hasattr(os, "nice"):
         # Whoever controls the robot comes first.
         os.nice(_NICENESS)
-    with contextlib.suppress(KeyboardInterrupt, ExternalShutdownException), init(args=words):
+    with (
+        contextlib.suppress(KeyboardInterrupt, ExternalShutdownException),
+        init(args=words, ends_in_order=True),
+    ):
         viewer, address = open_viewer(
-            options.host, options.port, options.token, view=options.display_config
+            options.host, options.port, options.token_file, view=options.display_config
         )
         with viewer as node:
             if unserved:
                 # Such as -f for the fixed frame, which the .rviz file or the page gives.
                 node.get_logger().warning(f"Without effect on the page: {' '.join(unserved)}")
-            node.get_logger().info(f"The robot is at {address}")
+            node.get_logger().info(f"The robot is at {address.url}")
             tell_address(address, open_it=options.open)
             _spare_collections()
             spin(node)
@@ -66,11 +76,37 @@ def _spare_collections() -> None:
     gc.set_threshold(_NEW_OBJECTS, *gc.get_threshold()[1:])
 
 
-def tell_address(address: str, *, open_it: bool) -> None:
-    """Tell who waits for the page that it is there, and open it if the user wants that."""
-    progress.tell(progress.READY, address)
+def tell_address(address: Address, *, open_it: bool) -> None:
+    """Say to whoever waits for the page that it is there, and open it if the user wants that."""
+    progress.tell_ready_at(address)
     if open_it or os.environ.get(OPEN_VARIABLE):
-        webbrowser.open(address)
+        open_in_browser(address)
+
+
+def open_in_browser(address: Address) -> None:
+    """Open a page in the browser.
+
+    A browser is started with the address among its arguments, which everybody can list. So where
+    the address has a token, what it is given is a file of the user's own that leads there.
+    """
+    if address.token_file is None:
+        webbrowser.open(address.url)
+        return
+    file = runtime_dir() / "open_page.html"
+    make_private(file.parent)
+    target = html.escape(address.with_token)
+    write_private(file, f'<meta http-equiv="refresh" content="0; url={target}">\n')
+    webbrowser.open(file.as_uri())
+
+
+class _NoToken(argparse.Action):
+    """Refuses a token among the arguments, which everybody on the machine can read."""
+
+    def __call__(self, *_: object) -> None:
+        raise UsageError(
+            "--token would show the token to everybody who lists processes",
+            hint="Write it into a file of mode 0600: --token-file FILE. Without one, one is made.",
+        )
 
 
 def add_page_options(parser: argparse.ArgumentParser) -> None:
@@ -79,5 +115,11 @@ def add_page_options(parser: argparse.ArgumentParser) -> None:
 
     parser.add_argument("--host", default="127.0.0.1", help="address to listen on")
     parser.add_argument("--port", type=int, default=DEFAULT_PORT, help="port to listen on")
-    parser.add_argument("--token", help="what the page's address has to carry")
+    parser.add_argument(
+        "--token-file",
+        type=lambda file: Path(file).expanduser(),
+        metavar="FILE",
+        help="file of the token that the page asks for, made where it is missing",
+    )
+    parser.add_argument("--token", action=_NoToken, help=argparse.SUPPRESS)
     parser.add_argument("--open", action="store_true", help="open the page in the browser")

@@ -8,14 +8,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from teleopctl.base.budget import BudgetError, check_pixels
 from teleopctl.pictures.grey import GreyRange
 from teleopctl.pictures.picture import Picture, PictureError, fitted, to_jpeg
 
 if TYPE_CHECKING:
     from PIL.Image import Image as PilImage
 
-# A file of some kilobytes can claim to hold any number of pixels.
-_MOST_PIXELS = 50_000_000
 _PNG = b"\x89PNG\r\n\x1a\n"
 # Modes of Pillow whose pixels are numbers of more than a byte.
 _DEEP = ("I", "F")
@@ -102,8 +101,10 @@ def _opened(data: bytes, name: str) -> PilImage:
         image = Image.open(io.BytesIO(data))
     except (OSError, ValueError, SyntaxError, Image.DecompressionBombError) as error:
         raise PictureError(f"{len(data)} bytes of '{name}' are no picture") from error
-    if image.width * image.height > _MOST_PIXELS:
-        raise PictureError(f"{image.width} x {image.height} pixels are too many")
+    try:
+        check_pixels(image.width, image.height)
+    except BudgetError as error:
+        raise PictureError(f"The picture {error}") from error
     return image
 
 

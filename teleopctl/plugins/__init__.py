@@ -24,6 +24,7 @@ from teleopctl.plugins.lookup import (
     imported as imported,
     load as load,
 )
+from teleopctl.plugins.reloading import reload as reload
 
 _VERBS = {
     "run": ("run:VERB", "Start one node."),

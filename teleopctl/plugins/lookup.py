@@ -100,7 +100,8 @@ def load(kind: Kind, name: str) -> Any:
 
     Raises:
         UnknownPluginError: None has that name; the message lists those that there are.
-        BrokenPluginError: It cannot be imported, or is not what its kind has to be.
+        BrokenPluginError: It cannot be imported, or is not what its kind has to be; the message
+            names the line of its code that is to blame. The next attempt reads its files again.
     """
     plugin = find(kind, name)
     if plugin is None:
@@ -114,12 +115,19 @@ def load(kind: Kind, name: str) -> Any:
         return imported(plugin.target)
     whose = f" of {plugin.distribution}" if plugin.distribution else ""
     what = f"{kind.noun} '{name}'{whose}"
+    before = set(sys.modules)
     try:
         found = imported(plugin.target)
     except (Exception, SystemExit) as error:
-        raise BrokenPluginError(
-            f"{what}: {plugin.target} cannot be imported: {type(error).__name__}: {error}"
-        ) from error
+        from teleopctl.base.exception_origin import origin_of  # every command loads this module
+
+        _forget_imports(since=before)
+        text = error.msg if isinstance(error, SyntaxError) else error
+        broken = BrokenPluginError(
+            f"{what}: {plugin.target} cannot be imported: {type(error).__name__}: {text}"
+        )
+        place = origin_of(error)
+        raise (broken.at(place) if place else broken) from error
     if kind.bases and not _is_one(found, kind):
         relation = "a subclass" if kind.classes else "an object"
         raise BrokenPluginError(
@@ -135,11 +143,29 @@ def imported(target: str) -> Any:
     return getattr(import_module(module), attribute)
 
 
+def _forget_imports(since: set[str]) -> None:
+    """Forget what a failed import has brought of a user's own: it is to be read again once mended.
+
+    Installed packages stay, many of which cannot be imported twice.
+    """
+    from teleopctl.base.exception_origin import is_user_code
+
+    for name in set(sys.modules) - since:
+        source = getattr(sys.modules[name], "__file__", None) or ""
+        if is_user_code(source) and source.endswith(".py"):
+            del sys.modules[name]
+
+
 def _is_one(found: object, kind: Kind) -> bool:
     bases = tuple(imported(base) for base in kind.bases)
     if kind.classes:
         return isinstance(found, type) and issubclass(found, bases)
     return isinstance(found, bases)
+
+
+def forget_entry_points() -> None:
+    """Read the metadata of the installed distributions again when a name is next looked up."""
+    _installed.cache_clear()
 
 
 def _strangers(group: str) -> dict[str, Plugin]:

@@ -76,7 +76,7 @@ NODES = (
         for module, names in modules.items()
         for name in names.split()
     }
-    | {"xacro/xacro": "xacro:main"}  # the library's own program
+    | {"xacro/xacro": "teleopctl.nodes.xacro:main"}
 )
 """Programs: functions without an argument, as ``module:function`` by ``package/executable``."""
 

@@ -42,7 +42,10 @@ if TYPE_CHECKING:
         motion_plugins as motion_plugins,
         tags_of_plugin as tags_of_plugin,
     )
-    from teleopctl.robot.joint_rules import JointLimits as JointLimits
+    from teleopctl.robot.joint_rules import (
+        JointLimits as JointLimits,
+        cut_command as cut_command,
+    )
     from teleopctl.robot.joints import JointModel as JointModel, Joints as Joints
     from teleopctl.robot.kinematics import SegmentTree as SegmentTree
     from teleopctl.robot.lockstep_topics import (
@@ -127,7 +130,9 @@ if TYPE_CHECKING:
     )
     from teleopctl.robot.xacro_file import (
         ExpandedXacro as ExpandedXacro,
+        bounded_xacro as bounded_xacro,
         expand_xacro as expand_xacro,
+        over_budget as over_budget,
         read_xacro as read_xacro,
     )
 else:
@@ -150,7 +155,7 @@ else:
             "free_joints": "JointSet",
             "gazebo_plugins.effects": "GroundTruth",
             "gazebo_plugins.table": "MotionPlugins motion_plugins tags_of_plugin",
-            "joint_rules": "JointLimits",
+            "joint_rules": "JointLimits cut_command",
             "joints": "JointModel Joints",
             "kinematics": "SegmentTree",
             "lockstep_topics": "COMMANDS_TOPIC RESET_FRAME STATES_TOPIC",
@@ -174,6 +179,6 @@ else:
             "scene.surface": "Surface",
             "scene.sdf_includes": "gazebo_models",
             "scene.world_file": "World find_world is_world read_world read_world_text",
-            "xacro_file": "ExpandedXacro expand_xacro read_xacro",
+            "xacro_file": "ExpandedXacro bounded_xacro expand_xacro over_budget read_xacro",
         },
     )

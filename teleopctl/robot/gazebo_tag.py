@@ -67,7 +67,7 @@ class GazeboTag:
     Attributes:
         links: Per-link settings, by link.
         springs: By joint.
-        static: Whether the robot's root link stands still.
+        static: Whether the robot's root link stands still; None where nothing is said.
         sensors: The sensors of all links.
         plugins: Plug-ins of the whole robot.
         loops: Joints that Gazebo adds to the robot's own.
@@ -75,7 +75,7 @@ class GazeboTag:
 
     links: Mapping[str, LinkPhysics] = field(default_factory=dict)
     springs: Mapping[str, Spring] = field(default_factory=dict)
-    static: bool = False
+    static: bool | None = None
     sensors: tuple[Sensor, ...] = ()
     plugins: tuple[Plugin, ...] = ()
     loops: tuple[Loop, ...] = ()
@@ -89,7 +89,7 @@ def read_gazebo(robot: Element) -> GazeboTag:
     """
     links: dict[str, LinkPhysics] = {}
     springs: dict[str, Spring] = {}
-    static = False
+    static: bool | None = None
     joints = {joint.get("name") for joint in robot.findall("joint")}
     sensors: list[Sensor] = []
     plugins: list[Plugin] = []
@@ -98,7 +98,8 @@ def read_gazebo(robot: Element) -> GazeboTag:
     for element in robot.findall("gazebo"):
         link = element.get("reference")
         if not link:
-            static = _flag(element, "static", default=static)
+            if _said(element, "static"):
+                static = _flag(element, "static", default=False)
             found = [read_plugin(child) for child in element.findall("plugin")]
             plugins += found
             loops += read_loops(element)

@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, NamedTuple
 
 from teleopctl.errors import InvalidDescriptionError
 from teleopctl.robot.elements import to_number
@@ -19,8 +19,14 @@ from teleopctl.robot.urdf import Limit, Mimic
 if TYPE_CHECKING:
     from teleopctl.robot.urdf import Joint
 
-# ``min`` and ``max`` of a command interface, None where there is none.
-Bounds = tuple[float | None, float | None]
+
+class Bounds(NamedTuple):
+    """``min`` and ``max`` of a command interface, None where there is none, and its line."""
+
+    low: float | None = None
+    high: float | None = None
+    line: int = 0
+
 
 LIMITED_INTERFACES = ("position", "velocity", "effort", "acceleration", "jerk")
 
@@ -40,6 +46,10 @@ class JointLimits:
         deceleration: Largest deceleration.
         jerk: Largest jerk, rad/s³ or m/s³.
         stops: Positions of the mechanical stops, which are the URDF's limits.
+        top_speed: The largest speed that the joint itself can have, which is the URDF's limit.
+        line: Where the URDF's limits stand; 0 where that is not known.
+        lines: Where those of ``position``, ``velocity``, ``effort`` and ``acceleration`` stand that
+            are narrower than the URDF's, by these names.
     """
 
     lower: float = -math.inf
@@ -50,14 +60,48 @@ class JointLimits:
     deceleration: float = math.inf
     jerk: float = math.inf
     stops: tuple[float, float] = _EVERYWHERE
+    top_speed: float = math.inf
+    line: int = field(default=0, compare=False)
+    lines: Mapping[str, int] = field(default_factory=dict, compare=False)
 
     @property
     def rest(self) -> float:
         """Where the joint stands while nobody says where; see `rest_within`."""
         return rest_within(self.lower, self.upper)
 
+    @property
+    def mechanical(self) -> JointLimits:
+        """What the joint can do, whatever control allows it."""
+        lower, upper = self.stops
+        return replace(self, lower=lower, upper=upper, velocity=self.top_speed, lines={})
+
 
 UNLIMITED = JointLimits()
+
+
+def cut_command(
+    joint: str, interface: str, asked: float, given: float, limits: JointLimits, by: str
+) -> str:
+    """Return the sentence about a command that is cut, in control and in simulation alike.
+
+    Args:
+        joint: The joint.
+        interface: What is commanded: ``position``, ``velocity``, ``effort`` or ``acceleration``.
+        asked: The command.
+        given: What becomes of it.
+        limits: The joint's limits.
+        by: Which of them cuts it, by the same names.
+    """
+    if by == "position":
+        rule = f"position limits [{limits.lower:g}, {limits.upper:g}]"
+    else:
+        rule = f"{by} limit {getattr(limits, by):g}"
+    line = limits.lines.get(by, limits.line)
+    written = f", line {line} of the robot description" if line else ""
+    return (
+        f"Command of joint '{joint}' is outside its limits: {interface} {asked:g} is clamped to "
+        f"{given:g} ({rule}{written})"
+    )
 
 
 def rest_within(lower: float, upper: float) -> float:
@@ -96,7 +140,7 @@ def joint_limits(
         warnings.append(f"Joint '{joint.name}': effort {own.effort:g} limits nothing, as in Gazebo")
     off = {name for name, bounds in commands.items() if bounds is None}
     on = {name: bounds for name, bounds in commands.items() if bounds is not None}
-    low, high = on.get("acceleration", (None, None))
+    low, high, _ = on.get("acceleration", Bounds())
     lower, upper = _EVERYWHERE if "position" in off else _position(joint, on, warnings)
     return JointLimits(
         lower=lower,
@@ -105,9 +149,27 @@ def joint_limits(
         effort=_size("effort", max(own.effort, 0.0), on, off),
         acceleration=_smallest(high) if high else _smallest(low),
         deceleration=_smallest(low) if low else _smallest(high),
-        jerk=_smallest(on.get("jerk", (None, None))[1]),
+        jerk=_smallest(on.get("jerk", Bounds()).high),
         stops=_EVERYWHERE if "position" in off else _stops(joint),
+        top_speed=math.inf if "velocity" in off else _smallest(own.velocity),
+        line=own.line,
+        lines=_lines(joint, on, (lower, upper)),
     )
+
+
+def _lines(joint: Joint, bounds: Mapping[str, Bounds], band: tuple[float, float]) -> dict[str, int]:
+    """Where limits are written that are narrower than the URDF's own."""
+    own = joint.limit or Limit()
+    lines = {}
+    for name, size in (("velocity", own.velocity), ("effort", own.effort), ("acceleration", 0.0)):
+        low, high, line = bounds.get(name, Bounds())
+        if _smallest(low, high) < _smallest(max(size, 0.0)):
+            lines[name] = line
+    if band not in (_stops(joint), _EVERYWHERE):
+        low, high, line = bounds.get("position", Bounds())
+        is_soft = joint.safety is not None and band != (low, high)
+        lines["position"] = joint.safety.line if is_soft and joint.safety else line
+    return lines
 
 
 def _stops(joint: Joint) -> tuple[float, float]:
@@ -122,7 +184,7 @@ def _stops(joint: Joint) -> tuple[float, float]:
 def _position(
     joint: Joint, bounds: Mapping[str, Bounds], warnings: list[str]
 ) -> tuple[float, float]:
-    least, most = bounds.get("position", (None, None))
+    least, most, _ = bounds.get("position", Bounds())
     stops = _stops(joint)
     band = _meet(stops, -math.inf if least is None else least, math.inf if most is None else most)
     if band is None:
@@ -150,7 +212,8 @@ def _meet(band: tuple[float, float], lower: float, upper: float) -> tuple[float,
 
 
 def _size(name: str, own: float, bounds: Mapping[str, Bounds], off: set[str]) -> float:
-    return math.inf if name in off else _smallest(own, *bounds.get(name, ()))
+    found = bounds.get(name, Bounds())
+    return math.inf if name in off else _smallest(own, found.low, found.high)
 
 
 def _smallest(*values: float | None) -> float:

@@ -68,6 +68,11 @@ class SegmentTree:
         self._moving = {name: Segment.of(model.joint) for name, model in joints.items()}
         self._joints = joints
 
+    @property
+    def moving(self) -> list[Joint]:
+        """The joints of the segments that move."""
+        return [segment.joint for segment in self._moving.values()]
+
     def transforms(self, positions: Mapping[str, float]) -> list[tuple[Joint, Transform]]:
         """Return the transforms of the moving segments whose position is known.
 

@@ -4,7 +4,7 @@ Messages of errors are ros2_control's, so that a search for them finds its answe
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Literal, cast, get_args
 
 from teleopctl.errors import InvalidDescriptionError
@@ -40,6 +40,7 @@ class InterfaceInfo:
         initial_value: The value before the hardware says otherwise, or None.
         parameters: Every ``<param>``, those above included.
         enable_limits: False where the tag switches the limits of this interface off.
+        line: Where the tag stands; 0 where that is not known.
     """
 
     name: str
@@ -50,6 +51,7 @@ class InterfaceInfo:
     initial_value: float | None
     parameters: Mapping[str, str]
     enable_limits: bool
+    line: int = field(default=0, compare=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -292,7 +294,7 @@ def _bounds(joint: str, interface: InterfaceInfo, warnings: list[str]) -> Bounds
                 f"Limits of '{joint}/{interface.name}' are ignored: "
                 f"only {', '.join(LIMITED_INTERFACES)} can be limited"
             )
-        return None, None
+        return Bounds()
     values = []
     for label, text in (("min", interface.min), ("max", interface.max)):
         value = to_number(text) if text else None
@@ -302,7 +304,7 @@ def _bounds(joint: str, interface: InterfaceInfo, warnings: list[str]) -> Bounds
                 "it is ignored"
             )
         values.append(value)
-    return values[0], values[1]
+    return Bounds(values[0], values[1], interface.line)
 
 
 def _limits_enabled(element: Element) -> bool:
@@ -326,6 +328,7 @@ def _read_interface(element: Element) -> InterfaceInfo:
         initial_value=to_number(parameters.get("initial_value", "")),
         parameters=parameters,
         enable_limits=_limits_enabled(element),
+        line=element.sourceline or 0,
     )
 
 

@@ -24,6 +24,10 @@ JointType = Literal["fixed", "revolute", "continuous", "prismatic", "floating", 
 
 _ZERO: Vector3 = (0.0, 0.0, 0.0)
 
+# An attribute of `<limit>` in descriptions made from SDF, which says that there is no limit where
+# URDF has no word for it: readers of URDF want a number.
+UNLIMITED = "{http://sdformat.org/schemas/root.xsd}unlimited"
+
 
 @dataclass(frozen=True, slots=True)
 class Pose:
@@ -128,12 +132,16 @@ class Link:
 
 @dataclass(frozen=True, slots=True)
 class Limit:
-    """What a joint can do; ``lower`` and ``upper`` are meaningless for continuous joints."""
+    """What a joint can do; ``lower`` and ``upper`` are meaningless for continuous joints.
+
+    ``line`` is where the tag stands; 0 where that is not known.
+    """
 
     lower: float = 0.0
     upper: float = 0.0
     effort: float = 0.0
     velocity: float = 0.0
+    line: int = field(default=0, compare=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -155,12 +163,13 @@ class Dynamics:
 
 @dataclass(frozen=True, slots=True)
 class SafetyController:
-    """Soft limits inside the hard ones, and the gains with which they act."""
+    """Soft limits inside the hard ones, and the gains with which they act; ``line`` as above."""
 
     soft_lower: float = 0.0
     soft_upper: float = 0.0
     k_position: float = 0.0
     k_velocity: float = 0.0
+    line: int = field(default=0, compare=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -269,6 +278,7 @@ def _read_joint(element: Element) -> Joint:
             number(safety, "soft_upper_limit", 0.0),
             number(safety, "k_position", 0.0),
             number(safety, "k_velocity"),
+            safety.sourceline or 0,
         ),
         line=element.sourceline or 0,
     )
@@ -284,11 +294,13 @@ def _linked(joint: Element, tag: str) -> str:
 
 
 def _read_limit(element: Element) -> Limit:
+    unlimited = element.get(UNLIMITED) == "effort"
     return Limit(
         lower=number(element, "lower", 0.0, finite=False),
         upper=number(element, "upper", 0.0, finite=False),
-        effort=number(element, "effort", 0.0, finite=False),
+        effort=math.inf if unlimited else number(element, "effort", 0.0, finite=False),
         velocity=number(element, "velocity", 0.0, finite=False),
+        line=element.sourceline or 0,
     )
 
 

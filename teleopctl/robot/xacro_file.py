@@ -22,6 +22,8 @@ from types import MappingProxyType, ModuleType
 from typing import Any, NamedTuple
 from xml.parsers.expat import ExpatError, errors
 
+from teleopctl.base import budget
+from teleopctl.base.budget import BudgetError, Tally
 from teleopctl.errors import InvalidDescriptionError, NotFoundError, TeleopctlError
 from teleopctl.expression import ExpressionError, compute
 from teleopctl.packages import include_package_of, package_share
@@ -36,9 +38,8 @@ SAFE = "TELEOPCTL_SAFE"
 # What `$(…)` may be in safe mode; the others read the environment, or are Python again.
 _SAFE_EXTENSION = re.compile(r"\$\((?:cwd|dirname|arg\s[^()$]*|find\s[^()$]*)\)")
 
-# The largest robots have some 10,000 elements; files that double themselves are stopped here.
-_MOST_ELEMENTS = 100_000
-_LONGEST_TEXT = 1_000_000
+# Of those in one another that a sentence about one of them names.
+_MOST_MACROS_NAMED = 8
 
 _log = logging.getLogger(__name__)
 _lock = threading.Lock()
@@ -114,23 +115,14 @@ def read_xacro(
     Raises:
         InvalidDescriptionError: As `expand_xacro`.
     """
-    import xacro
-    from xacro import substitution_args
-
-    # $(find PACKAGE), which xacro itself resolves only where ament_index_python is installed; it
-    # has no other way in.
-    substitution_args._eval_find = _find_package  # noqa: SLF001
     include_package_of(Path(path))
     arguments = {name: str(value) for name, value in (mappings or {}).items()}
     printed = io.StringIO()
-    if safe is None:
-        safe = is_safe()
     with (
         _lock,
         contextlib.redirect_stderr(printed),
         contextlib.redirect_stdout(printed),
-        _only_arithmetic(xacro) if safe else _bounded_python(xacro),
-        _bounded(xacro),
+        bounded_xacro(safe=safe) as xacro,
         noting_lines(xacro) if places else contextlib.nullcontext() as notes,
     ):
         # xacro notes what it includes, and never forgets.
@@ -156,37 +148,118 @@ def read_xacro(
     return ExpandedXacro(text, files, places_in(text, written) if written else {})
 
 
+def over_budget(path: Path, error: Exception) -> TeleopctlError | None:
+    """Describe in one line what xacro was stopped in because it had no end in sight.
+
+    Args:
+        path: The file that was expanded.
+        error: What came of it; None is returned where that is another fault.
+    """
+    import xacro
+
+    if isinstance(_root_cause(error), BudgetError | RecursionError):
+        return _expansion_error(xacro, path, error)
+    return None
+
+
 def is_safe(env: Mapping[str, str] = os.environ) -> bool:
     """Whether descriptions are read in safe mode (``TELEOPCTL_SAFE=1``)."""
     return env.get(SAFE, "") not in ("", "0")
 
 
 @contextlib.contextmanager
-def _bounded(xacro: ModuleType) -> Iterator[None]:
-    """Stop macros and texts that grow without measure, ten of which need not be recursive."""
-    resolve, evaluate = vars(xacro)["resolve_macro"], vars(xacro)["eval_text"]
-    elements = 0
+def bounded_xacro(*, safe: bool | None = None) -> Iterator[ModuleType]:
+    """Give the ``xacro`` package with our ``$(find …)`` and within the budget, for one file.
 
-    # Any: xacro's own macros, symbols and values.
-    def counting(*args: Any) -> Any:
-        nonlocal elements
-        found = resolve(*args)
-        elements += 1 + len(found[-1].body.getElementsByTagName("*"))
-        if elements > _MOST_ELEMENTS:
-            raise xacro.XacroException(f"its macros make more than {_MOST_ELEMENTS} elements")
+    Args:
+        safe: As for `expand_xacro`.
+    """
+    import xacro
+    from xacro import substitution_args
+
+    # xacro itself resolves it only where ament_index_python is installed; it has no other way in.
+    substitution_args._eval_find = _find_package  # noqa: SLF001
+    if safe is None:
+        safe = is_safe()
+    with _only_arithmetic(xacro) if safe else _bounded_python(xacro), _bounded(xacro):
+        yield xacro
+
+
+@contextlib.contextmanager
+def _bounded(xacro: ModuleType) -> Iterator[None]:
+    """Stop macros, blocks and texts that grow without measure; none needs to be recursive."""
+    own = {name: vars(xacro)[name] for name in ("eval_text", "parse", "replace_node")}
+    own["resolve_macro"] = vars(xacro)["resolve_macro"]
+    calls = Tally("calls of macros", budget.MOST_MACRO_CALLS)
+    files = Tally("files that include one another", budget.MOST_INCLUDED_FILES)
+    elements = Tally("elements made by macros and blocks", budget.MOST_ELEMENTS)
+    characters = Tally("characters", budget.LONGEST_DOCUMENT)
+
+    # Any, here and below: xacro's own elements, macros, symbols and values.
+    def resolve_macro(*args: Any) -> Any:
+        found = own["resolve_macro"](*args)
+        calls.add()
+        # All of the body is copied, also what a condition leaves out of it.
+        elements.add(_size(found[-1].body))
         return found
 
-    def measuring(*args: Any) -> Any:
-        value = evaluate(*args)
-        if isinstance(value, str) and len(value) > _LONGEST_TEXT:
-            raise xacro.XacroException(f"a text has more than {_LONGEST_TEXT} characters")
+    def parse(*args: Any) -> Any:
+        document = own["parse"](*args)
+        if files.count:
+            elements.add(_size(document))
+        files.add()
+        return document
+
+    def replace_node(node: Any, by: Any, content_only: bool = False) -> None:
+        if getattr(node, "tagName", "") == "xacro:insert_block":
+            elements.add(1 + _size(by))
+        _replace(node, by, content_only=content_only)
+
+    def eval_text(*args: Any) -> Any:
+        value = own["eval_text"](*args)
+        if isinstance(value, str):
+            if len(value) > budget.LONGEST_TEXT:
+                raise BudgetError(f"a text has more than {budget.LONGEST_TEXT:,} characters")
+            characters.add(len(value))
         return value
 
-    vars(xacro).update(resolve_macro=counting, eval_text=measuring)
+    bounded = (eval_text, parse, replace_node, resolve_macro)
+    vars(xacro).update({function.__name__: function for function in bounded})
     try:
         yield
     finally:
-        vars(xacro).update(resolve_macro=resolve, eval_text=evaluate)
+        vars(xacro).update(own)
+
+
+def _size(node: Any) -> int:
+    """How many elements are in a node of a document."""
+    return len(node.getElementsByTagName("*"))
+
+
+def _replace(node: Any, by: Any, *, content_only: bool) -> None:
+    """Put nodes, or what is in them, in the place of a node, as xacro's function of that name.
+
+    That one moves each node for itself and looks for its place among all: 4 s for 25,000 of them.
+    """
+    given = [] if by is None else by if isinstance(by, list) else [by]
+    new = [child for one in given for child in one.childNodes] if content_only else given
+    parent = node.parentNode
+    place = parent.childNodes.index(node)
+    before, behind = node.previousSibling, node.nextSibling
+    if content_only:
+        for one in given:
+            one.childNodes[:] = []
+    parent.childNodes[place : place + 1] = new
+    node.parentNode = node.previousSibling = node.nextSibling = None
+    for one in new:
+        one.parentNode, one.previousSibling = parent, before
+        if before is not None:
+            before.nextSibling = one
+        before = one
+    if before is not None:
+        before.nextSibling = behind
+    if behind is not None:
+        behind.previousSibling = before
 
 
 @contextlib.contextmanager
@@ -251,6 +324,10 @@ def _syntax_error(xacro: ModuleType, error: ExpatError) -> TeleopctlError:
 def _expansion_error(xacro: ModuleType, path: Path, error: Exception) -> TeleopctlError:
     """Describe a failed expansion: where it happened, in which macro, and why."""
     cause = _root_cause(error)
+    if isinstance(cause, BudgetError):
+        expression = _EXPRESSION.search(str(cause)) or _EXPRESSION.search(str(error))
+        place = _place(xacro, path, expression.group("expression") if expression else None)
+        return InvalidDescriptionError(f"{place}: {str(cause).splitlines()[0]}{_inside(xacro)}")
     if isinstance(cause, OSError):
         missing = cause.filename or path
         message = f"Cannot read {missing}: {cause.strerror}"
@@ -270,10 +347,16 @@ def _expansion_error(xacro: ModuleType, path: Path, error: Exception) -> Teleopc
         hint = f"It takes {in_words(known)}; give them as name:=value"
     expression = _EXPRESSION.search(reason)
     place = _place(xacro, path, expression.group("expression") if expression else None)
-    macros = [macro.body.getAttribute("name") for macro in xacro.macrostack or []]
-    inside = f" (in macro {' > '.join(macros)})" if macros else ""
     reason = " ".join(reason.split()) or type(error).__name__
-    return InvalidDescriptionError(f"{place}: {reason}{inside}", hint=hint)
+    return InvalidDescriptionError(f"{place}: {reason}{_inside(xacro)}", hint=hint)
+
+
+def _inside(xacro: ModuleType) -> str:
+    """In which macros something was expanded, at the end of a sentence."""
+    macros = [macro.body.getAttribute("name") for macro in xacro.macrostack or []]
+    if len(macros) > _MOST_MACROS_NAMED:
+        macros = ["…", *macros[-_MOST_MACROS_NAMED:]]
+    return f" (in macro {' > '.join(macros)})" if macros else ""
 
 
 def _files_so_far(xacro: ModuleType, path: Path) -> list[Path]:

@@ -19,12 +19,14 @@ if TYPE_CHECKING:
     )
     from teleopctl.sim.node import MujocoSim as MujocoSim
     from teleopctl.sim.pacing import Beat as Beat
-    from teleopctl.sim.replay import (
-        replay_session as replay_session,
-        run_in_lockstep as run_in_lockstep,
-    )
+    from teleopctl.sim.replay import Rerun as Rerun, run_in_lockstep as run_in_lockstep
     from teleopctl.sim.sensors.base import Sensor as Sensor
     from teleopctl.sim.sensors.imu import Imu as Imu
+    from teleopctl.sim.sensors.settings import (
+        base_settings as base_settings,
+        declare_base_settings as declare_base_settings,
+        read_fixed_base as read_fixed_base,
+    )
     from teleopctl.sim.simulation import Simulation as Simulation
 else:
     from teleopctl.lazy import attach
@@ -40,9 +42,10 @@ else:
             "gl_backend": "check_drawing choose_backend",
             "node": "MujocoSim",
             "pacing": "Beat",
-            "replay": "replay_session run_in_lockstep",
+            "replay": "Rerun run_in_lockstep",
             "sensors.base": "Sensor",
             "sensors.imu": "Imu",
+            "sensors.settings": "base_settings declare_base_settings read_fixed_base",
             "simulation": "Simulation",
         },
     )

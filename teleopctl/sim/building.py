@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
+from teleopctl import progress
 from teleopctl.mujoco_model import RobotModel, build_model
 from teleopctl.packages import resolve_uri
 from teleopctl.robot import Pose, RobotDescription, World, motion_plugins, read_world
@@ -44,7 +45,7 @@ def simulate(
     urdf: str,
     *,
     world: str = "",
-    fixed_base: bool = False,
+    fixed_base: bool | None = None,
     spawn_pose: Pose | None = None,
     mass_scale: float = 1.0,
     friction_scale: float = 1.0,
@@ -74,6 +75,7 @@ def simulate(
         InvalidDescriptionError: The robot or the world cannot be simulated.
         NotFoundError: The world's file is not there.
     """
+    progress.doing("reading the robot description")
     description = RobotDescription.from_urdf(urdf)
     plugins = motion_plugins(description)
     movers = [PlanarMove(topic, description.root) for topic in plugins.planar_topics]

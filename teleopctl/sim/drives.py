@@ -17,6 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from teleopctl.mujoco_model import DRIVE_RAD_S, compensated_bodies, drive_name, motor_name
+from teleopctl.robot import cut_command
 from teleopctl.sim.state.set_points import (
     fed_speed,
     kept_lead,
@@ -34,6 +35,7 @@ if TYPE_CHECKING:
 Array = npt.NDArray[np.float64]
 
 _POSITION, _VELOCITY, _EFFORT = range(3)
+_INTERFACES = "position", "velocity", "effort"
 _NONE = float("nan")
 
 # On a velocity command the spring is weak, its damper the same: the joint takes up a new speed as
@@ -54,6 +56,9 @@ _TUNED_WITHIN = 0.05
 # So that a joint of no effort has a way to go (N m or N).
 _LEAST_EFFORT = 1e-6
 
+# What a command differs by that is rounded (rad or m, N m or N).
+_ROUNDING = 1e-9
+
 # Closer than this (rad or m) a set-point has arrived.
 _ARRIVED = 1e-9
 
@@ -71,6 +76,7 @@ class Drives:
     Attributes:
         settled: Whether `plan_period` would change nothing: set-points stand still, and nothing
             was commanded since.
+        cut: A sentence for each command that its joint cannot follow, the first time.
     """
 
     def __init__(
@@ -96,15 +102,18 @@ class Drives:
         self._dof = np.array([joint.dofadr[0] for joint in named], dtype=int)
         places = (self._drive, m.actuator_actadr[self._drive], self._qpos, self._dof)
         self._places = list(zip(*(column.tolist() for column in places), strict=True))
-        fields = "position", "velocity", "effort"
-        self._accepts = [[name in j.command_interfaces for name in fields] for j in driven]
+        self._joint_names = [joint.name for joint in driven]
+        self._accepts = [[name in j.command_interfaces for name in _INTERFACES] for j in driven]
         self._motor = [
             int(m.actuator(motor_name(joint.name)).id) if accepts[_EFFORT] else -1
             for joint, accepts in zip(driven, self._accepts, strict=True)
         ]
-        self._lower = [joint.limits.lower for joint in driven]
-        self._upper = [joint.limits.upper for joint in driven]
-        self._max_speed: list[float] = [joint.limits.velocity for joint in driven]
+        # What control allows is control's matter. How fast a joint may be is the drive's on its way
+        # to a position, and control's where it asks for a speed.
+        self._limits = [joint.limits.mechanical for joint in driven]
+        self._lower = [limits.lower for limits in self._limits]
+        self._upper = [limits.upper for limits in self._limits]
+        self._max_speed: list[float] = [limits.velocity for limits in self._limits]
         self._gain = np.array(m.actuator_gainprm[self._drive])
         self._bias = np.array(m.actuator_biasprm[self._drive])
         self._limited = np.array(m.actuator_actlimited[self._drive], dtype=bool)
@@ -127,6 +136,8 @@ class Drives:
         self._own = ~np.isin(m.body_rootid, roots)
         self._weightless = np.zeros(0, dtype=int)
         self.settled = False
+        self.cut: list[str] = []
+        self._told: set[str] = set()
         self._command_names: list[str] = []
         # Of each drive that is in such a command: its row, its column, what it takes.
         self._commanded: list[tuple[int, int, list[bool]]] = []
@@ -169,6 +180,7 @@ class Drives:
         moved.leave_alone(self._m.body(body).name for body in self._weightless)
         for name in _STATE:
             setattr(moved, name, getattr(self, name))
+        moved.cut, moved._told = self.cut, self._told
         moved._tune()
         moved._apply_modes()
         return moved
@@ -196,8 +208,8 @@ class Drives:
         """Take commands for the control period that begins now.
 
         Position wins over velocity, velocity over effort, where a joint is commanded more than
-        one. A joint without a finite command holds where it is. Positions are kept within the
-        joint's limits. Names that are not commandable are passed over; `commandable` tells.
+        one. A joint without a finite command holds where it is. What a joint cannot do is cut.
+        Names that are not commandable are passed over; `commandable` tells.
 
         Args:
             names: Joint names.
@@ -221,12 +233,24 @@ class Drives:
         for row, (mode, value) in enumerate(zip(modes, wanted, strict=True)):
             if value != value:  # NaN: what it was told before holds
                 continue
+            possible = value
             if mode == _POSITION:
-                self._target[row] = min(max(value, self._lower[row]), self._upper[row])
+                possible = min(max(value, self._lower[row]), self._upper[row])
+                self._target[row] = possible
             elif mode == _VELOCITY:
                 self._wanted_speed[row] = value
             else:
-                self._ctrl[self._motor[row]] = value
+                possible = min(max(value, -self._effort[row]), self._effort[row])
+                self._ctrl[self._motor[row]] = possible
+            if abs(value - possible) > _ROUNDING:
+                self._tell_cut(row, mode, value, possible)
+
+    def _tell_cut(self, row: int, mode: int, asked: float, possible: float) -> None:
+        joint, interface = self._joint_names[row], _INTERFACES[mode]
+        if joint not in self._told:
+            self._told.add(joint)
+            limits = self._limits[row]
+            self.cut.append(cut_command(joint, interface, asked, possible, limits, interface))
 
     def hold(self) -> None:
         """Nobody commands any more: every joint stays where it is or was last sent."""
@@ -397,4 +421,4 @@ class Drives:
         rest = self._positions[place] + self._speeds[dof] * self._speed_lag_s[row]
         stops = self._lower[row] - rest, self._upper[row] - rest
         speed: float = within_stops(self._wanted_speed[row], *stops, self._period_s)
-        return min(max(speed, -self._max_speed[row]), self._max_speed[row])
+        return speed

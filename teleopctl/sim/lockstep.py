@@ -74,6 +74,10 @@ class LockstepLoop:
         self._lost_ns = 0
         self._command: Command | None = None
         self._unstamped: Command | None = None
+        # What controllers have not seen yet: that the simulation was put back to its start.
+        self._resets_seen = simulation.resets
+        self._began_anew = False
+        self._exchanged = False
 
     # --- called from outside ----------------------------------------------------------------
 
@@ -199,15 +203,28 @@ class LockstepLoop:
         self._pacer.resume(now)
         self._command = self._unstamped = None
         self._lost = False
+        self._began_anew, self._exchanged = True, False
 
     def show(self) -> None:
-        """Tell what was changed while time stands still; on the loop's thread, by a request."""
+        """Publish the state while time stands still; on the loop's thread, by a request.
+
+        For what somebody has changed, and for whoever subscribes only now. After a reset the
+        controllers get it too, and what they answer at a control tick is not asked for again.
+        """
         if self._parked:
             now = self._simulation.time_ns
-            self._ports.publish_clock(now)
+            if self._began_anew or self._simulation.resets != self._resets_seen:
+                # An answer to the state before the reset is none to this one of the same time.
+                self._command = self._unstamped = None
+                self._exchange(stepping=True)
+                self._exchanged = self._simulation.at_tick and self._answer(now) is not None
+            else:
+                self._ports.publish_clock(now)
             if self._viewed:
                 self._simulation.read()
                 self._ports.publish_view(now)
+            if self._sampler is not None:
+                self._sampler.show(now)
 
     def stop(self) -> None:
         """Make `run` return."""
@@ -230,7 +247,12 @@ class LockstepLoop:
         self._pacer.resume(simulation.time_ns)
         while self._ready():
             steps = pending[0] if (pending := self._steps) else None
-            if simulation.at_tick and not self._exchange(stepping=steps is not None):
+            exchanged, self._exchanged = self._exchanged, False
+            if (
+                simulation.at_tick
+                and not exchanged
+                and not self._exchange(stepping=steps is not None)
+            ):
                 continue
             if self._end_ns is not None and self.at_end:
                 self._ports.publish_clock(simulation.time_ns)
@@ -284,11 +306,16 @@ class LockstepLoop:
                         self._changed.notify_all()
                     self._called = self._paused or bool(self._steps)
                     return True
+                comes_to_rest = not self._parked
                 self._parked = True
-                self._changed.notify_all()
-                self._changed.wait_for(
-                    lambda: self._stopped or not self._paused or self._steps or self._requests
-                )
+                if not comes_to_rest:
+                    self._changed.notify_all()
+                    self._changed.wait_for(
+                        lambda: self._stopped or not self._paused or self._steps or self._requests
+                    )
+            if comes_to_rest:
+                # What was shown last may be of some time before.
+                self.show()
         return True
 
     def _exchange(self, *, stepping: bool) -> bool:
@@ -300,6 +327,7 @@ class LockstepLoop:
         if self._simulation.put_back:
             self._ports.put_back(now, self._simulation.put_back)
             self._simulation.put_back = []
+        self._resets_seen, self._began_anew = self._simulation.resets, False
         # Controllers take their time from the state; everybody else's clock may be coarser, which
         # at 1 kHz spares each node 900 messages a second. Single steps show the exact time.
         if self._clock_due(now) or stepping:
@@ -308,10 +336,13 @@ class LockstepLoop:
             self._simulation.read()
             self._ports.publish_state(now)
         command = self._await_command(now)
-        if command is not None:
+        # Commands are for whole periods; within one there is an exchange after a reset only.
+        if command is not None and self._simulation.at_tick:
             self._simulation.apply(
                 command.names, command.position, command.velocity, command.effort
             )
+            if cut := self._simulation.take_cut_commands():
+                self._ports.commands_cut(cut)
         self._publish(now)
         return not self._stopped
 
@@ -398,3 +429,5 @@ class LockstepLoop:
             self._ports.publish_view(now)
         if self._sampler is not None:
             self._sampler.sample(now)
+            if force:
+                self._sampler.show(now)

@@ -63,6 +63,9 @@ class Ports(Protocol):
     def diverged(self, time_ns: int) -> None:
         """Physics broke down and was set back to its initial state."""
 
+    def commands_cut(self, sentences: Sequence[str]) -> None:
+        """Joints were commanded more than they can do, for the first time; a sentence for each."""
+
     def put_back(self, time_ns: int, things: Sequence[str]) -> None:
         """Physics of things broke down, and they alone were set back to their start."""
 
@@ -75,3 +78,6 @@ class Sampler(Protocol):
 
     def sample(self, time_ns: int) -> None:
         """Measure what is due at this time."""
+
+    def show(self, time_ns: int) -> None:
+        """Publish the simulation's state once more, which somebody has changed or asks for."""

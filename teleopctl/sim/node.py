@@ -15,24 +15,23 @@ from teleopctl.node import (
     Parameter,
     qos_profile_latched,
 )
-from teleopctl.robot import COMMANDS_TOPIC, STATES_TOPIC, Pose, RobotDescription
-from teleopctl.sim.building import simulate
+from teleopctl.robot import RobotDescription
+from teleopctl.sim.assembly import (
+    RANGES,
+    assemble,
+    build_robot,
+    checked_number,
+    declare_parameters,
+    number_of,
+)
 from teleopctl.sim.cameras.model_topic import ModelPublisher
 from teleopctl.sim.entities.stage import Stage
 from teleopctl.sim.entities.standard import offer_standard_services
 from teleopctl.sim.lockstep import LockstepLoop
 from teleopctl.sim.loop_ports import Command
 from teleopctl.sim.performance import PerformancePublisher
-from teleopctl.sim.ports import TopicPorts
 from teleopctl.sim.reporting import report_robot
-from teleopctl.sim.sensors.contact import SceneContacts
-from teleopctl.sim.sensors.publishing import SensorPublisher
-from teleopctl.sim.sensors.settings import (
-    checked_numbers,
-    declare_sensor_settings,
-    numbers_of,
-    sensor_settings,
-)
+from teleopctl.sim.sensors.settings import checked_numbers
 from teleopctl.sim.state.services import MujocoServices
 from teleopctl.sim.world_markers import WorldMarkers
 from teleopctl.wire import EntityKind
@@ -40,7 +39,6 @@ from teleopctl.wire import EntityKind
 _String = get_message("std_msgs/msg/String")
 _Twist = get_message("geometry_msgs/msg/Twist")
 _JointState = get_message("sensor_msgs/msg/JointState")
-_ParameterDescriptor = get_message("rcl_interfaces/msg/ParameterDescriptor")
 _SetParametersResult = get_message("rcl_interfaces/msg/SetParametersResult")
 
 _DESCRIPTION_TOPIC = "/robot_description"
@@ -48,19 +46,6 @@ _READ_AT_START = {
     *("update_rate", "timestep", "lockstep_timeout", "state_rate", "paused"),
     *("joint_states_topic", "joint_commands_topic", "robot_description"),
 }
-# The least and the most of each number: with more, time is no longer told in whole nanoseconds, or
-# a wait or a mass is one that the machine cannot represent.
-_RANGES = {
-    "update_rate": (1.0, 1e5),
-    "timestep": (0.0, 1e3),
-    "real_time_factor": (0.0, 1e6),
-    "lockstep_timeout": (0.0, 1e6),
-    "state_rate": (1.0, 1e5),
-    "mass_scale": (1e-6, 1e6),
-    "friction_scale": (0.0, 1e6),
-    "end_time": (0.0, 1e9),
-}
-_LEAST_TIMESTEP_S = 1e-5
 # How long a service waits for the loop, in seconds of wall time, beside a lockstep timeout.
 _PATIENCE_S = 10.0
 
@@ -76,7 +61,10 @@ class MujocoSim(Node):
         self._urdf = ""
         self._last_names: list[str] = []
         self._commanders = 0
-        self._declare_parameters()
+        self._subscriptions: dict[str, int] = {}
+        declare_parameters(self)
+        self.add_on_set_parameters_callback(self._check_parameters)
+        self.add_post_set_parameters_callback(self._follow_parameters)
         mujoco.set_mju_user_warning(self._on_mujoco_warning)
         self._stage: Stage | None = None
         MujocoServices(self, lambda: self._stage)
@@ -100,46 +88,13 @@ class MujocoSim(Node):
 
     # --- parameters -----------------------------------------------------------------------
 
-    def _declare_parameters(self) -> None:
-        # Numbers may come as integers or as reals: launch arguments say `0` as well as `1.5`.
-        number = _ParameterDescriptor(dynamic_typing=True)
-        self.declare_parameter("robot_description", "")
-        at_start = _ParameterDescriptor(read_only=True)
-        self.declare_parameter("world", "", at_start)
-        self.declare_parameter("fixed_base", False, at_start)
-        self.declare_parameter("spawn_pose", [0.0] * 6, at_start)
-        for name, value in (("mass_scale", 1.0), ("friction_scale", 1.0), ("end_time", 0.0)):
-            fixed = _ParameterDescriptor(read_only=True, dynamic_typing=True)
-            self.declare_parameter(name, value, fixed)
-        self.declare_parameter("publish_base_tf", False)
-        self.declare_parameter("update_rate", 10)
-        self.declare_parameter("timestep", 0.0, number)
-        self.declare_parameter("real_time_factor", 1.0, number)
-        self.declare_parameter("paused", False)
-        self.declare_parameter("lockstep_timeout", 1.0, number)
-        self.declare_parameter("state_rate", 60, number)
-        declare_sensor_settings(self)
-        self.declare_parameter("joint_states_topic", STATES_TOPIC)
-        self.declare_parameter("joint_commands_topic", COMMANDS_TOPIC)
-        for name in _RANGES:
-            self._number(name)
-        self.add_on_set_parameters_callback(self._check_parameters)
-        self.add_post_set_parameters_callback(self._follow_parameters)
-
-    def _number(self, name: str) -> float:
-        return _checked_number(self.get_parameter(name))
-
-    def _spawn_pose(self) -> Pose:
-        x, y, z, *rpy = numbers_of(self, "spawn_pose", "x", "y", "z", "roll", "pitch", "yaw")
-        return Pose((x, y, z), (rpy[0], rpy[1], rpy[2]))
-
     def _check_parameters(self, parameters: list[Parameter]) -> Any:
         for parameter in parameters:
             try:
                 if self._loop is not None and parameter.name in _READ_AT_START:
                     raise InvalidParameterError(f"'{parameter.name}' is read at the start only")
-                if parameter.name in _RANGES:
-                    _checked_number(parameter)
+                if parameter.name in RANGES:
+                    checked_number(parameter)
                 if parameter.name == "gravity":
                     checked_numbers(parameter, "x", "y", "z")
             except InvalidParameterError as error:
@@ -156,7 +111,7 @@ class MujocoSim(Node):
             if parameter.name == "gravity":
                 self._set_gravity(checked_numbers(parameter, "x", "y", "z"))
             if parameter.name == "real_time_factor":
-                self._loop.set_real_time_factor(_checked_number(parameter))
+                self._loop.set_real_time_factor(checked_number(parameter))
 
     def _set_gravity(self, gravity: list[float]) -> None:
         assert self._loop is not None
@@ -185,18 +140,7 @@ class MujocoSim(Node):
         progress.tell(progress.STARTING)
         logger.info("Received the robot description, parsing...")
         self._urdf = urdf
-        robot = simulate(
-            urdf,
-            world=str(self.get_parameter("world").value),
-            fixed_base=bool(self.get_parameter("fixed_base").value),
-            spawn_pose=self._spawn_pose(),
-            mass_scale=self._number("mass_scale"),
-            friction_scale=self._number("friction_scale"),
-            control_period_ns=round(1e9 / int(self._number("update_rate"))),
-            timestep_ns=round(self._number("timestep") * 1e9),
-            warn=logger.warning,
-            **sensor_settings(self),
-        )
+        robot = build_robot(self, urdf)
         description, model, simulation = robot.description, robot.model, robot.simulation
         report_robot(logger, description, model)
         period_s, step_s = simulation.control_period_ns * 1e-9, simulation.timestep_s
@@ -206,27 +150,9 @@ class MujocoSim(Node):
                 f"Desired controller update period ({period_s:g} s) is slower than the simulation "
                 f"period ({step_s:g} s)."
             )
-        states_topic = str(self.get_parameter("joint_states_topic").value)
-        ports = TopicPorts(self, simulation, states_topic, robot.interfaces)
-        ports.show_base(bool(self.get_parameter("publish_base_tf").value))
-        contacts = SceneContacts(self._number("state_rate"))
-        self._sensors = SensorPublisher(self, simulation, [*robot.sensors, contacts])
-        # Only now is it known what the world says.
-        number = _ParameterDescriptor(dynamic_typing=True)
-        self.declare_parameter("gravity", simulation.gravity, number)
-        gravity = numbers_of(self, "gravity", "x", "y", "z")
-        if gravity != simulation.gravity:
-            simulation.set_gravity(gravity)
-        self._loop = LockstepLoop(
-            simulation,
-            ports,
-            real_time_factor=self._number("real_time_factor"),
-            lockstep_timeout_s=self._number("lockstep_timeout"),
-            view_rate_hz=self._number("state_rate"),
-            paused=bool(self.get_parameter("paused").value),
-            sampler=self._sensors,
-            end_ns=round(self._number("end_time") * 1e9) or None,
-        )
+        made = assemble(self, robot)
+        ports, self._sensors = made.ports, made.sensors
+        self._loop = made.loop(self)
         self._simulation = simulation
         PerformancePublisher(self, simulation, self._loop)
         self._commands = self.create_subscription(
@@ -261,7 +187,7 @@ class MujocoSim(Node):
         try:
             self._loop.run()
             if self._loop.at_end:
-                self.get_logger().info(f"The simulation ends at {self._number('end_time'):g} s")
+                self.get_logger().info(f"The simulation ends at {number_of(self, 'end_time'):g} s")
                 self.context.try_shutdown()
         except Exception as error:  # noqa: BLE001 - whoever spins raises it
             self.fail(error)
@@ -277,6 +203,16 @@ class MujocoSim(Node):
         self._loop.set_heard(clock=self._ports.has_clock(), ticks=heard or commanded)
         self._loop.set_viewed(self._ports.is_viewed())
         self._sensors.look()
+        before_now, self._subscriptions = (
+            self._subscriptions,
+            {
+                **self._ports.subscriptions(),
+                **self._sensors.subscriptions(),
+            },
+        )
+        if any(now > before_now.get(topic, 0) for topic, now in self._subscriptions.items()):
+            # While time stands still nothing else would show them the state.
+            self._loop.post(self._loop.show)
         self._markers.look()
         self._shown.look()
         if self._commanders > max(before, 1):
@@ -321,7 +257,7 @@ class MujocoSim(Node):
 
     @property
     def _patience_s(self) -> float:
-        return _PATIENCE_S + self._number("lockstep_timeout")
+        return _PATIENCE_S + number_of(self, "lockstep_timeout")
 
     def destroy_node(self) -> None:
         """End physics, then the node."""
@@ -331,17 +267,3 @@ class MujocoSim(Node):
         if self._thread is not None and self._thread.is_alive():
             self._thread.join()
         super().destroy_node()
-
-
-def _checked_number(parameter: Parameter) -> float:
-    value, (least, most) = parameter.value, _RANGES[parameter.name]
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        raise InvalidParameterError(f"Parameter '{parameter.name}' is '{value}', expected a number")
-    if parameter.name == "timestep" and value:
-        least = _LEAST_TIMESTEP_S
-    if not least <= value <= most:
-        raise InvalidParameterError(
-            f"Parameter '{parameter.name}' is {value}, expected a number of at least {least:g} "
-            f"and at most {most:g}"
-        )
-    return float(value)

@@ -4,20 +4,20 @@ from __future__ import annotations
 
 from array import array
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
 from teleopctl.interfaces import PreparedMessage, get_message, set_stamp, to_seconds
-from teleopctl.mujoco_model import RobotModel
+from teleopctl.mujoco_model import FixedBase, RobotModel, quaternion
 from teleopctl.robot import RESET_FRAME
 from teleopctl.sim.sensors.interfaces import SensorInterfaces
 from teleopctl.sim.simulation import Simulation
-from teleopctl.tf import TransformBroadcaster
+from teleopctl.tf import StaticTransformBroadcaster, TransformBroadcaster
 
 if TYPE_CHECKING:
-    from teleopctl.node import Node
+    from teleopctl.node import Node, Publisher
 
 _Clock = get_message("rosgraph_msgs/msg/Clock")
 _JointState = get_message("sensor_msgs/msg/JointState")
@@ -27,6 +27,18 @@ _TransformStamped = get_message("geometry_msgs/msg/TransformStamped")
 
 VIEW_TOPIC = "/mujoco_sim/joint_states"
 FREE_BODIES_TOPIC = "/mujoco_sim/free_joint_states"
+
+
+# Any: a message, whose class is made at run time.
+def _standing(base: FixedBase) -> Any:
+    """The transform from the world to a root link that is fixed elsewhere than at its origin."""
+    assert base.pose is not None
+    transform = _TransformStamped(child_frame_id=base.link)
+    transform.header.frame_id = base.world_frame
+    place, turn = transform.transform.translation, transform.transform.rotation
+    place.x, place.y, place.z = base.pose.xyz
+    turn.w, turn.x, turn.y, turn.z = map(float, quaternion(base.pose))
+    return transform
 
 
 def reported_joints(model: RobotModel) -> npt.NDArray[np.intp]:
@@ -73,6 +85,10 @@ class TopicPorts:
         self._state_publisher = node.create_publisher(_JointState, states_topic, 10)
         self._view_publisher = node.create_publisher(_JointState, VIEW_TOPIC, 10)
         self._node = node
+        fixed = simulation.model.fixed
+        if fixed is not None and fixed.pose is not None:
+            # It stands elsewhere than the frame of what else there is.
+            StaticTransformBroadcaster(node).sendTransform(_standing(fixed))
         self._bodies: FreeBodyPorts | None = None
         self.bodies_changed()
 
@@ -101,6 +117,13 @@ class TopicPorts:
         if self._view_publisher.get_subscription_count() > 0:
             return True
         return self._bodies is not None and self._bodies.is_viewed()
+
+    def subscriptions(self) -> dict[str, int]:
+        """How many subscriptions there are to each topic of the state, but for the controller's."""
+        publishers = [self._clock_publisher, self._view_publisher]
+        if self._bodies is not None:
+            publishers += self._bodies.publishers()
+        return {each.topic_name: each.get_subscription_count() for each in publishers}
 
     def publish_clock(self, time_ns: int) -> None:
         """Tell the simulated time."""
@@ -151,6 +174,11 @@ class TopicPorts:
             "masses and inertias, or use a smaller timestep",
             throttle_duration_sec=10.0,
         )
+
+    def commands_cut(self, sentences: Sequence[str]) -> None:
+        """Report commands that joints cannot follow."""
+        for sentence in sentences:
+            self._logger.warning(sentence)
 
     def put_back(self, time_ns: int, things: Sequence[str]) -> None:
         """Report that physics of things broke down."""
@@ -262,10 +290,14 @@ class FreeBodyPorts:
 
     def is_viewed(self) -> bool:
         """Whether somebody listens."""
-        publishers = [self._publisher]
+        return any(publisher.get_subscription_count() > 0 for publisher in self.publishers())
+
+    # Any: messages, whose classes are made at run time.
+    def publishers(self) -> list[Publisher[Any]]:
+        """What publishes where they are."""
         if self._shown and self._broadcaster is not None:
-            publishers.append(self._broadcaster.pub_tf)
-        return any(publisher.get_subscription_count() > 0 for publisher in publishers)
+            return [self._publisher, self._broadcaster.pub_tf]
+        return [self._publisher]
 
     def publish(self, time_ns: int) -> None:
         """Send the pose and the velocity of every free body, in the world."""

@@ -1,43 +1,108 @@
-"""The simulator's loop in memory: with the commands of a recording, or with any that answer."""
+"""The simulator in memory: its loop with any that answer, or all of it on recorded commands."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
-from teleopctl.interfaces import get_message, set_stamp
+from teleopctl.interfaces import Message, get_message, serialize, set_stamp
+from teleopctl.node import Node, Parameter, expand_name
+from teleopctl.sim.assembly import assemble, build_robot, declare_parameters
 from teleopctl.sim.lockstep import LockstepLoop
 from teleopctl.sim.loop_ports import Command
-from teleopctl.sim.ports import reported_joints
+from teleopctl.sim.ports import TopicPorts, reported_joints
 from teleopctl.sim.simulation import Simulation
+from teleopctl.sim.world_markers import WorldMarkers
 
 if TYPE_CHECKING:
     from sensor_msgs.msg import JointState
 
+_NODE = "mujoco_sim"
 
-def replay_session(
-    simulation: Simulation,
-    commands: Mapping[int, JointState],
-    end_ns: int,
-    on_state: Callable[[int, JointState], object],
-) -> None:
-    """Run a simulation with commands that are at hand, as fast as the machine allows.
 
-    It is the loop of `MujocoSim`, so that it gives the same bits. Where a state has no command,
-    nobody answered it, and the joints hold as they did then.
+class Rerun:
+    """A simulator that runs once more, and publishes to a function all that the run determines.
+
+    It is made as `MujocoSim` is, from the same parameters, and runs as fast as the machine allows.
 
     Args:
-        simulation: At its start.
-        commands: What answers the state of a simulated time, in nanoseconds.
-        end_ns: Simulated time of the last state, in nanoseconds.
-        on_state: Called with each simulated time and the state of it, which is valid meanwhile.
+        urdf: The robot description.
+        parameters: Of the simulator's node, by name; those that it lacks have their defaults.
+        publish: Called with each topic, the simulated time in nanoseconds, and the message's CDR.
+
+    Raises:
+        InvalidDescriptionError: The robot or the world cannot be simulated.
+        InvalidParameterError: A parameter makes no sense.
+        NotFoundError: The world's file is not there.
+
+    Attributes:
+        topics: Those on which it publishes, and their types.
+        inputs: Those that move a robot without a controller.
+        control_period_ns: Time between two control ticks, in nanoseconds.
     """
 
-    def answer(time_ns: int, state: JointState) -> JointState | None:
-        on_state(time_ns, state)
-        return commands.get(time_ns)
+    def __init__(
+        self,
+        urdf: str,
+        parameters: Mapping[str, object],
+        publish: Callable[[str, int, bytes], object],
+    ) -> None:
+        memory = _MemoryNode(parameters, self._publish)
+        # As much of a node as what is assembled uses.
+        node = cast("Node", memory)
+        declare_parameters(node)
+        self._simulation: Simulation | None = None
+        self._take = publish
+        robot = build_robot(node, urdf)
+        self._simulation = robot.simulation
+        made = assemble(node, robot)
+        self._ports = _AnsweredTopics(made.ports)
+        self._loop = made.loop(node, self._ports)
+        self._loop.set_real_time_factor(0.0)
+        self._loop.set_viewed(True)
+        self._loop.set_paused(False, 0.0)
+        made.sensors.look()
+        WorldMarkers(node, robot.model)
+        self.topics: Mapping[str, str] = memory.topics
+        self.inputs = {mover.topic for mover in robot.simulation.movers}
+        self.control_period_ns = robot.simulation.control_period_ns
 
-    run_in_lockstep(simulation, answer, lambda time_ns: time_ns < end_ns)
+    def run(
+        self,
+        commands: Mapping[int, JointState],
+        end_ns: int,
+        on_tick: Callable[[int], object] = lambda _: None,
+    ) -> None:
+        """Run from the start.
+
+        Where a state has no command, nobody answered it, and the joints hold as they did then.
+
+        Args:
+            commands: What answers the state of a simulated time, in nanoseconds.
+            end_ns: The simulated time up to which it is run, in nanoseconds.
+            on_tick: Called with the time of each state after it was published.
+        """
+
+        def answer(time_ns: int) -> None:
+            on_tick(time_ns)
+            command = commands.get(time_ns)
+            self._loop.set_partner(command is not None)
+            if command is not None:
+                self._loop.offer(_command_of(time_ns, command))
+            if time_ns > end_ns:
+                self._loop.stop()
+
+        self._ports.on_state = answer
+        self._loop.run()
+
+    @property
+    def moving_frames(self) -> set[str]:
+        """The frames of what moves freely, which go to ``/tf``."""
+        assert self._simulation is not None
+        return {body.link for body in self._simulation.free_bodies.bodies}
+
+    def _publish(self, topic: str, data: bytes) -> None:
+        self._take(topic, self._simulation.time_ns if self._simulation else 0, data)
 
 
 def run_in_lockstep(
@@ -59,7 +124,118 @@ def run_in_lockstep(
     ports.loop.run()
 
 
-class _Ports:
+def _command_of(time_ns: int, command: JointState) -> Command:
+    return Command(
+        time_ns,
+        list(command.name),
+        list(command.position),
+        list(command.velocity),
+        list(command.effort),
+    )
+
+
+class _SilentPorts:
+    """Reports nothing; see `teleopctl.sim.loop_ports.Ports`."""
+
+    def controller_lost(self, time_ns: int, waited_s: float) -> None:
+        """Do nothing: it was lost then too."""
+
+    def controller_back(self, time_ns: int) -> None:
+        """Do nothing: it came back then too."""
+
+    def fell_behind(self, seconds: float, factor: float) -> None:
+        """Do nothing: there is no pace to hold."""
+
+    def diverged(self, time_ns: int) -> None:
+        """Do nothing: what became of it is in the states."""
+
+    def commands_cut(self, sentences: Sequence[str]) -> None:
+        """Do nothing: it was told then too."""
+
+    def put_back(self, time_ns: int, things: Sequence[str]) -> None:
+        """Do nothing: likewise."""
+
+
+class _AnsweredTopics(_SilentPorts):
+    """Publishes as the simulator's node does, and has each state answered.
+
+    Args:
+        topics: Publishes.
+
+    Attributes:
+        on_state: Called with the time of each state after it was published.
+    """
+
+    def __init__(self, topics: TopicPorts) -> None:
+        self._topics = topics
+        self.publish_clock = topics.publish_clock
+        self.publish_view = topics.publish_view
+        self.on_state: Callable[[int], object] = lambda _: None
+
+    def publish_state(self, time_ns: int) -> None:
+        """Publish the state, and have it answered."""
+        self._topics.publish_state(time_ns)
+        self.on_state(time_ns)
+
+
+class _MemoryNode:
+    """As much of `Node` as a simulator's parts use; its parameters are given, and it is heard.
+
+    Args:
+        parameters: By name.
+        publish: Called with each topic and the message's CDR.
+    """
+
+    def __init__(
+        self, parameters: Mapping[str, object], publish: Callable[[str, bytes], object]
+    ) -> None:
+        self.topics: dict[str, str] = {}
+        self._given = parameters
+        self._values: dict[str, Parameter] = {}
+        self._publish = publish
+
+    def declare_parameter(self, name: str, value: object, descriptor: object = None) -> Parameter:
+        del descriptor
+        # A parameter's values are of nine types, and `Parameter` says which this is.
+        self._values[name] = Parameter(name, value=self._given.get(name, value))  # type: ignore[arg-type]
+        return self._values[name]
+
+    def get_parameter(self, name: str) -> Parameter:
+        return self._values[name]
+
+    def get_logger(self) -> _SilentLog:
+        return _SilentLog()
+
+    def create_publisher(
+        self, msg_type: type[Message], topic: str, qos: object
+    ) -> _MemoryPublisher:
+        del qos
+        name = expand_name(topic, _NODE, "/")
+        self.topics[name] = msg_type.TYPE_NAME
+        return _MemoryPublisher(lambda data: self._publish(name, data))
+
+
+class _MemoryPublisher:
+    def __init__(self, publish: Callable[[bytes], object]) -> None:
+        self._publish = publish
+
+    def publish(self, message: Message | bytearray) -> None:
+        self._publish(bytes(message if isinstance(message, bytearray) else serialize(message)))
+
+    def get_subscription_count(self) -> int:
+        return 1
+
+
+class _SilentLog:
+    """Drops what was said when the run was recorded."""
+
+    def info(self, message: str, **_: object) -> None:
+        pass
+
+    warning = error = info
+
+
+class _Ports(_SilentPorts):
     """Has each state answered in memory; see `teleopctl.sim.loop_ports.Ports`."""
 
     loop: LockstepLoop
@@ -87,15 +263,7 @@ class _Ports:
         command = self._answer(time_ns, state)
         self.loop.set_partner(command is not None)
         if command is not None:
-            self.loop.offer(
-                Command(
-                    time_ns,
-                    list(command.name),
-                    list(command.position),
-                    list(command.velocity),
-                    list(command.effort),
-                )
-            )
+            self.loop.offer(_command_of(time_ns, command))
         if not self._goes_on(time_ns):
             self.loop.stop()
 
@@ -104,18 +272,3 @@ class _Ports:
 
     def publish_view(self, time_ns: int) -> None:
         """Do nothing: nobody looks."""
-
-    def controller_lost(self, time_ns: int, waited_s: float) -> None:
-        """Do nothing: it was lost then too."""
-
-    def controller_back(self, time_ns: int) -> None:
-        """Do nothing: it came back then too."""
-
-    def fell_behind(self, seconds: float, factor: float) -> None:
-        """Do nothing: there is no pace to hold."""
-
-    def diverged(self, time_ns: int) -> None:
-        """Do nothing: what became of it is in the states."""
-
-    def put_back(self, time_ns: int, things: Sequence[str]) -> None:
-        """Do nothing: likewise."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Protocol
 
-from teleopctl.mujoco_model import rotors_told
+from teleopctl.mujoco_model import FixedBy, rotors_told
 
 if TYPE_CHECKING:
     from teleopctl.mujoco_model import RobotModel
@@ -65,11 +65,17 @@ def report_robot(logger: Logger, description: RobotDescription, model: RobotMode
 
 def _report_base(logger: Logger, description: RobotDescription, model: RobotModel) -> None:
     """Say whether the robot's root link stands still."""
-    link, base = description.root, model.base
+    link, base, fixed = description.root, model.base, model.fixed
+    if fixed is not None:
+        if fixed.by is FixedBy.SHAPES:
+            logger.info(
+                f"The root link '{link}' is fixed to the world, since {fixed.by.value}; "
+                "fixed_base:=false frees it, and so does <static>false</static> in <gazebo>. In "
+                "Gazebo it is free without a link named 'world'"
+            )
+        elif fixed.by is not FixedBy.NAME:
+            logger.info(f"The root link '{link}' is fixed to the world, as {fixed.by.value}")
     if base is None:
-        if link != "world":
-            asks = "<static>" if description.gazebo.static else "fixed_base"
-            logger.info(f"The root link '{link}' is fixed to the world, as {asks} asks")
         return
     start = "starts resting on the ground" if base.rests else f"starts at z = {base.height_m:g} m"
     logger.info(

@@ -27,7 +27,7 @@ from teleopctl.sim.state.directions import Directions
 from teleopctl.sim.state.joint_states import JointStates
 from teleopctl.sim.state.observing import Observer
 from teleopctl.sim.state.physics import physics_state, put_physics_state, scale_model, wake
-from teleopctl.sim.state.sliding import Physics, turns_by_sliding
+from teleopctl.sim.state.sliding import Physics, drives_by_sliding
 
 Array = npt.NDArray[np.float64]
 
@@ -97,7 +97,7 @@ class Simulation:
         scale_model(self._m, *self._scales)
         self._d: Any = mujoco.MjData(self._m)
         directions = Directions(self._m, model.directed, self._scales[1])
-        self._physics = Physics(self._m, slides=turns_by_sliding(model), directions=directions)
+        self._physics = Physics(self._m, slides=drives_by_sliding(model), directions=directions)
         self._observer = Observer(self._m, self._physics)
         self._breakdowns = Breakdowns(model, self._m, self._d, self._physics)
         self._states.bind(self._m, self._d)
@@ -305,6 +305,11 @@ class Simulation:
         self._drives.apply(names, position, velocity, effort)
         if self._file_actuators:
             self._file_actuators.apply(names, position, velocity, effort)
+
+    def take_cut_commands(self) -> list[str]:
+        """A sentence for each joint that has first been commanded more than it can do since."""
+        cut, self._drives.cut = self._drives.cut, []
+        return cut
 
     def hold(self) -> None:
         """Nobody commands any more: every joint stays where it is or was last sent."""

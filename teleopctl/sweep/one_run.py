@@ -5,6 +5,7 @@ It has a process of its own, in whose environment router, domain and folders are
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import time
@@ -14,7 +15,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from teleopctl import background, progress
-from teleopctl.errors import LaunchError, TeleopctlError, UnavailableError
+from teleopctl.base.start_timeouts import StartTimeouts
+from teleopctl.errors import (
+    LaunchError,
+    SystemFailureError,
+    TeleopctlError,
+    UnavailableError,
+)
 
 if TYPE_CHECKING:
     from teleopctl.background import ProcessRecord
@@ -49,7 +56,9 @@ class RunRequest:
         arguments: Its launch arguments, the same in each run.
         parameters: What is varied: launch arguments, and parameters of nodes as ``node:parameter``.
         duration_s: Simulated seconds after which it ends, or None.
-        timeout_s: Seconds of wall time after which it has failed, or None.
+        timeout_s: Seconds of wall time after which it has failed, or None; its start counts.
+        stall_timeout_s: Seconds without progress after which its start has failed, or None for
+            those of `StartTimeouts`.
         after: Executables of the launch that end by themselves before its time runs.
         measures: What is measured, as `parse_measure` reads it.
     """
@@ -60,6 +69,7 @@ class RunRequest:
     parameters: dict[str, str]
     duration_s: float | None = None
     timeout_s: float | None = None
+    stall_timeout_s: float | None = None
     after: list[str] = field(default_factory=list)
     measures: list[str] = field(default_factory=list)
 
@@ -143,7 +153,8 @@ def run_once(folder: Path) -> RunResult:
         result, error = "failed", failure.message
     finally:
         for record in background.records():
-            background.stop(record)
+            with contextlib.suppress(SystemFailureError):
+                background.stop(record)
     simulated_s, measures, missing = _look_into_bag(folder / BAG, request.measures)
     outcome = RunResult(
         number=request.number,
@@ -175,23 +186,24 @@ def _launch(request: RunRequest, folder: Path) -> None:
         if SIMULATOR in process.command:
             simulators.append(node or process.node_name or f"/{SIMULATOR}")
 
-    record = start_in_background(
-        LaunchRequest(
-            file=request.file,
-            arguments=launch_arguments(request),
-            exit_status=True,
-            record_into=str(folder / BAG),
-            ros_arguments={
-                SIMULATOR: simulator,
-                "": [word for name, value in varied for word in ("-p", f"{name}:={value}")],
-            },
-            required=[SIMULATOR],
-        ),
-        "run",
-        note,
-        print,
+    wanted = LaunchRequest(
+        file=request.file,
+        arguments=launch_arguments(request),
+        exit_status=True,
+        record_into=str(folder / BAG),
+        ros_arguments={
+            SIMULATOR: simulator,
+            "": [word for name, value in varied for word in ("-p", f"{name}:={value}")],
+        },
+        required=[SIMULATOR],
     )
     deadline = time.monotonic() + (request.timeout_s or float("inf"))
+    try:
+        record = start_in_background(wanted, "run", note, print, _timeouts(request), print)
+    except TeleopctlError:
+        if time.monotonic() >= deadline:
+            raise TimeoutError from None
+        raise
     try:
         _await_ends(request.after, programs, deadline)
         if simulators:
@@ -201,6 +213,15 @@ def _launch(request: RunRequest, folder: Path) -> None:
         _wait(record, deadline)
     finally:
         background.stop(record, patience_s=_ENDS_WITHIN_S)
+
+
+def _timeouts(request: RunRequest) -> StartTimeouts:
+    timeouts = StartTimeouts()
+    if request.timeout_s is not None:
+        timeouts = timeouts._replace(total_s=request.timeout_s)
+    if request.stall_timeout_s is not None:
+        timeouts = timeouts._replace(stall_s=request.stall_timeout_s)
+    return timeouts
 
 
 def _program(process: str) -> str:

@@ -14,6 +14,8 @@ import time
 from pathlib import Path
 
 from teleopctl import background
+from teleopctl.base.private_file import open_private
+from teleopctl.errors import SystemFailureError
 from teleopctl.sweep.one_run import (
     BAG,
     RESULT_FILE,
@@ -83,7 +85,7 @@ class RunProcesses:
     def _run(self, folder: Path, slot: int, port: int, cwd: Path | None) -> int:
         """Do a run; returns how its process ended."""
         clear_run(folder)
-        with (folder / LOG_FILE).open("wb") as log:
+        with open(folder / LOG_FILE, "wb", opener=open_private) as log:
             with self._lock:
                 if self._stopped:
                     return 0
@@ -107,7 +109,9 @@ class RunProcesses:
                 process.stdin.close()
         # A process that was killed could not end what it had started.
         for record in background.records(folder / RUNTIME):
-            background.stop(record)
+            # What not even SIGKILL ends shall not end the sweep.
+            with contextlib.suppress(SystemFailureError):
+                background.stop(record)
         shutil.rmtree(folder / RUNTIME, ignore_errors=True)
         return status
 

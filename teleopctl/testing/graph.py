@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from teleopctl import background
+from teleopctl.base.start_timeouts import StartTimeouts
 from teleopctl.errors import TeleopctlError
 from teleopctl.testing.process import LONGEST_WAIT_S, Process
 
@@ -28,8 +29,11 @@ _FOREIGN = ("ROS_", "RMW_", "ZENOH_", "TELEOPCTL_", "AMENT_", "RUST_LOG", "PYTHO
 _RUNTIME = "runtime"
 _LOG = "log"
 
-LONGEST_LAUNCH_S = 60.0
-"""Deadline of a launch: twice that of ``teleopctl launch``, which says more when it fails."""
+LONGEST_LAUNCH_S = 120.0
+"""Deadline of a launch that gets on; one that does not fails after 30 s without progress."""
+
+# What ``teleopctl launch`` may need before and behind the wait, which says more when it fails.
+_AROUND_LAUNCH_S = 30.0
 
 # Of each log, in the report of a failure.
 _REPORTED_LINES = 100
@@ -125,7 +129,7 @@ class RosGraph:
                     [sys.executable, "-m", "teleopctl.wire.router", self.router],
                     kind="router",
                     env=self.env,
-                    ready_within_s=LONGEST_WAIT_S,
+                    until_ready=StartTimeouts(),
                 )
             except TeleopctlError as error:
                 if attempt == _START_ATTEMPTS or "in use" not in str(error):
@@ -193,7 +197,7 @@ class RosGraph:
 
         Args:
             words: As on the command line: ``[PACKAGE] FILE [NAME:=VALUE]…``.
-            timeout_s: Upper bound in seconds.
+            timeout_s: Upper bound in seconds, of what gets on; see ``--timeout`` there.
 
         Raises:
             AssertionError: Something died or did not come up; the message has the output.
@@ -201,7 +205,8 @@ class RosGraph:
         from teleopctl.testing.launched import LaunchedSystem
 
         before = {record.file for record in self._launches()}
-        done = self.run(["launch", "--detach", *words], timeout_s)
+        options = ["--detach", "--timeout", f"{timeout_s:g}"]
+        done = self.run(["launch", *options, *words], timeout_s + _AROUND_LAUNCH_S)
         if done.returncode != 0:
             raise AssertionError(
                 f"teleopctl launch {shlex.join(words)}: exit status {done.returncode}\n"

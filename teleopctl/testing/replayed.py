@@ -6,17 +6,17 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from teleopctl.nodes.verifying import Verification
+    from teleopctl.nodes.verifying.verification import Verification
 
 # Of each list, in the message of a failure.
 _MOST_LINES = 20
 
 
 def assert_bag_repeats(path: Path | str, *, tolerance: float = 0.0) -> Verification:
-    """Simulate a recorded session once more, as ``teleopctl bag verify`` does; needs no graph.
+    """Run a recorded simulation once more, as ``teleopctl bag verify`` does; needs no graph.
 
     Args:
-        path: The bag, of a simulation in lockstep from its first state on.
+        path: The bag, of a simulation from its start on.
         tolerance: What two numbers (rad, rad/s, N m; m, m/s, N) may be apart; 0 asks for the same
             bits, which other versions of MuJoCo need not give.
 
@@ -24,18 +24,18 @@ def assert_bag_repeats(path: Path | str, *, tolerance: float = 0.0) -> Verificat
         What came of it.
 
     Raises:
-        AssertionError: A state differs; the message has the first and the largest differences.
-        TeleopctlError: The bag has no whole session, or its robot cannot be simulated.
+        AssertionError: A message differs; the message has the first and the largest differences.
+        TeleopctlError: The bag has no whole run, or its robot cannot be simulated.
     """
-    from teleopctl.nodes.verifying import verify_bag
+    from teleopctl.nodes.verifying.verification import verify_bag
 
     found = verify_bag(Path(path), tolerance=tolerance)
     verdict = found.verdict
     if not verdict.is_same:
-        lines = [f"{path}: {verdict.states} states compared, first difference:"]
+        lines = [f"{path}: {verdict.messages} messages compared, first differences:"]
         lines += [f"  {difference}" for difference in verdict.first[:_MOST_LINES]]
         lines.append("largest differences:")
-        lines += [f"  {difference}" for difference in [*verdict.largest.values()][:_MOST_LINES]]
+        lines += [f"  {difference}" for difference in verdict.largest[:_MOST_LINES]]
         lines += [
             f"recorded with {name} {then}, and {now} is here"
             for name, (then, now) in found.other_versions.items()

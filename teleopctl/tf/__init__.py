@@ -47,7 +47,11 @@ if TYPE_CHECKING:
         register as register,
         transform_covariance as transform_covariance,
     )
-    from teleopctl.tf.listener import TransformListener as TransformListener
+    from teleopctl.tf.listener import (
+        NamedTransformListener as NamedTransformListener,
+        TransformListener as TransformListener,
+    )
+    from teleopctl.tf.live_buffer import AHEAD_S as AHEAD_S, LiveBuffer as LiveBuffer
     from teleopctl.tf.messages import (
         move_transform as move_transform,
         stamp_of as stamp_of,
@@ -92,7 +96,8 @@ else:
             "geometry": "do_transform_point do_transform_polygon_stamped do_transform_pose "
             "do_transform_pose_stamped do_transform_pose_with_covariance_stamped "
             "do_transform_vector3 register transform_covariance",
-            "listener": "TransformListener",
+            "listener": "NamedTransformListener TransformListener",
+            "live_buffer": "AHEAD_S LiveBuffer",
             "messages": "move_transform stamp_of transform_stamped",
             "monitor": "GATHER_S MonitorResults monitor_transforms",
             "transforms": "Quaternion Transform Vector3 conjugate matrix_from_quaternion multiply "

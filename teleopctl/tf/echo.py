@@ -12,6 +12,7 @@ from teleopctl.printable import printable_line
 from teleopctl.tf.buffer import Buffer
 from teleopctl.tf.errors import TransformException
 from teleopctl.tf.listener import TransformListener
+from teleopctl.tf.live_buffer import LiveBuffer
 from teleopctl.tf.transforms import Transform, matrix_from_quaternion, rpy_from_quaternion
 
 # Transforms that exist already arrive within this time; only then is there something to report.
@@ -88,7 +89,7 @@ def echo_transforms(
         fail: Called with what to print when there is no answer any more.
         wait: Called with what to print, each second, until there is one.
     """
-    buffer = Buffer(node=node)
+    buffer = LiveBuffer(node=node)
     listener = TransformListener(buffer, node)
     ended = threading.Event()
     node.context.on_shutdown(ended.set)

@@ -1,4 +1,4 @@
-"""Fill a buffer with what others say of frames, with the names of ``tf2_ros``."""
+"""Subscriptions that fill a buffer of transforms, with the names of ``tf2_ros``."""
 
 import contextlib
 import threading
@@ -8,6 +8,7 @@ from teleopctl.interfaces import get_message
 from teleopctl.node import (
     DurabilityPolicy,
     ExternalShutdownException,
+    MessageInfo,
     Node,
     QoSProfile,
     ReentrantCallbackGroup,
@@ -20,6 +21,30 @@ DEFAULT_TF_TOPIC = TF_TOPIC
 DEFAULT_STATIC_TF_TOPIC = TF_STATIC_TOPIC
 
 _DEPTH = 100
+# As in tf2, which knows no senders.
+_ANYONE = "default_authority"
+_UNKNOWN = "<no authority available>"
+
+
+class Senders:
+    """Full names of the nodes that publishers belong to, by the identity in their messages.
+
+    Args:
+        node: The node that receives the messages.
+    """
+
+    def __init__(self, node: Node) -> None:
+        self._node = node
+        node.graph()  # followed from now on, so that it is known when a message asks for its sender
+        self._names: dict[bytes, str] = {}
+
+    def name(self, gid: bytes) -> str:
+        """Return the node's name; it is remembered when the node has ended."""
+        if gid not in self._names:
+            for endpoint in self._node.graph().endpoints:
+                if endpoint.gid == gid:
+                    self._names[gid] = endpoint.full_name
+        return self._names.get(gid, _UNKNOWN)
 
 
 class TransformListener:
@@ -86,12 +111,34 @@ class TransformListener:
         self.node.destroy_subscription(self.tf_sub)
         self.node.destroy_subscription(self.tf_static_sub)
 
-    def _moved(self, message: Any) -> None:
+    def _moved(self, message: Any, info: MessageInfo) -> None:
+        authority = self._authority(info)
         for transform in message.transforms:
-            self.buffer.set_transform(transform, "default_authority")
+            self.buffer.set_transform(transform, authority)
         self._arrived.trigger()
 
-    def _stands(self, message: Any) -> None:
+    def _stands(self, message: Any, info: MessageInfo) -> None:
+        authority = self._authority(info)
         for transform in message.transforms:
-            self.buffer.set_transform_static(transform, "default_authority")
+            self.buffer.set_transform_static(transform, authority)
         self._arrived.trigger()
+
+    def _authority(self, _info: MessageInfo) -> str:
+        """Return the name under which the buffer notes who published a message."""
+        return _ANYONE
+
+
+class NamedTransformListener(TransformListener):
+    """A `TransformListener` that notes for each transform which node published it.
+
+    Args:
+        buffer: What to fill.
+        node: The node that subscribes.
+    """
+
+    def __init__(self, buffer: Buffer, node: Node) -> None:
+        self._senders = Senders(node)
+        super().__init__(buffer, node)
+
+    def _authority(self, info: MessageInfo) -> str:
+        return self._senders.name(info["publisher_gid"])

@@ -15,6 +15,7 @@ from teleopctl.tf.broadcaster import TF_STATIC_TOPIC, TF_TOPIC
 from teleopctl.tf.buffer import Buffer
 from teleopctl.tf.echo import wait_for_frames
 from teleopctl.tf.errors import TransformException
+from teleopctl.tf.listener import Senders
 from teleopctl.tf.messages import stamp_of
 
 GATHER_S = 10.0
@@ -26,7 +27,6 @@ _DEPTH = 100
 # How often the delay over a chain is looked at, and results are printed: tf2_monitor's figures.
 _LOOK_EVERY_S = 0.5
 _RESULTS_EVERY_S = 1.0
-_UNKNOWN = "<no authority available>"
 
 
 class Delay(NamedTuple):
@@ -106,8 +106,7 @@ class TransformMonitor:
         self.buffer = Buffer()
         self._node = node
         self._lock = threading.Lock()
-        node.graph()  # followed from now on, so that it is known when a message asks for its sender
-        self._names: dict[bytes, str] = {}
+        self._names = Senders(node)
         self._publisher: dict[str, bytes] = {}
         self._delays: dict[str, deque[float]] = {}
         self._senders: dict[bytes, _Sender] = {}
@@ -142,14 +141,14 @@ class TransformMonitor:
         """Return what was measured so far, of the frames of a chain or of all."""
         with self._lock:
             frames = tuple(
-                FrameDelay(name, self._name(gid), _delay(self._delays.get(name)))
+                FrameDelay(name, self._names.name(gid), _delay(self._delays.get(name)))
                 for name, gid in sorted(self._publisher.items())
                 if not chain or name in chain
             )
             # A node may have both kinds of frames: it is listed once, with how often it sends.
             broadcasters = {
-                self._name(gid): Broadcaster(
-                    self._name(gid), _rate(sent.times), _delay(sent.delays)
+                self._names.name(gid): Broadcaster(
+                    self._names.name(gid), _rate(sent.times), _delay(sent.delays)
                 )
                 for gid, sent in sorted(self._senders.items(), key=lambda item: len(item[1].times))
             }
@@ -182,18 +181,11 @@ class TransformMonitor:
     # Any: a TFMessage.
     def _note_sender(self, message: Any, gid: bytes) -> _Sender:
         with self._lock:
-            self._name(gid)  # while it is there: it may have ended when the results are wanted
+            # While it is there: it may have ended when the results are wanted.
+            self._names.name(gid)
             for each in message.transforms:
                 self._publisher[each.child_frame_id] = gid
             return self._senders.setdefault(gid, _Sender())
-
-    def _name(self, gid: bytes) -> str:
-        """The node that a message is from."""
-        if gid not in self._names:
-            for endpoint in self._node.graph().endpoints:
-                if endpoint.gid == gid:
-                    self._names[gid] = endpoint.full_name
-        return self._names.get(gid, _UNKNOWN)
 
 
 class _Sender:

@@ -145,6 +145,11 @@ class Picture:
         for display in self.displays:
             display.end()
 
+    def reset(self) -> None:
+        """Have all displays forget what they received."""
+        for display in self.displays:
+            display.reset()
+
     def tick(self, *, jumped_back: bool) -> None:
         """Move the picture on.
 

@@ -14,10 +14,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
 from teleopctl import plugins
+from teleopctl.base.access import is_loopback
+from teleopctl.base.token_file import Address, default_token_file, read_or_make_token
 from teleopctl.errors import TeleopctlError
-from teleopctl.interfaces import get_message, known_types
+from teleopctl.interfaces import get_message, get_service, known_types
 from teleopctl.node import Clock, ClockType, Node, QoSProfile
-from teleopctl.tf import Transform, TransformListener
+from teleopctl.tf import NamedTransformListener, Transform
 from teleopctl.viewer.page.server import close_server, open_server, page_address
 from teleopctl.viewer.page.tidying import EVERY_S, Tidying
 from teleopctl.viewer.panels.base import Panel
@@ -61,6 +63,7 @@ class Viewer(Node):
         self.node = self
         self.stage = self
         self.server = server
+        server.mistakes.log = self.get_logger().warning
         self.scene = server.scene
         self.gui = server.gui
         self._watched = False
@@ -72,7 +75,7 @@ class Viewer(Node):
         self._workers = ThreadPoolExecutor(2, thread_name_prefix="work")
         self.buffer = FrameBuffer(self)
         self.frames = Frames(server.scene, self.buffer)
-        self._listener: TransformListener | None = None
+        self._listener: NamedTransformListener | None = None
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self._timer = self.create_timer(1.0 / _PICTURES_PER_S, self._tick, clock=steady)
         self._timer.cancel()
@@ -84,6 +87,7 @@ class Viewer(Node):
         simulated = bool(self.get_parameter("use_sim_time").value)
         self.picture = Picture(server, self, view, simulated=simulated)
         self.robot_file = RobotFile(self)
+        self.create_service(get_service("std_srvs/srv/Empty"), "~/reset_time", self._reset_time)
         self.panels = self._make_panels(panels)
         self.add_graph_callback(lambda: self.soon(self._tell_of_graph))
         server.on_client_connect(self.on(lambda _client: self._look()))
@@ -165,6 +169,11 @@ class Viewer(Node):
 
         return hand_over
 
+    def reset(self) -> None:
+        """Forget transforms and what displays have received, as RViz's Reset does."""
+        self.buffer.clear()
+        self.picture.reset()
+
     def notify(self, title: str, text: str = "", *, wrong: bool = False) -> None:
         """Tell everybody who looks, for some seconds."""
         for client in self.server.get_clients().values():
@@ -190,7 +199,7 @@ class Viewer(Node):
 
     def _begin_showing(self) -> None:
         self._watched = True
-        self._listener = TransformListener(self.buffer, self)
+        self._listener = NamedTransformListener(self.buffer, self)
         self.picture.begin()
         for panel in self.panels:
             self._do(panel.began)
@@ -206,6 +215,11 @@ class Viewer(Node):
         self.picture.end()
         for panel in self.panels:
             self._do(panel.ended)
+
+    # Any: request and response of RViz's service for its Reset.
+    def _reset_time(self, _request: Any, response: Any) -> Any:
+        self._do(self.reset)
+        return response
 
     def _tell_of_graph(self) -> None:
         self._types.look()
@@ -256,18 +270,19 @@ class Viewer(Node):
 def open_viewer(
     host: str,
     port: int,
-    token: str | None = None,
+    token_file: Path | None = None,
     *,
     view: Path | None = None,
     panels: list[str] | None = None,
     cli_args: Sequence[str] | None = None,
-) -> tuple[Viewer, str]:
+) -> tuple[Viewer, Address]:
     """Open a page and make the node that serves it.
 
     Args:
-        host: See `open_server`, as for ``port`` and ``token``.
+        host: See `open_server`, as for ``port``.
         port: See there.
-        token: See there.
+        token_file: The file of the page's token, made where it is missing; by default that of
+            `default_token_file` beyond loopback, and none there.
         view: See `Viewer`, as for ``panels`` and ``cli_args``.
         panels: See there.
         cli_args: See there.
@@ -276,12 +291,15 @@ def open_viewer(
         The node, and the page's address.
 
     Raises:
-        TeleopctlError: The page cannot be opened, or the view not be read.
+        TeleopctlError: The page cannot be opened, or the token or the view not be read.
     """
+    if token_file is None and not is_loopback(host):
+        token_file = default_token_file()
+    token = None if token_file is None else read_or_make_token(token_file.absolute())
     server = open_server(host, port, token=token)
     try:
         viewer = Viewer(server, view, panels, cli_args)
     except BaseException:
         close_server(server)
         raise
-    return viewer, page_address(host, server.get_port(), token)
+    return viewer, page_address(host, server.get_port(), token_file and token_file.absolute())

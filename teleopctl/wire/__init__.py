@@ -16,7 +16,7 @@ if TYPE_CHECKING:
         has_room_for_shared_memory as has_room_for_shared_memory,
         session_config as session_config,
     )
-    from teleopctl.wire.connections import session_ports as session_ports
+    from teleopctl.wire.connections import is_frozen as is_frozen, session_ports as session_ports
     from teleopctl.wire.graph import (
         Graph as Graph,
         NodeEntry as NodeEntry,
@@ -29,6 +29,11 @@ if TYPE_CHECKING:
     from teleopctl.wire.introduction import hear_peers as hear_peers
     from teleopctl.wire.keys import assertion_key as assertion_key, topic_key as topic_key
     from teleopctl.wire.qos import INFINITE_NS as INFINITE_NS, EndpointQos as EndpointQos
+    from teleopctl.wire.reach import (
+        HOW_TO_CLOSE as HOW_TO_CLOSE,
+        RouterReach as RouterReach,
+        router_reach as router_reach,
+    )
     from teleopctl.wire.refusals import Refusals as Refusals
     from teleopctl.wire.requests import (
         Question as Question,
@@ -71,12 +76,13 @@ else:
             "attachment": "Attachment decode_attachment encode_attachment",
             "callbacks": "direct_callback",
             "config": "has_room_for_shared_memory session_config",
-            "connections": "session_ports",
+            "connections": "is_frozen session_ports",
             "graph": "Graph NodeEntry action_type actions_of is_hidden_name query_graph",
             "graph_watcher": "GraphWatcher",
             "introduction": "hear_peers",
             "keys": "assertion_key topic_key",
             "qos": "INFINITE_NS EndpointQos",
+            "reach": "HOW_TO_CLOSE RouterReach router_reach",
             "refusals": "Refusals",
             "requests": "Question answers_of_nodes no_answer read_response send_request",
             "roll_call": "router_has_all",

@@ -1,12 +1,10 @@
-"""Which local connections the sessions of a graph have, as the router tells them.
+"""Connections of the sessions of a graph: which local ones they have, and whether they answer.
 
 A session's token in the graph says nothing of its process. The router's administration space lists
 each session with the address that it connects from, which the operating system knows a process of.
 """
 
 from __future__ import annotations
-
-import json
 
 import zenoh
 
@@ -34,8 +32,25 @@ def session_ports(session: zenoh.Session) -> dict[str, set[int]]:
     return found
 
 
+def is_frozen(session: zenoh.Session, zid: str) -> bool:
+    """Whether a session of the graph is there, but its process does nothing at all.
+
+    Zenoh's own threads answer for a process that is merely busy. Of a session without an
+    administration space, a client's for one, nothing is known.
+
+    Args:
+        session: Any session of the graph.
+        zid: Zenoh id of the session in question.
+    """
+    replies = list(session.get(f"@/{zid}/peer", timeout=_LONGEST_WAIT_S))
+    # The time-out comes as a reply of its own; without one, nobody serves the key.
+    return bool(replies) and all(reply.ok is None for reply in replies)
+
+
 def _ports(report: bytes) -> list[tuple[str, int]]:
     """Read a router's report; one of another form has none."""
+    import json  # short commands that call a service read no report
+
     try:
         sessions: list[dict[str, Any]] = json.loads(report)["sessions"]
         return [

@@ -16,6 +16,7 @@ from teleopctl.wire.attachment import GID_SIZE, Attachment, decode_attachment, e
 from teleopctl.wire.callbacks import direct_callback
 from teleopctl.wire.keys import topic_key
 from teleopctl.wire.session import domain_id
+from teleopctl.wire.time_limits import TimeLimits
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -24,8 +25,7 @@ if TYPE_CHECKING:
 
 _Response_co = TypeVar("_Response_co", covariant=True)
 
-# Zenoh has to end a query some time: four months are as good as never.
-_FOR_EVER_S = 1e7
+_limits = TimeLimits()
 
 # The number of the only request of a client.
 _ONLY = 1
@@ -36,18 +36,16 @@ def send_request(
     key: str,
     request: bytes | bytearray,
     attachment: Attachment,
-    timeout_s: float,
     receive: Callable[[zenoh.Reply], None],
     end: Callable[[], None],
 ) -> None:
-    """Send a request to all servers of a service.
+    """Send a request to all servers of a service; see `TimeLimits` for how long it stays open.
 
     Args:
         session: Who asks.
         key: The service's key.
         request: Its CDR bytes.
         attachment: Which request of which client it is, and when it was sent.
-        timeout_s: After so many seconds Zenoh gives it up.
         receive: Called with each reply, on the transport's thread.
         end: Called when nobody will reply any more, likewise.
     """
@@ -56,7 +54,7 @@ def send_request(
         direct_callback(receive, end),
         target=zenoh.QueryTarget.ALL_COMPLETE,
         consolidation=zenoh.ConsolidationMode.NONE,
-        timeout=timeout_s,
+        timeout=_limits.next_s(key),
         payload=request,
         attachment=encode_attachment(*attachment),
     )
@@ -130,7 +128,6 @@ class Question(Generic[ResponseT]):
             topic_key(domain_id(), service, name, type_hash(name)),
             serialize(request),
             Attachment(_ONLY, time.time_ns(), os.urandom(GID_SIZE)),
-            _FOR_EVER_S,
             self._receive,
             self._settle,
         )

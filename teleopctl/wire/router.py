@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 
 import zenoh
@@ -26,13 +26,14 @@ from teleopctl.wire.config import (
     router_config,
     session_config,
 )
-from teleopctl.wire.session import RouterNotRunning, open_configured
+from teleopctl.wire.session import RouterNotRunning, open_configured, open_zenoh
 
 # The rest is imported where a router is started or stopped: most commands only find it running.
 if TYPE_CHECKING:
     import psutil
 
     from teleopctl.background import ProcessRecord
+    from teleopctl.wire.reach import RouterReach
 
 __all__ = [
     "daemon_address",
@@ -106,13 +107,14 @@ def start_router() -> bool:
     if address is None:
         return False
     from teleopctl import background
+    from teleopctl.base.start_timeouts import StartTimeouts
 
     try:
         background.start(
             "router",
             [sys.executable, "-P", "-m", _MODULE, *address.endpoints],
             kind=_KIND,
-            ready_within_s=_READY_WITHIN_S,
+            until_ready=StartTimeouts(),
         )
     except TeleopctlError:
         # Two commands may start it at once; the port lets one of them win, and both go on.
@@ -122,11 +124,14 @@ def start_router() -> bool:
     return True
 
 
-def be_router(log_level: str = "info") -> bool:
+def be_router(
+    log_level: str = "info", *, when_up: Callable[[RouterReach], object] | None = None
+) -> bool:
     """Be the daemon in this process, until SIGINT or SIGTERM, unless a router answers already.
 
     Args:
         log_level: What of Zenoh's log goes to stdout; ``RUST_LOG`` goes before.
+        when_up: Called with where it listens, once it does.
 
     Returns:
         Whether this process was the daemon.
@@ -138,7 +143,7 @@ def be_router(log_level: str = "info") -> bool:
     if address is None:
         return False
     zenoh.init_log_from_env_or(log_level)
-    run_router(address.endpoints)
+    run_router(address.endpoints, when_up=when_up)
     return True
 
 
@@ -193,12 +198,15 @@ def stop_router() -> bool:
     return False
 
 
-def run_router(listen: Sequence[str] = ()) -> None:
+def run_router(
+    listen: Sequence[str] = (), *, when_up: Callable[[RouterReach], object] | None = None
+) -> None:
     """Be the router until SIGINT or SIGTERM.
 
     Args:
         listen: Where to listen, by default where clients expect it; a configuration file or an
             override goes before. ``localhost`` means every loopback address of the machine.
+        when_up: Called with where it listens, once it does.
 
     Raises:
         UnavailableError: It cannot listen there.
@@ -215,7 +223,7 @@ def run_router(listen: Sequence[str] = ()) -> None:
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: None)
     try:
-        session = zenoh.open(router_config(listen).zenoh)
+        session = open_zenoh(router_config(listen).zenoh)
     except (zenoh.ZError, TeleopctlError) as error:
         reason = reason_of(error) if isinstance(error, zenoh.ZError) else str(error)
         failure = f"The router cannot start: {reason}"
@@ -223,6 +231,10 @@ def run_router(listen: Sequence[str] = ()) -> None:
         raise UnavailableError(failure) from error
     with session:
         background.announce_ready()
+        if when_up is not None:
+            from teleopctl.wire.reach import router_reach
+
+            when_up(router_reach(daemon_address()))
         woken.recv(1)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import _thread
 import os
 
 import zenoh
@@ -16,6 +17,7 @@ from teleopctl.wire.config import (
     session_config,
 )
 from teleopctl.wire.keys import decimal
+from teleopctl.wire.security import check_security
 
 if TYPE_CHECKING:
     from teleopctl.wire.config import SessionMode
@@ -25,6 +27,9 @@ _clients: set[str] = set()
 
 # That the router answers is known where this counts: only the machine may be busy.
 _BUSY_ROUTER_S = 5.0
+
+# To close a session takes a few milliseconds; on a busy machine tenths of a second.
+_LONGEST_CLOSE_S = 2.0
 
 
 class RouterNotRunning(UnavailableError):
@@ -93,11 +98,12 @@ def open_configured(config: SessionConfig) -> zenoh.Session:
     Raises:
         RouterNotRunning: There is no router for a client to connect to.
         UnavailableError: A peer cannot listen.
+        UnsupportedError: See `check_security`.
     """
     if "RUST_LOG" in os.environ:
         zenoh.try_init_log_from_env()
     try:
-        session = zenoh.open(config.zenoh)
+        session = open_zenoh(config.zenoh)
     except zenoh.ZError as error:
         if config.mode == "client":
             raise RouterNotRunning(config.router) from error
@@ -111,6 +117,17 @@ def open_configured(config: SessionConfig) -> zenoh.Session:
     return session
 
 
+def open_zenoh(config: zenoh.Config) -> zenoh.Session:
+    """Open a session or a router; nothing of teleopctl enters the graph by another way.
+
+    Raises:
+        zenoh.ZError: Zenoh cannot open it.
+        UnsupportedError: See `check_security`.
+    """
+    check_security()
+    return zenoh.open(config)
+
+
 def is_client(session: zenoh.Session) -> bool:
     """Whether a session of this process speaks to the router alone."""
     return str(session.zid()) in _clients
@@ -119,16 +136,30 @@ def is_client(session: zenoh.Session) -> bool:
 def close_session(session: zenoh.Session) -> None:
     """Close a session; one whose peer has frozen is left behind, with a warning.
 
-    Zenoh tells each peer that it goes, and waits ten seconds for one that reads nothing. The
-    session is unusable then, and its sockets go with the process.
+    Zenoh tells each peer that it goes, and waits ten seconds for one that reads nothing: that is
+    left to a thread. The session is unusable then, and its sockets go with the process.
     """
-    try:
-        session.close()
-    except zenoh.ZError as error:
+    faults = []
+    # Short commands do not import threading.
+    closing = _thread.allocate_lock()
+    closing.acquire()
+
+    def close() -> None:
+        try:
+            session.close()
+        except zenoh.ZError as error:
+            faults.append(reason_of(error))
+        finally:
+            closing.release()
+
+    _thread.start_new_thread(close, ())
+    if not closing.acquire(timeout=_LONGEST_CLOSE_S):
+        faults.append(f"no end after {_LONGEST_CLOSE_S:g} s")
+    if faults:
         import logging
 
         logging.getLogger(__name__).warning(
             "A process of the graph does not read what it is sent, so that the session could not "
             "be closed properly: %s",
-            reason_of(error),
+            faults[0],
         )

@@ -105,6 +105,9 @@ class Silence:
     def diverged(self, time_ns: int) -> None:
         raise AssertionError(time_ns)
 
+    def commands_cut(self, sentences: Sequence[str]) -> None:
+        raise AssertionError(sentences)
+
     def put_back(self, time_ns: int, things: Sequence[str]) -> None:
         raise AssertionError(things)
 
@@ -120,6 +123,9 @@ class End:
     def sample(self, time_ns: int) -> None:
         if time_ns >= SIMULATED_NS:
             self.loop.stop()
+
+    def show(self, time_ns: int) -> None:
+        pass
 
 
 def loop_seconds(

@@ -82,10 +82,10 @@ def latched(ros: RosGraph) -> RosGraph:
     ("line", "most_modules"),
     [
         ("topic list", 34),
-        ("param get /test use_sim_time", 65),
-        ("service call /test/list_parameters rcl_interfaces/srv/ListParameters", 95),
+        ("param get /test use_sim_time", 67),
+        ("service call /test/list_parameters rcl_interfaces/srv/ListParameters", 97),
         ("topic pub --once -w 0 /heard std_msgs/msg/String {}", 88),
-        ("topic echo --once /chatter", 102),
+        ("topic echo --once /chatter", 103),
         ("interface show std_msgs/msg/String", 35),
     ],
 )

@@ -78,6 +78,32 @@ def test_an_interrupt_in_a_call_from_zenoh_comes_again_behind_it() -> None:
     assert (done.stdout, done.stderr) == ("the whole call\ninterrupted behind it\n", "")
 
 
+# Sends the signal where Python wraps what is raised into a RuntimeError, before its version 3.12.
+_WRAPPED = _COMMAND.replace(
+    "            os.kill(os.getpid(), signal.SIGINT)\n",
+    """            class Named:
+                def __set_name__(self, owner, name):
+                    os.kill(os.getpid(), signal.SIGINT)
+                    for _ in range(1000):
+                        pass
+            class Owner:
+                named = Named()
+""",
+)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="os.kill ends a process there")
+def test_an_interrupt_that_python_wraps_into_an_error_ends_it_in_silence() -> None:
+    done = subprocess.run(
+        [sys.executable, "-c", _WRAPPED.format(module="teleopctl.cli.quick")],
+        capture_output=True,
+        text=True,
+        timeout=30,
+        check=False,
+    )
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", "")
+
+
 # Sends the signal where Python swallows what is raised, as callbacks of its imports do.
 _SWALLOWED = _COMMAND.replace(
     "            os.kill(os.getpid(), signal.SIGINT)\n",

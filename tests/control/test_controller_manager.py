@@ -67,9 +67,13 @@ class TestLifeCycle:
         assert stack.log.texts("error") == ["The 'type' param was not defined for 'a'."]
 
     def test_an_unknown_type_lists_the_known_ones(self, stack):
-        stack.node.declare_parameter("a.type", "strange/Strange")
+        stack.node.declare_parameter("a.type", "joint_trajectory_controler/JointTrajectory")
         assert not stack.manager.load_controller("a")
-        assert "Loader for controller 'a' (type 'strange/Strange') not found." in stack.log.texts()
+        (error,) = stack.log.texts("error")
+        assert error.startswith(
+            "Loader for controller 'a' (type 'joint_trajectory_controler/JointTrajectory') not "
+            "found. Did you mean joint_trajectory_controller/JointTrajectoryController"
+        )
         assert any(
             "joint_trajectory_controller/JointTrajectoryController" in text
             for text in stack.log.texts("info")
@@ -452,25 +456,257 @@ def test_a_request_that_raises_is_answered_with_a_failure(stack):
     assert not stack.manager.cycle_lock.locked()
 
 
-def test_a_reload_of_the_libraries_reads_changed_code(stack, tmp_path, monkeypatch):
-    source = tmp_path / "changing_controller.py"
-    monkeypatch.syspath_prepend(str(tmp_path))
-    monkeypatch.setattr(sys, "dont_write_bytecode", True)
-    base = "teleopctl.control.controllers.forward_command_controller"
-    code = (
-        f"from {base} import ForwardCommandController as Base\n"
-        "class Changing(Base):\n    version = {}\n"
-    )
+CHANGING = """
+from changing_helper import STEP
+from teleopctl.control import ControllerInterface
+
+class Changing(ControllerInterface):
+    version = {version}
+    step = STEP
+
+    def update(self, time_ns, period):
+        pass
+"""
+
+
+class TestReload:
+    """Edits follow one another within one second, and the lengths of the files stay the same."""
+
     target = "changing_controller:Changing"
-    kind = get_service("controller_manager_msgs/srv/ReloadControllerLibraries")
-    ControllerManagerServices(stack.node, stack.manager)
-    reload = stack.node.endpoints["~/reload_controller_libraries"].callback
 
-    versions = []
-    for version in (1, 2):
-        source.write_text(code.format(version))
-        versions.append(stack.load_controller("changing", target, {}).version)
-        assert reload(kind.Request(force_kill=True), kind.Response()).ok
+    @pytest.fixture
+    def save(self, stack, tmp_path, monkeypatch):
+        monkeypatch.syspath_prepend(str(tmp_path))
+        ControllerManagerServices(stack.node, stack.manager)
+        known = set(sys.modules)
+
+        def save(version, step, then=""):
+            (tmp_path / "changing_controller.py").write_text(CHANGING.format(version=version))
+            (tmp_path / "changing_helper.py").write_text(f"STEP = {step}\n{then}")
+
+        save(1, 1)
+        yield save
+        for name in set(sys.modules) - known:
+            if name.startswith("changing"):
+                del sys.modules[name]
+
+    def reload(self, stack, *, force_kill=False):
+        kind = get_service("controller_manager_msgs/srv/ReloadControllerLibraries")
+        serve = stack.node.endpoints["~/reload_controller_libraries"].callback
+        return serve(kind.Request(force_kill=force_kill), kind.Response()).ok
+
+    def load(self, stack):
+        controller = stack.load_controller("changing", self.target, {})
+        return controller.version, controller.step
+
+    def test_what_is_loaded_next_runs_the_code_of_the_file_and_of_what_it_imports(
+        self, stack, save
+    ):
+        assert self.load(stack) == (1, 1)
+        save(2, 3)
+        assert self.reload(stack)
         assert stack.manager.controllers == {}
+        assert self.load(stack) == (2, 3)
 
-    assert versions == [1, 2]
+    def test_it_is_read_again_where_none_is_loaded_any_more(self, stack, save):
+        assert self.load(stack) == (1, 1)
+        assert stack.manager.unload_controller("changing")
+        save(1, 2)
+        assert self.reload(stack)
+        assert self.load(stack) == (1, 2)
+
+    def test_modules_of_others_stay_what_they_are(self, stack, save, monkeypatch):
+        save(1, "__import__('json').JSONDecoder")
+        others = {name: sys.modules[name] for name in ("json", "teleopctl.control", "tests")}
+        self.load(stack)
+        assert self.reload(stack)
+        assert {name: sys.modules[name] for name in others} == others
+
+    def test_active_controllers_are_stopped_where_that_is_asked(self, stack, save):
+        self.load(stack)
+        stack.activate("changing")
+        assert not self.reload(stack)
+        assert "there are still 1 active controllers: changing" in stack.log.texts("error")[-1]
+        assert states(stack) == {"changing": State.ACTIVE}
+        save(2, 2)
+        assert self.reload(stack, force_kill=True)
+        assert states(stack) == {}
+        assert self.load(stack) == (2, 2)
+
+    def test_broken_code_is_refused_with_its_line_and_nothing_is_stopped(
+        self, stack, save, tmp_path
+    ):
+        self.load(stack)
+        stack.activate("changing")
+        save(2, 2, then="def (:")
+        assert not self.reload(stack, force_kill=True)
+        where = f"{tmp_path / 'changing_helper.py'}:2: "
+        assert where in stack.log.texts("error")[-1]
+        assert "SyntaxError: invalid syntax" in stack.log.texts("error")[-1]
+        assert states(stack) == {"changing": State.ACTIVE}
+        stack.deactivate("changing")
+        stack.manager.unload_controller("changing")
+        assert self.load(stack) == (1, 1), "the old code can be loaded"
+        stack.manager.unload_controller("changing")
+        save(3, 3)
+        assert self.reload(stack)
+        assert self.load(stack) == (3, 3)
+
+    def test_a_file_that_is_gone_hinders_nobody(self, stack, save, tmp_path):
+        self.load(stack)
+        (tmp_path / "changing_controller.py").unlink()
+        assert self.reload(stack)
+        stack.node.declare_parameter("other.type", self.target)
+        assert not stack.manager.load_controller("other")
+        assert "No module named 'changing_controller'" in stack.log.texts("error")[-1]
+
+    def test_what_is_mended_after_a_failed_load_is_read_again(self, stack, save, tmp_path):
+        (tmp_path / "changing_helper.py").write_text("STEPP = 1\n")
+        stack.node.declare_parameter("changing.type", self.target)
+        assert not stack.manager.load_controller("changing")
+        (error,) = stack.log.texts("error")
+        assert error.startswith(
+            f"Could not load controller 'changing' (type '{self.target}'): "
+            f"{tmp_path / 'changing_controller.py'}:2: "
+        )
+        assert "cannot import name 'STEP' from 'changing_helper'" in error
+        save(1, 5)
+        assert stack.manager.load_controller("changing")
+
+
+FAILING = """
+from teleopctl.control import ControllerInterface
+
+class Failing(ControllerInterface):
+    def __init__(self, params):
+        super().__init__(params)
+        self.fail("init")
+
+    def fail(self, where):
+        if self.auto_declare("where", "") == where:
+            [][1]
+
+    def on_init(self):
+        self.fail("on_init")
+
+    def on_configure(self):
+        self.fail("on_configure")
+        if self.auto_declare("where", "") == "in ours":
+            self.auto_declare("where", 1.0)
+
+    def on_activate(self):
+        self.fail("on_activate")
+
+    def on_deactivate(self):
+        self.fail("on_deactivate")
+
+    def on_cleanup(self):
+        self.fail("on_cleanup")
+"""
+
+
+class TestCauses:
+    """What a user's code raises is reported with its class, its text and the line of its file."""
+
+    @pytest.fixture
+    def add_failing(self, stack, tmp_path, monkeypatch):
+        monkeypatch.syspath_prepend(str(tmp_path))
+        source = tmp_path / "failing_controller.py"
+        source.write_text(FAILING)
+        line = f"IndexError: list index out of range ({source}:11)"
+
+        def add_failing(where):
+            stack.node.declare_parameter("a.type", "failing_controller:Failing")
+            stack.set_controller_parameters("a", {"where": where})
+            return line
+
+        yield add_failing
+        sys.modules.pop("failing_controller", None)
+
+    @pytest.mark.parametrize(("where", "by"), [("init", ""), ("on_init", "on_init raised ")])
+    def test_in_its_beginning(self, stack, add_failing, where, by):
+        line = add_failing(where)
+        assert not stack.manager.load_controller("a")
+        expected = f"Could not initialize the controller named 'a': {by}{line}"
+        assert stack.log.texts("error")[-1] == expected
+
+    def test_while_it_is_configured(self, stack, add_failing):
+        line = add_failing("on_configure")
+        assert stack.manager.load_controller("a")
+        assert not stack.manager.configure_controller("a")
+        expected = f"Could not configure the controller named 'a': on_configure raised {line}"
+        assert stack.log.texts("error")[-1] == expected
+
+    def test_of_what_ours_raises_the_line_that_called_it(self, stack, add_failing, tmp_path):
+        add_failing("in ours")
+        assert stack.manager.load_controller("a")
+        assert not stack.manager.configure_controller("a")
+        assert f"({tmp_path / 'failing_controller.py'}:19)" in stack.log.texts("error")[-1]
+
+    @pytest.mark.parametrize("strictness", [1, 2])
+    def test_the_answer_to_a_switch_tells_it(self, stack, add_failing, strictness):
+        line = add_failing("on_activate")
+        assert stack.manager.load_controller("a")
+        assert stack.manager.configure_controller("a")
+        ok, message = do_switch(stack, ["a"], strictness=Strictness(strictness))
+        assert not ok
+        assert message.endswith(
+            f"Unable to activate controllers: [ a ]\na: on_activate raised {line}"
+        )
+        assert states(stack) == {"a": State.UNCONFIGURED}
+
+    def test_of_a_deactivation_too(self, stack, add_failing):
+        line = add_failing("on_deactivate")
+        assert stack.manager.load_controller("a")
+        assert stack.manager.configure_controller("a")
+        assert do_switch(stack, ["a"])[0]
+        ok, message = do_switch(stack, [], ["a"])
+        assert not ok
+        assert message.endswith(f"a: on_deactivate raised {line}")
+
+
+def raise_system_exit(*_):
+    raise SystemExit(3)
+
+
+class TestStatesAfterFailures:
+    """What is reported after a failure is what is."""
+
+    def hardware(self, stack):
+        (component,) = stack.resources.components.values()
+        return component.hardware
+
+    def test_a_controller_that_ends_the_program_in_its_update_is_stopped(self, stack):
+        controller = add(stack, "a", commands=[POSITION])
+        assert do_switch(stack, ["a"])[0]
+        controller.update = raise_system_exit
+        stack.step()
+        assert states(stack) == {"a": State.INACTIVE}
+        assert stack.manager.active_controllers == ()
+        assert stack.resources.command_interfaces[POSITION].owner is None
+
+    @pytest.mark.parametrize("function", ["read", "write"])
+    @pytest.mark.parametrize("do", [raise_system_exit, lambda *_: "an error"])
+    def test_hardware_that_answers_with_nonsense_has_failed(self, stack, function, do):
+        add(stack, "a", commands=[POSITION])
+        assert do_switch(stack, ["a"])[0]
+        setattr(self.hardware(stack), function, do)
+        stack.step(3)
+        (component,) = stack.resources.components.values()
+        assert component.lifecycle_state is State.UNCONFIGURED
+        assert states(stack) == {"a": State.INACTIVE}
+        assert len([t for t in stack.log.texts("error") if "Deactivating following" in t]) == 1
+
+    def test_hardware_that_fails_during_a_slow_activation_leaves_nothing_active(self, stack):
+        controller = add(stack, "a", commands=[POSITION])
+
+        def activate_while_the_hardware_fails():
+            self.hardware(stack).read = raise_system_exit
+            stack.step()
+
+        controller.on_activate = activate_while_the_hardware_fails
+        ok, message = do_switch(stack, ["a"], asap=False)
+        assert not ok
+        assert "a: its hardware failed meanwhile" in message
+        assert states(stack) == {"a": State.INACTIVE}
+        assert stack.resources.command_interfaces[POSITION].owner is None

@@ -7,6 +7,7 @@ import pytest
 from teleopctl.control.handles import CommandInterface, StateInterface
 from teleopctl.control.limits import JointLimiter, describe
 from teleopctl.robot.joint_rules import JointLimits
+from teleopctl.testing import ControlStack, serial_robot
 
 PERIOD = 0.01
 
@@ -52,7 +53,48 @@ def test_it_is_reported_once_with_joint_value_and_limits():
     assert "[-1, 1]" in report
     joint.limit("position", 0.0)
     joint.limit("position", 5.0)
-    assert len(joint.reports) == 2
+    assert len(joint.reports) == 1
+    joint.limiter.reset("position")
+    joint.limit("position", 5.0)
+    assert len(joint.reports) == 2, "another controller takes the joint over"
+
+
+@pytest.mark.parametrize(
+    ("limits", "interface", "asked", "told"),
+    [
+        (JointLimits(velocity=1.0, line=7), "velocity", 6.0, "6 is clamped to 1 (velocity limit 1"),
+        (JointLimits(-1.0, 1.0, line=7), "position", 2.0, "2 is clamped to 1 (position limits"),
+        (
+            JointLimits(-1.0, 1.0, velocity=10.0, line=9, lines={"velocity": 7}),
+            "position",
+            0.5,
+            "position 0.5 is clamped to 0.1 (velocity limit 10",
+        ),
+        (JointLimits(effort=3.0, line=7), "effort", -5.0, "-5 is clamped to -3 (effort limit 3"),
+    ],
+)
+def test_a_report_names_both_numbers_and_the_line_of_the_limit(limits, interface, asked, told):
+    joint = Joint(limits, interface)
+    joint.limit(interface, asked)
+    (report,) = joint.reports
+    assert report.startswith(f"Command of joint 'joint' is outside its limits: {interface} ")
+    assert told in report
+    assert report.endswith(", line 7 of the robot description)")
+
+
+@pytest.mark.parametrize(
+    ("distribution", "enforced"),
+    [("", False), ("humble", False), ("jazzy", False), ("kilted", True), ("rolling", True)],
+)
+def test_the_distribution_decides_whether_limits_are_enforced(distribution, enforced, monkeypatch):
+    monkeypatch.setenv("ROS_DISTRO", distribution)
+    stack = ControlStack(serial_robot(limits='lower="-1" upper="1" effort="1" velocity="99"'))
+    command = stack.resources.command_interfaces["joint1/position"]
+    command.owner, command.value = "somebody", 3.0
+    stack.step()
+    assert command.value == (1.0 if enforced else 3.0)
+    said = "enabled..." if enforced else "disabled. Command limits from URDF will be ignored."
+    assert f"Enforcing command limits is {said}" in stack.log.texts("info")
 
 
 def test_no_command_stays_no_command():

@@ -74,7 +74,7 @@ def test_the_joints_start_where_they_are_told_to_before_the_lowest_point_is_soug
     bent = control(knee="position").replace(
         '<state_interface name="position"/>', f"{start}</state_interface>"
     )
-    model = build_model(robot(link("base", CRATE), link("leg", leg), hinge, bent))
+    model = build_model(robot(link("base", CRATE), link("leg", leg), hinge, bent), fixed_base=False)
     # The foot's lowest corner, against the crate's underside at 0.2 m.
     foot = 0.95 * np.cos(1.0) + 0.05 * (np.cos(1.0) + np.sin(1.0))
     assert height(model) == pytest.approx(foot, abs=1e-6)
@@ -106,6 +106,7 @@ def test_a_free_robot_weighs_what_it_weighs() -> None:
     hinge = joint("hinge", "base_link", "arm", axis="0 1 0")
     model = build_model(
         robot(link("base_link", CRATE), link("arm", arm), hinge, control(hinge="position")),
+        fixed_base=False,
         spawn_pose=Pose((0.0, 0.0, 5.0)),
     )
     simulation = Simulation(model, control_period_ns=100_000_000)

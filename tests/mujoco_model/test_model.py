@@ -396,7 +396,7 @@ def hinge(inside: str, limit: str = 'lower="-2" upper="2" effort="20" velocity="
     ).mj_model
 
 
-def test_bounds_of_command_interfaces_narrow_the_drive_and_leave_the_stops() -> None:
+def test_of_the_bounds_of_command_interfaces_only_that_of_effort_limits_the_drive() -> None:
     m = hinge(
         bounded("position", "-1", "9")
         + bounded("velocity", "-2", "2")
@@ -404,8 +404,8 @@ def test_bounds_of_command_interfaces_narrow_the_drive_and_leave_the_stops() -> 
     )
 
     drive = m.actuator("hinge_drive")
-    assert drive.actrange == pytest.approx([-1, 2])
-    assert drive.ctrlrange == pytest.approx([-2, 2])
+    assert drive.actrange == pytest.approx([-2, 2])
+    assert not m.actuator_ctrllimited[drive.id]
     assert m.joint("hinge").range == pytest.approx([-2, 2])
     assert m.jnt_actfrcrange[m.joint("hinge").id] == pytest.approx([-5, 5])
 

@@ -49,7 +49,8 @@ MJCF = """<mujoco model="duck"><compiler autolimits="true" angle="radian"/>
       <joint name="nod" axis="0 1 0" range="-1 1" damping="0.1" actuatorfrcrange="-40 40"/>
       <inertial pos="0 0 0.15" mass="1" diaginertia="0.0079 0.0079 0.0008"/>
       <geom type="cylinder" size="0.04 0.15" pos="0 0 0.15"/>
-    </body></body></worldbody></mujoco>"""
+    </body></body></worldbody>
+  <actuator><position joint="nod" kp="1000" kv="20"/></actuator></mujoco>"""
 
 
 @pytest.mark.parametrize(
@@ -64,6 +65,7 @@ def test_it_weighs_falls_and_comes_to_rest_as_it_is_written(
     urdf = simulated(read_model(file).text).urdf
     robot = simulate(
         urdf,
+        fixed_base=False,
         control_period_ns=10_000_000,
         # It falls onto a lower edge, rolls over and slides.
         spawn_pose=Pose((0.0, 0.0, 1.0), (0.0, 0.6, 0.0)),

@@ -16,7 +16,7 @@ from teleopctl.node import (
 )
 from teleopctl.node.values.exceptions import (
     ExternalShutdownException,
-    InvalidHandle,
+    RCLError,
     ROSInterruptException,
 )
 from teleopctl.node.values.future import Future
@@ -353,8 +353,9 @@ def test_logging_and_setting_parameters_outlive_shutdown(context):
     context.shutdown()
     assert node.get_logger().info("still here")
     node.declare_parameter("late", 1)
-    with pytest.raises(InvalidHandle):
+    with pytest.raises(RCLError, match="Failed to publish: publisher's context is invalid") as info:
         publisher.publish(STRING())
+    assert not isinstance(info.value, ExternalShutdownException)
     node.destroy_node()
 
 

@@ -15,6 +15,7 @@ from teleopctl.node import (
     ServiceUnavailableError,
 )
 from teleopctl.node.values.exceptions import InvalidHandle
+from teleopctl.wire import requests
 
 STRING = get_message("std_msgs/msg/String")
 ADD = get_service("example_interfaces/srv/AddTwoInts")
@@ -201,6 +202,31 @@ def test_a_request_that_nobody_serves_stays_pending(make_node, executor):
     assert not future.done()
     assert client.call(ADD.Request(), timeout_sec=0.05) is None
     client.remove_pending_request(future)
+
+
+def test_an_answer_that_comes_after_its_request_was_given_up_is_reported(
+    make_node, executor, monkeypatch, capfd
+):
+    node = make_node()
+    asked: list[Any] = []
+    # A server that spins, and answers nothing.
+    service = node.create_service(ADD, "slow", lambda request, response: response)
+    service.send_response = lambda response, header: asked.append(header)
+    client = node.create_client(ADD, "slow")
+    assert client.wait_for_service(timeout_sec=10)
+    monkeypatch.setattr(requests, "_limits", ShortLimits())
+    future = client.call_async(ADD.Request())
+    given_up: Future[None] = Future(executor=executor)
+    future.when_unanswered(lambda: given_up.set_result(None))
+    executor.spin_until_future_complete(given_up, 10)
+    assert given_up.done()
+    assert not future.done()
+    assert "dropped an answer of '/slow': it did not come while" in capfd.readouterr().err
+
+
+class ShortLimits:
+    def next_s(self, service: str) -> float:
+        return 1.0
 
 
 def test_a_node_that_awaits_an_answer_outlives_a_missing_server(make_node, spin_until):

@@ -225,7 +225,14 @@ def interface(name, low=None, high=None, more=""):
     return f'<command_interface name="{name}">{low}{high}{more}</command_interface>'
 
 
-STOPS: dict[str, Any] = {"stops": (-2, 2)}
+def safety(lower, upper):
+    return (
+        f'<safety_controller soft_lower_limit="{lower}" soft_upper_limit="{upper}" k_velocity="1"/>'
+    )
+
+
+SPEED: dict[str, Any] = {"top_speed": 3}
+STOPS: dict[str, Any] = {"stops": (-2, 2), **SPEED}
 
 
 @pytest.mark.parametrize(
@@ -243,12 +250,41 @@ STOPS: dict[str, Any] = {"stops": (-2, 2)}
         (interface("acceleration", low=-3), JointLimits(-2, 2, 3, 5, 3, 3, **STOPS)),
         (interface("jerk", -1, 8), JointLimits(-2, 2, 3, 5, jerk=8, **STOPS)),
         (SWITCHED_OFF + interface("position", -1, 1), UNLIMITED),
-        (interface("position", -1, 1, SWITCHED_OFF), JointLimits(velocity=3, effort=5)),
-        (interface("velocity", -1, 1, SWITCHED_OFF), JointLimits(-2, 2, effort=5, **STOPS)),
+        (interface("position", -1, 1, SWITCHED_OFF), JointLimits(velocity=3, effort=5, **SPEED)),
+        (
+            interface("velocity", -1, 1, SWITCHED_OFF),
+            JointLimits(-2, 2, effort=5, stops=(-2, 2)),
+        ),
     ],
 )
 def test_the_most_restrictive_limit_wins(inside, expected):
     assert limits(inside) == (expected, ())
+
+
+@pytest.mark.parametrize(
+    ("soft", "inside", "quantity", "expected"),
+    [
+        ("", "", "velocity", "limit"),
+        ("", interface("velocity", -2, 2), "velocity", "command_interface"),
+        ("", interface("velocity", -9, 9), "velocity", "limit"),
+        ("", interface("velocity", -2, 2), "position", "limit"),
+        ("", interface("position", -1, 5), "position", "command_interface"),
+        (safety(-1, 1), "", "position", "safety_controller"),
+        (safety(-1, 1), interface("position", -0.5, 0.5), "position", "command_interface"),
+    ],
+)
+def test_a_limit_has_the_line_of_what_makes_it_narrow(soft, inside, quantity, expected):
+    text = (
+        '<robot name="r"><link name="base"/><link name="tip"/><joint name="a" type="revolute">\n'
+        '<parent link="base"/><child link="tip"/>\n'
+        f'{soft}\n<limit lower="-2" upper="2" velocity="3" effort="5"/></joint>\n'
+        '<ros2_control name="h" type="system"><hardware><plugin>p</plugin></hardware>'
+        f'<joint name="a">\n{inside}</joint></ros2_control></robot>'
+    )
+    (component,) = RobotDescription.from_urdf(text).ros2_control
+    limits = component.joints[0].limits
+    line = limits.lines.get(quantity, limits.line)
+    assert f"<{expected}" in text.splitlines()[line - 1]
 
 
 def test_a_continuous_joint_has_only_the_limits_of_its_interfaces():
@@ -268,12 +304,6 @@ def test_limits_that_leave_no_position_are_reported_and_skipped():
     found, (warning,) = limits(interface("position", 3, 4))
     assert (found.lower, found.upper) == (-2, 2)
     assert "'a/position'" in warning
-
-
-def safety(lower, upper):
-    return (
-        f'<safety_controller soft_lower_limit="{lower}" soft_upper_limit="{upper}" k_velocity="1"/>'
-    )
 
 
 @pytest.mark.parametrize(

@@ -323,7 +323,9 @@ def test_what_gazebo_tags_have_acts_or_is_named(reference: str, table: Table) ->
         if tag == "springReference":
             put(element, "springStiffness", "3")
             plain = built_robot(robot(etree.tostring(element, encoding="unicode")))
-        put(element, tag, "false" if tag == "gravity" else value(tag))
+        # This robot is fixed unless it says otherwise.
+        off = tag == "gravity" or (tag == "static" and not reference)
+        put(element, tag, "false" if off else value(tag))
         urdf = robot(etree.tostring(element, encoding="unicode"))
         told = told_of(urdf)
         named = any(f"<{tag.rpartition('/')[2]}>" in line and "line 1" in line for line in told)

@@ -210,19 +210,19 @@ def test_the_files_that_are_included_are_told_each_time_anew(tmp_path):
 
 @pytest.mark.parametrize("safe", [False, True])
 def test_a_file_that_doubles_itself_is_refused(write, monkeypatch, safe):
-    monkeypatch.setattr("teleopctl.robot.xacro_file._MOST_ELEMENTS", 1000)
+    monkeypatch.setattr("teleopctl.base.budget.MOST_MACRO_CALLS", 1000)
     twice = "".join(
         f'<xacro:macro name="m{n}"><xacro:m{n + 1}/><xacro:m{n + 1}/></xacro:macro>'
         for n in range(60)
     )
     macros = write(f'{twice}<xacro:macro name="m60"><link name="l"/></xacro:macro><xacro:m0/>')
-    with pytest.raises(InvalidDescriptionError, match="macros make more than 1000 elements"):
+    with pytest.raises(InvalidDescriptionError, match="more than 1,000 calls of macros"):
         expand_xacro(macros, safe=safe)
     texts = "".join(
         f'<xacro:property name="t{n}" value="${{t{n - 1}}}${{t{n - 1}}}"/>' for n in range(1, 60)
     )
     text = write(f'<xacro:property name="t0" value="lol"/>{texts}<link name="${{t59}}"/>')
-    with pytest.raises(InvalidDescriptionError, match="a text has more than 1000000 characters"):
+    with pytest.raises(InvalidDescriptionError, match="a text has more than 1,000,000 characters"):
         expand_xacro(text, safe=safe)
     assert "<link" in expand_xacro(
         write('<xacro:macro name="m"><link name="l"/></xacro:macro><xacro:m/>')
@@ -256,7 +256,7 @@ def test_a_file_that_doubles_itself_is_refused(write, monkeypatch, safe):
     ],
 )
 def test_an_expression_without_end_is_an_error_with_its_place(write, text, monkeypatch):
-    monkeypatch.setattr("teleopctl.robot.formats.xacro_python._MOST_OPERATIONS", 100_000)
+    monkeypatch.setattr("teleopctl.base.budget.MOST_OPERATIONS", 100_000)
     wide = '<xacro:property name="wide" value="{:100000000000}"/>'
     nested = '<xacro:property name="nested" value="{:{}}"/>'
     message = failure(write(f'{wide}{nested}\n<link name="{text}"/>')).message

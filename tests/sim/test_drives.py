@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import mujoco
 import numpy as np
 import pytest
 
-from teleopctl.mujoco_model import RobotModel
+from teleopctl.mujoco_model import RobotModel, build_model
+from teleopctl.robot import RobotDescription, read_model, simulated
 from teleopctl.sim.simulation import Simulation
 from tests.sim.robots import INERTIAL, box, control, joint, link, model
 
@@ -161,3 +163,45 @@ def test_a_rod_that_is_sent_through_a_wall_rests_against_it_with_its_effort(rate
     assert fastest < 1e-4, "it does not chatter"
     assert max(places) - min(places) < 1e-5
     assert simulation.efforts[0] == pytest.approx(20.0, rel=1e-3)
+
+
+@pytest.mark.parametrize("kind", ["prismatic", "revolute"])
+def test_an_effort_of_zero_limits_nothing_and_is_named_with_its_line(kind: str) -> None:
+    limit = 'lower="-1" upper="1" effort="{}" velocity="0"'
+    urdf = f"""<robot name="slide"><link name="world"/>
+      {link("weight")}{link("other")}
+      {joint("lift", "world", "weight", kind=kind, axis="0 0 1", limit=limit.format(0))}
+      {joint("loose", "world", "other", kind=kind, axis="0 0 1", limit=limit.format(0))}
+      {control(lift="position")}</robot>"""
+    description = RobotDescription.from_urdf(urdf)
+    model = build_model(description)
+    (line,) = [n for n, text in enumerate(urdf.split("\n"), 1) if 'name="lift" type' in text]
+    told = (
+        f"No effort limit for lift (line {line}): effort 0 limits nothing, as in MuJoCo's reading "
+        "of URDF; in Gazebo such a joint exerts nothing"
+    )
+    assert [warning for warning in model.warnings if "effort" in warning] == [told]
+    simulation = Simulation(model, control_period_ns=10_000_000)
+    simulation.step(1000)
+    simulation.read()
+    weight = 0.5 * 9.81 if kind == "prismatic" else 0.0
+    assert simulation.efforts[0] == pytest.approx(weight, rel=1e-3)
+    bounded = RobotDescription.from_urdf(urdf.replace('effort="0"', 'effort="20"'))
+    assert not any("effort" in warning for warning in build_model(bounded).warnings)
+
+
+def test_an_effort_that_sdf_does_not_limit_is_not_named(tmp_path: Path) -> None:
+    file = tmp_path / "slide.sdf"
+    axis = "<axis><xyz>0 0 1</xyz><limit><lower>-1</lower><upper>1</upper>{}</limit></axis>"
+    text = """<sdf version="1.9"><model name="slide"><link name="weight"/>
+      <joint name="lift" type="prismatic"><parent>world</parent><child>weight</child>{}</joint>
+      </model></sdf>"""
+    for effort, named in (
+        ("", False),
+        ("<effort>-1</effort>", False),
+        ("<effort>0</effort>", True),
+    ):
+        file.write_text(text.format(axis.format(effort)))
+        description = RobotDescription.from_urdf(simulated(read_model(file).text).urdf)
+        warnings = build_model(description).warnings
+        assert any("effort 0 limits nothing" in warning for warning in warnings) is named

@@ -205,6 +205,24 @@ def test_a_square_is_driven_within_one_percent(cart: Cart) -> None:
     assert abs(cart.pose[2]) < 0.01 * 2.0 * math.pi
 
 
+@pytest.mark.parametrize(
+    ("friction", "drags"), [("", True), ("<mu1>0</mu1>", False)], ids=["dry", "smooth"]
+)
+def test_a_base_with_fixed_casters_comes_as_far_as_its_wheels_turn(
+    friction: str, drags: bool
+) -> None:
+    # By Coulomb's law wheels of two thirds of the weight move what casters of the rest brake.
+    # A robot without a link `world`: its root link is free.
+    robot = re.sub('<link name="world"/>.*?</joint>', "", CART, count=1, flags=re.DOTALL)
+    cart = Cart(robot.replace("<mu1>0</mu1>", friction))
+    assert cart.simulation.model.base is not None
+    assert cart.simulation.model.base.drags == drags
+    cart.drive(0.5, 0.0, 2.0)
+    turned = (cart.position("left") + cart.position("right")) / 2 * RADIUS
+    assert turned > 0.7
+    assert cart.pose[0] == pytest.approx(turned, rel=0.02)
+
+
 BASE_M, TRACK_M = 0.5, 0.4
 
 

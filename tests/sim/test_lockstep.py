@@ -52,6 +52,9 @@ class Recorder:
     def diverged(self, time_ns: int) -> None:
         self._add("diverged", time_ns)
 
+    def commands_cut(self, sentences: Sequence[str]) -> None:
+        self.cut = [*sentences]
+
     def put_back(self, time_ns: int, things: Sequence[str]) -> None:
         self._add(f"put back {', '.join(things)}", time_ns)
 
@@ -218,7 +221,7 @@ def test_a_paused_loop_publishes_nothing_and_goes_on_at_its_present_time(make) -
     bench = make(paused=True)
     bench.start()
     assert bench.loop.set_paused(True, LONGEST_WAIT_S)
-    assert bench.ports.events == []
+    assert bench.ports.events == [("clock", 0)]
 
     assert bench.loop.set_paused(False, LONGEST_WAIT_S)
     bench.ports.wait_for("state", 3)
@@ -234,11 +237,13 @@ def test_steps_end_anywhere_and_show_where(make) -> None:
     bench = make(paused=True)
     bench.loop.set_viewed(True)
     bench.start()
+    assert bench.loop.set_paused(True, LONGEST_WAIT_S)
 
     bench.step(7)
 
     assert bench.simulation.time_ns == 7_000_000
-    assert bench.ports.events == [("clock", 0), ("state", 0), ("view", 0),
+    assert bench.ports.events == [("clock", 0), ("view", 0),
+                                  ("clock", 0), ("state", 0), ("view", 0),
                                   ("clock", 7_000_000), ("view", 7_000_000)]  # fmt: skip
 
 
@@ -302,8 +307,19 @@ def test_what_is_changed_while_time_stands_still_is_shown_at_once(make) -> None:
     bench.loop.set_viewed(True)
     bench.start()
     assert bench.loop.set_paused(True, LONGEST_WAIT_S)
-    assert bench.loop.call(bench.loop.show, LONGEST_WAIT_S)
     assert bench.ports.events == [("clock", 0), ("view", 0)]
+    assert bench.loop.call(bench.loop.show, LONGEST_WAIT_S)
+    assert bench.ports.events == [("clock", 0), ("view", 0)] * 2
+
+
+def test_a_pause_shows_the_state_in_which_time_stands_still(make) -> None:
+    bench = make(view_rate_hz=1.0, real_time_factor=0.0)
+    bench.loop.set_viewed(True)
+    bench.start()
+    bench.ports.wait_for("state", 3)
+    assert bench.loop.set_paused(True, LONGEST_WAIT_S)
+    stands_at = bench.simulation.time_ns
+    assert bench.ports.events[-2:] == [("clock", stands_at), ("view", stands_at)]
 
 
 def test_the_pace_can_be_changed_while_running(make) -> None:
@@ -362,3 +378,57 @@ def test_a_stop_ends_the_loop_while_it_waits_for_a_command(make) -> None:
     bench.ports.wait_for("state", 1)
 
     bench.close()
+
+
+def test_a_reset_while_time_stands_still_is_exchanged_at_once_and_only_once(make) -> None:
+    bench = make(paused=True)
+    bench.loop.set_partner(True)
+    bench.answer(0.1)
+    bench.start()
+    bench.step(100)
+    before = bench.ports.times("state")
+
+    for _ in range(2):  # and once more, at the same time
+        assert bench.loop.call(lambda: reset(bench), LONGEST_WAIT_S)
+    assert bench.ports.times("state") == [*before, 0, 0]
+    assert bench.simulation.time_ns == 0
+
+    bench.step(bench.simulation.steps_per_period + 1)
+    assert bench.ports.times("state") == [*before, 0, 0, PERIOD_NS]
+
+
+def test_what_nobody_answered_at_a_reset_is_exchanged_again(make) -> None:
+    bench = make(paused=True)
+    bench.start()
+    assert bench.loop.call(lambda: reset(bench), LONGEST_WAIT_S)
+    bench.loop.set_partner(True)
+    bench.answer(0.1)
+
+    bench.step(1)
+
+    assert bench.ports.times("state") == [0, 0]
+
+
+def test_a_reset_between_control_ticks_is_shown_and_commands_wait_for_the_next_one(make) -> None:
+    bench = make(paused=True)
+    bench.loop.set_partner(True)
+    bench.answer(0.1)
+    bench.start()
+    bench.step(3)
+    now = bench.simulation.time_ns
+    assert 0 < now < PERIOD_NS
+
+    bench.loop.call(lambda: (bench.simulation.reset_state(), bench.loop.show()), LONGEST_WAIT_S)
+    bench.step(bench.simulation.steps_to_tick)
+
+    bench.simulation.read()
+    assert bench.simulation.positions[0] == pytest.approx(0.0, abs=1e-3)
+    bench.step(1)
+    assert bench.ports.times("state") == [0, now, PERIOD_NS]
+
+
+def reset(bench: Bench) -> None:
+    """Go back to the start, as `Stage.reset` does; on the loop's thread."""
+    bench.simulation.reset()
+    bench.loop.restart()
+    bench.loop.show()

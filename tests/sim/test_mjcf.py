@@ -117,32 +117,6 @@ def poses(description: RobotDescription, positions: dict[str, float]) -> dict[st
     return found
 
 
-def test_a_ball_joint_without_actuators_swings_while_the_other_joints_are_held(
-    tmp_path: Path,
-) -> None:
-    joints = ('<joint name="pan" axis="0 1 0"/>', '<joint name="hip" type="ball" damping="0.01"/>')
-    file = of(tmp_path, chain(*joints, '<joint name="lift" axis="0 1 0" range="-1 1"/>'))
-    model = read_model(file)
-    assert "<remark>Ball joints take no commands without actuators: hip</remark>" in model.text
-    commands = {
-        joint.name: [interface.name for interface in joint.command_interfaces]
-        for joint in described(file).ros2_control[0].joints
-    }
-    none: list[str] = []
-    assert commands == {
-        "pan": ["velocity"],
-        **dict.fromkeys(("hip_x", "hip_y", "hip_z"), none),
-        "lift": ["position"],
-    }
-    robot = simulated_robot(file).simulation
-    robot.reset_state({"hip_y": 0.3})
-    robot.step(1000)
-    robot.read()
-    at = dict(zip(robot.joint_names, robot.positions, strict=True))
-    assert abs(at["lift"]) < 0.02
-    assert at["hip_y"] > 0.4, "what stands on a ball falls over"
-
-
 def test_each_link_is_where_mujoco_has_the_body(arm: Path) -> None:
     description, robot = described(arm), simulated_robot(arm).simulation
     generator = np.random.default_rng(7)
@@ -235,14 +209,31 @@ def test_an_actuator_of_a_tendon_moves_the_joints_that_are_tied(tmp_path: Path) 
     assert robot.simulation.positions == pytest.approx([0.02, 0.02], abs=1e-4)
 
 
-def test_without_actuators_drives_of_ours_hold_every_joint(tmp_path: Path) -> None:
-    hinge = '<joint name="hinge" axis="0 1 0" pos="0 0 0"/>'
-    robot = simulated_robot(of(tmp_path, f'<body name="base">{chain(hinge)}</body>'))
-    robot.simulation.apply(["hinge"], [], [0.5])
-    robot.simulation.step_to(1_000_000_000)
-    robot.simulation.read()
+def test_without_actuators_nothing_drives_a_joint_and_a_line_says_so(tmp_path: Path) -> None:
+    joints = (
+        '<joint name="pan" axis="0 1 0" damping="0.1"/>',
+        '<joint name="hip" type="ball" damping="0.01" stiffness="2"/>',
+        '<joint name="lift" type="slide" axis="0 0 1" range="-1 1" frictionloss="0.2"/>',
+    )
+    floor = '<geom type="plane" size="5 5 0.1"/><light pos="0 0 3"/>'
+    weightless = '<body name="float" pos="1 0 1" gravcomp="1"><joint/><geom size="0.1"/></body>'
+    file = of(tmp_path, f"{floor}{weightless}{chain(*joints)}")
+    remark = "robot.xml has no &lt;actuator&gt;: nothing drives its joints, which take no commands"
+    assert remark in read_model(file).text
+    assert [*controllers_for(described(file))] == ["controller_manager"]
+    simulation = simulated_robot(file).simulation
+    assert not any(simulation.commandable(name) for name in simulation.joint_names)
+    simulation.apply(["pan"], [0.5], [0.5], [0.5])
+    simulation.hold()
 
-    assert robot.simulation.velocities == pytest.approx([0.5], rel=0.01)
+    bare = mujoco.MjModel.from_xml_path(str(file))
+    data = mujoco.MjData(bare)
+    simulation.step(2000)
+    mujoco.mj_step(bare, data, 2000)
+    _, ours = simulation.observe()
+    assert abs(float(data.qpos[0])) + abs(float(data.joint("lift").qpos[0])) > 0.1, "they move"
+    assert ours.qpos.tobytes() == data.qpos.tobytes()
+    assert ours.qvel.tobytes() == data.qvel.tobytes()
 
 
 def test_a_joint_beside_actuated_ones_is_as_free_as_the_file_has_it(tmp_path: Path) -> None:

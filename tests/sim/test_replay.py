@@ -9,7 +9,7 @@ import threading
 import pytest
 from sensor_msgs.msg import JointState
 
-from teleopctl.sim import Simulation, replay_session
+from teleopctl.sim import Simulation, run_in_lockstep
 from teleopctl.sim.lockstep import LockstepLoop
 from teleopctl.sim.loop_ports import Command
 from tests.sim.robots import pendulum
@@ -30,9 +30,12 @@ def command(time_ns):
 
 def played(commands):
     states = []
-    replay_session(
-        simulation(), commands, END_NS, lambda _, state: states.append(copy.deepcopy(state))
-    )
+
+    def answer(time_ns, state):
+        states.append(copy.deepcopy(state))
+        return commands.get(time_ns)
+
+    run_in_lockstep(simulation(), answer, lambda time_ns: time_ns < END_NS)
     return states
 
 

@@ -134,3 +134,27 @@ def test_a_name_that_the_launch_file_does_not_know_is_refused_before_anything_ru
     assert done.returncode == 2
     assert "fiel" in done.stderr
     assert not (tmp_path / "runs").exists()
+
+
+# Its start never ends: no controller manager comes.
+STUCK = """
+launch:
+- node: {pkg: controller_manager, exec: spawner, args: none_such}
+"""
+
+
+def test_the_time_of_a_run_counts_from_its_start_and_the_time_without_progress_is_given(
+    ros_without_router: RosGraph, tmp_path: Path
+) -> None:
+    (tmp_path / "stuck.launch.yaml").write_text(STUCK)
+    for option, result, error in (
+        ("--timeout", "timed out", "it took longer than 4 s"),
+        ("--stall-timeout", "failed", "No progress for 4 s: spawner-1 (waiting for /controller_"),
+    ):
+        done = ros_without_router.run(
+            f"sim sweep stuck.launch.yaml {option} 4 --output {option[2:]} --json", cwd=tmp_path
+        )
+        assert done.returncode == 1, done.stderr
+        (run,) = json.loads(done.stdout)["runs"]
+        assert run["result"] == result
+        assert run["error"].startswith(error)

@@ -2,6 +2,7 @@
 
 import json
 import re
+import sys
 
 import psutil
 import pytest
@@ -72,9 +73,79 @@ def test_ctrl_c_takes_back_what_is_still_starting(ros, line, name, waited_for):
     pids = [entry["pid"] for entry in processes(ros).values() if entry["kind"] != "router"]
     command.interrupt()
     assert command.wait() == 130
-    assert command.stderr == f"{name} has been stopped\n"
+    assert command.stderr.endswith(f"{name} has been stopped\n")
     assert not any(runs(pid) for pid in pids)
     assert list(processes(ros)) == ["router"]
+
+
+DEADLOCK = """
+import threading
+print('last words', flush=True)
+lock = threading.Lock()
+lock.acquire()
+lock.acquire()
+"""
+WORKS_FOR_SECONDS = """
+import time
+while time.process_time() < 4.0:
+    pass
+import rclpy
+rclpy.init()
+rclpy.spin(rclpy.create_node('late'))
+"""
+
+
+def test_a_program_that_hangs_is_given_up_after_the_time_without_progress(ros):
+    (ros.folder / "hangs.py").write_text(DEADLOCK)
+    result = ros.run("run -d --stall-timeout 2 ./hangs.py")
+    assert (result.returncode, result.stdout) == (1, "")
+    assert "No progress for 2 s: hangs (its node has not appeared)\n  last words" in result.stderr
+    assert "`--stall-timeout`" in result.stderr
+    assert processes(ros)["hangs"]["ending"] is None
+
+
+def test_a_program_that_spins_is_given_up_after_the_time_in_all(ros):
+    (ros.folder / "spins.py").write_text("while True:\n    pass\n")
+    result = ros.run("run -d --stall-timeout 1 --timeout 4 ./spins.py")
+    assert (result.returncode, result.stdout) == (1, "")
+    assert "Not up within 4 s: spins (its node has not appeared)" in result.stderr
+
+
+def test_a_program_that_works_is_waited_for_and_shown(ros):
+    (ros.folder / "late.py").write_text(WORKS_FOR_SECONDS)
+    result = ros.run("run -d --stall-timeout 1 ./late.py")
+    assert result.returncode == 0, result.stderr
+    assert result.stdout.startswith("late is up: /late [pid ")
+    assert "Starting: late (its node has not appeared)" in result.stderr
+
+
+def test_what_each_process_of_a_launch_does_or_waits_for_is_said(ros):
+    (ros.folder / "waits.yaml").write_text(
+        "launch:\n"
+        "- node: {pkg: teleop_py_pkg, exec: simple_publisher}\n"
+        "- node: {pkg: controller_manager, exec: spawner, args: none_such}\n"
+    )
+    result = ros.run("launch -d --stall-timeout 4 waits.yaml")
+    assert result.returncode == 1
+    waits = "spawner-2 (waiting for /controller_manager)"
+    assert f"Starting: {waits}\n" in result.stderr
+    assert f"No progress for 4 s: {waits}\n" in result.stderr
+    assert "simple_publisher-1 is up" in result.stdout
+
+
+@pytest.mark.parametrize(
+    ("line", "mistake"),
+    [
+        ("run --timeout 3 simple_publisher", "--timeout goes with --detach"),
+        ("launch --stall-timeout 3 sim.yaml", "--stall-timeout goes with --detach"),
+        ("launch -d --timeout 0 sim.yaml", "--timeout is 0, expected a number above 0"),
+        ("run -d --stall-timeout -1 simple_publisher", "--stall-timeout is -1, expected"),
+    ],
+)
+def test_bounds_of_a_wait_that_mean_nothing_are_refused(ros, line, mistake):
+    result = ros.run(line)
+    assert (result.returncode, result.stdout) == (2, "")
+    assert mistake in result.stderr
 
 
 def test_a_detached_launch_that_starts_nothing_is_done_at_once(ros):
@@ -154,6 +225,50 @@ def test_what_a_killed_launch_in_the_foreground_leaves_behind_can_be_stopped(ros
     assert "Nothing runs" in ros.run("stop --yes").stderr
 
 
+ONCE = """launch:
+- node: {pkg: teleop_py_pkg, exec: simple_publisher, name: mouth}
+- shutdown: {if: $(node-exists /mouth), reason: It runs already}
+"""
+
+
+def test_a_launch_that_is_refused_says_how_to_end_the_first_and_leaves_its_log_alone(ros):
+    (ros.folder / "once.yaml").write_text(ONCE)
+    first = ros.spawn("launch once.yaml")
+    first.wait_for_line("Publishing")
+    latest = (ros.folder / "log" / "latest").resolve()
+    before = sorted((ros.folder / "log").iterdir())
+    end = f"`kill -INT {first.pid}`, since it has no terminal"
+    for line in ("launch once.yaml", "launch -d once.yaml"):
+        second = ros.run(line)
+        assert (second.returncode, second.stdout) == (1, "")
+        assert second.stderr.endswith(f"It runs already\n  End it with {end}.\n")
+    assert sorted((ros.folder / "log").iterdir()) == before
+    assert (ros.folder / "log" / "latest").resolve() == latest
+    for name in ("once", "simple_publisher-1", "mouth"):
+        assert "Publishing" in ros.run(["logs", name]).stdout
+    # In the foreground it is not for `stop`, which says what ends it.
+    assert f"once runs in the foreground. End it with {end}." in ros.run("stop once").stderr
+
+    shown = ros.run("launch --print once.yaml")
+    assert shown.returncode == 0
+    assert shown.stdout.startswith("simple_publisher-1:\n")
+    assert shown.stdout.endswith("the launch ends: It runs already\n")
+
+    first.interrupt()
+    first.wait()
+    assert ros.run("launch -d once.yaml").returncode == 0
+    second = ros.run("launch -d once.yaml").stderr
+    assert second.endswith("It runs already\n  End it with `teleopctl stop once`.\n")
+
+
+def test_what_a_launch_file_printed_before_it_was_refused_is_kept(ros):
+    (ros.folder / "prints.launch.py").write_text(
+        "print('my own words')\n\ndef generate_launch_description():\n    raise ValueError('no')\n"
+    )
+    assert "no" in ros.run("launch -d prints.launch.py").stderr
+    assert "my own words" in ros.run("logs prints").stdout
+
+
 def test_a_launch_in_the_foreground_that_ends_leaves_no_record(ros):
     (ros.folder / "two.yaml").write_text(TWO_NODES)
     launch = ros.spawn("launch two.yaml")
@@ -179,6 +294,23 @@ def test_a_detached_launch_with_a_node_that_dies_fails_and_says_why(ros):
     told = ros.run("stop --yes").stderr
     assert "dies/sh-2 exited 3" in told
     assert "my last words" not in told
+
+
+def test_a_detached_launch_whose_programs_end_at_once_is_not_said_to_be_up(ros):
+    (ros.folder / "fails.py").write_text("raise SystemExit('my last words')\n")
+    (ros.folder / "fails.yaml").write_text(
+        f"launch:\n- executable: {{cmd: '{sys.executable} fails.py'}}\n"
+    )
+    result = ros.run("launch -d fails.yaml")
+    assert (result.returncode, result.stdout) == (1, "")
+    assert "died with exit code 1:\n  my last words" in result.stderr
+    (ros.folder / "works.yaml").write_text(
+        f"launch:\n- executable: {{cmd: '{sys.executable} -c pass', name: works}}\n"
+    )
+    result = ros.run("launch -d works.yaml")
+    assert result.returncode == 0, result.stderr
+    assert result.stdout.splitlines()[-1] == "works has finished"
+    assert "is up" not in result.stdout
 
 
 def test_logs_follow_one_that_begins_anew_and_show_both_its_parts(ros):
@@ -268,7 +400,7 @@ def test_a_detached_launch_that_is_taken_down_while_it_starts_has_not_come_up(ro
 def test_a_detached_launch_whose_programs_have_done_their_work_is_not_up_but_has_finished(ros):
     (ros.folder / "works.yaml").write_text("launch:\n- executable: {cmd: 'true'}\n")
     result = ros.run("launch -d works.yaml")
-    assert (result.returncode, result.stderr) == (0, "")
+    assert result.returncode == 0, result.stderr
     assert result.stdout.endswith("works has finished\n")
     assert "is up" not in result.stdout.splitlines()[-1]
 

@@ -6,6 +6,7 @@ import subprocess
 import sys
 
 import pytest
+import yaml
 from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
 
@@ -16,9 +17,7 @@ from teleopctl.bag import (
 )
 from teleopctl.bag.records import ROS2MSG
 from teleopctl.interfaces import get_message
-from teleopctl.node import (
-    qos_profile_latched,
-)
+from teleopctl.node import Node, qos_profile_latched
 from teleopctl.testing import eventually
 from tests.system.recording import (
     PATIENT,
@@ -214,6 +213,72 @@ def test_the_space_bar_pauses_and_the_terminal_is_put_back(ros):
         child.wait()
         os.close(terminal)
         os.close(theirs)
+
+
+@pytest.mark.parametrize("waits", [False, True], ids=["at once", "when the others have answered"])
+def test_a_node_that_does_not_answer_is_named_and_keeps_no_other_out_of_the_bag(ros, waits):
+    answering = ros.node.get_fully_qualified_name()
+    # Nobody spins it.
+    with Node("silent", context=ros.node.context):
+        process = record(ros, "-o", "bag", "-a")
+        if waits:
+            eventually(lambda: answering in nodes_with_parameters(ros.folder / "bag"))
+        stop(process)
+    assert "Traceback" not in process.stderr
+    lacking = [line for line in process.stderr.splitlines() if "The bag lacks" in line]
+    assert len(lacking) == 1
+    assert lacking[0].endswith("/silent: no answer") or not waits
+    with open_bag(ros.folder / "bag") as bag:
+        assert "teleopctl" in dict(bag.records())
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGSTOP"), reason="Windows freezes no processes")
+def test_a_recorder_ends_beside_a_frozen_node(ros):
+    talker = ros.spawn("run demo_nodes_py talker")
+    process = record(ros, "-o", "bag", "-a")
+    eventually(lambda: "/talker" in nodes_with_parameters(ros.folder / "bag"))
+    os.kill(talker.pid, signal.SIGSTOP)
+    try:
+        stop(process)
+    finally:
+        os.kill(talker.pid, signal.SIGCONT)
+    assert "Traceback" not in process.stderr
+    with open_bag(ros.folder / "bag") as bag:
+        assert bag.remarks == []
+
+
+_ON_A_SMALL_DISK = """
+import os, resource, sys
+resource.setrlimit(resource.RLIMIT_FSIZE, (40_000, 40_000))
+os.execv(sys.executable, [sys.executable, "-m", "teleopctl", *sys.argv[1:]])
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows knows no bound on files")
+def test_a_full_disk_is_told_in_one_line_and_leaves_what_was_written(ros):
+    # A bound on files does what a full disk does.
+    words = ["bag", "record", "-o", "bag", "--topics", "/noise"]
+    process = ros.spawn_command([sys.executable, "-c", _ON_A_SMALL_DISK, *words])
+    publisher = say(ros, "/noise", ["x"] * 6)
+    wait_until_written(ros.folder / "bag", 6)
+    while publisher.get_subscription_count():
+        publisher.publish(String(data=os.urandom(500).hex()))
+    assert process.wait() == 1
+    lines = [line for line in process.stderr.splitlines() if "[INFO]" not in line]
+    assert lines == ["teleopctl: Cannot write bag/bag_0.mcap: File too large"]
+    with open_bag(ros.folder / "bag") as bag:
+        assert len(list(bag.messages())) >= 6
+    assert not (ros.folder / "bag" / "metadata.yaml.part").exists()
+
+
+def nodes_with_parameters(folder):
+    with open_bag(folder) as bag:
+        return {
+            node
+            for each in bag.attachments()
+            if each.name.startswith("parameters")
+            for node in yaml.safe_load(each.data)
+        }
 
 
 @pytest.mark.parametrize("attempt", range(3))

@@ -299,7 +299,7 @@ class TestMoving:
         said = robot.manager.stderr
         reports = re.findall(r"Command of joint 'joint_4' is outside its limits.*", said)
         (report,) = reports
-        assert "position -2 is clamped to -1.5708 (position limits [-1.5708, 0])" in report
+        assert "position -2 is clamped to -1.5708 (position limits [-1.5708, 0], line " in report
 
     def test_the_arm_follows_a_trajectory(self, ros, robot):
         assert spawn(ros, " ".join(ALL)).returncode == 0

@@ -20,6 +20,7 @@ JointTrajectoryPoint = get_message("trajectory_msgs/msg/JointTrajectoryPoint")
 Float64MultiArray = get_message("std_msgs/msg/Float64MultiArray")
 Duration = get_message("builtin_interfaces/msg/Duration")
 String = get_message("std_msgs/msg/String")
+ResetSimulation = get_service("simulation_interfaces/srv/ResetSimulation")
 SetPause = get_service("mujoco_ros2_control_msgs/srv/SetPause")
 
 
@@ -57,11 +58,14 @@ class Operator(Node):
             self.states.append(message)
             self._changed.notify_all()
 
-    def wait_for_states(self, count):
+    def wait_until(self, what):
         with self._changed:
-            enough = self._changed.wait_for(lambda: len(self.states) >= count, LONGEST_WAIT_S)
+            enough = self._changed.wait_for(what, LONGEST_WAIT_S)
             assert enough, f"{len(self.states)} states\n{self.sim.stderr}\n{self.manager.stderr}"
-            return self.states[:count]
+
+    def wait_for_states(self, count):
+        self.wait_until(lambda: len(self.states) >= count)
+        return self.states[:count]
 
     def pause(self, paused):
         client = self.create_client(SetPause, "/mujoco_sim/set_pause")
@@ -69,6 +73,12 @@ class Operator(Node):
         response = client.call(SetPause.Request(paused=paused), LONGEST_WAIT_S)
         assert response is not None
         assert response.success
+
+    def reset(self):
+        client = self.create_client(ResetSimulation, "/reset_simulation")
+        assert client.wait_for_service(LONGEST_WAIT_S)
+        response = client.call(ResetSimulation.Request(), LONGEST_WAIT_S)
+        assert response is not None and response.result.result == 1, response
 
     def send(self, topic, message):
         publisher = self.create_publisher(type(message), topic, 10)
@@ -182,4 +192,28 @@ def test_a_manager_that_begins_anew_takes_the_arm_over_where_it_is(ros, urdf):
     operator.pause(False)
     after = operator.wait_for_states(count + 5)[-1].position
     assert list(after) == pytest.approx(list(before), abs=1e-3)
+    operator.close()
+
+
+def test_a_reset_while_time_stands_still_is_published_by_the_broadcasters(ros, urdf):
+    operator = Operator(ros, urdf)
+    assert ros.run_module("teleopctl.nodes", f"controller_manager spawner {ALL}").returncode == 0
+    operator.command_both()
+    operator.pause(False)
+    assert max(operator.wait_for_states(30)[-1].position) > 0.1
+    operator.pause(True)
+    operator.states = []
+
+    def from_start():
+        stamps = [(s.header.stamp.sec, s.header.stamp.nanosec) for s in operator.states]
+        return operator.states[stamps.index((0, 0)) :] if (0, 0) in stamps else []
+
+    operator.reset()
+
+    operator.wait_until(lambda: len(from_start()) == 1)
+    assert max(map(abs, from_start()[0].position)) < 1e-9
+    # What has been shown once is not exchanged again: the next cycle is that of the next tick.
+    operator.pause(False)
+    operator.wait_until(lambda: len(from_start()) >= 3)
+    assert [s.header.stamp.nanosec for s in from_start()[:3]] == [0, 100_000_000, 200_000_000]
     operator.close()

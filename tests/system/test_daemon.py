@@ -4,6 +4,7 @@ import socket
 import subprocess
 import sys
 
+import psutil
 import pytest
 
 from teleopctl import background
@@ -185,3 +186,59 @@ def test_running_programs_find_each_other_again_after_a_restart_of_the_router(ro
         ros.run("daemon start")
         assert watcher.wait_for(lambda graph: graph.find_node("/steady"), LONGEST_WAIT_S)
         watcher.close()
+
+
+def test_a_router_on_loopback_is_said_to_be_for_this_machine_only(ros):
+    status = ros.run("daemon status")
+    line = f"Listens at: {ros.router} (this machine only, nothing authenticates its users)\n"
+    assert line in status.stderr
+    assert "WARNING" not in status.stderr
+    data = json.loads(ros.run("daemon status --json").stdout)
+    assert (data["listens"], data["open_to_others"]) == ([ros.router], [])
+
+
+@pytest.fixture
+def open_router(ros_without_router, monkeypatch):
+    """A graph whose router listens on every interface, if there are others than loopback."""
+    ros = ros_without_router
+    port = ros.router.rpartition(":")[2]
+    addresses = [
+        each.address
+        for interface in psutil.net_if_addrs().values()
+        for each in interface
+        if each.family == socket.AF_INET and not each.address.startswith("127.")
+    ]
+    if not addresses:
+        pytest.skip("no network beside the loopback interface")
+    override = f'listen/endpoints=["tcp/0.0.0.0:{port}"]'
+    monkeypatch.setitem(ros.env, "ZENOH_CONFIG_OVERRIDE", override)
+    yield ros, {f"tcp/{each}:{port}" for each in addresses}
+    ros.run("daemon stop")
+
+
+def assert_names_the_danger(text, endpoints):
+    assert all(endpoint in text for endpoint in endpoints)
+    assert "can read and command all nodes, and nothing authenticates it." in text
+    assert "0.0.0.0" not in text.partition("WARNING")[2]
+
+
+def test_a_router_that_other_machines_reach_is_warned_of(open_router):
+    ros, endpoints = open_router
+    assert_names_the_danger(ros.run("daemon start").stderr, endpoints)
+    assert_names_the_danger(ros.run("daemon status").stderr, endpoints)
+    data = json.loads(ros.run("daemon status --json").stdout)
+    assert set(data["open_to_others"]) == endpoints
+    found = json.loads(ros.run("doctor --exclude-packages --json").stdout)["findings"]
+    (finding,) = [each for each in found if each["check"] == "router"]
+    assert finding["severity"] == "warning"
+    assert_names_the_danger("WARNING" + finding["text"], endpoints)
+
+
+def test_of_a_router_that_keeps_its_settings_to_itself_the_system_is_asked(
+    open_router, monkeypatch
+):
+    """As a foreign router may: its administration space is closed."""
+    ros, endpoints = open_router
+    override = f"{ros.env['ZENOH_CONFIG_OVERRIDE']};adminspace/enabled=false"
+    monkeypatch.setitem(ros.env, "ZENOH_CONFIG_OVERRIDE", override)
+    assert_names_the_danger(ros.run("daemon start").stderr, endpoints)

@@ -338,7 +338,7 @@ def test_sim_brings_up_the_arm_with_active_controllers_and_takes_it_down_again(r
     assert "/camera" not in nodes
     second = ros.run("launch sim.yaml")
     assert (second.stdout, second.returncode) == ("", 1)
-    assert "A simulation runs already" in second.stderr
+    assert "A simulation runs already\n  End it with `kill -INT " in second.stderr
     undeclared = ros.run("launch sim.yaml nope:=1").stderr.splitlines()
     assert undeclared[0].startswith("WARNING: launch argument 'nope' is not declared")
     assert undeclared[1].startswith("teleopctl: A simulation runs already")
@@ -365,7 +365,8 @@ def test_a_description_that_is_refused_ends_the_wait_with_the_reason(ros):
     (ros.folder / "plain.urdf").write_text(PLAIN_ARM)
     result = ros.run("launch -d sim.yaml camera:=false hardware:=as_described model:=plain.urdf")
     assert result.returncode == 1
-    assert result.stderr == (
+    # On a slow machine lines before it say what is still starting.
+    assert result.stderr.endswith(
         "teleopctl: ros2_control_node-2: the robot description is refused: "
         "no 'ros2_control' tag found in the URDF\n"
         "  The rest of the launch goes on; `teleopctl stop sim` ends it.\n"
@@ -392,10 +393,11 @@ def test_in_the_foreground_the_spawner_ends_with_the_reason_of_a_refusal(ros):
 def test_a_controller_that_cannot_be_loaded_fails_the_launch_with_the_managers_reason(ros):
     launch = ros.run("launch -d sim.yaml camera:=false controllers:=nope")
     assert launch.returncode == 1
-    assert launch.stderr.splitlines()[0] == (
+    # On a slow machine lines before it say what is still starting.
+    assert (
         "teleopctl: spawner-4: Failed loading controller nope: "
         "The 'type' param was not defined for 'nope'."
-    )
+    ) in launch.stderr.splitlines()
 
 
 def test_a_simulator_that_cannot_build_the_robot_is_not_up(ros):
@@ -414,7 +416,8 @@ def test_a_simulator_that_cannot_build_the_robot_is_not_up(ros):
 
 def test_a_node_that_waits_for_what_nobody_publishes_is_up(ros):
     started = ros.run("run -d mujoco_sim")
-    assert (started.returncode, started.stderr) == (0, "")
+    assert started.returncode == 0, started.stderr
+    assert "WARNING" not in started.stderr
     assert started.stdout.startswith("mujoco_sim is up: /mujoco_sim ")
 
 
@@ -426,7 +429,8 @@ def test_the_simulation_starts_in_a_folder_with_the_sources_of_a_controller_mana
         "setup(entry_points={'console_scripts': ['spawner = gone.spawner:main']})"
     )
     started = ros.run("launch -d sim.yaml camera:=false real_time_factor:=0")
-    assert (started.returncode, started.stderr) == (0, "")
+    assert started.returncode == 0, started.stderr
+    assert "WARNING" not in started.stderr
     assert controllers(ros) == ALL_ACTIVE
 
 

@@ -16,8 +16,9 @@ from tests.system.reader import Reader, missing, steps
 NOT_TYPED = {
     "README": ["pip install '.[test]' && pytest"],
     "launch_files": ["teleopctl launch --watch robots/counting.launch.py"],
-    "nodes": ["mypy --strict my_node.py"],
-    "page": ["teleopctl run rviz2 rviz2 --host 0.0.0.0 --token SECRET"],
+    "nodes": ["mypy --strict my_node.py", "teleopctl launch -d sim.yaml"],
+    "foxglove": ["teleopctl run foxglove_bridge foxglove_bridge --ros-args -p address:=0.0.0.0"],
+    "page": ["teleopctl run rviz2 rviz2 --host 0.0.0.0"],
     "ros2": [
         "export RMW_IMPLEMENTATION=rmw_zenoh_cpp",
         "ros2 daemon stop     # a daemon that runs on another middleware would answer for it",

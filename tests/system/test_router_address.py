@@ -74,8 +74,13 @@ def test_the_daemon_starts_in_its_place_though_sessions_connect_to_another_route
     ):
         done = ros.run(command)
         assert (done.stdout, done.stderr.splitlines()[:2]) == (f"{first}\n", where)
-    fields = json.loads(ros.run("daemon start --json").stdout)
-    assert fields == {"started": False, "endpoint": ros.router, "sessions": other.router}
+    assert json.loads(ros.run("daemon start --json").stdout) == {
+        "started": False,
+        "endpoint": ros.router,
+        "sessions": other.router,
+        "listens": [ros.router],
+        "open_to_others": [],
+    }
 
 
 def test_a_router_that_an_override_names_is_not_started_in_another_place(ros):
@@ -142,6 +147,7 @@ def test_a_router_file_says_where_the_daemon_listens(ros):
     where = (
         f"Endpoint: tcp/127.0.0.1:{port}\n"
         f"Sessions connect elsewhere: {ros.router} (from TELEOPCTL_ROUTER)\n"
+        f"Listens at: tcp/127.0.0.1:{port} (this machine only, nothing authenticates its users)\n"
     )
     for first in ("The daemon has been started\n", "The daemon is already running\n"):
         done = ros.run("daemon start")

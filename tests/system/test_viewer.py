@@ -212,8 +212,46 @@ def test_without_a_viewer_there_is_no_page(ros):
     assert "/rviz" not in ros.run("node list").stdout.split()
 
 
-@pytest.mark.parametrize("words", ["-d missing.rviz", "--host 0.0.0.0", "--port 99999"])
+@pytest.mark.parametrize("words", ["-d missing.rviz", "--port 99999"])
 def test_a_page_that_cannot_be_opened_says_why_and_nothing_else(ros, words):
     done = ros.run(f"run rviz2 rviz2 {words}")
     assert (done.returncode, done.stdout) == (1, "")
     assert words.split()[1] in done.stderr
+
+
+def newest_transform_s(ros: RosGraph, frame: str) -> float:
+    """The newest stamp that the page has of a frame."""
+    answer = ros.run("service call /tf2_frames tf2_msgs/srv/FrameGraph").stdout
+    found = re.search(rf"{frame}: .*?most_recent_transform: ([\d.]+)", answer, re.DOTALL)
+    return float(found[1]) if found else -1.0
+
+
+def test_a_display_beside_a_simulation_leaves_no_false_picture(ros, chromium):
+    opened(chromium, launched(ros, "sim.yaml", "camera:=false"))
+    eventually(lambda: newest_transform_s(ros, "base_plate") > 0.0, 30)
+    done = ros.run(["launch", "--detach", "display.yaml", "viewer:=false"], 60)
+    assert done.returncode == 0, done.stderr
+    (warning,) = [line for line in done.stderr.splitlines() if line.startswith("WARNING")]
+    assert "run already: /robot_state_publisher." in warning
+    assert "`teleopctl stop sim`" in warning
+    log = "logs sim"
+    eventually(lambda: "Left out transforms of /robot_state_publisher" in ros.run(log).stdout, 30)
+    assert ros.run("stop display").returncode == 0
+    before_s = newest_transform_s(ros, "base_plate")
+    assert before_s < 1e6  # simulated seconds, and not those of the wall
+    eventually(lambda: newest_transform_s(ros, "base_plate") > before_s)
+    said = ros.run(log).stdout
+    assert said.count("Left out transforms") == 1
+    assert "TF_OLD_DATA" not in said
+
+
+def test_the_page_is_reset_as_rviz_is(ros, chromium):
+    page = opened(chromium, launched(ros, "display.yaml"))
+    eventually(lambda: newest_transform_s(ros, "base_plate") > 0.0, 30)
+    ros.run("stop display/joint_state_publisher-2")
+    assert newest_transform_s(ros, "base_plate") > 0.0  # the last that came
+    page.keyboard.press("r")
+    eventually(lambda: newest_transform_s(ros, "base_plate") < 0.0)
+    page.get_by_role("tab", name="Scene").click()
+    page.get_by_role("button", name="Reset", exact=True).click()
+    assert ros.run("service call /rviz/reset_time std_srvs/srv/Empty").returncode == 0

@@ -81,6 +81,7 @@ class FakePage:
         subscribed: The callbacks of what is listened to, by topic.
         told: What everybody who looks was told.
         seen_from: From where somebody looks.
+        resets: How often Reset was asked for.
     """
 
     def __init__(self, server: ViserServer, node: Any = None) -> None:
@@ -97,6 +98,7 @@ class FakePage:
         self.subscribed: dict[str, list[Callable[[Any], object]]] = {}
         self.told: list[tuple[str, str]] = []
         self.seen_from: Transform | None = None
+        self.resets = 0
 
     def subscribe(
         self, topic: str, type_name: str, callback: Callable[[Any], object], qos: object
@@ -136,6 +138,9 @@ class FakePage:
             function(*arguments)
 
         return call
+
+    def reset(self) -> None:
+        self.resets += 1
 
     def notify(self, title: str, text: str = "", *, wrong: bool = False) -> None:
         del wrong

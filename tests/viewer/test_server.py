@@ -4,6 +4,7 @@ import asyncio
 import contextlib
 import gc
 import http.client
+import re
 import socket
 import threading
 import weakref
@@ -20,6 +21,7 @@ from teleopctl.testing import LONGEST_WAIT_S, eventually
 from teleopctl.viewer import PageError, open_server, page_address
 from teleopctl.viewer.page import server as page_server
 from tests.benchmarks.page_client import PageClient
+from tests.system.page_garbage import send_garbage
 
 # In bytes: half of what the kernel takes by itself.
 MUCH = 1_500_000
@@ -114,6 +116,48 @@ def preflight(port):
     connection.getresponse()
 
 
+@pytest.mark.parametrize(
+    ("path", "status"),
+    [("/" + "a" * 300, 404), ("/" + "a/" * 900, 404), ("/" + "a" * 5000, 414), ("/%00", 404)],
+)
+def test_a_file_that_there_cannot_be_is_none(page, path, status):
+    assert get(page.get_port(), path).status == status
+
+
+def test_a_page_of_another_version_is_refused_in_the_handshake(page, capfd):
+    for protocols in ([], [Subprotocol("viser-v0.0.1")], [Subprotocol("foxglove.sdk.v1")]):
+        with pytest.raises(InvalidStatus, match="400"):
+            connect(f"ws://127.0.0.1:{page.get_port()}/", subprotocols=protocols)
+    assert capfd.readouterr() == ("", "")
+
+
+def test_garbage_is_logged_once_for_each_kind_and_then_counted(capfd):
+    server = open_server(port=0)
+    lines: list[str] = []
+    server.mistakes.log = lines.append
+    try:
+        send_garbage(server.get_port(), 100)
+        below = server._websock_server
+        eventually(lambda: not below._live_connections)
+        eventually(lambda: len(lines) >= 5)
+        # It serves those who make sense.
+        client = PageClient(server.get_port())
+        eventually(server.get_clients)
+        client.close()
+    finally:
+        server.stop()
+    assert all(re.fullmatch(r"A browser sent .* \(\w+\)( \(1\d* times .*)?", x) for x in lines)
+    assert len(lines) < 20
+    assert "Traceback" not in "".join(capfd.readouterr())
+
+
+def test_no_page_of_others_may_show_it_in_a_frame(page):
+    for path in ("/", "/nothing"):
+        found = get(page.get_port(), path)
+        assert found.headers["X-Frame-Options"] == "SAMEORIGIN"
+        assert found.headers["Content-Security-Policy"] == "frame-ancestors 'self'"
+
+
 def test_a_port_that_is_taken_gives_way_to_the_next():
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
@@ -137,17 +181,17 @@ def test_an_impossible_port_is_refused_at_once(port):
 
 
 @pytest.mark.parametrize(
-    ("host", "token", "address"),
+    ("host", "address"),
     [
-        ("127.0.0.1", None, "http://localhost:80/"),
-        ("::1", None, "http://localhost:80/"),
-        ("192.168.0.7", "x", "http://192.168.0.7:80/?token=x"),
-        ("fe80::1", "x", "http://[fe80::1]:80/?token=x"),
-        ("0.0.0.0", "x", f"http://{socket.gethostname()}:80/?token=x"),
+        ("127.0.0.1", "http://localhost:80/"),
+        ("::1", "http://localhost:80/"),
+        ("192.168.0.7", "http://192.168.0.7:80/"),
+        ("fe80::1", "http://[fe80::1]:80/"),
+        ("0.0.0.0", f"http://{socket.gethostname()}:80/"),
     ],
 )
-def test_the_address_is_one_that_a_browser_opens(host, token, address):
-    assert page_address(host, 80, token) == address
+def test_the_address_is_one_that_a_browser_opens(host, address):
+    assert page_address(host, 80).url == address
 
 
 @contextlib.contextmanager

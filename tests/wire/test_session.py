@@ -321,3 +321,11 @@ def test_a_session_that_cannot_be_closed_is_a_warning(caplog):
     close_session(cast(zenoh.Session, SimpleNamespace(close=close)))
     assert "close operation timed out!" in caplog.text
     assert ".rs" not in caplog.text
+
+
+def test_a_session_whose_end_takes_too_long_is_left_behind(caplog, monkeypatch):
+    monkeypatch.setattr("teleopctl.wire.session._LONGEST_CLOSE_S", 0.01)
+    let_go = threading.Event()
+    close_session(cast(zenoh.Session, SimpleNamespace(close=let_go.wait)))
+    let_go.set()
+    assert "does not read what it is sent" in caplog.text

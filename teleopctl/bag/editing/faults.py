@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
-from tempfile import TemporaryDirectory
+from tempfile import gettempdir
 
 from teleopctl.bag.mcap_file.inspection import Fault, file_faults
 from teleopctl.bag.storage.packed import SUFFIX, unpack_file
+from teleopctl.base.temporary import TemporaryFolder
 from teleopctl.errors import InvalidFileError
 
 DATABASE_SUFFIX = ".db3"
@@ -16,8 +17,8 @@ DATABASE_SUFFIX = ".db3"
 def faults_of(file: Path) -> Iterator[Fault]:
     """Yield what is wrong with a file of a bag of ROS 2; all of it is read."""
     if file.suffix == SUFFIX:
-        with TemporaryDirectory(prefix="teleopctl-bag-") as folder:
-            yield from _faults_inside(file, Path(folder))
+        with TemporaryFolder(Path(gettempdir())) as folder:
+            yield from _faults_inside(file, folder)
     elif file.suffix == DATABASE_SUFFIX:
         from teleopctl.bag.storage.database_log import is_left_open
         from teleopctl.bag.storage.sqlite_file import SqliteFileReader

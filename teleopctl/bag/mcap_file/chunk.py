@@ -19,6 +19,13 @@ from mcap.opcode import Opcode
 from mcap.records import Channel, ChunkIndex, Message, MessageIndex, Schema
 from zstandard import ZstdError
 
+from teleopctl.base.budget import (
+    MOST_RECORDS,
+    SMALLEST_RECORD_BYTES,
+    Tally,
+    check_unpacked,
+)
+
 MAGIC = b"\x89MCAP0\r\n"
 """What a file begins and ends with. The library has it in its writer, which half of the time to
 read a small file would go into loading."""
@@ -31,7 +38,7 @@ MESSAGE_HEAD = struct.Struct("<HIQQ")
 
 # The library's writer begins a chunk of its own for a message that is larger than a chunk.
 LARGEST_CHUNK = 2**32
-"""More than that no chunk may claim to have."""
+"""More than that no chunk may claim to have, compressed or not."""
 
 # What decompressors and the library raise for bytes that are not what they should be.
 BROKEN = (
@@ -155,8 +162,11 @@ def records_of(data: bytes) -> Iterator[tuple[int, int, int]]:
     """Yield of each record of a chunk's content what it is, and where its own begins and ends.
 
     Raises:
-        ValueError: The chain of records is broken; so does `struct.error` tell.
+        ValueError: The chain of records is broken, as `struct.error` says too, or there are more
+            than the budget has.
     """
+    if len(data) > MOST_RECORDS * SMALLEST_RECORD_BYTES:
+        _count_records(data)
     offset = 0
     while offset < len(data):
         opcode, length = HEAD.unpack_from(data, offset)
@@ -167,6 +177,15 @@ def records_of(data: bytes) -> Iterator[tuple[int, int, int]]:
         if opcode == Opcode.MESSAGE and length < MESSAGE_HEAD.size:
             raise ValueError("a message is shorter than its head")
         yield opcode, start, offset
+
+
+def _count_records(data: bytes) -> None:
+    """See that a chunk has not too many records, before anything is made of them."""
+    records = Tally("records", MOST_RECORDS)
+    offset = 0
+    while offset + HEAD.size <= len(data):
+        offset += HEAD.size + HEAD.unpack_from(data, offset)[1]
+        records.add()
 
 
 def read_content(stream: BinaryIO, index: ChunkIndex, *, checked: bool = True) -> bytes:
@@ -189,8 +208,10 @@ def read_content(stream: BinaryIO, index: ChunkIndex, *, checked: bool = True) -
         raise ValueError("it goes beyond the end of the file")
     _, _, size, checksum = CHUNK_HEAD.unpack(stream.read(CHUNK_HEAD.size))
     compression, compressed = read_compression(stream, length)
-    if size > LARGEST_CHUNK:
+    if size > LARGEST_CHUNK or (not compression and compressed != size):
         raise ValueError(f"it claims {size} bytes")
+    if compression:
+        check_unpacked(size, compressed)
     data = _decompressed(compression, stream.read(compressed), size)
     if len(data) != size:
         raise ValueError(f"it has {len(data)} bytes in place of {size}")
@@ -230,6 +251,9 @@ def _decompressed(compression: str, data: bytes, size: int) -> bytes:
 
         if lz4.frame.get_frame_info(data)["content_size"] not in (0, size):
             raise ValueError("its compressed data is of another size than it says")
-        unpacked: bytes = lz4.frame.decompress(data)
+        decompressor = lz4.frame.LZ4FrameDecompressor()
+        unpacked: bytes = decompressor.decompress(data, size)
+        if not decompressor.eof and decompressor.decompress(b"", 1):
+            raise ValueError(f"its compressed data becomes more than the {size} bytes that it says")
         return unpacked
     raise ValueError(f"its compression '{compression}' is not known")

@@ -20,6 +20,7 @@ from mcap.opcode import Opcode
 from mcap.records import ChunkIndex
 
 from teleopctl.bag.mcap_file.chunk import CHUNK_HEAD, HEAD, MESSAGE_HEAD
+from teleopctl.base.budget import may_be_unpacked
 
 CHUNK_BYTES = 2**20
 """How many bytes of messages are compressed and indexed together."""
@@ -134,7 +135,9 @@ class ChunkBuilder:
         if self._settings.compression is not Compression.NONE:
             compressed = self._compress(content)
             is_worth_it = len(compressed) <= len(content) * (1 - _LEAST_GAIN)
-            if is_worth_it or self._settings.forces_compression:
+            # What readers would refuse as a bomb, a gigabyte of zeros, stays as it is.
+            is_read = may_be_unpacked(len(content), len(compressed))
+            if is_read and (is_worth_it or self._settings.forces_compression):
                 name, data = self._settings.compression.value, compressed
         checksum = zlib.crc32(content) if self._settings.chunk_checksums else 0
         start_ns = min(min(index[::2]) for index in indexes.values())

@@ -18,7 +18,6 @@ from teleopctl.bag.mcap_file.chunk import (
     BROKEN,
     CHUNK_HEAD,
     HEAD,
-    LARGEST_CHUNK,
     read_compression,
     read_message,
     read_record,
@@ -27,6 +26,7 @@ from teleopctl.bag.mcap_file.chunk import (
 from teleopctl.bag.mcap_file.chunk_builder import ChunkBuilder, ChunkSettings, Compression
 from teleopctl.bag.mcap_file.file_end import record_bytes
 from teleopctl.bag.mcap_file.scan import Scan
+from teleopctl.base.budget import check_unpacked
 
 _BLOCK_BYTES = 2**20
 # So many in turn are no end of compressed data. Disks lose what they lose in blocks of 512 bytes.
@@ -94,9 +94,11 @@ def _read(stream: BinaryIO, found: Scan) -> CutChunk | None:
     stored = stream.read(compressed)
     written = stored.rstrip(b"\0")
     ends_with_zeros = len(stored) - len(written) >= _ZEROS
-    if size > LARGEST_CHUNK or not (is_cut or ends_with_zeros):
+    if not (is_cut or ends_with_zeros):
         return None
     compression = Compression(name or Compression.NONE.value)
+    if compression is not Compression.NONE:
+        check_unpacked(size, compressed)
     data = _beginning(compression, written if ends_with_zeros else stored, size)
     descriptions: list[Schema | Channel] = []
     messages: list[Message] = []

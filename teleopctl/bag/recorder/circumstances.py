@@ -18,15 +18,16 @@ from teleopctl.bag.records import BagAttachment
 from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces import deserialize, get_message
 from teleopctl.node import (
+    AsyncParameterClient,
+    ExternalShutdownException,
     Node,
-    NotInitializedException,
     ShutdownException,
-    ask_nodes,
     parameter_document,
     qos_profile_latched,
 )
 
 if TYPE_CHECKING:
+    from teleopctl.node import ResponseFuture
     from teleopctl.wire import Graph
 
 LAUNCH_VARIABLE = "TELEOPCTL_LAUNCH_OF_RECORDING"
@@ -87,6 +88,7 @@ class Circumstances:
         self._parameter_files = 0
         self._changed = threading.Event()
         self._is_over = threading.Event()
+        self._end_s = math.inf
         self._thread = threading.Thread(target=self._run, name="bag circumstances", daemon=True)
         node.add_graph_callback(self._changed.set)
         self._changed.set()
@@ -94,9 +96,10 @@ class Circumstances:
 
     def close(self) -> None:
         """Gather what is missing, in bounded time; it is written then, or never."""
+        self._end_s = time.monotonic() + _LONGEST_END_S
         self._is_over.set()
         self._changed.set()
-        self._thread.join(_LONGEST_END_S)
+        self._thread.join(2 * _LONGEST_END_S)
 
     def join(self) -> None:
         """Wait until nothing is asked any more, after `close`."""
@@ -117,16 +120,22 @@ class Circumstances:
                 self._see(self._node.graph(), now_s)
                 self._gather_parameters([n for n, due_s in self._due_s.items() if due_s <= now_s])
             self._end()
-        except (TeleopctlError, ShutdownException, NotInitializedException) as error:
+        except (TeleopctlError, ShutdownException, ExternalShutdownException) as error:
             if not self._is_over.is_set():
                 self._node.get_logger().warning(f"The bag lacks parameters of nodes: {error}")
 
     def _end(self) -> None:
-        deadline_s = time.monotonic() + _LONGEST_END_S
-        self._see(self._node.graph(), deadline_s)
+        graph = self._node.graph()
+        self._see(graph, self._end_s)
         self._gather_parameters([*self._due_s], _LONGEST_END_S / 2)
         for has_come in self._descriptions.values():
-            has_come.wait(deadline_s - time.monotonic())
+            has_come.wait(max(0.0, self._end_s - time.monotonic()))
+        # Those that have left the graph had no time to answer, which is no fault of theirs.
+        silent = sorted(self._seen & {*graph.node_names()} - {*self._documents})
+        if silent:
+            self._node.get_logger().warning(
+                f"The bag lacks the parameters of {', '.join(silent)}: no answer"
+            )
 
     def _see(self, graph: Graph, now_s: float) -> None:
         """Take note of what has appeared."""
@@ -216,11 +225,33 @@ class Circumstances:
             enable_rosout=False,
             start_parameter_services=False,
             use_global_arguments=False,
-        ) as questions:
-            documents = read_parameters(questions, names, longest_s)
+        ) as asking:
+            questions = _Questions(asking, names, self._changed.set)
+            self._take_answers(questions, now_s + longest_s)
         for name in names:
             if self._due_s[name] <= now_s:
                 del self._due_s[name]
+        # What the graph has told meanwhile is still to be looked at.
+        self._changed.set()
+
+    def _take_answers(self, questions: _Questions, deadline_s: float) -> None:
+        """Write what nodes answer up to a time, or until the recording is to end."""
+        # Any: YAML's values.
+        answered: dict[str, Any] = {}
+        while True:
+            self._changed.clear()
+            answered |= questions.step()
+            left_s = min(deadline_s, self._end_s) - time.monotonic()
+            if not questions.is_pending or left_s <= 0.0:
+                break
+            # One that is slow, or frozen, keeps nobody waiting for what the others said.
+            if not self._changed.wait(min(left_s, _TOGETHER_S) if answered else left_s):
+                self._write_parameters(answered)
+                answered = {}
+        self._write_parameters(answered)
+
+    # Any: as above.
+    def _write_parameters(self, documents: Mapping[str, Any]) -> None:
         changed = {
             name: document
             for name, document in documents.items()
@@ -229,7 +260,6 @@ class Circumstances:
         if not changed:
             return
         self._documents |= changed
-
         self._parameter_files += 1
         number = f"_{self._parameter_files}" if self._parameter_files > 1 else ""
         from teleopctl import ros_yaml
@@ -241,33 +271,57 @@ class Circumstances:
         self._attach(BagAttachment(name, media_type, data, self._now_ns()))
 
 
-# Any, here and below: YAML's values.
-def read_parameters(
-    node: Node, names: Iterable[str], longest_s: float = _LONGEST_ANSWER_S
-) -> dict[str, Any]:
-    """Ask nodes for all of their parameters, and return them as parameter files have them.
-
-    Nodes that do not answer are left out.
+class _Questions:
+    """Asks nodes for all of their parameters, each for itself: a frozen one holds up no other.
 
     Args:
-        node: Who asks; it needs no executor for this.
+        node: The node that asks; it needs no executor for this.
         names: Full names of the nodes.
-        longest_s: How long each of the two questions may take, for all nodes together, in seconds.
+        on_news: Called from any thread when there is something for `step` to take.
     """
-    lists = ask_nodes(node, names, lambda remote: remote.list_parameters(), longest_s)
-    wanted = {
-        name: sorted(answer.result.names)
-        for name, answer in lists.items()
-        if not isinstance(answer, TeleopctlError)
-    }
-    values = ask_nodes(
-        node,
-        wanted,
-        lambda remote: remote.get_parameters(wanted[remote.remote_node_name]),
-        longest_s,
-    )
-    documents: dict[str, Any] = {}
-    for name, answer in values.items():
-        if not isinstance(answer, TeleopctlError):
-            documents |= parameter_document(name, zip(wanted[name], answer.values, strict=False))
-    return documents
+
+    def __init__(self, node: Node, names: Iterable[str], on_news: Callable[[], object]) -> None:
+        self._on_news = on_news
+        self._remotes = {name: AsyncParameterClient(node, name) for name in names}
+        # Any: responses, whose types are made at run time.
+        self._lists: dict[str, ResponseFuture[Any]] = {}
+        self._values: dict[str, tuple[list[str], ResponseFuture[Any]]] = {}
+        for name, remote in self._remotes.items():
+            self._lists[name] = self._asked(remote.list_parameters())
+
+    @property
+    def is_pending(self) -> bool:
+        """Whether an answer may still come."""
+        return bool(self._lists or self._values)
+
+    # Any: YAML's values.
+    def step(self) -> dict[str, Any]:
+        """Take the answers that have come; return those of them that are complete, as documents."""
+        for name, future in [*self._lists.items()]:
+            if future.is_settled():
+                del self._lists[name]
+                if (answer := _answer_of(future)) is not None:
+                    wanted = sorted(answer.result.names)
+                    values = self._remotes[name].get_parameters(wanted)
+                    self._values[name] = wanted, self._asked(values)
+        documents: dict[str, Any] = {}
+        for name, (wanted, future) in [*self._values.items()]:
+            if future.is_settled():
+                del self._values[name]
+                if (answer := _answer_of(future)) is not None:
+                    pairs = zip(wanted, answer.values, strict=False)
+                    documents |= parameter_document(name, pairs)
+        return documents
+
+    def _asked(self, future: ResponseFuture[Any]) -> ResponseFuture[Any]:
+        future.on_end(self._on_news)
+        future.when_unanswered(self._on_news)
+        return future
+
+
+# Any: as above.
+def _answer_of(future: ResponseFuture[Any]) -> Any:
+    """The response; None where there will be none."""
+    if not future.done() or future.cancelled() or future.exception() is not None:
+        return None
+    return future.result()

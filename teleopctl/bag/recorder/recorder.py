@@ -80,6 +80,7 @@ class Recorder:
         self._last_session: Session | None = None
         self._ended = threading.Event()
         self._on_end: Callable[[], object] | None = None
+        self._is_awaited = False
         self._own_context = None if context is not None else Context()
         self._closing = threading.Event()
         if self._own_context is not None:
@@ -258,11 +259,13 @@ class Recorder:
         Returns:
             Whether that came before the time was up.
         """
+        self._is_awaited = True
         return self._ended.wait(timeout_s)
 
     def on_end(self, callback: Callable[[], object]) -> None:
         """Call a function once the recorder cannot go on, from any thread; at once if it cannot."""
         self._on_end = callback
+        self._is_awaited = True
         if self._ended.is_set():
             callback()
 
@@ -295,7 +298,9 @@ class Recorder:
         self.close()
 
     def _fail(self, error: TeleopctlError) -> None:
-        self.node.get_logger().error(error.message)
+        # Whoever waits gets it from `close`, at once.
+        if not self._is_awaited:
+            self.node.get_logger().error(error.message)
         self._ended.set()
         if self._on_end is not None:
             self._on_end()

@@ -7,7 +7,7 @@ import heapq
 from collections.abc import Callable, Collection, Iterator
 from dataclasses import replace
 from pathlib import Path
-from tempfile import TemporaryDirectory
+from tempfile import gettempdir
 from typing import TYPE_CHECKING, Protocol, Self
 
 from teleopctl.bag.mcap_file.file_reader import McapFileReader, Salvage
@@ -22,6 +22,7 @@ from teleopctl.bag.metadata import (
 )
 from teleopctl.bag.records import NO_TIME_NS, BagAttachment, BagMessage, BagTopic
 from teleopctl.bag.storage.packed import SUFFIX, ZSTD, require_zstd, unpack_file, unpack_messages
+from teleopctl.base.temporary import TemporaryFolder
 from teleopctl.errors import InvalidFileError, NotFoundError
 from teleopctl.text_file import absence
 
@@ -234,7 +235,7 @@ class _FilesBag:
         self.remarks: list[str] = []
         self._readers: list[McapFileReader | SqliteFileReader] = []
         self._descriptions: list[BagFile] = []
-        self._unpacked: TemporaryDirectory[str] | None = None
+        self._unpacked: TemporaryFolder | None = None
         self._has_packed_messages = metadata is not None and metadata.compression_mode == "message"
         if metadata is not None and metadata.compression_mode:
             require_zstd(metadata.compression_format)
@@ -307,7 +308,7 @@ class _FilesBag:
         for reader in self._readers:
             reader.close()
         if self._unpacked is not None:
-            self._unpacked.cleanup()
+            self._unpacked.remove()
 
     def __enter__(self) -> Self:
         return self
@@ -338,8 +339,8 @@ class _FilesBag:
         """The file; what it was before it was compressed, if it is."""
         if file.suffix != SUFFIX:
             return file
-        self._unpacked = self._unpacked or TemporaryDirectory(prefix="teleopctl-bag-")
-        plain, fault = unpack_file(file, Path(self._unpacked.name))
+        self._unpacked = self._unpacked or TemporaryFolder(Path(gettempdir()))
+        plain, fault = unpack_file(file, self._unpacked.path)
         if fault:
             self.remarks.append(fault)
         return plain

@@ -6,7 +6,7 @@ from collections import deque
 from collections.abc import Callable, Collection, Iterator
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING, Any, Self
 
 from teleopctl.bag.metadata import BagFile, BagMetadata
 from teleopctl.bag.records import (
@@ -17,12 +17,14 @@ from teleopctl.bag.records import (
     BagTopic,
     TypeText,
 )
+from teleopctl.base.budget import LARGEST_UNPACKED_BYTES, BudgetError, unpacked_limit
 from teleopctl.errors import InvalidFileError
 from teleopctl.interfaces import hash_of_text
 from teleopctl.text_file import absence
 from teleopctl.wire import EndpointQos
 
 if TYPE_CHECKING:
+    from rosbags.highlevel import AnyReader
     from rosbags.interfaces import Connection
     from rosbags.typesys.store import Typestore
 
@@ -30,6 +32,7 @@ _Converter = Callable[[bytes | memoryview], bytes | memoryview]
 
 ROS1 = "rosbag v2.0"
 """What ``storage_identifier`` is for a bag of ROS 1."""
+_PIECE_BYTES = 2**20
 
 
 class Ros1Bag:
@@ -56,6 +59,7 @@ class Ros1Bag:
             self._reader.open()
         except (AnyReaderError, OSError, ValueError) as error:
             raise InvalidFileError(f"Cannot read {path}: {error}") from error
+        _bound_chunks(self._reader)
         self._types = _ros2_types(self._reader.typestore)
         try:
             self._connections = [(c, self._topic(c)) for c in self._reader.connections]
@@ -84,7 +88,7 @@ class Ros1Bag:
             ):
                 cdr = self._to_cdr(connection, data)
                 yield BagMessage(connection.topic, time_ns, time_ns, cdr)
-        except (AnyReaderError, ReaderError, OSError) as error:
+        except (AnyReaderError, ReaderError, BudgetError, OSError) as error:
             raise InvalidFileError(f"{self.path}: {error}") from error
 
     def latest(self, topic: str, end_ns: int, most: int = 1) -> list[BagMessage]:
@@ -179,3 +183,48 @@ def _converter(ros1: Typestore, ros2: Typestore, type_name: str) -> _Converter:
     if is_same_wireformat(ros1, ros2, type_name, new_name):
         return partial(ros2.ros1_to_cdr, typename=new_name)
     return partial(migrate_bytes, ros1, ros2, type_name, new_name, {}, src_is2=False, dst_is2=True)
+
+
+def _bound_chunks(reader: AnyReader) -> None:
+    """Have chunks unpacked within the budget, which rosbags would unpack whole."""
+    import bz2
+
+    import lz4.frame  # type: ignore[import-untyped]  # it has no stubs
+    from rosbags.rosbag1 import Reader
+    from rosbags.rosbag1.reader import decompressors
+
+    bounded = {
+        decompressors["bz2"]: partial(_unpacked, bz2.BZ2Decompressor),
+        decompressors["lz4"]: partial(_unpacked, lz4.frame.LZ4FrameDecompressor),
+    }
+    for bag in reader.readers:
+        if isinstance(bag, Reader):
+            for place, chunk in bag.chunks.items():
+                unpack = bounded.get(chunk.decompressor, chunk.decompressor)
+                bag.chunks[place] = chunk._replace(decompressor=unpack)
+
+
+# Any stands for the decompressors of bz2 and of lz4, which have no type in common.
+def _unpacked(make: Callable[[], Any], data: bytes) -> bytes:
+    """Unpack a chunk.
+
+    Raises:
+        BudgetError: It becomes more than it may.
+        OSError: It is damaged.
+    """
+    most = min(unpacked_limit(len(data)), LARGEST_UNPACKED_BYTES)
+    decompressor, unpacked, pending = make(), bytearray(), data
+    while not decompressor.eof:
+        try:
+            piece = decompressor.decompress(pending, _PIECE_BYTES)
+        except RuntimeError as error:  # what lz4 raises
+            raise OSError(f"a chunk is damaged: {error}") from error
+        pending = b""
+        unpacked += piece
+        if len(unpacked) > most:
+            raise BudgetError(
+                f"a chunk of {len(data):,} bytes becomes more than the {most:,} that are unpacked"
+            )
+        if not piece and not decompressor.eof:
+            raise OSError("a chunk is damaged: its compressed data are cut off")
+    return bytes(unpacked)

@@ -13,7 +13,7 @@ A type may be one that nobody here knows: its messages are bytes all the same.
 from __future__ import annotations
 
 import sqlite3
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any, Self
@@ -37,6 +37,14 @@ from teleopctl.interfaces import type_hash
 
 # After so many numbers in turn that have no message, a damaged database has no further one.
 _GAP = 10_000
+_LARGEST = 2**63
+# SQLite needs some room for itself, and has no values of more than 2 GB.
+_LEAST_LENGTH, _MOST_LENGTH = 1_000_000, 2**31 - 1
+# rosbag2 writes nothing else, but SQLite takes any value in any column.
+_IS_MESSAGE = (
+    "typeof(timestamp) = 'integer' AND timestamp >= 0 AND typeof(data) = 'blob'"
+    " AND typeof(topic_id) = 'integer'"
+)
 _HEAD_BYTES = 20
 _WAL_VERSION = 2
 
@@ -63,14 +71,16 @@ class SqliteFileReader:
         self.path = path
         self.remarks: list[str] = []
         self.is_finished = True
+        self._nonsense = 0
         try:
             path.open("rb").close()
-            self._database = _connect(path)
+            self._database = _Database(path)
         except OSError as error:
             raise InvalidFileError(f"Cannot read {path}: {error.strerror}") from error
         except sqlite3.Error as error:
             raise InvalidFileError(f"Cannot read {path}: {error}") from error
         try:
+            self._require_tables()
             self._ids = self._find_topics()
             self._summary = self._summarize()
         except sqlite3.Error as error:
@@ -114,15 +124,17 @@ class SqliteFileReader:
         if self.is_finished:
             try:
                 query = (
-                    "SELECT timestamp, id, topic_id, data FROM messages"  # noqa: S608 (our numbers)
+                    "SELECT timestamp, rowid, topic_id, data FROM messages"  # noqa: S608 (numbers)
                     f" WHERE timestamp >= ? AND timestamp < ? AND {_among(wanted)}"
-                    " ORDER BY timestamp, id"
+                    " ORDER BY timestamp, rowid"
                 )
-                rows = self._database.execute(query, (start_ns, end_ns))
-                for time_ns, number, id_, data in rows:
-                    if isinstance(time_ns, int) and isinstance(data, bytes):
+                for row in self._database.rows(query, start_ns, end_ns):
+                    *place, data = row
+                    # An index that is damaged leads to rows that were not asked for.
+                    if _is_place(place) and place[2] in wanted and isinstance(data, bytes):
+                        time_ns, number, id_ = place
                         yield BagMessage(wanted[id_], time_ns, time_ns, data)
-                    reached = (time_ns, number)
+                        reached = (time_ns, number)
                 return
             except sqlite3.Error as error:
                 what = f"{self.path}: the database is damaged ({error})"
@@ -144,11 +156,15 @@ class SqliteFileReader:
         with suppress(sqlite3.Error):
             query = (
                 "SELECT timestamp, data FROM messages"  # noqa: S608 (our numbers)
-                f" WHERE timestamp < ? AND {_among(wanted)}"
-                " ORDER BY timestamp DESC, id DESC LIMIT ?"
+                f" WHERE {_IS_MESSAGE} AND timestamp < ? AND {_among(wanted)}"
+                " ORDER BY timestamp DESC, rowid DESC LIMIT ?"
             )
-            rows = self._database.execute(query, (end_ns, most)).fetchall()
-            return [BagMessage(topic, time, time, data) for time, data in reversed(rows) if data]
+            rows = list(self._database.rows(query, end_ns, most))
+            return [
+                BagMessage(topic, time_ns, time_ns, data)
+                for time_ns, data in reversed(rows)
+                if _is_place((time_ns,)) and isinstance(data, bytes)
+            ]
         return []
 
     def attachments(self) -> Iterator[BagAttachment]:
@@ -164,12 +180,14 @@ class SqliteFileReader:
     def check(self) -> Iterator[str]:
         """Yield a sentence for each thing that is damaged; all of it is read."""
         try:
-            found = [row[0] for row in self._database.execute("PRAGMA quick_check(5)")]
+            found = [str(row[0]) for row in self._database.rows("PRAGMA quick_check(5)")]
         except sqlite3.Error as error:
             found = [str(error)]
         for what in found:
             if what != "ok":
                 yield "the database is damaged: " + " ".join(what.split())
+        if self._nonsense:
+            yield f"{self._nonsense} rows of its messages are none: a time, a topic or bytes"
 
     def close(self) -> None:
         """Close the file."""
@@ -181,41 +199,57 @@ class SqliteFileReader:
     def __exit__(self, *_: object) -> None:
         self.close()
 
+    def _require_tables(self) -> None:
+        """Refuse what only looks like a table: a view may have rows without end.
+
+        Raises:
+            InvalidFileError: A table is something else.
+        """
+        for table in ("topics", "messages"):
+            query = "SELECT type, sql FROM sqlite_master WHERE name = ?"
+            try:
+                kinds = [str(kind) for kind, _ in self._database.rows(query, table)]
+                columns = list(self._database.rows(f"PRAGMA table_xinfo({table})"))
+            except sqlite3.Error:
+                continue  # it is damaged; `_find_topics` says so
+            is_computed = any(row[-1] not in (None, 0) for row in columns)
+            if is_computed or (kinds and "table" not in kinds):
+                raise InvalidFileError(f"Cannot read {self.path}: its '{table}' is no plain table")
+
     def _find_topics(self) -> dict[int, BagTopic]:
         """The topics by their numbers in the database."""
-        self._database.row_factory = sqlite3.Row
+        query = "SELECT * FROM topics ORDER BY id"
         try:
-            try:
-                rows = self._database.execute("SELECT * FROM topics ORDER BY id").fetchall()
-            except sqlite3.DatabaseError as error:
-                if isinstance(error, sqlite3.OperationalError) or "malformed" not in str(error):
-                    raise
-                # It is shorter than its first page says. With this, SQLite reads what is there.
-                self.is_finished = False
-                self._database.execute("PRAGMA writable_schema=ON")
-                rows = self._database.execute("SELECT * FROM topics ORDER BY id").fetchall()
-            definitions = {}
-            with suppress(sqlite3.Error):
-                definitions = {
-                    row["topic_type"]: TypeText(
-                        str(row["encoding"]), row["encoded_message_definition"]
-                    )
-                    for row in self._database.execute("SELECT * FROM message_definitions")
-                    if isinstance(row["encoded_message_definition"], str)
-                }
-        finally:
-            self._database.row_factory = None
+            rows = list(self._database.named_rows(query))
+        except sqlite3.DatabaseError as error:
+            if isinstance(error, sqlite3.OperationalError) or "malformed" not in str(error):
+                raise
+            # It is shorter than its first page says. With this, SQLite reads what is there.
+            self.is_finished = False
+            list(self._database.rows("PRAGMA writable_schema=ON"))
+            rows = list(self._database.named_rows(query))
+        definitions = {}
+        with suppress(sqlite3.Error):
+            for row in self._database.named_rows("SELECT * FROM message_definitions"):
+                text = row.get("encoded_message_definition")
+                if isinstance(text, str):
+                    type_name, encoding = row.get("topic_type"), row.get("encoding")
+                    definitions[str(type_name)] = TypeText(str(encoding), text)
+        if rows and not {"id", "name", "type"} <= rows[0].keys():
+            raise InvalidFileError(f"Cannot read {self.path}: its topics have no name or no type")
         return {
-            row["id"]: self._topic(dict(row), definitions)
+            row["id"]: self._topic(row, definitions)
             for row in rows
-            if isinstance(row["name"], str) and isinstance(row["type"], str)
+            if isinstance(row["id"], int)
+            and isinstance(row["name"], str)
+            and isinstance(row["type"], str)
         }
 
     # Any: a row has numbers and texts.
     def _topic(self, row: dict[str, Any], definitions: dict[str, TypeText]) -> BagTopic:
         name, type_name = row["name"], whole_type_name(row["type"])
         try:
-            offers = tuple(dict.fromkeys(parse_offers(row.get("offered_qos_profiles"))))
+            offers = parse_offers(row.get("offered_qos_profiles"))
         except InvalidFileError as error:
             self.remarks.append(f"{self.path}, topic {name}: {error.message}")
             offers = ()
@@ -234,16 +268,19 @@ class SqliteFileReader:
         """Number of messages, first and last log time, by the number of the topic."""
         if self.is_finished:
             try:
-                rows = self._database.execute(
-                    "SELECT topic_id, COUNT(*), MIN(timestamp), MAX(timestamp)"
-                    " FROM messages GROUP BY topic_id"
+                rows = self._database.rows(
+                    "SELECT topic_id, COUNT(*), MIN(timestamp), MAX(timestamp)"  # noqa: S608 (ours)
+                    f" FROM messages WHERE {_IS_MESSAGE} GROUP BY topic_id"
                 )
-                return {row[0]: row[1:] for row in rows if _is_whole(row)}
+                found = {row[0]: row[1:] for row in rows if _is_place(row[1:])}
+                count = self._database.rows("SELECT COUNT(*) FROM messages")
+                self._nonsense = next(count)[0] - sum(row[0] for row in found.values())
+                return found
             except sqlite3.OperationalError:
                 raise
             except sqlite3.DatabaseError:
                 self.is_finished = False
-        found: dict[int, tuple[int, int, int]] = {}
+        found = {}
         for time_ns, _, id_ in self._salvage():
             count, first, last = found.get(id_, (0, time_ns, time_ns))
             found[id_] = (count + 1, min(first, time_ns), max(last, time_ns))
@@ -255,25 +292,25 @@ class SqliteFileReader:
         They are read as they were written, and after each damage from the next one on that is
         there.
         """
-        columns = "SELECT timestamp, id, topic_id FROM messages"
+        columns = "SELECT timestamp, rowid, topic_id FROM messages"
         last = 0
         while True:
             try:
-                for row in self._database.execute(f"{columns} WHERE id > ? ORDER BY id", (last,)):
-                    if row[1] <= last:  # The numbers are damaged, too.
+                for row in self._database.rows(f"{columns} WHERE rowid > ? ORDER BY rowid", last):
+                    if not isinstance(row[1], int) or row[1] <= last:  # They are damaged, too.
                         return
                     last = row[1]
-                    if _is_whole(row):
+                    if _is_place(row):
                         yield row
                 return
             except sqlite3.Error:
                 pass
-            for number in range(last + 1, last + 1 + _GAP):
+            for number in range(last + 1, min(last + 1 + _GAP, _LARGEST)):
                 with suppress(sqlite3.Error):
-                    row = self._database.execute(f"{columns} WHERE id = ?", (number,)).fetchone()
-                    if row is not None:
+                    row = next(self._database.rows(f"{columns} WHERE rowid = ?", number), ())
+                    if row:
                         last = number
-                        if _is_whole(row):
+                        if _is_place(row):
                             yield row
                         break
             else:
@@ -281,36 +318,84 @@ class SqliteFileReader:
 
     def _data_of(self, number: int) -> bytes | None:
         with suppress(sqlite3.Error):
-            row = self._database.execute("SELECT data FROM messages WHERE id = ?", (number,))
-            (data,) = row.fetchone() or (None,)
+            rows = self._database.rows("SELECT data FROM messages WHERE rowid = ?", number)
+            (data,) = next(rows, (None,))
             return data if isinstance(data, bytes) else None
         return None
 
     def _first(self, query: str) -> str:
         with suppress(sqlite3.Error):
-            row = self._database.execute(query).fetchone()
-            return str(row[0] or "") if row else ""
+            (value,) = next(self._database.rows(query), ("",))
+            return value if isinstance(value, str) else ""
         return ""
 
 
-def _connect(path: Path) -> sqlite3.Connection:
-    """Open a database for reading, such that nothing is written beside it."""
-    address = f"file:{quote(str(path.absolute()))}?mode=ro"
-    log = path.with_name(f"{path.name}-wal")
-    if _uses_log(path) and not (log.exists() and log.stat().st_size):
-        # Closed cleanly; SQLite would make a log anew.
-        address += "&immutable=1"
+class _Database:
+    """Rows of a database, of which nothing is believed: what is no value is an error of SQLite.
+
+    Args:
+        path: The file; nothing is written beside it.
+
+    Raises:
+        sqlite3.Error: It cannot be opened.
+    """
+
+    def __init__(self, path: Path) -> None:
+        address = f"file:{quote(str(path.absolute()))}?mode=ro"
+        log = path.with_name(f"{path.name}-wal")
+        if _uses_log(path) and not (log.exists() and log.stat().st_size):
+            # Closed cleanly; SQLite would make a log anew.
+            address += "&immutable=1"
+        self._connection = _connect(address, path, log)
+        try:
+            list(self.rows("SELECT 1 FROM sqlite_master LIMIT 1"))
+        except sqlite3.OperationalError:
+            # A folder that cannot be written, or a log that was begun: read without it.
+            self._connection.close()
+            self._connection = _connect(f"{address}&immutable=1", path, log)
+        except sqlite3.DatabaseError:
+            pass  # It is damaged, or none; the topics tell.
+
+    # Any, here and below: SQLite's values.
+    def rows(self, query: str, *parameters: int | str) -> Iterator[tuple[Any, ...]]:
+        """Yield what a query gives.
+
+        Raises:
+            sqlite3.Error: It fails, or a damaged file makes Python's own module fail.
+        """
+        for _, row in self._rows(query, parameters):
+            yield row
+
+    def named_rows(self, query: str) -> Iterator[dict[str, Any]]:
+        """Yield what a query gives by the names of the columns; see `rows`."""
+        for names, row in self._rows(query, ()):
+            yield dict(zip(names, row, strict=True))
+
+    def _rows(
+        self, query: str, parameters: tuple[int | str, ...]
+    ) -> Iterator[tuple[list[str], tuple[Any, ...]]]:
+        try:
+            cursor = self._connection.execute(query, parameters)
+            names = [column[0] for column in cursor.description or ()]
+            for row in cursor:
+                yield names, row
+        except sqlite3.Error:
+            raise
+        except (UnicodeError, OverflowError, ValueError, LookupError, MemoryError) as error:
+            # Names of columns and SQLite's own messages are read as UTF-8, whatever they are.
+            raise sqlite3.DatabaseError(f"database is malformed ({error})") from error
+
+    def close(self) -> None:
+        """Close it."""
+        self._connection.close()
+
+
+def _connect(address: str, path: Path, log: Path) -> sqlite3.Connection:
     database = sqlite3.connect(address, uri=True, check_same_thread=False)
     database.text_factory = lambda text: text.decode(errors="replace")
-    try:
-        database.execute("SELECT 1 FROM sqlite_master").fetchone()
-    except sqlite3.OperationalError:
-        # A folder that cannot be written, or a log that was begun: read without it.
-        database.close()
-        database = sqlite3.connect(f"{address}&immutable=1", uri=True, check_same_thread=False)
-        database.text_factory = lambda text: text.decode(errors="replace")
-    except sqlite3.DatabaseError:
-        pass  # It is damaged, or none; the topics tell.
+    size = path.stat().st_size + (log.stat().st_size if log.exists() else 0)
+    # No value is longer than its file, whatever its head says.
+    database.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, min(max(size, _LEAST_LENGTH), _MOST_LENGTH))
     return database
 
 
@@ -321,8 +406,9 @@ def _uses_log(path: Path) -> bool:
     return False
 
 
-def _is_whole(row: tuple[object, ...]) -> bool:
-    return all(isinstance(value, int) for value in row)
+def _is_place(row: Sequence[object]) -> bool:
+    """Whether what says where a message is, or how many there are, are numbers that may be."""
+    return all(isinstance(value, int) and 0 <= value < NO_TIME_NS for value in row)
 
 
 def _among(ids: Collection[int]) -> str:

@@ -1,116 +1,355 @@
-"""Compares states, number by number."""
+"""Compares the messages of a run with those that were recorded, field by field."""
 
 from __future__ import annotations
 
+import itertools
 import math
 import struct
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, NamedTuple
+from enum import StrEnum
+from typing import Any, NamedTuple, TypeAlias
 
-from teleopctl.interfaces import to_seconds
+from teleopctl.errors import InvalidFileError, InvalidMessageError
+from teleopctl.interfaces import Message, deserialize, get_message, to_seconds
 
-if TYPE_CHECKING:
-    from sensor_msgs.msg import JointState
+Value: TypeAlias = float | int | bool | str | None
+"""What a field may have; None where there is no such field."""
 
-_FIELDS = ("position", "velocity", "effort")
+MOST_LISTED = 20
+"""Differences of a topic that are kept one by one; the others are counted."""
+
+# What a message calls its parts: fields are told by these names where they are.
+_NAMES = ("name", "joint_names", "child_frame_id", "ns")
+# A recording may end this much earlier on one topic than on another: it unsubscribes one by one.
+_LONGEST_END_NS = 1_000_000_000
+
+
+class Kind(StrEnum):
+    """How a recording differs from the run."""
+
+    VALUE = "value"
+    MISSING = "missing"
+    EXTRA = "extra"
+    ORDER = "order"
 
 
 class Difference(NamedTuple):
-    """One number that is another one than was recorded.
+    """One thing that is otherwise than it was recorded.
 
     Attributes:
-        time_ns: Simulated time of the state, in nanoseconds.
-        joint: Name of the joint.
-        field: ``position`` (rad or m), ``velocity`` (rad/s or m/s) or ``effort`` (N m or N).
-        recorded: As the bag has it; NaN where it has none.
-        replayed: As it is now; NaN where there is none.
+        topic: The topic.
+        time_ns: Simulated time of the message, in nanoseconds.
+        field: Such as ``position[joint_4]``; empty where it is about the whole message.
+        recorded: As the bag has it; None where it has none.
+        replayed: As it is now; None where there is none.
+        kind: What differs.
     """
 
+    topic: str
     time_ns: int
-    joint: str
-    field: str
-    recorded: float
-    replayed: float
+    field: str = ""
+    recorded: Value = None
+    replayed: Value = None
+    kind: Kind = Kind.VALUE
 
     @property
     def size(self) -> float:
-        """How far apart they are; infinite where only one of them is a number."""
-        distance = abs(self.recorded - self.replayed)
+        """How far apart the two are; infinite where they are not both numbers."""
+        if not (_is_number(self.recorded) and _is_number(self.replayed)):
+            return math.inf
+        distance = abs(float(self.recorded or 0) - float(self.replayed or 0))
         return math.inf if math.isnan(distance) else distance
 
     def __str__(self) -> str:
         """Say it in a line."""
-        return (
-            f"{to_seconds(self.time_ns):.3f} s: {self.joint} {self.field} was {self.recorded!r} "
-            f"and is {self.replayed!r} ({self.size:.3g} apart)"
-        )
+        where = f"{self.topic} {to_seconds(self.time_ns):.3f} s"
+        match self.kind:
+            case Kind.MISSING:
+                return f"{where}: the recording lacks the message"
+            case Kind.EXTRA:
+                return f"{where}: the recording has a message that the run does not publish"
+            case Kind.ORDER:
+                return f"{where}: recorded after a message of a later time"
+        apart = f" ({self.size:.3g} apart)" if math.isfinite(self.size) else ""
+        return f"{where}: {self.field} was {self.recorded!r} and is {self.replayed!r}{apart}"
+
+
+class Recorded(NamedTuple):
+    """A recorded message of a simulated time.
+
+    Attributes:
+        time_ns: Its stamp, in nanoseconds of simulated time.
+        data: CDR bytes.
+        sequence: The recorder's number, see `BagMessage`.
+        log_time_ns: When it was recorded, in nanoseconds since the epoch.
+        publish_time_ns: When it was sent.
+    """
+
+    time_ns: int
+    data: bytes
+    sequence: int = 0
+    log_time_ns: int = 0
+    publish_time_ns: int = 0
 
 
 @dataclass
-class Verdict:
-    """How a replayed session compares with the recording.
+class Stream:
+    """What one publisher sent on a topic in the order of simulated time, as it was and as it is.
 
     Attributes:
-        tolerance: What two numbers may be apart; 0 asks for the same bits.
-        states: How many states were compared.
-        end_ns: Simulated time of the last one, in nanoseconds.
-        first: What differed at the first time at which anything did, each joint and field.
-        largest: The largest difference of each joint and field that differed.
+        topic: The topic.
+        type_name: Of its messages.
+        recorded: As the bag has them, in the order in which they were recorded.
+        publisher: Whose messages they are, where the topic has several publishers.
+        tolerance: What two numbers may be apart.
+        may_skip: Whether the publisher may leave messages out, because of what nothing in the bag
+            says, such as a controller that was inactive.
+        numbers: The recorder's numbers of all messages of the topic, whoever sent them; empty where
+            it did not count.
+        compared: How many messages were compared.
+        skipped_ns: The times at which the publisher left out a message, by the recorder's numbers.
+        differences: The first of them.
+        difference_count: How many there are.
+        largest: The largest difference of each field that differed.
     """
 
+    topic: str
+    type_name: str
+    recorded: Sequence[Recorded]
+    publisher: str = ""
     tolerance: float = 0.0
-    states: int = 0
-    end_ns: int = 0
-    first: list[Difference] = field(default_factory=list)
-    largest: dict[tuple[str, str], Difference] = field(default_factory=dict)
+    may_skip: bool = False
+    numbers: frozenset[int] = frozenset()
+    compared: int = 0
+    skipped_ns: list[int] = field(default_factory=list)
+    differences: list[Difference] = field(default_factory=list)
+    difference_count: int = 0
+    largest: dict[str, Difference] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        """Sort what was recorded, and find what stands twice or in a wrong place."""
+        self._left: dict[int, Recorded] = {}
+        latest_ns = -1
+        for message in self.recorded:
+            if message.time_ns in self._left:
+                self.add(Difference(self.topic, message.time_ns, kind=Kind.EXTRA))
+                continue
+            if message.time_ns < latest_ns:
+                self.add(Difference(self.topic, message.time_ns, kind=Kind.ORDER))
+            self._left[message.time_ns] = message
+            latest_ns = max(latest_ns, message.time_ns)
+        times_ns = sorted(self._left)
+        self.begin_ns, self.end_ns = (times_ns[0], times_ns[-1]) if times_ns else (0, -1)
+        self._later = dict(itertools.pairwise(times_ns))
+        self._by_time = dict(self._left)
+        self._after_ns: int | None = None
+        self._type = get_message(self.type_name)
+
+    @property
+    def name(self) -> str:
+        """The topic, and whose messages where it has several publishers."""
+        return f"{self.topic} of {self.publisher}" if self.publisher else self.topic
 
     @property
     def is_same(self) -> bool:
         """Whether nothing differed."""
-        return not self.first
+        return not self.difference_count
 
-    def compare(self, time_ns: int, recorded: JointState, replayed: JointState) -> None:
-        """Compare the state of a time.
+    def at(self, time_ns: int) -> Recorded | None:
+        """The recorded message of a time, if there is one that was not compared yet."""
+        return self._left.get(time_ns)
+
+    def take(self, time_ns: int, data: bytes) -> Recorded | None:
+        """Compare the message that is published now; return the recorded one.
+
+        Messages before the first recorded one are passed over, since whoever recorded or published
+        came later; so are those after the last one, until `close`.
+        """
+        recorded = self._left.pop(time_ns, None)
+        if recorded is not None:
+            self.compared += 1
+            self.compare(time_ns, recorded.data, data)
+        elif self.begin_ns < time_ns < self.end_ns and time_ns not in self._by_time:
+            self.lack(time_ns)
+        elif time_ns > self.end_ns and self._after_ns is None:
+            self._after_ns = time_ns
+        return recorded
+
+    def lack(self, time_ns: int) -> None:
+        """Take note that the recording has no message of a time at which there is one now."""
+        if self.may_skip and self._is_whole_around(time_ns):
+            self.skipped_ns.append(time_ns)
+        else:
+            self.add(Difference(self.topic, time_ns, kind=Kind.MISSING))
+
+    def compare(self, time_ns: int, recorded: bytes, now: bytes) -> None:
+        """Compare two messages."""
+        if recorded == now:
+            return
+        try:
+            before = deserialize(recorded, self._type)
+        except InvalidMessageError as error:
+            raise InvalidFileError(
+                f"{self.topic}, {to_seconds(time_ns):.3f} s: {error.message}"
+            ) from error
+        for found in differences(self.topic, time_ns, before, deserialize(now, self._type)):
+            # Without a tolerance the bits count, and the two zeros differ.
+            if not (self.tolerance and found.size <= self.tolerance):
+                self.add(found)
+
+    def add(self, difference: Difference) -> None:
+        """Take note of a difference."""
+        self.difference_count += 1
+        if len(self.differences) < MOST_LISTED:
+            self.differences.append(difference)
+        largest = self.largest.get(difference.field)
+        if difference.kind is Kind.VALUE and (largest is None or difference.size > largest.size):
+            self.largest[difference.field] = difference
+
+    def close(self, reference: Stream | None = None) -> None:
+        """Find what was recorded and is not published, and what is missing at the end.
 
         Args:
-            time_ns: Its simulated time, in nanoseconds.
-            recorded: As the bag has it.
-            replayed: As it is now; the order of its joints may be another one.
+            reference: What goes on for as long as this one does.
         """
-        self.states += 1
-        self.end_ns = max(self.end_ns, time_ns)
-        found = [
-            difference
-            for difference in differences(time_ns, recorded, replayed)
-            if not _same(difference.recorded, difference.replayed)
-            and not difference.size <= self.tolerance
-        ]
-        if found and not self.first:
-            self.first = found
-        for difference in found:
-            key = (difference.joint, difference.field)
-            if key not in self.largest or difference.size > self.largest[key].size:
-                self.largest[key] = difference
+        for time_ns in self._left:
+            self.add(Difference(self.topic, time_ns, kind=Kind.EXTRA))
+        self._left.clear()
+        if self._after_ns is None:
+            return
+        if not self.recorded:
+            if not self.may_skip:
+                self.add(Difference(self.topic, self._after_ns, kind=Kind.MISSING))
+            return
+        if reference is None:
+            return
+        later = [m.log_time_ns for m in reference.recorded if m.time_ns > self._after_ns]
+        if later and max(later) - min(later) > _LONGEST_END_NS:
+            self.add(Difference(self.topic, self._after_ns, kind=Kind.MISSING))
+
+    def _is_whole_around(self, time_ns: int) -> bool:
+        """Whether no recorded message was lost around a time, by the recorder's numbers."""
+        before_ns = max(each for each in self._by_time if each < time_ns)
+        first = self._by_time[before_ns].sequence
+        last = self._by_time[self._later[before_ns]].sequence
+        return 0 < first < last and all(each in self.numbers for each in range(first, last))
 
 
-def differences(time_ns: int, recorded: JointState, replayed: JointState) -> Iterator[Difference]:
-    """Yield every pair of numbers of two states, equal ones too."""
-    names = dict.fromkeys([*recorded.name, *replayed.name])
-    for field_ in _FIELDS:
-        before, now = _by_name(recorded, field_), _by_name(replayed, field_)
-        for name in names:
-            if name in before or name in now:
-                yield Difference(
-                    time_ns, name, field_, before.get(name, math.nan), now.get(name, math.nan)
-                )
+class Verdict:
+    """How a run compares with the recording.
+
+    Args:
+        tolerance: What two numbers may be apart; 0 asks for the same bits.
+
+    Attributes:
+        tolerance: The same.
+        streams: What was compared.
+        played_back: Topics from which the run was driven, and how many messages were.
+        not_compared: Other topics of the bag, or of the run, and why they were not.
+    """
+
+    def __init__(self, tolerance: float = 0.0) -> None:
+        self.tolerance = tolerance
+        self.streams: list[Stream] = []
+        self.played_back: dict[str, int] = {}
+        self.not_compared: dict[str, str] = {}
+
+    @property
+    def is_same(self) -> bool:
+        """Whether nothing differed."""
+        return all(stream.is_same for stream in self.streams)
+
+    @property
+    def messages(self) -> int:
+        """How many messages were compared."""
+        return sum(stream.compared for stream in self.streams)
+
+    @property
+    def end_ns(self) -> int:
+        """Simulated time of the last message that was compared, in nanoseconds."""
+        return max((stream.end_ns for stream in self.streams if stream.compared), default=0)
+
+    @property
+    def first(self) -> list[Difference]:
+        """What differs at the first time at which anything does."""
+        listed = [each for stream in self.streams for each in stream.differences]
+        first_ns = min((each.time_ns for each in listed), default=0)
+        return [each for each in listed if each.time_ns == first_ns]
+
+    @property
+    def largest(self) -> list[Difference]:
+        """The largest difference of each field that differs."""
+        return [each for stream in self.streams for each in stream.largest.values()]
 
 
-def _by_name(state: JointState, field_: str) -> dict[str, float]:
-    values: Sequence[float] = getattr(state, field_)
-    return dict(zip(state.name, map(float, values), strict=False))
+def differences(
+    topic: str, time_ns: int, recorded: Message, replayed: Message
+) -> Iterator[Difference]:
+    """Yield the fields that are not the same, to the bit."""
+    before, now = dict(leaves(recorded)), dict(leaves(replayed))
+    for path in dict.fromkeys([*before, *now]):
+        was, is_now = before.get(path), now.get(path)
+        if not _same(was, is_now):
+            yield Difference(topic, time_ns, path, was, is_now)
 
 
-def _same(one: float, other: float) -> bool:
-    """Whether two numbers have the same bits, as also the two zeros have not."""
-    return struct.pack("<d", one) == struct.pack("<d", other)
+# Any: a field of a message, of whatever type.
+def leaves(value: Any, path: str = "") -> Iterator[tuple[str, Value]]:
+    """Yield every field of a message that is no message itself, by its path."""
+    if isinstance(value, Message):
+        names = _part_names(value)
+        for field_ in type(value).get_fields_and_field_types():
+            inner = getattr(value, field_)
+            below = f"{path}.{field_}" if path else field_
+            if _is_sequence(inner):
+                yield from _elements(inner, below, names)
+            else:
+                yield from leaves(inner, below)
+    elif isinstance(value, bytes | bytearray):
+        yield path, bytes(value).hex()
+    else:
+        yield path, value.item() if hasattr(value, "item") else value
+
+
+def _elements(
+    values: Sequence[Any], path: str, names: Sequence[str]
+) -> Iterator[tuple[str, Value]]:
+    labels: Iterable[object] = range(len(values))
+    if len(values) == len(names) == len(set(names)) and list(values) != names:
+        labels = names
+    elif len(values) and isinstance(values[0], Message):
+        own = [str(getattr(each, _name_field(each), "")) for each in values]
+        if all(own) and len(set(own)) == len(own):
+            labels = own
+    for label, each in zip(labels, values, strict=True):
+        yield from leaves(each, f"{path}[{label}]")
+
+
+def _part_names(message: Message) -> Sequence[str]:
+    """What a message calls the elements of its sequences, as JointState does."""
+    for field_ in _NAMES:
+        # Any: whatever the field has.
+        names: Any = getattr(message, field_, None)
+        if _is_sequence(names) and all(isinstance(name, str) for name in names):
+            return list(names)
+    return ()
+
+
+def _name_field(message: Message) -> str:
+    return next((each for each in _NAMES if isinstance(getattr(message, each, None), str)), "")
+
+
+def _is_sequence(value: object) -> bool:
+    return hasattr(value, "__len__") and not isinstance(value, str | bytes | bytearray | Mapping)
+
+
+def _is_number(value: Value) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+def _same(one: Value, other: Value) -> bool:
+    """Whether two values have the same bits, as also the two zeros have not."""
+    if isinstance(one, float) and isinstance(other, float):
+        return struct.pack("<d", one) == struct.pack("<d", other)
+    return type(one) is type(other) and one == other

@@ -1,186 +1,291 @@
-"""What a bag has of a session in lockstep: each state, and the command that answered it."""
+"""What a bag has of a simulated run: what drove it, and what it published."""
 
 from __future__ import annotations
 
-import itertools
-from collections.abc import Mapping
+import struct
+from collections import defaultdict
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from teleopctl.bag.storage.bag import Bag
+from teleopctl.bag.verify.comparison import Recorded
 from teleopctl.errors import InvalidFileError, InvalidMessageError
-from teleopctl.interfaces import deserialize, get_message, to_nanoseconds, to_seconds
-from teleopctl.node import parameter_value_to_python
+from teleopctl.interfaces import (
+    NANOSECONDS_PER_SECOND,
+    deserialize,
+    get_message,
+    to_seconds,
+)
+from teleopctl.node import flatten_parameters, parameter_value_to_python
 
 if TYPE_CHECKING:
     from sensor_msgs.msg import JointState
 
-STATES_TOPIC = "/robot_joint_states"
-COMMANDS_TOPIC = "/robot_joint_commands"
 DESCRIPTION_TOPIC = "/robot_description"
 EVENTS_TOPIC = "/parameter_events"
-SIMULATOR = "/mujoco_sim"
 
 RECORD_NAME = "teleopctl"
 """The record of metadata that has the versions of programs and libraries."""
 
+_CLOCK = "rosgraph_msgs/msg/Clock"
 _JOINT_STATE = "sensor_msgs/msg/JointState"
 _PARAMETER_EVENT = "rcl_interfaces/msg/ParameterEvent"
 _STRING = "std_msgs/msg/String"
+_TF = "tf2_msgs/msg/TFMessage"
+
+# Behind a gap of this much simulated time nothing belongs to the run: it may be a damaged stamp,
+# and simulating up to it could take years.
+_LONGEST_GAP_NS = 60 * NANOSECONDS_PER_SECOND
+# As many messages in a row of earlier times are no accident of one of them.
+_RESTARTED = 3
+
+
+class RecordedTopic(NamedTuple):
+    """A topic of a bag.
+
+    Attributes:
+        type_name: Such as ``sensor_msgs/msg/JointState``.
+        messages: In the order in which they were recorded; without times where `is_stamped` says
+            so.
+        is_stamped: Whether its messages have a time.
+        numbers: The recorder's numbers of its messages; empty where it did not count.
+    """
+
+    type_name: str
+    messages: Sequence[Recorded]
+    is_stamped: bool = True
+    numbers: Sequence[int] = ()
+
+    def lost(self) -> list[int]:
+        """Return the numbers below that of the last message that no message has."""
+        return sorted({*range(1, max(self.numbers, default=0))} - {*self.numbers})
+
+
+@dataclass(frozen=True)
+class Commands:
+    """What answered the states of the control ticks.
+
+    Attributes:
+        by_time: The command that the simulator took for the state of a time in nanoseconds.
+        late_ns: The times of commands that came when the simulator had gone on without them.
+        unstamped: How many answer no state, so that nobody knows when they took effect.
+    """
+
+    by_time: Mapping[int, JointState]
+    late_ns: Sequence[int] = ()
+    unstamped: int = 0
 
 
 @dataclass(frozen=True)
 class Session:
-    """A session in lockstep, as a bag has it.
+    """A simulated run, as a bag has it.
 
     Attributes:
         robot_description: URDF of the robot that was simulated.
-        states: The state of each control tick, by its simulated time in nanoseconds, ascending.
-        commands: The command that answered the state of a time; where there is none, nobody did.
-        period_ns: Simulated time between two states, in nanoseconds.
-        other_commands: Commands that answer no state, so that nobody knows when they took effect.
-        parameters: Of the simulator's node, by name, as far as the bag has them.
+        types: Of all topics of the bag, by name.
+        counts: How many messages each has.
+        parameters: Of each node, by full name and dotted name, as far as the bag has them.
         versions: Of the programs and libraries, by name, as far as the bag has them.
     """
 
     robot_description: str
-    states: Mapping[int, JointState]
-    commands: Mapping[int, JointState]
-    period_ns: int
-    other_commands: int = 0
-    parameters: Mapping[str, object] = field(default_factory=dict)
+    types: Mapping[str, str] = field(default_factory=dict)
+    counts: Mapping[str, int] = field(default_factory=dict)
+    parameters: Mapping[str, Mapping[str, object]] = field(default_factory=dict)
     versions: Mapping[str, str] = field(default_factory=dict)
 
 
-@dataclass
-class _Found:
-    robot_description: str = ""
-    states: dict[int, JointState] = field(default_factory=dict)
-    commands: dict[int, JointState] = field(default_factory=dict)
-    other_commands: int = 0
-
-
-def read_session(
-    bag: Bag,
-    states_topic: str = STATES_TOPIC,
-    commands_topic: str = COMMANDS_TOPIC,
-    simulator: str = SIMULATOR,
-) -> Session:
-    """Read the session that a bag has recorded.
-
-    Args:
-        bag: The bag.
-        states_topic: Where the simulator published the state of each control tick.
-        commands_topic: Where the controllers answered it.
-        simulator: Full name of the simulator's node.
+def read_session(bag: Bag) -> Session:
+    """Read what a bag says of the run that it has recorded.
 
     Raises:
-        InvalidFileError: The bag lacks a part of it; the message says which.
+        InvalidFileError: The bag has no robot description.
     """
-    found = _read(bag, states_topic, commands_topic)
-    if not found.robot_description:
+    counts = {topic.name: count for topic, count in bag.metadata.topics}
+    # A robot in a namespace is described there.
+    described = [name for name in counts if name.endswith(DESCRIPTION_TOPIC)]
+    string = get_message(_STRING)
+    # The simulator keeps the first one.
+    texts = (deserialize(each.data, string).data for each in bag.messages(described))
+    description = next(filter(None, texts), "") if described else ""
+    if not description:
         raise InvalidFileError(
             f"{bag.path} has no robot description, so that nothing can be simulated",
             hint=f"Record {DESCRIPTION_TOPIC} too, as launch … record:=true does.",
         )
-    times_ns = sorted(found.states)
-    if len(times_ns) < 2:
-        raise InvalidFileError(
-            f"{bag.path} has {len(times_ns)} messages on {states_topic}: no session in lockstep",
-            hint="Record the launch from its first message: launch sim.yaml record:=true",
-        )
-    period_ns = min(later - earlier for earlier, later in itertools.pairwise(times_ns))
-    _refuse_gaps(bag, states_topic, times_ns, period_ns)
-    answers = {time_ns: c for time_ns, c in found.commands.items() if time_ns in found.states}
     return Session(
-        found.robot_description,
-        {time_ns: found.states[time_ns] for time_ns in times_ns},
-        answers,
-        period_ns,
-        found.other_commands + len(found.commands) - len(answers),
-        read_parameters(bag, simulator),
+        description,
+        {topic.name: topic.type_name for topic, _ in bag.metadata.topics},
+        counts,
+        read_parameters(bag),
         dict(bag.records()).get(RECORD_NAME, {}),
     )
 
 
-def read_parameters(bag: Bag, node: str) -> dict[str, object]:
-    """Return the parameters of a node, as far as a bag has them.
+def read_topics(bag: Bag, names: Collection[str]) -> dict[str, RecordedTopic]:
+    """Read the messages of topics, undecoded, with the times that they have in them.
+
+    Raises:
+        InvalidFileError: A message is too short to have one.
+    """
+    messages: dict[str, list[Recorded]] = defaultdict(list)
+    topics = {topic.name: topic for topic, _ in bag.metadata.topics if topic.name in names}
+    places = {name: _stamp_place(topic.type_name) for name, topic in topics.items()}
+    for message in bag.messages([*topics]) if topics else ():
+        place = places[message.topic]
+        try:
+            time_ns = 0 if place is None else _time_ns(message.data, place)
+        except struct.error as error:
+            raise InvalidFileError(
+                f"{bag.path}, {message.topic}: a message of {len(message.data)} bytes has no time"
+            ) from error
+        messages[message.topic].append(
+            Recorded(
+                time_ns,
+                message.data,
+                message.sequence,
+                message.log_time_ns,
+                message.publish_time_ns,
+            )
+        )
+    return {
+        name: RecordedTopic(
+            topic.type_name,
+            messages[name],
+            places[name] is not None,
+            tuple(each.sequence for each in messages[name]) if topic.is_counted else (),
+        )
+        for name, topic in topics.items()
+    }
+
+
+def read_commands(
+    topic: RecordedTopic, period_ns: int, states: Sequence[Recorded] = ()
+) -> Commands:
+    """Find the command that the simulator took for each control tick.
+
+    Args:
+        topic: Where the controllers sent them.
+        period_ns: Time between two ticks, in nanoseconds.
+        states: Those that they answer, where they were recorded. A command that was sent after the
+            next state was: the simulator had given up waiting for it.
+
+    Raises:
+        InvalidFileError: A command cannot be decoded.
+    """
+    sent_ns = {state.time_ns: state.publish_time_ns for state in states}
+    joint_state = get_message(_JOINT_STATE)
+    found: dict[int, JointState] = {}
+    late: list[int] = []
+    unstamped = 0
+    for message in topic.messages:
+        time_ns = message.time_ns
+        if time_ns == 0 and found:
+            unstamped += 1
+        elif sent_ns.get(time_ns + period_ns, message.publish_time_ns) < message.publish_time_ns:
+            late.append(time_ns)
+        elif time_ns not in found:
+            # The simulator takes the first answer.
+            try:
+                found[time_ns] = deserialize(message.data, joint_state)
+            except InvalidMessageError as error:
+                raise InvalidFileError(
+                    f"A command of {to_seconds(time_ns):.3f} s: {error.message}"
+                ) from error
+    return Commands(found, late, unstamped)
+
+
+def end_of_run(topics: Collection[RecordedTopic]) -> int:
+    """Return the simulated time up to which a run was recorded, in nanoseconds.
+
+    Raises:
+        InvalidFileError: It was not recorded from its start on, or was started again.
+    """
+    times_ns = sorted({m.time_ns for topic in topics if topic.is_stamped for m in topic.messages})
+    if len(times_ns) < 2:
+        raise InvalidFileError(
+            "The bag has no simulated run",
+            hint="Record the launch from its first message: launch sim.yaml record:=true",
+        )
+    if times_ns[0] != 0:
+        raise InvalidFileError(
+            f"The bag begins at {to_seconds(times_ns[0]):.3f} s of simulated time: what had "
+            "happened before is not in it",
+            hint="Record the launch from its first message: launch sim.yaml record:=true",
+        )
+    for topic in topics:
+        if topic.is_stamped and topic.type_name in (_CLOCK, _JOINT_STATE):
+            _refuse_restart(topic)
+    end_ns = 0
+    for time_ns in times_ns:
+        if time_ns > end_ns + _LONGEST_GAP_NS:
+            break
+        end_ns = time_ns
+    return end_ns
+
+
+def _refuse_restart(topic: RecordedTopic) -> None:
+    latest_ns = again = 0
+    for message in topic.messages:
+        again = again + 1 if message.time_ns < latest_ns else 0
+        latest_ns = max(latest_ns, message.time_ns)
+        if again == _RESTARTED:
+            raise InvalidFileError(
+                f"Simulated time goes back from {to_seconds(latest_ns):.3f} s in the bag, and on "
+                "from there",
+                hint="The simulation was reset or started again, or there were two of them: "
+                "record each run for itself.",
+            )
+
+
+def read_parameters(bag: Bag) -> dict[str, dict[str, object]]:
+    """Return the parameters of nodes, as far as a bag has them, by full name and dotted name.
 
     A node publishes each parameter when it declares it. Where the recorder came too late for that,
     it has asked the node.
 
-    Args:
-        bag: The bag.
-        node: The node's full name.
+    Raises:
+        InvalidFileError: A file of parameters in the bag cannot be read.
     """
     import yaml
 
-    found: dict[str, object] = {}
+    from teleopctl import ros_yaml
+
+    found: dict[str, dict[str, object]] = defaultdict(dict)
     for attachment in bag.attachments():
         if attachment.name.startswith("parameters") and attachment.name.endswith(".yaml"):
-            document = yaml.safe_load(attachment.data)
-            listed = document.get(node) if isinstance(document, dict) else None
-            if isinstance(listed, dict):
-                found |= listed.get("ros__parameters") or {}
+            try:
+                document = ros_yaml.load(attachment.data.decode(errors="replace"))
+            except yaml.YAMLError as error:
+                reason = str(error).replace("\n", " ")
+                raise InvalidFileError(f"{bag.path}, {attachment.name}: {reason}") from error
+            for node, listed in document.items() if isinstance(document, dict) else ():
+                values = listed.get("ros__parameters") if isinstance(listed, dict) else None
+                if isinstance(values, dict):
+                    found[node] |= dict(flatten_parameters(values))
     event_class = get_message(_PARAMETER_EVENT)
     for message in bag.messages((EVENTS_TOPIC,)):
         event: Any = deserialize(message.data, event_class)
-        if event.node == node:
-            for parameter in event.new_parameters:
-                found.setdefault(parameter.name, parameter_value_to_python(parameter.value))
-    return found
+        for parameter in event.new_parameters:
+            found[event.node].setdefault(parameter.name, parameter_value_to_python(parameter.value))
+    return dict(found)
 
 
-def _read(bag: Bag, states_topic: str, commands_topic: str) -> _Found:
-    joint_state, string = get_message(_JOINT_STATE), get_message(_STRING)
-    found = _Found()
-    # A robot in a namespace is described there.
-    described = [
-        topic.name for topic, _ in bag.metadata.topics if topic.name.endswith(DESCRIPTION_TOPIC)
-    ]
-    for message in bag.messages((states_topic, commands_topic, *described)):
-        try:
-            if message.topic in described:
-                # The simulator keeps the first one.
-                found.robot_description = (
-                    found.robot_description or deserialize(message.data, string).data
-                )
-                continue
-            read: Any = deserialize(message.data, joint_state)
-        except InvalidMessageError as error:
-            raise InvalidFileError(f"{bag.path}, {message.topic}: {error.message}") from error
-        time_ns = to_nanoseconds(read.header.stamp)
-        if message.topic == states_topic:
-            if time_ns in found.states:
-                raise InvalidFileError(
-                    f"{bag.path} has the time {to_seconds(time_ns):.3f} s twice on {states_topic}",
-                    hint="A simulation that was started again, or two of them: cut one out.",
-                )
-            found.states[time_ns] = read
-        elif time_ns == 0 and found.commands:
-            found.other_commands += 1
-        else:
-            # The simulator takes the first answer.
-            found.commands.setdefault(time_ns, read)
-    return found
+def _stamp_place(type_name: str) -> int | None:
+    """Where the stamp is in the CDR of a type, in bytes; None where it has none."""
+    if type_name == _CLOCK:
+        return 4
+    if type_name == _TF:
+        # Behind the number of transforms.
+        return 8
+    fields = get_message(type_name).get_fields_and_field_types()
+    return 4 if next(iter(fields.values()), "") == "std_msgs/Header" else None
 
 
-def _refuse_gaps(bag: Bag, states_topic: str, times_ns: list[int], period_ns: int) -> None:
-    """Refuse a recording that does not have every state from the first one on.
-
-    Raises:
-        InvalidFileError: It has not.
-    """
-    if times_ns[0] != 0:
-        raise InvalidFileError(
-            f"{bag.path} begins at {to_seconds(times_ns[0]):.3f} s of simulated time: what had "
-            "happened before is not in it",
-            hint="Record the launch from its first message: launch sim.yaml record:=true",
-        )
-    for number, time_ns in enumerate(times_ns):
-        if time_ns != number * period_ns:
-            missing_s = to_seconds(number * period_ns)
-            raise InvalidFileError(
-                f"{bag.path} lacks the state of {missing_s:.3f} s on {states_topic}",
-                hint="What a recorder drops it reports: record less, or with a larger cache.",
-            )
+def _time_ns(data: bytes, place: int) -> int:
+    if place == 8 and data[4:8] == b"\0\0\0\0":
+        return 0
+    order = "<" if len(data) > 1 and data[1] & 1 else ">"
+    seconds, nanoseconds = struct.unpack_from(f"{order}iI", data, place)
+    return int(seconds) * NANOSECONDS_PER_SECOND + int(nanoseconds)

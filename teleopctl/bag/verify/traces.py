@@ -1,43 +1,49 @@
-"""Every number of a session, recorded and replayed, for a picture of what differs."""
+"""Messages as they were and as they are, for a picture of a field that differs."""
 
 from __future__ import annotations
 
-from array import array
-from typing import TYPE_CHECKING
+import math
+from collections import defaultdict
 
 from teleopctl.bag.look.curves import Curve
-from teleopctl.bag.verify.comparison import Difference, differences
-from teleopctl.interfaces import to_seconds
-
-if TYPE_CHECKING:
-    from sensor_msgs.msg import JointState
+from teleopctl.bag.verify.comparison import Difference, leaves
+from teleopctl.interfaces import deserialize, get_message, to_seconds
 
 
 class Traces:
-    """Keeps what is compared: 32 bytes a number and state."""
+    """Keeps the messages that are compared."""
 
     def __init__(self) -> None:
-        self._times: dict[tuple[str, str], array[float]] = {}
-        self._recorded: dict[tuple[str, str], array[float]] = {}
-        self._replayed: dict[tuple[str, str], array[float]] = {}
+        self._types: dict[str, str] = {}
+        self._pairs: dict[str, list[tuple[int, bytes, bytes]]] = defaultdict(list)
 
-    def note(self, time_ns: int, recorded: JointState, replayed: JointState) -> None:
-        """Keep the state of a simulated time, in nanoseconds, as it was and as it is now."""
-        for pair in differences(time_ns, recorded, replayed):
-            key = (pair.joint, pair.field)
-            for kept, value in (
-                (self._times, to_seconds(time_ns)),
-                (self._recorded, pair.recorded),
-                (self._replayed, pair.replayed),
-            ):
-                kept.setdefault(key, array("d")).append(value)
+    def note(self, topic: str, type_name: str, time_ns: int, recorded: bytes, now: bytes) -> None:
+        """Keep the CDR of a simulated time, in nanoseconds, as it was and as it is now."""
+        self._types[topic] = type_name
+        self._pairs[topic].append((time_ns, recorded, now))
 
     def curves(self, difference: Difference) -> list[Curve]:
-        """Return the two curves of a joint's field that differs, over simulated seconds."""
-        key = (difference.joint, difference.field)
-        name = f"{difference.joint} {difference.field}"
-        times = self._times[key].tolist()
-        return [
-            Curve(f"{name}, recorded", times, self._recorded[key].tolist()),
-            Curve(f"{name}, now", times, self._replayed[key].tolist()),
-        ]
+        """Return the two curves of a field that differs, over simulated seconds.
+
+        Where it is no number, a curve has gaps.
+        """
+        name = f"{difference.topic} {difference.field}"
+        message_class = get_message(self._types[difference.topic])
+        curves = []
+        pairs = self._pairs[difference.topic]
+        for title, messages in (
+            (f"{name}, recorded", [recorded for _, recorded, _ in pairs]),
+            (f"{name}, now", [now for _, _, now in pairs]),
+        ):
+            values = [
+                dict(leaves(deserialize(data, message_class))).get(difference.field)
+                for data in messages
+            ]
+            curves.append(
+                Curve(
+                    title,
+                    [to_seconds(pair[0]) for pair in pairs],
+                    [float(v) if isinstance(v, int | float) else math.nan for v in values],
+                )
+            )
+        return curves

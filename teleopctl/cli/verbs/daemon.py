@@ -6,7 +6,7 @@ from teleopctl.cli.verb import Group, Option, Verb
 from teleopctl.typed import TYPE_CHECKING, Annotated
 
 if TYPE_CHECKING:
-    from teleopctl.wire import RouterAddress
+    from teleopctl.wire import RouterAddress, RouterReach
 
 GROUP = Group(
     "Manage the router that introduces nodes to each other.",
@@ -26,21 +26,29 @@ def start(
     as_json: AsJson = False,
 ) -> None:
     """Start the daemon if it is not running."""
-    from teleopctl.wire import be_router, daemon_address, session_config, start_router
+    from teleopctl.wire import (
+        be_router,
+        daemon_address,
+        router_reach,
+        session_config,
+        start_router,
+    )
 
     if debug:
-        if not be_router():
+        if not be_router(when_up=_say_who_reaches):
             console.out("The daemon is already running")
         return
     started = start_router()
     address, sessions = daemon_address(), session_config("client").router
+    reach = router_reach(address)
     if as_json:
-        fields = {"endpoint": address.text, "sessions": sessions.text}
+        fields = {"endpoint": address.text, "sessions": sessions.text, **_fields(reach)}
         console.out_json({"started": started, **fields})
         return
     console.out("The daemon has been started" if started else "The daemon is already running")
     if address.is_missed_by(sessions):
         _say_where(address, sessions)
+    _say_who_reaches(reach)
 
 
 def stop(as_json: AsJson = False) -> None:
@@ -56,12 +64,19 @@ def stop(as_json: AsJson = False) -> None:
 
 def status(as_json: AsJson = False) -> None:
     """Tell whether the daemon is running, and where."""
-    from teleopctl.wire import daemon_address, find_router, router_is_running, session_config
+    from teleopctl.wire import (
+        daemon_address,
+        find_router,
+        router_is_running,
+        router_reach,
+        session_config,
+    )
 
     address, sessions = daemon_address(), session_config("client").router
     running = router_is_running(address)
     # A router that was started otherwise, rmw_zenohd for one, has no record.
     record = find_router() if running else None
+    reach = router_reach(address) if running else None
     if as_json:
         console.out_json(
             {
@@ -70,14 +85,35 @@ def status(as_json: AsJson = False) -> None:
                 "sessions": sessions.text,
                 "pid": record.pid if record else None,
                 "log_file": str(record.log_file) if record else None,
+                **_fields(reach),
             }
         )
         return
     console.out("The daemon is running" if running else "The daemon is not running")
     _say_where(address, sessions)
+    if reach is not None:
+        _say_who_reaches(reach)
     if record is not None:
         console.note(f"Process: {record.pid}")
         console.note(f"Log file: {record.log_file}")
+
+
+def _fields(reach: "RouterReach | None") -> dict[str, list[str]]:
+    return {
+        "listens": list(reach.addresses) if reach else [],
+        "open_to_others": list(reach.beyond) if reach else [],
+    }
+
+
+def _say_who_reaches(reach: "RouterReach") -> None:
+    """Print where the router listens, and a warning if other machines can reach it."""
+    if reach.danger is not None:
+        from teleopctl.wire import HOW_TO_CLOSE
+
+        console.warn(f"{reach.danger}\n  {HOW_TO_CLOSE}")
+    else:
+        listens = ", ".join(reach.addresses)
+        console.note(f"Listens at: {listens} (this machine only, nothing authenticates its users)")
 
 
 def _say_where(address: "RouterAddress", sessions: "RouterAddress") -> None:

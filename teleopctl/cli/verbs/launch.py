@@ -5,11 +5,14 @@ import sys
 from pathlib import Path
 
 from teleopctl.cli import console
+from teleopctl.cli.options import StallTimeout, UpTimeout
 from teleopctl.cli.verb import Argument, Option, Verb
+from teleopctl.cli.waiting import start_timeouts
 from teleopctl.errors import TeleopctlError, UsageError
 from teleopctl.typed import TYPE_CHECKING, Annotated
 
 if TYPE_CHECKING:
+    from teleopctl.base.start_timeouts import StartTimeouts
     from teleopctl.launch import Foreseen, Further, LaunchRequest, ProcessStatus
 
 VERB = Verb(
@@ -95,6 +98,8 @@ def launch(
         ),
     ] = False,
     detach: Annotated[bool, Option("--detach", "-d", help="Return once everything is up.")] = False,
+    timeout: UpTimeout = None,
+    stall_timeout: StallTimeout = None,
     open_page: Annotated[
         bool, Option("--open", help="Open the page of the robot in the browser.")
     ] = False,
@@ -115,6 +120,7 @@ def launch(
         LaunchRequest,
         bag_folder,
         find_launch_file,
+        name_of,
         run_here,
         undeclared_arguments,
     )
@@ -123,6 +129,7 @@ def launch(
         raise UsageError("--launch-prefix must be specified if --launch-prefix-filter is provided")
     if not log_file_name or Path(log_file_name).name != log_file_name:
         raise UsageError(f"--log-file-name is a name, not a path: '{log_file_name}'")
+    timeouts = start_timeouts(timeout, stall_timeout, detach=detach)
     package, name, arguments = split(words)
     # Its file may ask for what a sourced ROS 2 sets, and its commands are run as from there.
     activation.activate_children()
@@ -158,7 +165,7 @@ def launch(
                 "-d means --detach here; ROS 2's -d, for messages of the launch, is --debug. "
                 "(This is said once.)",
             )
-            _start(request, file.stem.removesuffix(".launch"))
+            _start(request, name_of(file), timeouts)
             return 0
         return run_here(
             request,
@@ -171,8 +178,8 @@ def launch(
         raise
 
 
-def _start(request: "LaunchRequest", name: str) -> None:
-    from teleopctl.launch import pages, start_in_background
+def _start(request: "LaunchRequest", name: str, timeouts: "StartTimeouts") -> None:
+    from teleopctl.launch import addresses, start_in_background
 
     running: list[ProcessStatus] = []
 
@@ -181,7 +188,7 @@ def _start(request: "LaunchRequest", name: str) -> None:
             running.append(process)
         _report(process, node)
 
-    record = start_in_background(request, name, report, console.warn)
+    record = start_in_background(request, name, report, console.warn, timeouts, console.note)
     if not running:
         console.out(f"{record.name} has finished")
         return
@@ -189,8 +196,8 @@ def _start(request: "LaunchRequest", name: str) -> None:
     console.out(f"To end it: teleopctl stop {record.name}")
     if request.record_into is not None:
         console.out(f"It is recorded into {request.record_into}")
-    for address in pages(running):
-        console.out(f"The robot in your browser: {address}")
+    for address in addresses(running):
+        console.out(address.announcement)
 
 
 def split(words: list[str]) -> tuple[str | None, str, dict[str, str]]:
@@ -230,7 +237,7 @@ def _report(process: "ProcessStatus", node: str | None) -> None:
 def _print(request: "LaunchRequest") -> None:
     from teleopctl.launch import evaluated, new_log_directory
 
-    plan, evaluation = evaluated(request, new_log_directory())
+    plan, evaluation = evaluated(request, new_log_directory(), is_shown=True)
     for warning in plan.warnings:
         console.warn(warning)
     _print_further(plan.start)

@@ -65,7 +65,7 @@ def logs(
 
 def _find(name: str) -> tuple[Path, Callable[[], bool]]:
     try:
-        found = find_running(name, include_ended=True)
+        found = find_running(name, include_ended=True, include_foreground=True)
     except TeleopctlError:
         # One looks for a log most of all when the process has died.
         log_file = newest_log(name)

@@ -3,13 +3,19 @@
 import shlex
 import sys
 from collections.abc import Sequence
+from functools import partial
 
 from teleopctl import packages
 from teleopctl.cli import console
+from teleopctl.cli.options import StallTimeout, UpTimeout
 from teleopctl.cli.verb import Argument, Option, Verb
+from teleopctl.cli.waiting import start_timeouts
 from teleopctl.errors import NotFoundError, UsageError, did_you_mean
 from teleopctl.packages import Executable
-from teleopctl.typed import Annotated
+from teleopctl.typed import TYPE_CHECKING, Annotated
+
+if TYPE_CHECKING:
+    from teleopctl.base.start_timeouts import StartTimeouts
 
 VERB = Verb(
     f"{__name__}:run",
@@ -36,6 +42,8 @@ def run(
         str | None, Option("--prefix", help="Words to put before the command line.")
     ] = None,
     detach: Annotated[bool, Option("--detach", "-d", help="Return once the node is up.")] = False,
+    timeout: UpTimeout = None,
+    stall_timeout: StallTimeout = None,
 ) -> int:
     """Start one node: a program of a package, or a Python file by its path.
 
@@ -44,6 +52,7 @@ def run(
     """
     from teleopctl.wire import ensure_router
 
+    timeouts = start_timeouts(timeout, stall_timeout, detach=detach)
     executable, arguments = find(words)
     ensure_router()
     if not detach and prefix is None:
@@ -52,7 +61,7 @@ def run(
         return execute(executable, arguments)
     command = [*_words(prefix or ""), *_command(executable, arguments)]
     if detach:
-        return _start_in_background(executable, command)
+        return _start_in_background(executable, command, timeouts)
     from teleopctl.cli.replacing import replace_this_process
 
     return replace_this_process(command)
@@ -103,20 +112,24 @@ def _command(executable: Executable, arguments: Sequence[str]) -> list[str]:
     return [sys.executable, "-P", "-m", "teleopctl.nodes", *program, *arguments]
 
 
-def _start_in_background(executable: Executable, command: list[str]) -> int:
+def _start_in_background(
+    executable: Executable, command: list[str], timeouts: "StartTimeouts"
+) -> int:
     from teleopctl import background, progress
-    from teleopctl.launch import NewNodes, free_name, stopped_by_ctrl_c, wait_for_node
+    from teleopctl.base.token_file import Address
+    from teleopctl.launch import NewNodes, free_name, started_in_background, wait_for_node
 
     with NewNodes() as new_nodes:
         name = free_name(executable.name.removesuffix(".py"))
-        record = background.start(name, command, kind="node")
-        with stopped_by_ctrl_c(record):
-            nodes = wait_for_node(new_nodes, record)
+        ours = command[0] == sys.executable
+        start = partial(background.start, name, command, kind="node", takes_interrupts=ours)
+        with started_in_background(start) as record:
+            nodes = wait_for_node(new_nodes, record, timeouts, console.note)
     if nodes:
         console.out(f"{name} is up: {', '.join(nodes)} [pid {record.pid}]")
         said = progress.read(record.log_file)
         if said is not None and said.state == progress.READY and said.detail:
-            console.out(f"The robot in your browser: {said.detail}")
+            console.out(Address.parse(said.detail).announcement)
     else:
         console.out(f"{name} has finished")
     return 0

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from teleopctl.cli import console
 from teleopctl.cli.options import AsJson
 from teleopctl.cli.verb import Argument, Option, Verb
-from teleopctl.errors import NotFoundError, UsageError
+from teleopctl.errors import NotFoundError, TeleopctlError, UsageError
 from teleopctl.launch import (
     Running,
     died,
@@ -72,8 +72,13 @@ def stop(
     # What is in a launch that ends anyway ends with it, and the router is needed until the last.
     ending = {entry.record.pid for entry in chosen}
     chosen = [entry for entry in chosen if entry.launch is None or entry.launch.pid not in ending]
-    stopped = []
-    for name in _stop_in_order(chosen):
+    stopped: list[str] = []
+    failures: list[TeleopctlError] = []
+    for name, failure in _stop_in_order(chosen):
+        if failure is not None:
+            failures.append(failure)
+            console.error(failure)
+            continue
         stopped.append(name)
         if not as_json:
             console.out(f"{name} has been stopped")
@@ -83,7 +88,7 @@ def stop(
         console.out_json({"stopped": stopped, "died": died_before})
     for entry in gone:
         forget_died(entry)
-    return 0
+    return failures[0].exit_status if failures else 0
 
 
 def _agreed(entries: Sequence[Running]) -> bool:
@@ -118,8 +123,12 @@ def _found(name: str, told: set[str]) -> list[Running]:
         raise
 
 
-def _stop_in_order(entries: Sequence[Running]) -> Iterator[str]:
-    """Stop all at the same time but for the router, which is the last; yields their names."""
+def _stop_in_order(entries: Sequence[Running]) -> Iterator[tuple[str, TeleopctlError | None]]:
+    """Stop all at the same time but for the router, which is the last.
+
+    Yields:
+        The name of each, and why it does not end, or None.
+    """
     from concurrent.futures import ThreadPoolExecutor
 
     routers = [entry for entry in entries if entry.record.kind == "router"]
@@ -129,8 +138,11 @@ def _stop_in_order(entries: Sequence[Running]) -> Iterator[str]:
             yield from threads.map(_stop, together)
 
 
-def _stop(entry: Running) -> str:
+def _stop(entry: Running) -> tuple[str, TeleopctlError | None]:
     if entry.launch is not None:
         mark_stopped(folder_of(entry.launch), entry.record.name)
-    stop_running(entry.record)
-    return entry.record.name
+    try:
+        stop_running(entry.record)
+    except TeleopctlError as failure:
+        return entry.record.name, failure
+    return entry.record.name, None

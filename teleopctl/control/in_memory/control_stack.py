@@ -11,6 +11,7 @@ from teleopctl.control.cycle import Cycle
 from teleopctl.control.in_memory.recorded_action import RecordedActionServer
 from teleopctl.control.in_memory.recorded_node import RecordedNode
 from teleopctl.control.lifecycle import State
+from teleopctl.control.limits import enforced_by_default
 from teleopctl.control.realtime_publisher import PublishQueue
 from teleopctl.control.resource_manager import ResourceManager
 from teleopctl.control.switching import SwitchRequest, switch_controller
@@ -34,7 +35,8 @@ class ControlStack:
         urdf: The robot, whose hardware is loaded and activated; None loads none yet.
         update_rate: Cycles per second.
         parameters: Of the controller manager, by dotted name.
-        enforce_limits: Whether commands are kept inside the limits of their joints.
+        enforce_limits: Whether commands are kept inside the limits of their joints; None is the
+            default of the ROS 2 distribution, as for the manager's ``enforce_command_limits``.
         last_only: Whether of what is published only the last message is remembered, for long runs.
 
     Attributes:
@@ -56,7 +58,7 @@ class ControlStack:
         *,
         update_rate: int = 100,
         parameters: Mapping[str, AllowableParameterValue] | None = None,
-        enforce_limits: bool = True,
+        enforce_limits: bool | None = None,
         last_only: bool = False,
     ) -> None:
         self._last_only = last_only
@@ -71,7 +73,7 @@ class ControlStack:
             cast(Node, self.node),
             logger,
             lambda text: self.cycle.report(text),
-            enforce_limits=enforce_limits,
+            enforce_limits=enforced_by_default() if enforce_limits is None else enforce_limits,
         )
         self.publish_queue = PublishQueue(self.log.warning)
         self.manager = ControllerManager(self.resources, self, logger, update_rate)

@@ -44,6 +44,7 @@ class RecordedActionServer:
         self.feedback: list[Any] = []
         self.lock = threading.RLock()
         self.now_ns = now_ns
+        self.elapsed_ns = now_ns
         self._goal_callback = goal_callback
         self._accepted_callback = handle_accepted_callback
         self._cancel_callback = cancel_callback

@@ -108,6 +108,10 @@ def after_block(starts: Offsets, size: int) -> Offsets:
     return frozenset(ends)
 
 
+# The budget is asked for larger ones only: short commands load few modules.
+_USUAL_BYTES = 2**20
+
+
 class Layout:
     """Sizes of message types on the wire.
 
@@ -150,8 +154,18 @@ class Layout:
         return self._minimums[kind.base]
 
     def check(self, type_name: str) -> None:
-        """Raise TeleopctlError for a type that cannot be sent."""
+        """Raise TeleopctlError for a type that cannot be sent, or whose messages are too large."""
         self._weight(type_name, ())
+        least = self.minimum(FieldType(type_name))
+        if least < _USUAL_BYTES:
+            return
+        from teleopctl.base.budget import UNPACKED_BYTES
+
+        if least > UNPACKED_BYTES:
+            raise InvalidMessageError(
+                f"A message of type {type_name} has at least {least:,} bytes;"
+                f" at most {UNPACKED_BYTES:,} are made by a definition alone"
+            )
 
     def _weight(self, type_name: str, outer: tuple[str, ...]) -> int:
         """Return how many fields a message has, those of nested messages included."""

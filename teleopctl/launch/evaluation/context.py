@@ -11,6 +11,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
+from teleopctl.base.budget import MOST_INCLUDED_FILES, MOST_LAUNCH_TEXT, BudgetError, Tally
 from teleopctl.errors import InvalidDescriptionError, LaunchError, TeleopctlError
 from teleopctl.launch.model.action import Launch
 from teleopctl.launch.model.descriptions import Place
@@ -52,6 +53,8 @@ class LaunchContext:
         event: What has happened and is being answered; None in the first walk over the files.
         launch: The evaluation that this is the state of, once there is one.
         shown_as: What a front end with classes of its own shows in its place; None until it does.
+        characters: How many all texts have that were evaluated for the start, or for one event.
+        included: How many files were included, likewise.
     """
 
     def __init__(self, arguments: Mapping[str, str], log_directory: Path) -> None:
@@ -61,6 +64,8 @@ class LaunchContext:
         self.event: object | None = None
         self.launch: Launch | None = None
         self.shown_as: object | None = None
+        self.characters = Tally("characters in all", MOST_LAUNCH_TEXT)
+        self.included = Tally("included files", MOST_INCLUDED_FILES)
         self.declared: set[str] = set()
         self._declared_in: dict[Path, set[str]] = {}
         self.node_names: Counter[str] = Counter()
@@ -145,6 +150,17 @@ class LaunchContext:
         if name in self.scope.environment:
             return self.scope.environment[name]
         return os.environ.get(name)  # which on Windows knows it in any letter case
+
+    def count_included(self) -> None:
+        """Count a file that another one includes.
+
+        Raises:
+            LaunchError: They are too many, as of files that include each other twice.
+        """
+        try:
+            self.included.add()
+        except BudgetError as error:
+            raise LaunchError(f"the launch takes {error}") from error
 
     def declare(self, name: str) -> None:
         """Make a launch argument of the current file known."""

@@ -14,6 +14,13 @@ from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 from typing import NamedTuple
 
+from teleopctl.base.budget import (
+    DEEPEST_FORESIGHT,
+    DEEPEST_INCLUDES,
+    MOST_STEPS,
+    BudgetError,
+    Tally,
+)
 from teleopctl.errors import LaunchError, NotFoundError, TeleopctlError
 from teleopctl.launch.evaluation.context import LaunchContext, Moment, located
 from teleopctl.launch.evaluation.environment import ShownEnvironment
@@ -37,8 +44,6 @@ from teleopctl.launch.model.request import LaunchRequest
 from teleopctl.launch.model.scope import Scope
 from teleopctl.launch.model.template import Template
 
-_MAX_INCLUDES = 30
-
 
 def evaluate(
     file: LaunchFile,
@@ -47,6 +52,7 @@ def evaluate(
     request: LaunchRequest | None = None,
     *,
     again: Evaluation | None = None,
+    is_shown: bool = False,
 ) -> tuple[LaunchPlan, Evaluation]:
     """Evaluate a launch file.
 
@@ -56,6 +62,8 @@ def evaluate(
         log_directory: The launch's folder for logs and parameter files.
         request: How it is to be launched; by default as a request has it.
         again: An earlier evaluation of the file, whose processes run; this one has no effects.
+        is_shown: Whether nothing is going to be started, so that a file that ends the launch before
+            that is no mistake.
 
     Returns:
         What the launch does of itself, and what is to be asked when something happens.
@@ -72,16 +80,21 @@ def evaluate(
         context.take_names(again.context)
     evaluation.run_file(file)
     start = evaluation.take()
-    if start.shutdown is not None:
-        # Whoever wrote the file knows better than its line number what the person has to know.
-        reason = LaunchError(start.shutdown)
-        reason.place = ""
-        raise reason
+    if start.shutdown is not None and not is_shown:
+        raise refusal(start.shutdown)
     for fault in faults(evaluation.foreseen(start)):
         raise fault
     unknown = undeclared(arguments, context.declared)
     warnings = [*context.warnings, *unknown]
     return LaunchPlan(log_directory=log_directory, start=start, warnings=warnings), evaluation
+
+
+def refusal(reason: str, hint: str | None = None) -> LaunchError:
+    """Return the error of a launch that its own file ends before anything is started."""
+    error = LaunchError(reason, hint=hint)
+    # Whoever wrote the file knows better than its line number what the person has to know.
+    error.place = ""
+    return error
 
 
 class _Registered(NamedTuple):
@@ -124,6 +137,8 @@ class Evaluation:
         self._shown = ShownEnvironment()
         self._builder = builder
         self._depth = 0
+        self._trials = 0
+        self._steps = Tally("steps", MOST_STEPS)
         self.is_trial = False
         self.skips_missing = False
         self.is_ending = False
@@ -164,6 +179,10 @@ class Evaluation:
 
     def run(self, steps: tuple[Step, ...]) -> None:
         """Evaluate further steps."""
+        try:
+            self._steps.add(1 + len(steps))
+        except BudgetError as error:
+            raise LaunchError(f"the launch takes {error}") from error
         for step in steps:
             self.show_environment()
             try:
@@ -218,8 +237,9 @@ class Evaluation:
 
     def include(self, path: Path) -> None:
         """Evaluate another launch file."""
-        if self._depth >= _MAX_INCLUDES:
-            raise LaunchError(f"{path} is included more than {_MAX_INCLUDES} levels deep")
+        if self._depth >= DEEPEST_INCLUDES:
+            raise LaunchError(f"{path} is included more than {DEEPEST_INCLUDES} levels deep")
+        self.context.count_included()
         self._depth += 1
         try:
             with self.calling_out():
@@ -321,6 +341,10 @@ class Evaluation:
     @contextmanager
     def _evaluating(self) -> Iterator[None]:
         outer, self._evaluates = self._evaluates, threading.get_ident()
+        if outer is None and not self.is_trial:
+            tallies = (self._steps, self.context.characters, self.context.included)
+            for tally in tallies:
+                tally.count = 0
         try:
             yield
         finally:
@@ -381,9 +405,13 @@ class Evaluation:
                 yield self._tried(*known, moment)
 
     def _tried(self, when: str, steps: tuple[Step, ...], moment: Moment) -> Foreseen:
+        if self._trials >= DEEPEST_FORESIGHT:
+            return Foreseen(when, Further(), LaunchError("so far ahead nothing is evaluated"), ())
         context = self.context.copy()
         trial = Evaluation(context, self._builder.copy(context))
         trial.is_trial = True
+        # What leads to what leads to more is counted as a whole.
+        trial._trials, trial._steps = self._trials + 1, self._steps
         trial.skips_missing = self.skips_missing
         error = None
         with trial._evaluating(), context.at(Moment(moment.scope.copy(), moment.file)):

@@ -13,6 +13,8 @@ from teleopctl.launch.evaluation.substitution import render
 from teleopctl.launch.model import values
 from teleopctl.launch.model.descriptions import Parameter, ParameterTree
 from teleopctl.launch.model.template import Template
+from teleopctl.node import why_no_parameter
+from teleopctl.printable import shortened
 
 _DUMPER: Any = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
 
@@ -46,9 +48,14 @@ def parameter_value(entry: Parameter, context: LaunchContext) -> object:
     """Evaluate the value of a parameter.
 
     Raises:
-        TeleopctlError: It cannot be evaluated, or is not of the type that is demanded.
+        TeleopctlError: It cannot be evaluated, is not of the type that is demanded, or is none that
+            a parameter can have.
     """
-    return _tree_value(entry.value, entry.type_name, context)
+    value = _tree_value(entry.value, entry.type_name, context)
+    reason = why_no_parameter(value)
+    if reason is not None:
+        raise LaunchError(f"{shortened(str(value))} cannot be its value: {reason}")
+    return value
 
 
 def _tree_value(tree: ParameterTree, type_name: str | None, context: LaunchContext) -> object:

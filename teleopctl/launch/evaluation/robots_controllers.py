@@ -14,6 +14,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from teleopctl.base.private_file import write_private
 from teleopctl.errors import LaunchError, TeleopctlError
 from teleopctl.launch.evaluation.context import LaunchContext
 from teleopctl.launch.evaluation.own_substitutions import (
@@ -100,7 +101,7 @@ def _with_plugins(words: Sequence[str], context: LaunchContext) -> str:
         return controllers_file
     file = context.log_directory / name
     file.parent.mkdir(parents=True, exist_ok=True)
-    file.write_text(filled + more, encoding="utf-8")
+    write_private(file, filled + more)
     return str(file)
 
 
@@ -234,7 +235,7 @@ def _made_for(
         if any("update_rate" in values for _, values in parameters_in(str(own)).sections):
             del sections["/**/controller_manager"]["ros__parameters"]["update_rate"]
     text = yaml.safe_dump(sections, sort_keys=False)
-    file.write_text(before + text, encoding="utf-8")
+    write_private(file, before + text)
     if description.ros2_control:
         _say(context, f"{because}: those of {file}")
     return file

@@ -6,10 +6,12 @@ import shlex
 from collections.abc import Callable, Sequence
 
 from teleopctl import plugins
+from teleopctl.base.budget import BudgetError
 from teleopctl.errors import LaunchError, TeleopctlError, UnknownPluginError
 from teleopctl.launch.evaluation.context import LaunchContext
 from teleopctl.launch.model.exposed import exposed_substitutions, look_for_strangers
 from teleopctl.launch.model.template import Call, ComputedText, Template
+from teleopctl.printable import shortened
 
 
 class Substitution:
@@ -69,9 +71,15 @@ def render(template: Template, context: LaunchContext) -> str:
     """Evaluate a text.
 
     Raises:
-        TeleopctlError: When a substitution is unknown, has the wrong number of arguments or fails.
+        TeleopctlError: When a substitution is unknown, has the wrong number of arguments or fails,
+            or the text is over the budget.
     """
-    return template.render(lambda call: _evaluate(call, context))
+    try:
+        text = template.render(lambda call: _evaluate(call, context))
+        context.characters.add(len(text))
+    except BudgetError as error:
+        raise LaunchError(f"'{shortened(template.source)}' makes {error}") from error
+    return text
 
 
 def words_of(word: Template, context: LaunchContext) -> list[str]:

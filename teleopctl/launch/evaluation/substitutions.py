@@ -11,6 +11,7 @@ import subprocess
 from collections.abc import Sequence
 from pathlib import Path
 
+from teleopctl.base.budget import joined
 from teleopctl.errors import LaunchError, did_you_mean
 from teleopctl.expression import ExpressionError, evaluate
 from teleopctl.launch.evaluation.commands import find_command, with_ours
@@ -218,11 +219,12 @@ def _is_number(text: str) -> bool:
 
 
 def _path_join(arguments: Sequence[str], _: LaunchContext) -> str:
+    joined(arguments)
     return str(Path(*arguments))
 
 
 def _string_join(arguments: Sequence[str], _: LaunchContext) -> str:
-    return arguments[0].join(arguments[1:])
+    return joined(arguments[1:], arguments[0])
 
 
 def _file_content(arguments: Sequence[str], _: LaunchContext) -> str:

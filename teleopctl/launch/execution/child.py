@@ -9,12 +9,12 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import IO, Any
 
-from teleopctl import progress
+from teleopctl import interrupts, progress
 from teleopctl.launch.execution.screen import Screen
 from teleopctl.launch.execution.streams import lines, stream
 from teleopctl.launch.model.plan import ProcessPlan
@@ -113,7 +113,7 @@ class Child:
         runs_our_main = plan.is_node and plan.command[0] == sys.executable
         emulate = plan.emulate_tty and sys.platform != "win32"
         with (
-            _interrupts_kept_back() if runs_our_main else contextlib.nullcontext(),
+            interrupts.blocked_for_children() if runs_our_main else contextlib.nullcontext(),
             stream(as_terminal=emulate) as out,
             stream(as_terminal=emulate) as err,
         ):
@@ -204,23 +204,6 @@ def _environment(plan: ProcessPlan, log_file: Path) -> dict[str, str]:
         # There it goes on writing when this process has ended before it.
         wanted[LOG_FILE] = str(log_file)
     return {name: value for name, value in wanted.items() if value is not None}
-
-
-@contextlib.contextmanager
-def _interrupts_kept_back() -> Iterator[None]:
-    """Let what is started in the block get SIGINT only once it is ready to end properly.
-
-    A Python interpreter that is interrupted while it starts dies with a fatal error. The mask is
-    inherited; `teleopctl.nodes` takes it off when it begins.
-    """
-    if sys.platform == "win32":
-        yield
-        return
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _own_group() -> dict[str, Any]:

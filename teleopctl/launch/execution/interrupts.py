@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import FrameType
 
+from teleopctl.interrupts import end_waits
 from teleopctl.launch.execution.ending import STEPS
 from teleopctl.launch.execution.event_loop import EventLoop
 
@@ -52,7 +53,9 @@ class Interrupts:
         if hasattr(signal, "SIGHUP") and signal.getsignal(signal.SIGHUP) != signal.SIG_IGN:
             # Whoever began with `nohup` wants the launch to outlive the terminal.
             numbers.append(signal.SIGHUP)
-        if threading.current_thread() is not threading.main_thread():
+        if threading.current_thread() is threading.main_thread():
+            end_waits()
+        else:
             numbers.clear()  # no other thread may
         previous = {number: signal.signal(number, self._on_signal) for number in numbers}
         try:

@@ -9,15 +9,22 @@ the start counts for it.
 from __future__ import annotations
 
 import signal
+import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from teleopctl import progress
+from teleopctl.errors import TeleopctlError
 from teleopctl.launch.execution.status import ProcessStatus
 from teleopctl.wire import Graph
 
+if TYPE_CHECKING:
+    from teleopctl.base.token_file import Address
+
 _TAIL_LINES = 15
+# Longer than an interpreter takes to find a mistake in what it runs.
+_OUTLIVES_AFTER_S = 1.0
 
 
 class Up(NamedTuple):
@@ -81,7 +88,7 @@ def _in_graph(
     up: dict[str, str | None] = {}
     unnamed: list[ProcessStatus] = []
     for process in statuses:
-        if process.state == "finished" or (process.state == "running" and not process.is_node):
+        if process.state == "finished" or _outlived_its_start(process):
             up[process.name] = None
         elif process.state != "running" or process.ends_by_itself:
             continue
@@ -98,11 +105,48 @@ def _in_graph(
     return up
 
 
-def pages(statuses: Sequence[ProcessStatus]) -> list[str]:
-    """Return the addresses of the pages that processes serve."""
+def _outlived_its_start(process: ProcessStatus) -> bool:
+    """Whether a program that makes no node has not ended at once, as one with a mistake does."""
+    if process.state != "running" or process.is_node:
+        return False
+    age_s = time.time() - process.start.time
+    return not 0.0 <= age_s < _OUTLIVES_AFTER_S  # below 0 the clock has been set
+
+
+def signs_of_progress(log_file: Path) -> object:
+    """Return what differs after a process has got on: its reports, or else its output.
+
+    A program that never reports is judged by its output. Of one that does, output tells nothing:
+    it may repeat every ten seconds that it waits.
+    """
+    said = progress.read(log_file)
+    if said is not None and said.reports_itself:
+        return said
+    try:
+        return said, log_file.stat().st_size
+    except OSError:
+        return said
+
+
+def present_work(log_file: Path) -> str:
+    """Return what a process that starts says that it does or waits for; empty where it does not."""
+    said = progress.read(log_file)
+    if said is None or not said.detail:
+        return ""
+    if said.state == progress.WAITING:
+        return f"waiting for {said.detail}"
+    return said.detail if said.state == progress.STARTING else ""
+
+
+def addresses(statuses: Sequence[ProcessStatus]) -> list[Address]:
+    """Return the addresses at which processes listen for browsers and Foxglove."""
+    from teleopctl.base.token_file import Address
+
     said = [progress.read(Path(process.log_file)) for process in statuses]
     return [
-        words.detail for words in said if words and words.state == progress.READY and words.detail
+        Address.parse(words.detail)
+        for words in said
+        if words and words.state == progress.READY and words.detail
     ]
 
 
@@ -120,6 +164,11 @@ def first_failure(statuses: Sequence[ProcessStatus]) -> Failure | None:
         elif process.state == "running" and said is not None and reason is not None:
             failures.append(Failure(said.time, process.name, f"{process.name}: {reason}"))
     return min(failures, default=None)
+
+
+def refusal_text(error: TeleopctlError) -> str:
+    """Return the line by which a launch in the background says why it has started nothing."""
+    return f"[ERROR] [launch]: {error}\n"
 
 
 def how_it_ended(exit_status: int | None) -> str:

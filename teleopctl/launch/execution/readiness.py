@@ -2,24 +2,40 @@
 
 from __future__ import annotations
 
+import contextlib
+import shutil
 import threading
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from pathlib import Path
 from types import TracebackType
 from typing import Protocol
 
-from teleopctl import background, progress
+from teleopctl import background, interrupts, progress
 from teleopctl.background import ProcessRecord
-from teleopctl.errors import LaunchError
+from teleopctl.base.start_timeouts import ProgressMonitor, StartTimeouts
+from teleopctl.errors import LaunchError, TeleopctlError
 from teleopctl.launch.execution import status
-from teleopctl.launch.execution.judgement import first_failure, log_tail, pages, what_is_up
+from teleopctl.launch.execution.judgement import (
+    addresses,
+    first_failure,
+    log_tail,
+    present_work,
+    refusal_text,
+    signs_of_progress,
+    what_is_up,
+)
 from teleopctl.launch.execution.status import ProcessStatus
 from teleopctl.wire import Graph, GraphWatcher, close_session, open_session, query_graph
 
-UP_WITHIN_S = 30.0
-# The graph wakes whoever waits; the end of a process is looked for this often, in seconds.
+# The graph wakes whoever waits. The end of a process and the few files by which it reports are
+# looked at this often, in seconds: a tenth of a percent of a core, where the import of a library
+# that watches files takes 0.1 s of it, while everything starts.
 _LOOK_EVERY_S = 0.05
+# What is still starting is shown for the first time, and again when it has changed, after so long,
+# in seconds: most is up before.
+_SHOWN_EVERY_S = 3.0
 # What waits for a topic that nobody publishes is up when that has held for so long, in seconds: the
 # graph may not show a publisher yet that has been made.
 _SETTLED_AFTER_S = 0.5
@@ -34,9 +50,14 @@ class NewNodes:
 
     def __init__(self) -> None:
         self._session = open_session("client")
-        before = query_graph(self._session)
-        self._known_sessions = {node.zid for node in before.nodes}
-        self._watcher = GraphWatcher(self._session)
+        try:
+            before = query_graph(self._session)
+            self._known_sessions = {node.zid for node in before.nodes}
+            self._watcher = GraphWatcher(self._session)
+        except BaseException:
+            # Ctrl-C for one: a session that is open while Python ends may abort the process.
+            close_session(self._session)
+            raise
 
     def __enter__(self) -> NewNodes:
         return self
@@ -77,8 +98,8 @@ class Launch(Protocol):
     def pending(self) -> int:
         """How many timers are still to lead to something soon."""
 
-    def tell(self, level: str, text: str) -> None:
-        """Show a line."""
+    def tell(self, level: str, text: str, shown: str | None = None) -> None:
+        """Show a line; see `Supervisor.tell`."""
 
 
 class _Settled:
@@ -98,28 +119,72 @@ class _Settled:
         return now - self._since >= _SETTLED_AFTER_S
 
 
+class _Wait:
+    """A wait that goes on as long as what is waited for gets on, and shows what it does.
+
+    Args:
+        timeouts: How long.
+        show: Called with a line.
+    """
+
+    def __init__(self, timeouts: StartTimeouts, show: Callable[[str], None]) -> None:
+        self._timeouts = timeouts
+        self._monitor = ProgressMonitor(timeouts)
+        self._show = show
+        self._shown = ""
+        self._shown_at_s = 0.0
+
+    def look(self, signs: object, pids: Iterable[int], starting: Iterable[str]) -> str:
+        """Look how things stand; return why not to wait any longer, or an empty text.
+
+        Args:
+            signs: See `ProgressMonitor.update`.
+            pids: Likewise.
+            starting: What is not up yet, with what it does.
+        """
+        self._monitor.update(signs, pids)
+        text = ", ".join(starting)
+        if self._monitor.has_stalled:
+            return f"No progress for {self._timeouts.stall_s:g} s: {text}"
+        if self._monitor.is_over:
+            return f"Not up within {self._timeouts.total_s:g} s: {text}"
+        elapsed_s = self._monitor.elapsed_s
+        if text != self._shown and elapsed_s - self._shown_at_s >= _SHOWN_EVERY_S:
+            self._shown, self._shown_at_s = text, elapsed_s
+            self._show(f"Starting: {text}")
+        return ""
+
+
+_LONGER = "`--stall-timeout` and `--timeout` wait longer."
+
+
 def wait_for_node(
-    new_nodes: NewNodes, record: ProcessRecord, timeout_s: float = UP_WITHIN_S
+    new_nodes: NewNodes,
+    record: ProcessRecord,
+    timeouts: StartTimeouts,
+    show: Callable[[str], None],
 ) -> list[str]:
     """Wait until a single node that was started in the background is up.
 
     Args:
         new_nodes: Made before the start.
         record: The process, which this one has started.
-        timeout_s: Upper bound in seconds.
+        timeouts: How long to wait.
+        show: Called with a line that says what it does, now and then.
 
     Returns:
         The full names of its nodes; empty when the process did its work and ended.
 
     Raises:
-        LaunchError: It died, said that it cannot do its work, or was not up in time; the message
-            has the reason or the end of its log.
+        LaunchError: It died, said that it cannot do its work, or did not get on; the message has
+            the reason or the end of its log.
     """
-    deadline = time.monotonic() + timeout_s
     graph = new_nodes.snapshot()
     settled = _Settled()
+    wait = _Wait(timeouts, show)
     hint = f"See `teleopctl logs {record.name}`, `teleopctl stop {record.name}`."
     while True:
+        interrupts.raise_swallowed()
         # Asked once: it may end between two questions.
         ending = background.exit_status(record)
         if ending == 0:
@@ -135,12 +200,13 @@ def wait_for_node(
         waits = state == progress.WAITING and not graph.publishers(said.detail if said else "")
         if nodes and (state in (progress.STARTED, progress.READY) or settled.holds(waits)):
             return nodes
-        if time.monotonic() > deadline:
-            missing = "it is still starting" if nodes else "its node did not appear"
+        work = present_work(record.log_file)
+        if not work:
+            work = "" if nodes else "its node has not appeared"
+        signs = (signs_of_progress(record.log_file), nodes)
+        if reason := wait.look(signs, [record.pid], [_with_work(record.name, work)]):
             raise LaunchError(
-                f"{record.name} runs, but {missing} within {timeout_s:g} s:\n"
-                f"{log_tail(record.log_file)}",
-                hint=hint,
+                f"{reason}\n{log_tail(record.log_file)}", hint=f"It goes on. {hint} {_LONGER}"
             )
         graph = new_nodes.wait_for_change(graph)
 
@@ -150,7 +216,8 @@ def wait_for_launch(
     record: ProcessRecord,
     on_up: Callable[[ProcessStatus, str | None], None],
     warn: Callable[[str], None],
-    timeout_s: float = UP_WITHIN_S,
+    timeouts: StartTimeouts,
+    show: Callable[[str], None],
 ) -> None:
     """Wait until everything that a launch in the background starts is up.
 
@@ -160,20 +227,22 @@ def wait_for_launch(
         on_up: Called for each process once it is up or has done its work, with its status and
             the node's name where it is known.
         warn: Called with what the evaluation of the launch file found odd.
-        timeout_s: Upper bound in seconds.
+        timeouts: How long to wait.
+        show: Called with a line that says what is still starting, now and then.
 
     Raises:
         TeleopctlError: The launch file cannot be evaluated, and the launch has ended.
-        LaunchError: A process died, said that it cannot do its work, or did not come up in time;
-            what runs goes on running.
+        LaunchError: A process died, said that it cannot do its work, or did not get on; what runs
+            goes on running.
     """
     folder = status.folder_of(record)
-    deadline = time.monotonic() + timeout_s
     graph = new_nodes.snapshot()
     settled = _Settled()
+    wait = _Wait(timeouts, show)
     reported: set[str] = set()
     warned = False
     while True:
+        interrupts.raise_swallowed()
         launch_ended = not background.is_alive(record)
         published = status.read(folder)
         if published is not None and not warned:
@@ -195,27 +264,91 @@ def wait_for_launch(
             status.mark_told(folder, failure.name)
             rest = f"The rest of the launch goes on; `teleopctl stop {record.name}` ends it."
             raise LaunchError(failure.text, hint=None if launch_ended else rest)
-        if published is not None and len(names) == len(statuses) and not status.pending(folder):
+        pending = status.pending(folder)
+        if published is not None and len(names) == len(statuses) and not pending:
             return
         if launch_ended:
             refusal = status.read_refusal(folder)
             if refusal is not None:
-                background.forget(record)  # it is reported here
+                _forget_refused(record, refusal)  # it is reported here
                 raise refusal
             raise LaunchError(
                 f"The launch ended while it was starting:\n{log_tail(record.log_file)}"
             )
-        if time.monotonic() > deadline:
-            missing = ", ".join(
-                _what_it_waits_for(process.name, up.waiting)
-                for process in statuses
-                if process.name not in names
-            )
+        starting = [process for process in statuses if process.name not in names]
+        if reason := wait.look(
+            _signs(record, published, starting, pending),
+            _workers(record, statuses, starting),
+            _what_starts(record, starting, up.waiting, pending),
+        ):
+            log = f"`teleopctl logs {record.name}`"
             raise LaunchError(
-                f"Not up within {timeout_s:g} s: {missing or record.name}",
-                hint=f"They go on starting; see `teleopctl ps`, `teleopctl logs {record.name}`.",
+                reason, hint=f"The launch goes on; see `teleopctl ps`, {log}. {_LONGER}"
             )
         graph = new_nodes.wait_for_change(graph)
+
+
+def _forget_refused(record: ProcessRecord, refusal: TeleopctlError) -> None:
+    """Remove what a launch left that has started nothing, but for what its file has printed.
+
+    Else its log would be taken for that of the launch of the same name that ran before.
+    """
+    background.forget(record)
+    shutil.rmtree(status.folder_of(record), ignore_errors=True)
+    with contextlib.suppress(OSError):
+        if record.log_file.read_text(encoding="utf-8", errors="replace") == refusal_text(refusal):
+            record.log_file.unlink()
+            progress.file_of(record.log_file).unlink(missing_ok=True)
+
+
+def _signs(
+    record: ProcessRecord,
+    published: Sequence[ProcessStatus] | None,
+    starting: Sequence[ProcessStatus],
+    pending: int,
+) -> object:
+    """What differs after a launch has got on."""
+    if published is None:
+        return signs_of_progress(record.log_file)
+    states = [(process.name, process.pid, process.state) for process in published]
+    return states, pending, [signs_of_progress(Path(process.log_file)) for process in starting]
+
+
+def _workers(
+    record: ProcessRecord, statuses: Sequence[ProcessStatus], starting: Sequence[ProcessStatus]
+) -> list[int]:
+    """The processes whose work is waited for.
+
+    While the launch file is evaluated that is the launch itself; when all processes are up, it is
+    those that components are being loaded into, which are not known here.
+    """
+    if starting:
+        return [process.pid for process in starting if process.pid]
+    return [record.pid, *(process.pid for process in statuses if process.state == "running")]
+
+
+def _what_starts(
+    record: ProcessRecord,
+    starting: Sequence[ProcessStatus],
+    waiting: Mapping[str, str],
+    pending: int,
+) -> list[str]:
+    if starting:
+        return [
+            _with_work(
+                process.name,
+                f"nobody publishes {waiting[process.name]}"
+                if process.name in waiting
+                else present_work(Path(process.log_file)),
+            )
+            for process in starting
+        ]
+    rest = "timers of the launch file, or components to be loaded"
+    return [_with_work(record.name, rest if pending else present_work(record.log_file))]
+
+
+def _with_work(name: str, work: str) -> str:
+    return f"{name} ({work})" if work else name
 
 
 @contextmanager
@@ -244,7 +377,10 @@ def tell_when_up(new_nodes: NewNodes, launch: Launch) -> Iterator[None]:
             if complete and not launch.pending() and (not up.waiting or settled.holds(True)):
                 running = [process for process in now if process.state == "running"]
                 if running:
-                    launch.tell("INFO", _what_is_up_now(running))
+                    text, pages = _what_is_up_now(running), addresses(running)
+                    lines = [f"  The robot in your browser: {each.url}" for each in pages]
+                    shown = [f"  {each.announcement}" for each in pages]
+                    launch.tell("INFO", "\n".join([text, *lines]), "\n".join([text, *shown]))
                 return
             graph = new_nodes.wait_for_change(graph)
 
@@ -264,10 +400,5 @@ def _what_is_up_now(running: list[ProcessStatus]) -> str:
         f"Up: {', '.join(names)}",
         "  Ctrl-C ends everything. Next, in another terminal:",
         *(f"    teleopctl {command}" for command in (first, "topic list", "topic hz --all")),
-        *(f"  The robot in your browser: {address}" for address in pages(running)),
     ]
     return "\n".join(lines)
-
-
-def _what_it_waits_for(name: str, waiting: Mapping[str, str]) -> str:
-    return f"{name} (nobody publishes {waiting[name]})" if name in waiting else name

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import NamedTuple
 
-from teleopctl import background, progress
+from teleopctl import background, interrupts, progress
 from teleopctl.background import ProcessRecord
 from teleopctl.errors import NotFoundError, did_you_mean
 from teleopctl.launch.execution import status
@@ -45,17 +45,23 @@ class Running(NamedTuple):
         return f"{self.launch.name}/{self.record.name}" if self.launch else self.record.name
 
 
-def running(folder: Path | None = None, *, include_ended: bool = False) -> list[Running]:
+def running(
+    folder: Path | None = None, *, include_ended: bool = False, include_foreground: bool = False
+) -> list[Running]:
     """Return the background processes, each launch before what it started.
 
     Args:
         folder: The runtime folder that has their records; by default the user's.
         include_ended: Whether to include processes of running launches that have ended.
+        include_foreground: Whether to include launches that run in terminals, behind the others.
     """
     found: list[Running] = []
-    for record in background.records(folder):
+    records = background.records(folder)
+    if include_foreground:
+        records += background.foreground_launches(folder)
+    for record in records:
         found.append(Running(record))
-        if record.kind == background.LAUNCH:
+        if record.kind in background.LAUNCHES:
             found.extend(
                 Running(process.record(), record, process.node_name, process.state == "running")
                 for process in status.read(status.folder_of(record)) or ()
@@ -139,8 +145,10 @@ def _orphans(folder: Path | None) -> list[Running]:
     return found
 
 
-def find_running(name: str, *, include_ended: bool = False) -> list[Running]:
-    """Find background processes by what people call them.
+def find_running(
+    name: str, *, include_ended: bool = False, include_foreground: bool = False
+) -> list[Running]:
+    """Find background processes by what people call them; arguments as of `running`.
 
     A name is that of a record, ``exec-N`` or ``launch/exec-N`` of what a launch started, its
     executable's, or its node's.
@@ -148,16 +156,41 @@ def find_running(name: str, *, include_ended: bool = False) -> list[Running]:
     Raises:
         NotFoundError: Nothing of that name runs; the message lists what does.
     """
-    everything = running(include_ended=include_ended)
+    everything = running(include_ended=include_ended, include_foreground=include_foreground)
     for names in (_exact_names, _node_names, _executable_names):
         found = [entry for entry in everything if name in names(entry)]
         if found:
             return found
     known = [entry.record.name for entry in everything if entry.is_alive]
-    raise NotFoundError(
-        f"Nothing named '{name}' runs in the background",
-        hint=did_you_mean(name, known) or _listing(known),
-    )
+    hint = did_you_mean(name, known) or _listing(known)
+    for launch in background.foreground_launches():
+        if name == launch.name:
+            hint = f"{name} runs in the foreground. End it with {_ctrl_c(launch)}."
+    raise NotFoundError(f"Nothing named '{name}' runs in the background", hint=hint)
+
+
+def how_to_end(node_names: Collection[str]) -> str:
+    """Say how nodes that run can be ended, as the end of a sentence: ``with …``, ``where …``."""
+    owners = {
+        owner.pid: owner
+        for entry in running(include_foreground=True)
+        if entry.node_name in node_names
+        for owner in (entry.launch or entry.record,)
+    }
+    in_background = [r for r in owners.values() if r.kind != background.FOREGROUND_LAUNCH]
+    ways = [_ctrl_c(r) for r in owners.values() if r.kind == background.FOREGROUND_LAUNCH]
+    if in_background:
+        names = " ".join(sorted(record.name for record in in_background))
+        ways.insert(0, f"`teleopctl stop {names}`")
+    return f"with {', and '.join(ways)}" if ways else "where it was started"
+
+
+def _ctrl_c(launch: ProcessRecord) -> str:
+    """Say what ends a launch in the foreground."""
+    terminal = background.terminal_of(launch)
+    if terminal is None:
+        return f"`kill -INT {launch.pid}`, since it has no terminal"
+    return f"Ctrl-C in its terminal, {terminal} (pid {launch.pid})"
 
 
 def stop_running(record: ProcessRecord) -> None:
@@ -167,15 +200,23 @@ def stop_running(record: ProcessRecord) -> None:
 
 
 @contextmanager
-def stopped_by_ctrl_c(record: ProcessRecord) -> Iterator[None]:
-    """Take a background process back where Ctrl-C ends the wait for it.
+def started_in_background(start: Callable[[], ProcessRecord]) -> Iterator[ProcessRecord]:
+    """Start a process, and take it back where Ctrl-C comes meanwhile or in the block.
+
+    Args:
+        start: Starts it and returns at once.
 
     Raises:
         KeyboardInterrupt: With a text that says so.
     """
+    record = None
     try:
-        yield
+        with interrupts.held_back():
+            record = start()
+        yield record
     except KeyboardInterrupt:
+        if record is None:
+            raise
         stop_running(record)
         raise KeyboardInterrupt(f"{record.name} has been stopped") from None
 

@@ -38,7 +38,8 @@ class Screen:
             level: Its level.
             name: The process that it is about, or ``launch``.
             text: What it says.
-            in_short: What is enough for somebody who can look into the log.
+            in_short: What the screen shows instead where there is a log: what is enough for
+                somebody who can look into that, or what is for his eyes alone.
         """
         if self._log is not None:
             self._log.write(f"{LOG_FORMAT.line(level, name, text)}\n".encode(errors="replace"))

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 from teleopctl import errors
 from teleopctl.background import ProcessRecord, Start
+from teleopctl.base.private_file import write_private
 from teleopctl.errors import TeleopctlError
 
 if TYPE_CHECKING:
@@ -109,9 +110,7 @@ def write(folder: Path, statuses: Iterable[ProcessStatus], pending: int) -> None
     """
     processes = [status._asdict() for status in statuses]
     text = json.dumps({"processes": processes, "pending": pending}, ensure_ascii=False)
-    new = folder / f"{_STATUS_FILE}.new"
-    new.write_text(text, encoding="utf-8")
-    new.replace(folder / _STATUS_FILE)
+    write_private(folder / _STATUS_FILE, text)
 
 
 def read(folder: Path) -> list[ProcessStatus] | None:
@@ -139,7 +138,7 @@ def _document(folder: Path) -> dict[str, Any]:
 
 def write_warnings(folder: Path, warnings: list[str]) -> None:
     """Note what the evaluation of a launch found odd, for whoever waits for it."""
-    (folder / _WARNINGS_FILE).write_text(json.dumps(warnings), encoding="utf-8")
+    write_private(folder / _WARNINGS_FILE, json.dumps(warnings))
 
 
 def read_warnings(folder: Path) -> list[str]:
@@ -160,7 +159,7 @@ def write_refusal(folder: Path, error: TeleopctlError) -> None:
         "place": error.place,
     }
     with contextlib.suppress(OSError):
-        (folder / _REFUSAL_FILE).write_text(json.dumps(told), encoding="utf-8")
+        write_private(folder / _REFUSAL_FILE, json.dumps(told))
 
 
 def read_refusal(folder: Path) -> TeleopctlError | None:

@@ -114,14 +114,20 @@ class Supervisor:
         """How many timers are still to lead to something soon; any thread may ask."""
         return self._timers.pending()
 
-    def tell(self, level: str, text: str) -> None:
-        """Show a line of the launch's own; any thread may call this. An error makes it fail."""
-        self._loop.put(lambda: self._told(level, text))
+    def tell(self, level: str, text: str, shown: str | None = None) -> None:
+        """Show a line of the launch's own; any thread may call this. An error makes it fail.
 
-    def _told(self, level: str, text: str) -> None:
+        Args:
+            level: Its level.
+            text: What the log keeps.
+            shown: What the screen shows, such as an address with its token; by default the same.
+        """
+        self._loop.put(lambda: self._told(level, text, shown))
+
+    def _told(self, level: str, text: str, shown: str | None) -> None:
         self._failed = self._failed or level == "ERROR"
         if not self._shutting_down:
-            self._say(level, text)
+            self._say(level, text, shown=shown)
 
     def run(self) -> int:
         """Run until every process has ended.
@@ -396,5 +402,5 @@ class Supervisor:
         self._end_companions()
         self._published.publish()
 
-    def _say(self, level: str, text: str) -> None:
-        self._screen.say(level, _LAUNCH, text)
+    def _say(self, level: str, text: str, *, shown: str | None = None) -> None:
+        self._screen.say(level, _LAUNCH, text, in_short=shown)

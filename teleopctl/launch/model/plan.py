@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Protocol
 
+from teleopctl.base.private_file import write_private
 from teleopctl.errors import TeleopctlError
 from teleopctl.launch.model.output import BOTH, LOG, Output
 
@@ -155,7 +156,7 @@ class Further:
             OSError: One cannot be written.
         """
         for path, content in self.files.items():
-            Path(path).write_text(content, encoding="utf-8")
+            write_private(path, content)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -6,6 +6,8 @@ import json
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
+from teleopctl.base.private_file import write_private
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LaunchRequest:
@@ -50,7 +52,7 @@ class LaunchRequest:
         Raises:
             OSError: It cannot be written.
         """
-        path.write_text(json.dumps(asdict(self), ensure_ascii=False), encoding="utf-8")
+        write_private(path, json.dumps(asdict(self), ensure_ascii=False))
 
 
 def load_request(path: Path) -> LaunchRequest:

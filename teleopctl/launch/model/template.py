@@ -12,6 +12,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
+from teleopctl.base.budget import joined
+
 _ESCAPABLE = frozenset("$'\"\\() \t\n")
 _QUOTES = frozenset("'\"")
 
@@ -73,8 +75,12 @@ class Template:
     source: str
 
     def render(self, substitute: Callable[[Call | ComputedText], str]) -> str:
-        """Return the text with every substitution replaced by what the function returns."""
-        return "".join(part if isinstance(part, str) else substitute(part) for part in self.parts)
+        """Return the text with every substitution replaced by what the function returns.
+
+        Raises:
+            BudgetError: It is too long.
+        """
+        return joined([part if isinstance(part, str) else substitute(part) for part in self.parts])
 
     @property
     def is_literal(self) -> bool:

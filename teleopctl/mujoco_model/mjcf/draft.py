@@ -1,7 +1,8 @@
 """The model of a robot that is written for MuJoCo: its file as it is, and what ROS needs besides.
 
 Nothing that the file decides is decided anew: options, contacts, gains, weights. Added is what it
-lacks: something to stand on, light, and drives of ours where no actuator of the file moves a joint.
+lacks: something to stand on, and light. A joint that no actuator of the file moves is as free as
+there.
 """
 
 from __future__ import annotations
@@ -13,9 +14,8 @@ from typing import TYPE_CHECKING, Any
 import mujoco
 import numpy as np
 
-from teleopctl.mujoco_model.base import WORLD, FreeBase, world_frame
+from teleopctl.mujoco_model.base import WORLD, FixedBase, FixedBy, FreeBase, quaternion
 from teleopctl.mujoco_model.cameras import CameraModel, camera_models
-from teleopctl.mujoco_model.drives import add_drives, prepare_drives
 from teleopctl.mujoco_model.free_bodies import FreeBody
 from teleopctl.mujoco_model.joints import JointSpec, joint_specs
 from teleopctl.mujoco_model.mjcf.start import Start
@@ -39,7 +39,7 @@ _FREE, _BALL = mujoco.mjtJoint.mjJNT_FREE, mujoco.mjtJoint.mjJNT_BALL
 
 @dataclass(frozen=True)
 class MjcfDraft:
-    """An MJCF file in its world, with drives; see `teleopctl.mujoco_model.model.RobotModel`."""
+    """An MJCF file in its world; see `teleopctl.mujoco_model.model.RobotModel`."""
 
     # Any: a `mujoco.MjSpec`.
     spec: Any
@@ -48,6 +48,7 @@ class MjcfDraft:
     free_bodies: list[FreeBody]
     things: tuple[Thing, ...]
     base: FreeBase | None
+    fixed: FixedBase | None
     start: Start
     keyframes: dict[str, Start]
     bodies: frozenset[str]
@@ -76,12 +77,18 @@ def draft_mjcf(
     # The description has those of the file.
     cameras, complaints = camera_models(description)
     warnings += complaints
-    frame = world_frame(description, fixed_base=fixed_base)
+    fixed = None
+    if mjcf.root == WORLD:
+        fixed = FixedBase(WORLD, FixedBy.NAME)
+    elif fixed_base:
+        placed = spawn_pose if spawn_pose and any((*spawn_pose.xyz, *spawn_pose.rpy)) else None
+        fixed = FixedBase(mjcf.root, FixedBy.ASKED, placed)
+    frame = WORLD if fixed is None else fixed.world_frame
     cameras = [replace(c, link=frame) if c.link == WORLD else c for c in cameras]
     base = None
     if mjcf.root != WORLD:
         root = FreeBody(mjcf.root, bare.joint(int(bare.body(mjcf.root).jntadr[0])).name, WORLD)
-        if not fixed_base:
+        if fixed is None:
             base = _placed(mjcf, data, root, spawn_pose)
     start = Start.of(bare, data)
     if mjcf.home < 0:
@@ -99,9 +106,8 @@ def draft_mjcf(
         start = start.without(root.joint)
         keyframes = {name: there.without(root.joint) for name, there in keyframes.items()}
         _fix(spec, mjcf.root)
-    driven = [joint for joint in joints if joint.has_drive]
-    prepare_drives(spec, driven)
-    add_drives(spec, bare, driven)
+        if fixed is not None:
+            fixed.place(spec)
     names = frozenset(bare.body(body).name for body in mjcf.bodies())
     # What its file has beside it.
     things = things_since(names, spec, free, prefix="")
@@ -114,7 +120,9 @@ def draft_mjcf(
     complete_scene(spec)
     if extend is not None:
         extend(spec)
-    return MjcfDraft(spec, joints, cameras, free, things, base, start, keyframes, names, warnings)
+    return MjcfDraft(
+        spec, joints, cameras, free, things, base, fixed, start, keyframes, names, warnings
+    )
 
 
 def _joints(
@@ -131,16 +139,14 @@ def _joints(
     joints = []
     for spec in specs:
         own = tuple(actuator for actuator in actuators if actuator.joint == spec.name)
-        commands = spec.command_interfaces
-        if own:
-            kinds = {actuator.interface for actuator in own}
-            warnings += [
-                f"Command interface '{spec.name}/{command}' is left out: the file's actuator "
-                f"takes {' and '.join(sorted(kinds))}"
-                for command in commands
-                if command not in kinds
-            ]
-            commands = tuple(command for command in commands if command in kinds)
+        kinds = {actuator.interface for actuator in own}
+        why = f"actuator takes {' and '.join(sorted(kinds))}" if own else "actuators move others"
+        commands = tuple(command for command in spec.command_interfaces if command in kinds)
+        warnings += [
+            f"Command interface '{spec.name}/{command}' is left out: the file's {why}"
+            for command in spec.command_interfaces
+            if command not in kinds
+        ]
         joints.append(
             replace(spec, command_interfaces=commands, actuators=own, ball=turns.get(spec.name, ""))
         )
@@ -155,7 +161,7 @@ def _placed(mjcf: Mjcf, data: Any, root: FreeBody, pose: Pose | None) -> FreeBas
     if pose is not None and any((*pose.xyz, *pose.rpy)):
         height = pose.xyz[2] or float(place[2])
         place[:3] = [*pose.xyz[:2], height]
-        mujoco.mju_euler2Quat(place[3:], np.array(pose.rpy), "XYZ")
+        place[3:] = quaternion(pose)
     can_touch = any(
         m.geom_contype[geom] or m.geom_conaffinity[geom]
         for geom in range(m.ngeom)

@@ -260,6 +260,10 @@ class ActionServer(Generic[GoalT, ResultT, FeedbackT]):
         """Return the time of the node's clock in nanoseconds (ours)."""
         return self._node.get_clock().nanoseconds()
 
+    def elapsed_ns(self) -> int:
+        """Return the count by which the node's clock measures spans, in nanoseconds (ours)."""
+        return self._node.get_clock().elapsed_ns()
+
     def publish_status(self) -> None:
         """Tell the states of all goals that are known, the oldest first (ours)."""
         with self.lock:
@@ -320,7 +324,7 @@ class ActionServer(Generic[GoalT, ResultT, FeedbackT]):
 
     def _forget_expired(self) -> None:
         with self.lock:
-            now_ns = self.now_ns()
+            now_ns = self.elapsed_ns()
             next_ns = None
             for key, handle in tuple(self._goal_handles.items()):
                 if handle.ended_ns is None:

@@ -58,6 +58,9 @@ class GoalServer(Protocol[GoalT, ResultT, FeedbackT]):
     def now_ns(self) -> int:
         """Return the time of the server's clock in nanoseconds."""
 
+    def elapsed_ns(self) -> int:
+        """Return the count by which the server's clock measures spans, in nanoseconds."""
+
 
 class ServerGoalHandle(Generic[GoalT, ResultT, FeedbackT]):
     """A goal that the server has accepted; servers make these.
@@ -71,7 +74,7 @@ class ServerGoalHandle(Generic[GoalT, ResultT, FeedbackT]):
         key: The bytes of its id (ours).
         stamp_ns: When it was accepted, by the server's clock (ours).
         status_message: Its entry in the list of states (ours).
-        ended_ns: When it ended, by the server's clock; None before (ours).
+        ended_ns: When it ended, as the server counts spans; None before (ours).
     """
 
     def __init__(
@@ -243,7 +246,7 @@ class ServerGoalHandle(Generic[GoalT, ResultT, FeedbackT]):
             self._state = next_state(self._state, event)
             self.status_message.status = self._state
             if not self._state.is_active:
-                self.ended_ns = self._server.now_ns()
+                self.ended_ns = self._server.elapsed_ns()
             self._server.publish_status()
             if not self._state.is_active:
                 self._server.notify_goal_done()

@@ -8,7 +8,7 @@ from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces import get_message, split
 from teleopctl.node.endpoints.publisher import Publisher
 from teleopctl.node.values import logging
-from teleopctl.node.values.exceptions import InvalidHandle
+from teleopctl.node.values.exceptions import InvalidHandle, RCLError
 from teleopctl.node.values.qos import QoSProfile
 from teleopctl.typed import TYPE_CHECKING
 
@@ -25,6 +25,7 @@ class RosoutPublisher:
         self._logger_name = node.get_logger().name
         # Not among the node's publishers, as in rclpy.
         self._publisher = Publisher(node, self._log, node.resolve_topic_name("/rosout"), qos)
+        self._publisher.sends_while_ending = True
         logging.add_sink(self._logger_name, self._publish)
 
     def _publish(
@@ -38,7 +39,7 @@ class RosoutPublisher:
         sec, nanosec = split(time_ns)
         # The console has the message already: text that no CDR string holds, and what is logged
         # after shutdown, ends there.
-        with contextlib.suppress(TeleopctlError, InvalidHandle):
+        with contextlib.suppress(TeleopctlError, InvalidHandle, RCLError):
             self._publisher.publish(
                 self._log(
                     stamp=self._time(sec=sec, nanosec=nanosec),

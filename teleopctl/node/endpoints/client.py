@@ -12,7 +12,6 @@ from collections.abc import Callable
 from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces import RequestT, ResponseT, serialize
 from teleopctl.interrupts import transport_callback
-from teleopctl.node.endpoints.patience import Patience
 from teleopctl.node.endpoints.service_end import ServiceEnd, ServiceInfo
 from teleopctl.node.endpoints.waitable import Waitable
 from teleopctl.node.values.callback_groups import CallbackGroup
@@ -68,6 +67,10 @@ class ResponseFuture(Future[ResultT]):
             False when the time, in seconds of wall time, ran out; the request goes on then.
         """
         return self._wait_for(self._settled.wait, timeout_sec)
+
+    def is_settled(self) -> bool:
+        """Whether a response is there, or nobody is left to give it (ours)."""
+        return self._settled.is_set()
 
     def when_unanswered(self, listener: Callable[[], object]) -> None:
         """Call ``listener`` when no server will answer, on the transport's thread (ours)."""
@@ -167,7 +170,6 @@ class Client(ServiceEnd, Waitable, Generic[RequestT, ResponseT]):
         self._pending: set[Future[ResponseT]] = set()
         self._callbacks: collections.deque[Callable[[], object]] = collections.deque()
         self._news = False
-        self._patience = Patience()
         self.refusals = Refusals(f"an answer of '{name}'", node.get_logger().error)
         self._announce()
 
@@ -192,6 +194,18 @@ class Client(ServiceEnd, Waitable, Generic[RequestT, ResponseT]):
             False when the time ran out or the context was shut down.
         """
         return self.node.wait_for_match(EntityKind.SS, self.name, self.type_name, 1, timeout_sec)
+
+    def is_server_frozen(self) -> bool:
+        """Whether there are servers, but all their processes do nothing at all (ours).
+
+        One that is stopped by a signal stays in the graph and answers nothing. Takes about a
+        second then, else milliseconds.
+        """
+        from teleopctl.wire import is_frozen
+
+        servers = self.node.matched(EntityKind.SS, self.name, self.type_name)
+        session = self.node.context.session
+        return bool(servers) and all(is_frozen(session, server.zid) for server in servers)
 
     def call_async(self, request: RequestT) -> ResponseFuture[ResponseT]:
         """Send a request.
@@ -227,7 +241,6 @@ class Client(ServiceEnd, Waitable, Generic[RequestT, ResponseT]):
             self.key,
             payload,
             Attachment(sequence, time.time_ns(), self.gid),
-            self._patience.next_s(),
             receive,
             future.reached_nobody,
         )
@@ -290,8 +303,14 @@ class Client(ServiceEnd, Waitable, Generic[RequestT, ResponseT]):
 
     def _receive(self, reply: zenoh.Reply, sequence: int, future: Future[ResponseT]) -> None:
         """Take the first answer that belongs to the request; further servers' are dropped."""
+        if future.ended():
+            return
         sample = reply.ok
-        if sample is None or future.ended():
+        if sample is None:
+            self.refusals.refuse(
+                "it did not come while the request was open, and the more requests a process sends "
+                "the sooner it gives them up"
+            )
             return
         try:
             response, meta = read_response(sample, sequence, self.srv_type.Response)

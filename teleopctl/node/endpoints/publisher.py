@@ -11,7 +11,11 @@ from teleopctl.interfaces import MessageT, serialize
 from teleopctl.node.endpoints.arrivals import MOST_ITEMS
 from teleopctl.node.endpoints.endpoint import LARGE_MESSAGE, Endpoint, expect_large_messages
 from teleopctl.node.values.callback_groups import CallbackGroup
-from teleopctl.node.values.exceptions import InvalidHandle
+from teleopctl.node.values.exceptions import (
+    ContextEndedError,
+    ContextInvalidError,
+    InvalidHandle,
+)
 from teleopctl.node.values.qos import (
     HistoryPolicy,
     LivelinessPolicy,
@@ -29,7 +33,12 @@ if TYPE_CHECKING:
 
 
 class Publisher(Endpoint, Generic[MessageT]):
-    """Sends messages of one type on one topic; made by ``Node.create_publisher``."""
+    """Sends messages of one type on one topic; made by ``Node.create_publisher``.
+
+    Attributes:
+        sends_while_ending: Whether it still sends between a signal and the release of the session
+            (ours).
+    """
 
     def __init__(
         self, node: NodeCore, msg_type: type[MessageT], topic: str, qos: QoSProfile
@@ -39,6 +48,8 @@ class Publisher(Endpoint, Generic[MessageT]):
         super().__init__(node, EntityKind.MP, topic, msg_type.TYPE_NAME, qos, version)
         self.msg_type = msg_type
         self._sequence = itertools.count(1)
+        self._context_is_ok = node.context.ok
+        self.sends_while_ending = node.context.ends_in_order
         self._watching: tuple[EventHandler, ...] = ()
         self._channel = self._declare(qos)
         self._announce()
@@ -110,9 +121,13 @@ class Publisher(Endpoint, Generic[MessageT]):
         Raises:
             TypeError: The message is of another type.
             TeleopctlError: A field holds what its type cannot; the message names it.
-            InvalidHandle: The publisher was destroyed or the context was shut down.
+            InvalidHandle: The publisher was destroyed.
+            RCLError: The context was shut down, or ended by a signal. A program that only publishes
+                learns of it here.
         """
         self._check_alive()
+        if not self._context_is_ok() and not self.sends_while_ending:
+            raise self._end_of_context()
         if isinstance(msg, self.msg_type):
             payload: bytes | bytearray = serialize(msg)
         elif isinstance(msg, bytes | bytearray):
@@ -128,9 +143,15 @@ class Publisher(Endpoint, Generic[MessageT]):
                 attachment=encode_attachment(sequence, time.time_ns(), self.gid),
             )
         except zenoh.ZError as error:
+            if not self._context_is_ok():
+                raise self._end_of_context() from error
             raise InvalidHandle(f"publisher of '{self.name}' cannot send: {error}") from error
         for handler in self._watching:
             handler.saw(self.gid, sequence)
+
+    def _end_of_context(self) -> ContextInvalidError:
+        by_signal = self.node.context.ended_by_signal
+        return ContextEndedError() if by_signal else ContextInvalidError()
 
     def get_subscription_count(self) -> int:
         """Return how many subscriptions the topic has, of the same type."""

@@ -7,7 +7,7 @@ import enum
 
 from teleopctl.interfaces import get_message
 from teleopctl.node.endpoints.publisher import Publisher
-from teleopctl.node.values.exceptions import InvalidHandle
+from teleopctl.node.values.exceptions import InvalidHandle, RCLError
 from teleopctl.typed import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -105,7 +105,7 @@ class ServiceIntrospection:
             response=[response] if shows and response is not None else [],
         )
         # It may be switched off, or the node have ended, meanwhile: the call itself goes on.
-        with contextlib.suppress(InvalidHandle):
+        with contextlib.suppress(InvalidHandle, RCLError):
             publisher.publish(message)
 
     def close(self) -> None:

@@ -19,8 +19,9 @@ if TYPE_CHECKING:
 class PeriodicTimer:
     """Is due each period of a clock, and counts as called when somebody says so.
 
-    Late calls are made up once, not piled up: after a late call the next one is at the next
-    multiple of the period, as in rcl.
+    Periods are spans as `Clock.elapsed_ns` counts them: of simulated time where a ROS clock follows
+    ``/clock``, else of the steady clock. Late calls are made up once, not piled up: after a late
+    call the next one is at the next multiple of the period, as in rcl.
 
     Attributes:
         listener: Told when the clock makes it due in a jump, or it starts anew, while somebody
@@ -34,7 +35,7 @@ class PeriodicTimer:
             raise ValueError("timer period must not be negative")
         self.clock = clock
         self._period_ns = period_ns
-        self._last_call_ns = clock.nanoseconds()
+        self._last_call_ns = clock.elapsed_ns()
         self._next_call_ns = self._last_call_ns + period_ns
         self._cancelled = not autostart
         self._destroyed = False
@@ -62,7 +63,7 @@ class PeriodicTimer:
 
     def is_ready(self) -> bool:
         """Tell whether a call is due."""
-        return not self._cancelled and self.clock.nanoseconds() >= self._next_call_ns
+        return not self._cancelled and self.clock.elapsed_ns() >= self._next_call_ns
 
     def pending(self) -> int:
         """Return 1 while a call is due."""
@@ -84,19 +85,19 @@ class PeriodicTimer:
     def reset(self) -> None:
         """Start anew: the next call is one period from now."""
         self._cancelled = self._destroyed
-        self._last_call_ns = self.clock.nanoseconds()
+        self._last_call_ns = self.clock.elapsed_ns()
         self._next_call_ns = self._last_call_ns + self._period_ns
         self.tell_executor()
 
     def time_since_last_call(self) -> int:
         """Return the nanoseconds since the last call."""
-        return self.clock.nanoseconds() - self._last_call_ns
+        return self.clock.elapsed_ns() - self._last_call_ns
 
     def time_until_next_call(self) -> int | None:
         """Return the nanoseconds until the next call, None when cancelled."""
         if self._cancelled:
             return None
-        return self._next_call_ns - self.clock.nanoseconds()
+        return self._next_call_ns - self.clock.elapsed_ns()
 
     @property
     def waits_for_event(self) -> bool:
@@ -107,7 +108,7 @@ class PeriodicTimer:
         """Count as called and schedule the next call; False when it was cancelled."""
         if self._cancelled:
             return False
-        now_ns = self.clock.nanoseconds()
+        now_ns = self.clock.elapsed_ns()
         self._last_call_ns = now_ns
         if self._period_ns == 0:
             self._next_call_ns = now_ns
@@ -131,7 +132,7 @@ class PeriodicTimer:
 
     def _follow_clock(self) -> None:
         """Look at the clock anew: simulated time moved, or began or ended."""
-        if self.clock.nanoseconds() < self._last_call_ns:
+        if self.clock.elapsed_ns() < self._last_call_ns:
             # Time went back (a simulation was reset): count from here, as rcl does.
             self.reset()
         elif not self.waits_for_event or self.is_ready():

@@ -91,6 +91,18 @@ class ParameterType(enum.IntEnum):
         return empty and self >= ParameterType.BYTE_ARRAY
 
 
+def why_no_parameter(value: object) -> str | None:
+    """Return why no parameter can have a value that stands in YAML; None if one can."""
+    try:
+        ParameterType.from_parameter_value(value)
+    except TypeError as error:
+        return str(error).rstrip(".")
+    for number in value if isinstance(value, list) else (value,):
+        if isinstance(number, int) and not -(2**63) <= number < 2**63:
+            return f"{shortened(str(number))} does not fit 64 bits"
+    return None
+
+
 class Parameter:
     """One parameter of a node.
 

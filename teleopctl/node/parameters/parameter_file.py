@@ -13,6 +13,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 
 from teleopctl.errors import InvalidFileError
+from teleopctl.printable import shortened
 from teleopctl.text_file import read_text
 from teleopctl.typed import TYPE_CHECKING, Any, NamedTuple
 
@@ -61,12 +62,12 @@ def _matches(section: str, full_name: str) -> bool:
 
 
 # Any: as above.
-def flatten(values: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
+def flatten_parameters(values: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
     """Yield dotted names and their values from nested mappings."""
     for key, value in values.items():
         name = f"{prefix}{key}"
         if isinstance(value, Mapping):
-            yield from flatten(value, f"{name}.")
+            yield from flatten_parameters(value, f"{name}.")
         else:
             yield name, value
 
@@ -88,7 +89,7 @@ def _sections(
                 raise InvalidFileError(
                     f"{path}: '{_PARAMETERS}' of '{key}' must be a mapping of names to values"
                 )
-            yield name, dict(flatten(parameters))
+            yield name, dict(flatten_parameters(parameters))
         rest = {inner: content for inner, content in value.items() if inner != _PARAMETERS}
         if rest:
             yield from _sections(rest, path, name)
@@ -101,6 +102,7 @@ def read_parameter_file(path: Path) -> ParameterFile:
         InvalidFileError: The file cannot be read, is not YAML or has another layout.
     """
     from teleopctl import ros_yaml
+    from teleopctl.node.parameters.parameter import why_no_parameter
 
     text = read_text(path)
     with ros_yaml.faults_of(path):
@@ -109,7 +111,27 @@ def read_parameter_file(path: Path) -> ParameterFile:
         return ParameterFile(())
     if not isinstance(tree, Mapping):
         raise InvalidFileError(f"{path}: a mapping of node names is expected at the top")
-    return ParameterFile(tuple(_sections(tree, path)))
+    sections = tuple(_sections(tree, path))
+    for _, parameters in sections:
+        for name, value in parameters.items():
+            reason = why_no_parameter(value)
+            if reason is not None:
+                line = _line_of_fault(text)
+                raise InvalidFileError(
+                    f"{path}{line}: parameter '{name}' cannot be {shortened(str(value))}: {reason}."
+                )
+    return ParameterFile(sections)
+
+
+def _line_of_fault(text: str) -> str:
+    """The line of the first value that no parameter can have, as ``:line``; empty if unknown."""
+    from teleopctl import ros_yaml
+    from teleopctl.node.parameters.parameter import why_no_parameter
+
+    for node, value in ros_yaml.values_below(text, _PARAMETERS):
+        if why_no_parameter(value) is not None:
+            return f":{node.start_mark.line + 1}"
+    return ""
 
 
 def parameter_messages(

@@ -48,6 +48,17 @@ class RCLError(RuntimeError):
     """What rclpy's C library raises where it refuses: base of those that have a name here."""
 
 
+class ContextInvalidError(RCLError):
+    """A message is published after its context was shut down; the text is rclpy's."""
+
+    def __init__(self) -> None:
+        super().__init__("Failed to publish: publisher's context is invalid")
+
+
+class ContextEndedError(ContextInvalidError, ExternalShutdownException):
+    """The same after a signal has ended the context, as that ends a spin: no fault of a program."""
+
+
 class TimerCancelledError(RCLError):
     """A call of a timer is counted by hand, and the timer was cancelled."""
 

@@ -156,8 +156,16 @@ def _parameter_rule(text: str) -> ParameterRule:
         value = ros_yaml.load_value(match["right"])
     except yaml.YAMLError as error:
         raise UsageError(
-            f"The value of parameter '{match['left']}' is not YAML: {shortened(match['right'])!r}",
+            f"The value of parameter '{match['left']}' is not YAML: {shortened(match['right'])!r}: "
+            f"{getattr(error, 'problem', None) or error}.",
         ) from error
+    from teleopctl.node.parameters.parameter import why_no_parameter
+
+    reason = why_no_parameter(value)
+    if reason is not None:
+        raise UsageError(
+            f"Parameter '{match['left']}' cannot be {shortened(match['right'])!r}: {reason}."
+        )
     return ParameterRule(match["node"], match["left"], "" if value is None else value)
 
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from teleopctl.control import ChainableControllerInterface
 from teleopctl.interfaces import get_message
 from teleopctl.nodes.checking.bases import ENOUGH, MOVING_S, SPEED, TURN, Way, place_of
+from teleopctl.nodes.checking.targets import free_targets
 from teleopctl.nodes.checking.trial import AT_LIMIT
 
 if TYPE_CHECKING:
@@ -116,11 +117,10 @@ class Trier:
         names = self._simulation.joint_names
         return float(self._simulation.positions[names.index(joint)]) if joint in names else math.nan
 
-    def _target(self, joint: str) -> float:
-        """A position a little away, towards the farther limit."""
-        here, limits = self._position(joint), self._joints[joint].limits
-        up, down = limits.upper - here, here - limits.lower
-        return here + min(_STEP, up / 2) if up >= down else here - min(_STEP, down / 2)
+    def _targets(self, joints: Sequence[str]) -> dict[str, float]:
+        """Positions a little away, where nothing is touched; none for a joint that has no such."""
+        specs = [self._joints[name] for name in joints if name in self._joints]
+        return free_targets(self._simulation, specs, _STEP)
 
     def _parameter(self, spec: ControllerSpec, name: str) -> Any:
         node = self._stack.nodes[spec.name]
@@ -129,7 +129,8 @@ class Trier:
     def _trajectory(self, spec: ControllerSpec) -> _Act:
         joints = [name for name in self._parameter(spec, "joints") if name in self._joints]
         before = [self._position(name) for name in joints]
-        goals = [self._target(name) for name in joints]
+        free = self._targets(joints)
+        goals = [free.get(name, here) for name, here in zip(joints, before, strict=True)]
         slowest = max(
             (abs(goal - here) / self._joints[name].limits.velocity)
             for name, goal, here in zip(joints, goals, before, strict=True)
@@ -149,16 +150,22 @@ class Trier:
         self, joints: Sequence[str], before: Sequence[float], goals: Sequence[float]
     ) -> tuple[bool, str]:
         after = [self._position(name) for name in joints]
+        blocked = [n for n, then, goal in zip(joints, before, goals, strict=True) if goal == then]
+        if blocked and len(blocked) == len(joints):
+            return False, f"each way of {', '.join(blocked)} meets the ground or another link"
         still = [
             name
             for name, then, now, goal in zip(joints, before, after, goals, strict=True)
-            if not abs(now - goal) <= (1.0 - ENOUGH) * abs(goal - then)
+            if name not in blocked and not abs(now - goal) <= (1.0 - ENOUGH) * abs(goal - then)
         ]
         if still:
             told = f"{len(still)} of {len(joints)} joints stay behind: {', '.join(still)}"
             return False, told + self._why_still(still)
         worst = max((abs(now - goal) for now, goal in zip(after, goals, strict=True)), default=0.0)
-        return bool(joints), f"{len(joints)} joints get there, to {worst:.4f}"
+        told = f"{len(joints) - len(blocked)} joints get there, to {worst:.4f}"
+        if blocked:
+            told += f"; each way of {', '.join(blocked)} meets the ground or another link"
+        return bool(joints), told
 
     def _why_still(self, joints: Sequence[str]) -> str:
         """What is known of the reason for which joints do not do what they are told."""
@@ -180,7 +187,8 @@ class Trier:
         if joint not in self._joints:
             return False, f"there is no joint '{joint}'"
         server = self._stack.action_servers[f"{spec.name}/gripper_cmd"]
-        here, goal = self._position(joint), self._target(joint)
+        here = self._position(joint)
+        goal = self._targets([joint]).get(joint, here)
         request: Any = server.action_type.Goal()
         command = request.command
         if hasattr(command, "name"):
@@ -215,7 +223,12 @@ class Trier:
     ) -> _Act:
         joints = [interface.name.split("/")[-2] for interface in interfaces]
         before = [self._position(name) for name in joints]
-        values = [self._value(*pair) for pair in zip(interfaces, joints, strict=True)]
+        sent = [i.interface_name == "position" for i in interfaces]
+        free = self._targets([name for name, is_sent in zip(joints, sent, strict=True) if is_sent])
+        values = [
+            free.get(name, here) if is_sent else self._value(interface, name)
+            for interface, name, here, is_sent in zip(interfaces, joints, before, sent, strict=True)
+        ]
         send(spec, values)
         yield from self.wait(MOVING_S)
         after = [self._position(name) for name in joints]
@@ -241,8 +254,6 @@ class Trier:
         spec = self._joints.get(joint)
         if spec is None:
             return 0.0
-        if interface.interface_name == "position":
-            return self._target(joint)
         most = spec.limits.effort if interface.interface_name == "effort" else spec.limits.velocity
         if interface.interface_name == "effort":
             return _EFFORT_PART * most if 0.0 < most < math.inf else _EFFORT
@@ -266,7 +277,7 @@ class Trier:
         speed, turn = slower * SPEED, slower * TURN
         in_place = spec.type.rpartition("/")[2] in _IN_PLACE
         if self._base_link is None:
-            return False, "its root link is fixed"
+            return False, f"its root link is fixed{self._without_shape(spec)}"
         places = [place_of(self._simulation, self._base_link)]
         for x, angular in ((speed, 0.0), (0.0 if in_place else speed, turn)):
             yield from self._go(spec, topic, x, angular)
@@ -276,8 +287,8 @@ class Trier:
         told = way.told
         if slower < 1.0:
             told += "; its wheels turn no faster"
-        if not way.is_enough and (bare := self._without_shape(spec)):
-            told += f"; without collision shapes, so that they touch nothing: {', '.join(bare)}"
+        if not way.is_enough:
+            told += self._without_shape(spec)
         if way.is_enough and way.turned < 0.0:
             told += "; the other way round, as its joints are"
         return way.is_enough, told
@@ -300,11 +311,14 @@ class Trier:
         ]
         return [joint for joint in commanded if joint in self._joints]
 
-    def _without_shape(self, spec: ControllerSpec) -> list[str]:
-        """Links of wheels that touch nothing."""
+    def _without_shape(self, spec: ControllerSpec) -> str:
+        """The end of a sentence that names wheels without collision shapes, if there are any."""
         joints = self._description.joints
         wheels = [joints[name].child for name in self._wheels(spec) if name in joints]
-        return [link for link in wheels if not self._description.links[link].collisions]
+        bare = [link for link in wheels if not self._description.links[link].collisions]
+        if not bare:
+            return ""
+        return f"; without collision shapes, so that they touch nothing: {', '.join(bare)}"
 
     def _go(self, spec: ControllerSpec, topic: str, x: float, turn: float) -> Iterator[None]:
         twist: Any = get_message("geometry_msgs/msg/Twist")()

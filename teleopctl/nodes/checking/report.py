@@ -155,7 +155,7 @@ def check_robot(
         if name not in taken
     ]
     try:
-        robot = _see_model(report, urdf, fixed_base=arguments.get("fixed_base") == "true")
+        robot = _see_model(report, urdf, arguments.get("fixed_base", "auto"))
     except TeleopctlError as error:
         report.refusal = in_files(error.message, report.places)
         return report
@@ -212,11 +212,11 @@ def _see_motion(
     report.frames = compare_frames(robot, told)
 
 
-def _see_model(report: RobotReport, urdf: str, *, fixed_base: bool) -> SimulatedRobot:
+def _see_model(report: RobotReport, urdf: str, fixed_base: str) -> SimulatedRobot:
     import mujoco
 
     from teleopctl.mujoco_model import gazebos_own_tags, rotors_told, unserved_tags
-    from teleopctl.sim import simulate
+    from teleopctl.sim import read_fixed_base, simulate
 
     assert report.description is not None
     report.without_effect = unserved_tags(report.description.urdf)
@@ -227,7 +227,10 @@ def _see_model(report: RobotReport, urdf: str, *, fixed_base: bool) -> Simulated
     # MuJoCo by itself writes them into a file in the current folder.
     mujoco.set_mju_user_warning(lambda text: said.append(f"MuJoCo: {' '.join(text.split())}"))
     robot = simulate(
-        urdf, fixed_base=fixed_base, control_period_ns=CONTROL_PERIOD_NS, warn=said.append
+        urdf,
+        fixed_base=read_fixed_base(fixed_base),
+        control_period_ns=CONTROL_PERIOD_NS,
+        warn=said.append,
     )
     m: Any = robot.model.mj_model
     links = robot.description.links

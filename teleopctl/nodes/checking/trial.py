@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from teleopctl.nodes.checking.targets import free_targets
+
 if TYPE_CHECKING:
     from teleopctl.mujoco_model import JointSpec
     from teleopctl.sim import SimulatedRobot, Simulation
@@ -40,6 +42,7 @@ class Trial:
         fault: Why it does not stand; empty where it does.
         moved: Joints that followed a command.
         unmoved: Joints that did not.
+        blocked: Joints that were sent nowhere: each way meets the ground or another link.
         travelled_m: How far its free root link came meanwhile; None where that is fixed.
     """
 
@@ -47,6 +50,7 @@ class Trial:
     fault: str = ""
     moved: tuple[str, ...] = ()
     unmoved: tuple[str, ...] = ()
+    blocked: tuple[str, ...] = ()
     travelled_m: float | None = None
 
 
@@ -108,11 +112,14 @@ def _fallen(robot: SimulatedRobot) -> str:
 
 def _moved(robot: SimulatedRobot) -> Trial:
     simulation, base = robot.simulation, robot.model.base
-    told = [joint for joint in robot.model.joints if {"position", "velocity"} & _takes(joint)]
+    moving = [joint for joint in robot.model.joints if {"position", "velocity"} & _takes(joint)]
+    sent = [joint for joint in moving if "position" in _takes(joint)]
+    free = free_targets(simulation, sent, _STEP)
+    told = [joint for joint in moving if joint not in sent or joint.name in free]
     rows = [simulation.joint_names.index(joint.name) for joint in told]
     before = simulation.positions[rows]
     place = np.zeros(3) if base is None else simulation.link_pose(base.body.link).position
-    targets = [_target(joint, position) for joint, position in zip(told, before, strict=True)]
+    targets = [free.get(joint.name, math.nan) for joint in told]
     speeds = [math.nan if "position" in _takes(joint) else _SPEED for joint in told]
     names = [joint.name for joint in told]
     end = simulation.time_ns + round(_MOVING_S * 1e9)
@@ -137,17 +144,10 @@ def _moved(robot: SimulatedRobot) -> Trial:
         "stands",
         moved=tuple(name for name, has in zip(names, has_moved, strict=True) if has),
         unmoved=tuple(name for name, has in zip(names, has_moved, strict=True) if not has),
+        blocked=tuple(joint.name for joint in sent if joint.name not in free),
         travelled_m=travelled,
     )
 
 
 def _takes(joint: JointSpec) -> set[str]:
     return set(joint.command_interfaces)
-
-
-def _target(joint: JointSpec, position: float) -> float:
-    """A position a little away, towards the farther limit; NaN for one that takes none."""
-    if "position" not in joint.command_interfaces:
-        return math.nan
-    up, down = joint.limits.upper - position, position - joint.limits.lower
-    return position + min(_STEP, up / 2) if up >= down else position - min(_STEP, down / 2)

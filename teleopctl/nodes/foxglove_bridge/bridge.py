@@ -12,12 +12,16 @@ from foxglove import ConnectionGraph, Context
 from foxglove.websocket import ServerListener, StatusLevel, WebSocketServer
 
 from teleopctl import progress
+from teleopctl.base.access import Access, host_in_url
+from teleopctl.base.log_once import LogOnce
+from teleopctl.base.token_file import Address, read_or_make_token
 from teleopctl.errors import TeleopctlError, UnavailableError
 from teleopctl.interfaces import get_message, to_nanoseconds
 from teleopctl.node import Node, qos_profile_sensor_data
 from teleopctl.nodes.foxglove_bridge.assets import Assets
 from teleopctl.nodes.foxglove_bridge.channels import Channels
 from teleopctl.nodes.foxglove_bridge.client_topics import ENCODINGS, ClientTopics
+from teleopctl.nodes.foxglove_bridge.gate import Gate, inner_addresses
 from teleopctl.nodes.foxglove_bridge.remote_parameters import RemoteParameters
 from teleopctl.nodes.foxglove_bridge.remote_services import RemoteServices
 from teleopctl.nodes.foxglove_bridge.settings import Settings, allows
@@ -27,7 +31,6 @@ if TYPE_CHECKING:
 
 # The graph's changes come in bursts; clients are told of them together, so often.
 _FOLLOW_PERIOD_S = 0.25
-_LOOPBACK = ("127.0.0.1", "::1", "localhost")
 
 
 class FoxgloveBridge(Node):
@@ -49,7 +52,8 @@ class FoxgloveBridge(Node):
         self._work = self.create_guard_condition(self._run_tasks)
         self._graph_changed, self._connections_wanted = True, False
         self._listener = _Listener(self, settings)
-        self._server = _open_server(self, settings, context, self._listener)
+        self._server, inner = _open_server(self, settings, context, self._listener)
+        self._gate = self._open_gate(inner)
         self._services = RemoteServices(self, settings, self._server)
         self.add_graph_callback(self._note_change)
         self.create_timer(_FOLLOW_PERIOD_S, self._follow)
@@ -83,24 +87,46 @@ class FoxgloveBridge(Node):
         self._connections_wanted = self._graph_changed = True
 
     def destroy_node(self) -> None:
-        """Close the server, then the node."""
+        """Close the door and the server, then the node."""
+        self._gate.close()
         self._server.stop()
         super().destroy_node()
 
+    def _open_gate(self, inner: tuple[str, int]) -> Gate:
+        settings = self._settings
+        refused = LogOnce(self.get_logger().warning)
+
+        def note(why: str) -> None:
+            cure = ""
+            if why.startswith("Pages"):
+                cure = " The parameter allowed_origins admits them."
+            refused.note(f"Refused a client: {why}{cure}")
+
+        try:
+            token = read_or_make_token(settings.token_file) if settings.token_file else None
+            access = Access(settings.address, token, settings.origins)
+            return Gate(access, settings.address, settings.port, inner, settings.tls, note)
+        except BaseException:
+            self._server.stop()
+            raise
+
     def _tell_address(self) -> None:
-        scheme = "ws" if self._settings.certificate is None else "wss"
-        host = (
-            f"[{self._settings.address}]"
-            if ":" in self._settings.address
-            else (self._settings.address)
-        )
-        address = f"{scheme}://{host}:{self._server.port}"
-        self.get_logger().info(f"Server listening on {address}")
-        if self._settings.address not in _LOOPBACK:
+        settings = self._settings
+        scheme = "ws" if settings.tls is None else "wss"
+        host = f"[{settings.address}]" if ":" in settings.address else settings.address
+        url = f"{scheme}://{host}:{self._gate.port}"
+        self.get_logger().info(f"Server listening on {url}")
+        if settings.token_file is None:
+            progress.tell(progress.READY)
+            return
+        name = host_in_url(settings.address)
+        address = Address(f"{scheme}://{name}:{self._gate.port}/", settings.token_file)
+        self.get_logger().info(f"Clients show the token of {settings.token_file}")
+        if settings.tls is None:
             self.get_logger().warning(
-                f"Whoever reaches {address} may publish, call services and set parameters"
+                "Neither messages nor the token are encrypted: give a certificate, or use a tunnel"
             )
-        progress.tell(progress.READY)
+        progress.tell_ready_at(address)
 
     def _note_change(self) -> None:
         self._graph_changed = True
@@ -208,27 +234,28 @@ class _Listener(ServerListener):
 
 def _open_server(
     node: FoxgloveBridge, settings: Settings, context: Context, listener: _Listener
-) -> WebSocketServer:
-    try:
-        return foxglove.start_server(
-            name=node.get_fully_qualified_name(),
-            host=settings.address,
-            port=settings.port,
-            capabilities=settings.capabilities,
-            server_listener=listener,
-            supported_encodings=list(ENCODINGS),
-            asset_handler=(
-                Assets(settings, node.get_logger())
-                if "assets" in settings.capability_names
-                else None
-            ),
-            context=context,
-            message_backlog_size=settings.backlog,
-            tls_cert=settings.certificate,
-            tls_key=settings.key,
-        )
-    except (OSError, RuntimeError, ValueError) as error:
-        raise UnavailableError(
-            f"Cannot listen on {settings.address}:{settings.port}: {error}",
-            hint="Choose another port: --ros-args -p port:=8766",
-        ) from error
+) -> tuple[WebSocketServer, tuple[str, int]]:
+    """Start the SDK's server where only the gate reaches it; returns it and its address."""
+    failure: Exception | None = None
+    for host in inner_addresses():
+        try:
+            server = foxglove.start_server(
+                name=node.get_fully_qualified_name(),
+                host=host,
+                port=0,
+                capabilities=settings.capabilities,
+                server_listener=listener,
+                supported_encodings=list(ENCODINGS),
+                asset_handler=(
+                    Assets(settings, node.get_logger())
+                    if "assets" in settings.capability_names
+                    else None
+                ),
+                context=context,
+                message_backlog_size=settings.backlog,
+            )
+        except (OSError, RuntimeError, ValueError) as error:
+            failure = error
+        else:
+            return server, (host, server.port)
+    raise UnavailableError(f"Foxglove's SDK cannot listen on loopback: {failure}") from failure

@@ -6,11 +6,14 @@ import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from teleopctl.base.access import FILE_ORIGIN, is_loopback, parse_origin
+from teleopctl.base.token_file import default_token_file
 from teleopctl.errors import InvalidParameterError
 from teleopctl.interfaces import get_message
 from teleopctl.node import Node
 
 if TYPE_CHECKING:
+    import ssl
     from collections.abc import Sequence
 
     from foxglove.websocket import Capability
@@ -32,6 +35,8 @@ _ASSETS = (
 _ANY = [".*"]
 _NONE = ["(?!)"]
 _HIGHEST_PORT = 65_535
+# Foxglove's web app, and its app for the desktop, whose pages are files of Electron.
+_ORIGINS = ("https://app.foxglove.dev", FILE_ORIGIN)
 
 
 class Settings:
@@ -50,6 +55,8 @@ class Settings:
         self.port = self._integer("port", DEFAULT_PORT, "TCP port to listen on, 0 for any free one")
         if self.port > _HIGHEST_PORT:
             raise InvalidParameterError(f"port {self.port} is higher than {_HIGHEST_PORT}")
+        self.origins = self._origins()
+        self.token_file = self._token_file()
         self.topics = self._patterns("topic_whitelist", _ANY, "Topics that clients see")
         self.services = self._patterns("service_whitelist", _ANY, "Services that clients see")
         self.parameters = self._patterns(
@@ -80,7 +87,7 @@ class Settings:
         self.backlog = self._integer(
             "message_backlog_size", 1024, "Messages that wait for one client; the oldest falls out"
         )
-        self.certificate, self.key = self._certificate()
+        self.tls = self._tls()
 
     @property
     def capabilities(self) -> list[Capability]:
@@ -125,25 +132,58 @@ class Settings:
             names.append(_TIME)
         return names
 
-    def _certificate(self) -> tuple[bytes | None, bytes | None]:
+    def _origins(self) -> list[str]:
+        texts = [
+            str(text)
+            for text in self._declare(
+                "allowed_origins",
+                list(_ORIGINS),
+                "Origins whose pages may connect; file:// is Foxglove's desktop app",
+            )
+        ]
+        try:
+            return [parse_origin(text) for text in texts]
+        except ValueError as error:
+            raise InvalidParameterError(
+                f"Parameter 'allowed_origins': {error}",
+                hint="An origin is such as https://foxglove.example.org, as the browser sends it.",
+            ) from error
+
+    def _token_file(self) -> Path | None:
+        """The file of the token, which is needed beyond loopback."""
+        named = str(self._declare("token_file", "", "File of the token that clients have to show"))
+        if named:
+            return Path(named).expanduser().absolute()
+        return None if is_loopback(self.address) else default_token_file()
+
+    def _tls(self) -> ssl.SSLContext | None:
         is_secure = self._declare("tls", False, "Whether connections are encrypted")
-        files = [
+        certificate, key = (
             str(self._declare(name, "", description))
             for name, description in (
                 ("certfile", "File of the certificate, in PEM"),
                 ("keyfile", "File of its private key, in PEM"),
             )
-        ]
+        )
         if not is_secure:
-            return None, None
+            return None
+        import ssl
+
+        context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
         try:
-            certificate, key = (Path(file).read_bytes() for file in files)
+            for file in (certificate, key):
+                Path(file).read_bytes()
+            context.load_cert_chain(certificate, key)
+        except ssl.SSLError as error:
+            raise InvalidParameterError(
+                f"'{certificate}' and '{key}' are no certificate with its key: {error.reason}"
+            ) from error
         except OSError as error:
             raise InvalidParameterError(
                 f"With tls, certfile and keyfile name the two files: {error.strerror}: "
                 f"'{error.filename}'"
             ) from error
-        return certificate, key
+        return context
 
     def _declare(self, name: str, default: Any, description: str) -> Any:
         descriptor = get_message("rcl_interfaces/msg/ParameterDescriptor")

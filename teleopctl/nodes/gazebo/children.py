@@ -6,13 +6,12 @@ import os
 import signal
 import subprocess
 import sys
-import tempfile
 import time
 from collections.abc import Iterable
 from pathlib import Path
 from types import TracebackType
 
-from teleopctl import progress
+from teleopctl import background, progress
 from teleopctl.nodes.gazebo.simulation import Program
 
 # Ctrl-C, and a launch that ends, reach the whole process group: at first they end by themselves.
@@ -23,7 +22,7 @@ class Children:
     """Programs in this process's group; a context manager that ends them."""
 
     def __init__(self) -> None:
-        self._folder = tempfile.TemporaryDirectory(prefix="teleopctl-gazebo-")
+        self._folder = background.temporary_folder()
         self._processes: dict[str, subprocess.Popen[bytes]] = {}
         self._may_end: set[str] = set()
 
@@ -38,12 +37,12 @@ class Children:
     ) -> None:
         interrupted = kind is not None and issubclass(kind, KeyboardInterrupt)
         self._end(at_once=not interrupted)
-        self._folder.cleanup()
+        self._folder.remove()
 
     @property
     def folder(self) -> Path:
         """Where files for them may be; it goes with them."""
-        return Path(self._folder.name)
+        return self._folder.path
 
     def start(self, programs: Iterable[Program]) -> None:
         """Start programs; what they say of themselves is read by `said`."""

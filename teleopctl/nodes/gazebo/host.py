@@ -199,8 +199,20 @@ class Host(Node):
         self._publishers.append(publisher)
 
     def _wait_for_the_simulator(self) -> str:
+        # Who spawned the robot waits for this node, which hands on what the simulator does.
+        progress.tell(progress.STARTING, "starting the simulation")
+        try:
+            return self._watch_the_simulator_start()
+        finally:
+            progress.tell(progress.READY)
+
+    def _watch_the_simulator_start(self) -> str:
+        told = ""
         while True:
             said = self._children.said(_SIMULATOR)
+            if said is not None and said.state == progress.STARTING and said.detail != told:
+                told = said.detail
+                progress.doing(told)
             if said is not None and said.state == progress.READY:
                 return ""
             if said is not None and said.state == progress.FAILED:
@@ -245,7 +257,7 @@ def server_of_gz() -> int:
         UsageError: There is no world.
     """
     given = parse_ros_arguments(sys.argv[1:])
-    with init(), Node("gzserver") as asked:
+    with init(ends_in_order=True), Node("gzserver") as asked:
         file = str(asked.declare_parameter("world_sdf_file", "").value)
         text = str(asked.declare_parameter("world_sdf_string", "").value)
     if not (file or text):
@@ -268,7 +280,7 @@ def _show(request: Request) -> int:
         return _tell_version()
     with (
         contextlib.suppress(KeyboardInterrupt, ExternalShutdownException),
-        init(),
+        init(ends_in_order=True),
         Node("gzclient") as node,
     ):
         if request.unserved:
@@ -294,7 +306,7 @@ def _run(request: Request) -> int:
     # Behind `init`: what is told while the children end may still be published.
     with (
         contextlib.suppress(KeyboardInterrupt, ExternalShutdownException),
-        init(),
+        init(ends_in_order=True),
         Children() as children,
         Host(request, children) as node,
     ):

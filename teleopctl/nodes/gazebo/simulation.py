@@ -59,8 +59,8 @@ def programs_for(
     plugins = motion_plugins(description)
     sensors = description.gazebo.sensors
     simulator = [f"update_rate:={_rate(files)}", f"paused:={str(paused).lower()}"]
-    if pose:
-        simulator.append(f"spawn_pose:={[float(value) for value in pose]}")
+    place = [f"spawn_pose:={[float(value) for value in pose]}"] if pose else []
+    simulator += place
     # In quotes, since a path need be nothing else to YAML.
     around = [] if world is None else [f"world:={json.dumps(str(world))}"]
     simulator += around
@@ -81,7 +81,9 @@ def programs_for(
             programs.append(_program(_MANAGER, "spawner", program=words)._replace(ends=True))
     if any(sensor.camera is not None for sensor in sensors):
         programs.append(
-            _program("camera", "camera", elsewhere, parameters=["use_sim_time:=true", *around])
+            _program(
+                "camera", "camera", elsewhere, parameters=["use_sim_time:=true", *place, *around]
+            )
         )
     return programs
 

@@ -81,11 +81,11 @@ def _open(node: Node, options: argparse.Namespace) -> Node:
     viewer, address = open_viewer(
         options.host,
         options.port,
-        options.token,
+        options.token_file,
         panels=["joints"],
         # The name that a launch file gives this node is not the page's.
         cli_args=["--ros-args", "-r", "__node:=rviz"],
     )
-    node.get_logger().info(f"The sliders are at {address}")
+    node.get_logger().info(f"The sliders are at {address.url}")
     tell_address(address, open_it=options.open)
     return viewer

@@ -63,6 +63,7 @@ class Spawner:
                 that is wanted.
             ControllerManagerUnavailableError: The controller manager does not answer.
         """
+        progress.tell(progress.STARTING, f"waiting for {self._client.name}")
         self._client.wait(self._options.controller_manager_timeout, patient=True)
         group: list[str] = []
         failures: list[str] = []
@@ -113,12 +114,14 @@ class Spawner:
 
     def _prepare(self, request: Request) -> bool:
         """Bring one controller up; whether it is still to be activated, with its group."""
+        progress.doing(f"loading {request.name}")
         state = self._load(request)
         if request.load_only:
             return False
         if state == "active" and self._options.allow_active:
             self._logger.info(f"Controller {request.name} is already active")
             return False
+        progress.doing(f"configuring {request.name}")
         if not self._client.configure_controller(request.name):
             self._fail("Failed to configure controller", request.name, fatal=False)
         if request.inactive or self._options.activate_as_group:
@@ -169,6 +172,7 @@ class Spawner:
 
     def _switch(self, names: Sequence[str]) -> str:
         """Activate controllers; return why that was refused, or an empty text."""
+        progress.doing(f"activating {', '.join(names)}")
         ok, message = self._client.switch_controllers(
             names, asap=self._options.switch_asap, timeout=self._options.switch_timeout
         )
@@ -256,6 +260,7 @@ def main(args: list[str] | None = None) -> int:
     given = parse_ros_arguments(words)
     files = [str(file) for file in given.parameters if isinstance(file, Path)]
     options, requests = read_command_line(given.program, files)
+    progress.tell(progress.STARTING)
     init(args=words, session_mode="client")
     node = Node(f"spawner_{requests[0].name}", start_parameter_services=False)
     spawner = Spawner(node, options)

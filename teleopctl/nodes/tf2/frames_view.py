@@ -11,7 +11,7 @@ from teleopctl.diagram import Box, Diagram, Edge, to_svg, write_files
 from teleopctl.errors import UnavailableError, UsageError
 from teleopctl.node import Node
 from teleopctl.printable import printable_line
-from teleopctl.tf import TF_STATIC_TOPIC, TF_TOPIC, Buffer, KnownFrame, TransformListener
+from teleopctl.tf import TF_STATIC_TOPIC, TF_TOPIC, KnownFrame, LiveBuffer, TransformListener
 
 WAIT_S = 5.0
 """How long tf is listened to, in seconds: as long as tf2_tools does."""
@@ -49,7 +49,7 @@ def view_frames(
     """
     if not 0.0 < wait_s < float("inf"):
         raise UsageError(f"The time to listen must be positive, got {wait_s:g}")
-    buffer = Buffer(node=node)
+    buffer = LiveBuffer(node=node)
     listener = TransformListener(buffer, node, tf_topic=tf_topic, tf_static_topic=tf_static_topic)
     ended = threading.Event()
     node.context.on_shutdown(ended.set)

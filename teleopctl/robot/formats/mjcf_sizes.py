@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 
 from lxml import etree
 
+from teleopctl.base.budget import MOST_COPIES, MOST_PIXELS
 from teleopctl.errors import InvalidDescriptionError
 
 
@@ -31,14 +32,12 @@ _SIZES = {
     "flexcomp": _Size(("count",), 100_000, "points"),
     "hfield": _Size(("nrow", "ncol"), 16_000_000, "cells"),
     "mesh": _Size(("params",), 1_000_000, "points"),
-    "texture": _Size(("width", "height"), 50_000_000, "pixels"),
+    "texture": _Size(("width", "height"), MOST_PIXELS, "pixels"),
     "user": _Size(("dim",), 1_000_000, "numbers"),
 }
 # <size>, each of its numbers that is of each body, joint, … as a whole.
 _USER_NUMBERS = ("nuserdata", "nuser_")
 _MOST_USER_NUMBERS = 1_000_000
-# MuJoCo's parser takes 10 s for so many, and four times as long for twice as many.
-_MOST_COPIES = 10_000
 
 
 def check_mjcf(path: Path) -> None:
@@ -109,8 +108,8 @@ class _Reading:
                 inner += self._attached.get(one.get("model") or "", 0.0)
             if one.tag == "replicate":
                 inner *= max(1.0, math.prod(_numbers(one.get("count"))))
-                if inner > _MOST_COPIES:
-                    raise _refusal(one, path, f"makes {inner:.6g} elements", _MOST_COPIES)
+                if inner > MOST_COPIES:
+                    raise _refusal(one, path, f"makes {inner:.6g} elements", MOST_COPIES)
             counts[one] = inner + 1.0
         return counts[element]
 

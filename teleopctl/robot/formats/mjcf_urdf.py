@@ -26,7 +26,7 @@ from teleopctl.robot.formats.mjcf_sensors import sensor_tags
 from teleopctl.robot.formats.mjcf_shapes import add_shapes
 from teleopctl.robot.formats.places import add_origin, numbers, transform
 from teleopctl.robot.repair import REMARK
-from teleopctl.robot.simulated_hardware import SIMULATOR, usual_command
+from teleopctl.robot.simulated_hardware import SIMULATOR
 from teleopctl.robot.urdf import Mimic
 from teleopctl.robot.xacro_file import ExpandedXacro
 from teleopctl.tf import Transform, quaternion_from_axis_angle
@@ -55,13 +55,14 @@ def mjcf_as_urdf(path: Path) -> ExpandedXacro:
     for remark in _add_links(robot, mjcf):
         etree.SubElement(robot, REMARK).text = remark
     _add_joints(robot, mjcf, actuators)
-    if actuators:
+    if robot.find("joint[axis]") is not None:
         _add_control(robot, mjcf, actuators)
-    elif balls := [m.joint(n).name for n in range(m.njnt) if m.jnt_type[n] == _BALL]:
-        # Without any <ros2_control> their turns would be commanded as other joints are.
-        _add_control(robot, mjcf, [])
-        remark = f"Ball joints take no commands without actuators: {', '.join(balls)}"
-        etree.SubElement(robot, REMARK).text = remark
+        if not m.nu:
+            etree.SubElement(
+                robot, REMARK
+            ).text = (
+                f"{path.name} has no <actuator>: nothing drives its joints, which take no commands"
+            )
     robot.extend(sensor_tags(mjcf)[0])
     etree.indent(robot)
     files = dict.fromkeys((mjcf.path, *_included(mjcf.path)))
@@ -214,10 +215,8 @@ def _add_moving(
 
 
 def _add_control(robot: etree._Element, mjcf: Mjcf, actuators: list[JointActuator]) -> None:
-    """Add a system whose commands are those that the file's actuators take, if it has any."""
+    """Add a system whose commands are those that the file's actuators take."""
     m, start = mjcf.model, mjcf.start()
-    kinds = {joint.get("name"): joint.get("type", "") for joint in robot.iterfind("joint")}
-    mimics = {} if actuators else file_mimics(m)
     system = etree.SubElement(robot, "ros2_control", name=_SYSTEM, type="system")
     etree.SubElement(etree.SubElement(system, "hardware"), "plugin").text = SIMULATOR
     for number in range(m.njnt):
@@ -231,8 +230,6 @@ def _add_control(robot: etree._Element, mjcf: Mjcf, actuators: list[JointActuato
             continue
         joint = etree.SubElement(system, "joint", name=name)
         commands = [actuator.interface for actuator in actuators if actuator.joint == name]
-        if not actuators and name not in mimics:
-            commands = [usual_command(kinds[name])]
         for command in commands:
             etree.SubElement(joint, "command_interface", name=command)
         position = etree.SubElement(joint, "state_interface", name="position")

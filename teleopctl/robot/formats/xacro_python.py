@@ -18,19 +18,10 @@ from functools import lru_cache
 from types import CodeType
 from typing import Any
 
+from teleopctl.base import budget
+from teleopctl.base.budget import BudgetError
 from teleopctl.expression import ExpressionError
 
-# Some 3,000 digits: Python itself refuses to write more than 4,300.
-_LARGEST_INTEGER_BITS = 10_000
-# Characters of a text, or parts of a list and of what is in it.
-_LARGEST = 1_000_000
-# How much a file may make in all by operations and calls; lists of that size are 400 MB.
-_MOST_MADE = 10_000_000
-# Universal Robots' arms take 23, Python's own parts of them not counted.
-_MOST_OPERATIONS = 2_000_000
-# Of processor time, so that a busy machine changes nothing. The same arms take 0.1 s for all of
-# their file.
-_LONGEST_S = 30.0
 _LOOKS_EVERY = 64
 
 # What makes as much as a number says.
@@ -65,7 +56,7 @@ class BoundedPython:
     def __init__(self) -> None:
         self._operations = 0
         self._made = 0
-        self._ends_s = time.thread_time() + _LONGEST_S
+        self._ends_s = time.thread_time() + budget.LONGEST_EXPRESSIONS_S
         guards: dict[str, Callable[..., Any]] = {
             "add": self._add,
             "shift": self._shift,
@@ -85,7 +76,7 @@ class BoundedPython:
         """What stands in ``${…}``, in the place of xacro's function of that name.
 
         Raises:
-            ExpressionError: It takes too long, or becomes too large.
+            BudgetError: It takes too long, or becomes too large.
         """
         names.update(__builtins__=self._guards)
         return self._evaluate(_compiled(text.strip(), inner=False), names, local)
@@ -94,21 +85,21 @@ class BoundedPython:
         """What stands in ``$(eval …)``, in the place of Python's function of that name.
 
         Raises:
-            ExpressionError: It takes too long, or becomes too large.
+            BudgetError: It takes too long, or becomes too large.
         """
         names.update(__builtins__=self._builtins)
         try:
             return self._evaluate(_compiled(text.strip(), inner=True), names, local)
-        except ExpressionError as error:
+        except (BudgetError, ExpressionError) as error:
             # In xacro's words, which it has for ${…} alone.
-            raise ExpressionError(f"{error}\nwhen evaluating expression '{text}'") from error
+            raise type(error)(f"{error}\nwhen evaluating expression '{text}'") from error
 
     def _evaluate(self, code: CodeType, names: dict[str, Any], local: Any) -> Any:
         try:
             value = eval(code, names, local)  # noqa: S307 - that is what xacro files are
         except RecursionError as error:
             if any(isinstance(part, CodeType) for part in code.co_consts):
-                raise ExpressionError("a function of it calls itself without end") from error
+                raise BudgetError("a function of it calls itself without end") from error
             raise  # it is files or macros that do
         _size(value)
         return value
@@ -118,17 +109,19 @@ class BoundedPython:
     def _note(self) -> None:
         """Count an operation, and look at the time now and then."""
         self._operations += 1
-        if self._operations > _MOST_OPERATIONS:
-            raise ExpressionError(f"it takes more than {_MOST_OPERATIONS:,} operations")
+        if self._operations > budget.MOST_OPERATIONS:
+            raise BudgetError(f"it takes more than {budget.MOST_OPERATIONS:,} operations")
         if self._operations % _LOOKS_EVERY == 0 and time.thread_time() > self._ends_s:
-            raise ExpressionError(f"the file's expressions take more than {_LONGEST_S:g} s")
+            raise BudgetError(
+                f"the file's expressions take more than {budget.LONGEST_EXPRESSIONS_S:g} s"
+            )
 
     def _noted(self, value: Any) -> Any:
         """Count an operation, and what it has made."""
         self._note()
         self._made += _size(value)
-        if self._made > _MOST_MADE:
-            raise ExpressionError(f"the file's expressions make more than {_MOST_MADE:,} parts")
+        if self._made > budget.MOST_MADE:
+            raise BudgetError(f"the file's expressions make more than {budget.MOST_MADE:,} parts")
         return value
 
     def _add(self, left: Any, right: Any) -> Any:
@@ -171,7 +164,7 @@ class BoundedPython:
         self._note()
         name = getattr(function, "__name__", "")
         if name in _SIZED and any(isinstance(a, int) and a > _LARGEST_SIZE for a in args):
-            raise ExpressionError(f"{name} takes no number beyond {_LARGEST_SIZE}")
+            raise BudgetError(f"{name} takes no number beyond {_LARGEST_SIZE}")
         of = getattr(function, "__self__", None)
         if isinstance(of, str | bytes):
             if name in ("format", "format_map"):
@@ -241,7 +234,7 @@ def _size(value: Any) -> int:
     """How many characters or parts something has; it stops at what is too much.
 
     Raises:
-        ExpressionError: It is too large.
+        BudgetError: It is too large.
     """
     if isinstance(value, int):
         _limit_bits(value.bit_length())
@@ -263,17 +256,17 @@ def _size(value: Any) -> int:
 
 
 def _limit(size: int) -> None:
-    if size > _LARGEST:
-        raise ExpressionError(f"a text or list would have more than {_LARGEST:,} parts")
+    if size > budget.LONGEST_TEXT:
+        raise BudgetError(f"a text or list would have more than {budget.LONGEST_TEXT:,} parts")
 
 
 def _limit_bits(bits: int) -> None:
-    if bits > _LARGEST_INTEGER_BITS:
-        raise ExpressionError(
-            f"a number would have more than {_LARGEST_INTEGER_BITS * 3 // 10} digits"
+    if bits > budget.LARGEST_INTEGER_BITS:
+        raise BudgetError(
+            f"a number would have more than {budget.LARGEST_INTEGER_BITS * 3 // 10} digits"
         )
 
 
 def _check_format(text: str | bytes) -> None:
     if _WIDE.search(text if isinstance(text, str) else text.decode("latin-1")):
-        raise ExpressionError("a width that large, or one that is computed, is refused")
+        raise BudgetError("a width that large, or one that is computed, is refused")

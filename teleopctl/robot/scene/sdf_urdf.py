@@ -33,6 +33,7 @@ from teleopctl.robot.scene.scene import (
 )
 from teleopctl.robot.scene.sdf import read_sdf
 from teleopctl.robot.scene.surface import Across, add_surface
+from teleopctl.robot.urdf import UNLIMITED
 from teleopctl.robot.xacro_file import ExpandedXacro
 from teleopctl.tf import Transform, rotate
 
@@ -224,6 +225,8 @@ def _add_joint(robot: etree._Element, joint: SceneJoint, frames: dict[str, Trans
         "lower": numbers(0.0 if is_endless else max(joint.lower, -_FAR)),
         "upper": numbers(0.0 if is_endless else min(joint.upper, _FAR)),
     }
+    if math.isinf(joint.effort):
+        limit[UNLIMITED] = "effort"
     etree.SubElement(element, "limit", limit)
     if joint.mimic is not None:
         etree.SubElement(

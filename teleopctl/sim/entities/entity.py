@@ -29,7 +29,7 @@ class Entity:
 
     Attributes:
         name: What it is called.
-        body: Its topmost body; empty for a robot that stands in the world.
+        body: Its topmost body; empty for a robot that stands in the world's origin.
         index: Its number among the free bodies, or None where it stands still.
         is_robot: Whether it is the robot.
         spawned: Whether it came in while the simulation ran.
@@ -61,8 +61,10 @@ def entities(simulation: Simulation) -> dict[str, Entity]:
     model, bodies = simulation.model, simulation.free_bodies
     things = {thing.name: thing for thing in model.things}
     robot = model.name if model.name and model.name not in things else _ROBOT
-    base = "" if model.base is None else model.base.body.link
-    found = {robot: Entity(robot, base, bodies.index(base), is_robot=True, spawned=False)}
+    fixed = model.fixed
+    base = model.base.body.link if model.base else fixed.link if fixed and fixed.pose else ""
+    index = None if model.base is None else bodies.index(base)
+    found = {robot: Entity(robot, base, index, is_robot=True, spawned=False)}
     for name, thing in things.items():
         found[name] = Entity(
             name, name, bodies.index(name) if thing.joint else None, False, thing.spawned
@@ -130,7 +132,7 @@ def move(simulation: Simulation, entity: Entity, pose: Array | None, twist: Arra
         )
     elif twist is not None and twist.any():
         raise RefusedError(f"'{entity.name}' stands still: it has no velocity")
-    elif pose is not None and not entity.body:
+    elif pose is not None and entity.is_robot:
         raise RefusedError(
             f"The robot '{entity.name}' stands in the world: it cannot be put elsewhere"
         )

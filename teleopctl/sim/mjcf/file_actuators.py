@@ -41,7 +41,7 @@ class FileActuators:
             for joint in joints
             if joint.actuators
         }
-        self._limits = {joint.name: joint.limits for joint in joints}
+        self._limits = {joint.name: joint.limits.mechanical for joint in joints}
 
     def __len__(self) -> int:
         return len(self._parts)

@@ -86,6 +86,9 @@ class Sensor:
         """
         raise NotImplementedError
 
+    # Whether it is the simulation's state, without noise: shown while time stands still as well.
+    is_state: ClassVar[bool] = False
+
     # What Gazebo's plug-in for such sensors calls its topic.
     plugin_topic: ClassVar[str] = "~/out"
 

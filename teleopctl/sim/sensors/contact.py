@@ -100,6 +100,7 @@ class SceneContacts(Contact):
     """
 
     topic = "/mujoco_sim/contacts"
+    is_state = True
 
     def __init__(self, rate_hz: float) -> None:
         super().__init__(

@@ -99,7 +99,22 @@ class SensorPublisher:
 
     def sample(self, time_ns: int) -> None:
         """Read and publish what is due at this time."""
-        due = [channel for channel in self._channels if channel.is_due(time_ns)]
+        self._publish([channel for channel in self._channels if channel.is_due(time_ns)], time_ns)
+
+    def show(self, time_ns: int) -> None:
+        """Publish those that are the simulation's state, and no sensors of the robot's."""
+        shown = [one for one in self._channels if one.watched and one.sensor.is_state]
+        self._publish(shown, time_ns)
+
+    def subscriptions(self) -> dict[str, int]:
+        """How many subscriptions there are to each topic of the simulation's state."""
+        return {
+            one.publisher.topic_name: one.publisher.get_subscription_count()
+            for one in self._channels
+            if one.sensor.is_state
+        }
+
+    def _publish(self, due: list[_Channel], time_ns: int) -> None:
         if not due:
             return
         model, data = self._simulation.observe()

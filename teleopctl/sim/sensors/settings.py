@@ -1,4 +1,4 @@
-"""Parameters of the simulator's node that are for its sensors, and lists of numbers."""
+"""Parameters of the nodes that build the model: for its sensors and root link, lists of numbers."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, TypedDict
 
 from teleopctl.errors import InvalidParameterError
 from teleopctl.interfaces import get_message
+from teleopctl.robot import Pose
 from teleopctl.sim.entities.poses import no_sense
 
 if TYPE_CHECKING:
@@ -14,6 +15,7 @@ if TYPE_CHECKING:
 
 # Then it is what the world's file says.
 _UNSAID = [0.0] * 3
+_FIXED_BASE = {"auto": None, "true": True, "false": False}
 
 
 class SensorSettings(TypedDict):
@@ -41,6 +43,46 @@ def sensor_settings(node: Node) -> SensorSettings:
         raise InvalidParameterError(f"Parameter 'seed' is '{seed}', expected a whole number")
     origin = numbers_of(node, "gps_origin", "latitude", "longitude", "altitude")
     return SensorSettings(seed=seed, gps_origin=() if origin == _UNSAID else origin)
+
+
+class BaseSettings(TypedDict):
+    """What `build_model` takes for the robot's root link; see there."""
+
+    fixed_base: bool | None
+    spawn_pose: Pose
+
+
+def declare_base_settings(node: Node) -> None:
+    """Declare the parameters ``fixed_base`` and ``spawn_pose``."""
+    descriptor = get_message("rcl_interfaces/msg/ParameterDescriptor")
+    node.declare_parameter("fixed_base", "auto", descriptor(read_only=True, dynamic_typing=True))
+    node.declare_parameter("spawn_pose", [0.0] * 6, descriptor(read_only=True))
+
+
+def base_settings(node: Node) -> BaseSettings:
+    """The values of these parameters.
+
+    Raises:
+        InvalidParameterError: One of them is something else.
+    """
+    x, y, z, *rpy = numbers_of(node, "spawn_pose", "x", "y", "z", "roll", "pitch", "yaw")
+    pose = Pose((x, y, z), (rpy[0], rpy[1], rpy[2]))
+    fixed = read_fixed_base(node.get_parameter("fixed_base").value)
+    return BaseSettings(fixed_base=fixed, spawn_pose=pose)
+
+
+def read_fixed_base(value: object) -> bool | None:
+    """Return whether a root link is to be fixed: ``true``, ``false``, or None for ``auto``.
+
+    Raises:
+        InvalidParameterError: It is something else.
+    """
+    text = str(value).lower()
+    if text not in _FIXED_BASE:
+        raise InvalidParameterError(
+            f"Parameter 'fixed_base' is '{value}', expected true, false or auto"
+        )
+    return _FIXED_BASE[text]
 
 
 def numbers_of(node: Node, name: str, *parts: str) -> list[float]:

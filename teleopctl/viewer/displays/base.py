@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Protocol
 
 from teleopctl.errors import TeleopctlError
+from teleopctl.node import DurabilityPolicy
 from teleopctl.viewer.displays.properties import Properties, Property
 
 if TYPE_CHECKING:
@@ -177,6 +178,10 @@ class Display:
             place["Value"] = topic
         else:
             self.values.given[self.topic_key] = {"Value": topic}
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget what was received, and subscribe again: latched messages come once more."""
         self.messages = 0
         self.status = (OK, "")
         if self._drawn:
@@ -213,9 +218,16 @@ class Display:
         """Follow what has moved; called once for each picture while somebody looks."""
 
     def time_jumped_back(self) -> None:
-        """Forget what is of a time that is yet to come."""
-        self.stopped()
-        self.started()
+        """Forget what is of a time that is yet to come.
+
+        A latched message may have come before the clock went back, and will not come again: it is
+        asked for once more.
+        """
+        if self._end is not None and self.qos().durability == DurabilityPolicy.TRANSIENT_LOCAL:
+            self.reset()
+        else:
+            self.stopped()
+            self.started()
 
     def parts(self) -> dict[str, bool]:
         """What can be shown or not one by one, such as namespaces: whether each is, by name."""

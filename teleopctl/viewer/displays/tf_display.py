@@ -5,9 +5,11 @@ from __future__ import annotations
 import re
 from typing import Any, ClassVar, TypeGuard
 
+from teleopctl.printable import printable_line
+from teleopctl.tf import AHEAD_S
 from teleopctl.viewer.displays.base import OK, WARN, Display
 from teleopctl.viewer.displays.properties import Property
-from teleopctl.viewer.page.html import escaped_markdown
+from teleopctl.viewer.page.html import ago, escaped_markdown
 from teleopctl.viewer.scene.frame_buffer import MOST_FRAMES, SILENT_S
 
 # Any stands for what YAML holds.
@@ -62,14 +64,26 @@ class TfDisplay(Display):
         self.stage.frames.show(axes=False, names=False)
 
     def tick(self) -> None:
-        """Say whether there is more than can be shown."""
-        if not self.stage.frames.buffer.is_full:
-            self.say(WARN if self._wrong else OK, self._wrong)
-            return
-        self.say(
-            WARN,
-            f"More than {MOST_FRAMES} frames: those that are silent for {SILENT_S:.0f} s are "
-            "forgotten, and new ones left out until there is room",
+        """Report whether there is more than can be shown, and what is left out."""
+        faults = [self._wrong] if self._wrong else []
+        if self.stage.frames.buffer.is_full:
+            faults.append(
+                f"More than {MOST_FRAMES} frames: those that are silent for {SILENT_S:.0f} s are "
+                "forgotten, and new ones left out until there is room"
+            )
+        if left_out := self._left_out():
+            faults.append(left_out)
+        self.say(WARN if faults else OK, ". ".join(faults))
+
+    def _left_out(self) -> str:
+        """Return what the buffer left out since the last reset, and who published it."""
+        counts = sorted(self.stage.frames.buffer.left_out.items())
+        if not counts:
+            return ""
+        listed = ", ".join(f"{count} of {printable_line(name)}" for name, count in counts)
+        return (
+            f"Transforms more than {AHEAD_S:.0f} s ahead of /clock are left out: {listed}; "
+            "a node here is not on simulated time"
         )
 
     def parts(self) -> dict[str, bool]:
@@ -79,13 +93,16 @@ class TfDisplay(Display):
         }
 
     def parts_text(self) -> str:
-        """The parent of each frame, and how long ago it was heard of."""
+        """The parent of each frame, how long ago it was heard of, and what is left out."""
         ages = sorted(self.stage.frames.buffer.ages().items())[:_MOST_LISTED]
         rows = [
-            f"| {escaped_markdown(name)} | {escaped_markdown(parent)} | {_ago(age_s)} |"
+            f"| {escaped_markdown(name)} | {escaped_markdown(parent)} "
+            f"| {'static' if age_s is None else ago(age_s)} |"
             for name, (parent, age_s) in ages
         ]
-        return "\n".join(["| frame | in | heard |", "|---|---|---|", *rows]) if rows else ""
+        text = "\n".join(["| frame | in | heard |", "|---|---|---|", *rows]) if rows else ""
+        left_out = escaped_markdown(self._left_out())
+        return "\n\n".join(filter(None, (left_out, text)))
 
     def show_part(self, name: str, *, shown: bool) -> None:
         """Show a frame, or do not."""
@@ -127,15 +144,6 @@ class TfDisplay(Display):
 
     def time_jumped_back(self) -> None:
         """Frames move by themselves."""
-
-
-def _ago(age_s: float | None) -> str:
-    """How old a frame is, coarsely, so that the text seldom changes."""
-    if age_s is None:
-        return "static"
-    if age_s < 1.0:
-        return "now"
-    return f"{age_s:.0f} s ago" if age_s < 60.0 else f"{age_s / 60.0:.0f} min ago"
 
 
 def _is_mapping(value: Any) -> TypeGuard[dict[Any, Any]]:

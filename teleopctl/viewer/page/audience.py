@@ -18,7 +18,7 @@ from collections.abc import Callable, Mapping
 from http import HTTPStatus
 from typing import TYPE_CHECKING
 
-from teleopctl.viewer.page.access import Answer
+from teleopctl.base.access import Answer
 
 if TYPE_CHECKING:
     import viser

@@ -36,3 +36,10 @@ def escaped_markdown(text: str, longest: int = _LONGEST) -> str:
 
 def _cut(text: str, longest: int) -> str:
     return text if len(text) <= longest else f"{text[:longest]}…"
+
+
+def ago(age_s: float) -> str:
+    """Return how old something is, coarsely, so that the text seldom changes."""
+    if age_s < 1.0:
+        return "now"
+    return f"{age_s:.0f} s ago" if age_s < 60.0 else f"{age_s / 60.0:.0f} min ago"

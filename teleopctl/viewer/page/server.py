@@ -2,15 +2,22 @@
 
 from __future__ import annotations
 
+import asyncio
 import contextlib
 import io
+import logging
 import socket
 import threading
-from collections.abc import Iterator
+import warnings
+from collections.abc import Iterator, Mapping
+from http import HTTPStatus
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from teleopctl.base.access import Access, Answer, host_in_url, is_loopback
+from teleopctl.base.log_once import LogOnce
+from teleopctl.base.token_file import Address
 from teleopctl.errors import TeleopctlError
-from teleopctl.viewer.page.access import Access, is_loopback
 from teleopctl.viewer.page.audience import Audience
 from teleopctl.viewer.page.waking import wake_in_its_thread
 
@@ -30,6 +37,16 @@ _SILENT_MS = 30_000
 _WAITING_BYTES = 128 * 1024
 _USER_TIMEOUT: int | None = getattr(socket, "TCP_USER_TIMEOUT", None)  # Linux has it
 _BRAND = (20, 120, 190)
+# No page of another origin may show this one in a frame, below buttons of its own, or keep hold of
+# its window.
+_FOR_ALL = {
+    "Content-Security-Policy": "frame-ancestors 'self'",
+    "X-Frame-Options": "SAMEORIGIN",
+    "Cross-Origin-Opener-Policy": "same-origin",
+    "Cross-Origin-Resource-Policy": "same-origin",
+    "Referrer-Policy": "no-referrer",
+    "X-Content-Type-Options": "nosniff",
+}
 
 
 class PageError(TeleopctlError):
@@ -50,16 +67,16 @@ def open_server(
         PageError: Nothing can listen there, or a token is missing.
     """
     if token is None and not is_loopback(host):
-        raise PageError(
-            f"On {host} others could open the page: it needs a token",
-            hint="Give one: --host HOST --token SECRET",
-        )
+        raise PageError(f"On {host} others could open the page: it needs a token")
     port = _free_port(host, port)
     access, audience = Access(host, token), Audience()
     from teleopctl.viewer.page.page_server import PageServer
 
-    with _guarded(access, audience), contextlib.redirect_stdout(io.StringIO()):
-        server = PageServer(host, port, audience)
+    # viser's words about values of another type, with the values in them.
+    warnings.filterwarnings("ignore", r"\[viser\]", module=r"viser\.infra\._messages")
+    mistakes = LogOnce(logging.getLogger(__name__).warning)
+    with _guarded(access, audience, mistakes), contextlib.redirect_stdout(io.StringIO()):
+        server = PageServer(host, port, audience, mistakes)
     wake_in_its_thread(server)
     server.gui.configure_theme(
         show_logo=False,
@@ -92,8 +109,10 @@ _patching = threading.Lock()
 
 
 @contextlib.contextmanager
-def _guarded(access: Access, audience: Audience) -> Iterator[None]:
+def _guarded(access: Access, audience: Audience, mistakes: LogOnce) -> Iterator[None]:
     """Have the server that viser starts meanwhile ask for access first, and then the audience.
+
+    What browsers send that makes no sense ends their connection, and is noted among the mistakes.
 
     viser offers no way to look at requests. What it hands to the library below it does.
     """
@@ -104,18 +123,31 @@ def _guarded(access: Access, audience: Audience) -> Iterator[None]:
     def guarded_serve(*args: Any, process_request: Any, **kwargs: Any) -> Any:
         def process(connection: ServerConnection, request: Request) -> Response | None:
             headers = {name.lower(): value for name, value in request.headers.raw_items()}
-            answer = access.check(request.path, headers) or audience.take(request.path, headers)
+            answer = (
+                access.check(request.path, request.headers.raw_items())
+                or audience.take(request.path, headers)
+                or _check_protocol(headers)
+            )
+            response: Response | None
             if answer is None:
                 _bear_with_the_slow(connection)
-                answered: Response | None = process_request(connection, request)
-                return answered
-            response = connection.respond(answer.status, answer.text)
-            for name, value in answer.headers:
-                response.headers[name] = value
+                try:
+                    response = process_request(connection, request)
+                except (OSError, ValueError):  # a name that no file can have
+                    response = connection.respond(HTTPStatus.NOT_FOUND, "There is no such file.\n")
+            else:
+                response = connection.respond(answer.status, answer.text)
+                response.headers.update(answer.headers)
+            if response is not None:
+                response.headers.update(_FOR_ALL)
             return response
 
         if _USER_TIMEOUT is not None:
             kwargs["ping_timeout"] = None
+        kwargs["logger"] = _logger_of(mistakes)
+        asyncio.get_running_loop().set_exception_handler(
+            lambda _loop, context: _note(mistakes, context.get("exception"))
+        )
         return serve(*args, process_request=process, **kwargs)
 
     with _patching:
@@ -124,6 +156,40 @@ def _guarded(access: Access, audience: Audience) -> Iterator[None]:
             yield
         finally:
             below.serve = serve  # type: ignore[misc]
+
+
+class _Noting(logging.Handler):
+    """Notes what a server logs of its connections, without the traceback."""
+
+    def __init__(self, mistakes: LogOnce) -> None:
+        super().__init__(logging.WARNING)
+        self._mistakes = mistakes
+
+    def emit(self, record: logging.LogRecord) -> None:
+        _note(self._mistakes, record.exc_info[1] if record.exc_info else None)
+
+
+def _logger_of(mistakes: LogOnce) -> logging.Logger:
+    """Return a logger of one server's own."""
+    logger = logging.Logger("page", logging.WARNING)
+    logger.addHandler(_Noting(mistakes))
+    return logger
+
+
+def _note(mistakes: LogOnce, error: BaseException | None) -> None:
+    """Note what went wrong with a browser's message; its text is the sender's, and is left out."""
+    kind = "" if error is None else f" ({type(error).__name__})"
+    mistakes.note(f"A browser sent what makes no sense{kind}")
+
+
+def _check_protocol(headers: Mapping[str, str]) -> Answer | None:
+    """Refuse a websocket of another program, or of a page of another version."""
+    import viser
+
+    offered = headers.get("sec-websocket-protocol", "").split(",")
+    if "upgrade" not in headers or f"viser-v{viser.__version__}" in map(str.strip, offered):
+        return None
+    return Answer(HTTPStatus.BAD_REQUEST, "The page is of another version: load it again.\n")
 
 
 def _bear_with_the_slow(connection: ServerConnection) -> None:
@@ -149,17 +215,12 @@ def close_server(server: viser.ViserServer) -> None:
         server.stop()
 
 
-def page_address(host: str, port: int, token: str | None = None) -> str:
-    """The address to open in a browser.
+def page_address(host: str, port: int, token_file: Path | None = None) -> Address:
+    """Return the address to open in a browser.
 
     Args:
         host: What the server listens on.
         port: Its port.
-        token: What the address has to carry, if anything.
+        token_file: Where the token is that the page asks for, if it asks for one.
     """
-    name = f"[{host}]" if ":" in host else host
-    if is_loopback(host):
-        name = "localhost"
-    elif host in ("0.0.0.0", "::"):  # noqa: S104 -- compared, not bound
-        name = socket.gethostname()
-    return f"http://{name}:{port}/" + (f"?token={token}" if token else "")
+    return Address(f"http://{host_in_url(host)}:{port}/", token_file)

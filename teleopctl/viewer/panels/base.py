@@ -43,6 +43,9 @@ class Page(Protocol):
         Handed to ``on_click`` and ``on_update``; it gets viser's event.
         """
 
+    def reset(self) -> None:
+        """Forget transforms and what displays have received, as RViz's Reset does."""
+
     def notify(self, title: str, text: str = "", *, wrong: bool = False) -> None:
         """Tell everybody who looks, for some seconds."""
 

@@ -26,7 +26,8 @@ _STEPS = 1000
 _LATE_S = 1.0
 # Slow simulations tell their joints seldom; seconds of wall time.
 _SILENCE_S = 3.0
-_SILENCE = (
+_SILENCE = "<br>But no joint states arrive: the positions below are the last that came."
+_SILENCE_OF_CONTROLLERS = (
     "<br>But no joint states arrive: the simulation stands still, or the joint state broadcaster "
     "is not active."
 )
@@ -193,15 +194,18 @@ class JointsPanel(Panel):
         mover = self._targets.mover
         if mover is None:
             return
-        content = _note(mover.description + (_SILENCE if self._is_silent else ""))
+        why = _SILENCE_OF_CONTROLLERS if isinstance(mover, Controllers) else _SILENCE
+        content = _note(mover.description + (why if self._is_silent else ""))
         if content != self._note.content:
             self._note.content = content
 
     @property
     def _is_silent(self) -> bool:
-        """Whether nobody has said for a while where the joints are that controllers move."""
+        """Whether no joint states have come for a while from those who are to send them."""
         is_late = time.monotonic() - self._heard_s > _SILENCE_S
-        return is_late and isinstance(self._targets.mover, Controllers)
+        return is_late and (
+            isinstance(self._targets.mover, Controllers) or self._targets.is_measured
+        )
 
     def _disable(self) -> None:
         """Let those sliders be moved that move something."""

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import time
 from typing import Any, ClassVar
 
 from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces import NumericField
+from teleopctl.viewer.page.html import ago, escaped_markdown
 from teleopctl.viewer.panels.base import Page, Panel
 from teleopctl.viewer.panels.plots.chart import COLORS, MOST_LINES, Chart, Line
 from teleopctl.viewer.panels.plots.files import Curve, to_csv, to_png
@@ -20,6 +22,8 @@ _LONGEST_WINDOW_S = 600.0
 # Of ten ticks a second: five drawings, of half of the plots in turn.
 _TURNS = 2
 _TICKS_PER_LIST = 10
+# A topic that nothing comes from for so long has ended, or its node hangs.
+_SILENT_S = 3.0
 
 
 class PlotPanel(Panel):
@@ -237,8 +241,25 @@ class PlotPanel(Panel):
             self._follow_graph()
         if self._ticks % _TICKS_PER_LIST == 0 or not self._fields:
             self._list_fields()
+        if self._ticks % _TICKS_PER_LIST == 0:
+            self._tell_of_silence()
         for chart in self._charts[self._ticks % _TURNS :: _TURNS]:
             chart.draw(self._window.value)
+
+    def _tell_of_silence(self) -> None:
+        """Write above each plot which of its topics have ended: it looks as if it went on."""
+        now_s = time.monotonic()
+        ages = {name: now_s - topic.came_s for name, topic in self._topics.items()}
+        for chart in self._charts:
+            silent = sorted({line.topic for line in chart.lines if ages[line.topic] > _SILENT_S})
+            chart.say(
+                ". ".join(
+                    f"The last message of {escaped_markdown(name)} came {ago(ages[name])}"
+                    if self._topics[name].newest is not None
+                    else f"No message of {escaped_markdown(name)} has come"
+                    for name in silent
+                )
+            )
 
 
 def _line(topic: PlottedTopic, field: NumericField) -> Line:

@@ -15,6 +15,7 @@ from teleopctl.viewer.panels.base import Page, Panel
 from teleopctl.viewer.panels.click_tools import ClickTools
 
 _ROOT = "(root)"
+_RESET_HINT = "Forget all transforms and drawn messages, and begin again with what comes (key R)"
 # Names that come and go ten times a second would be sent each time, with all others.
 _TICKS_PER_LIST = 10
 _MARKS = {OK: "", ERROR: "🔴 "}
@@ -38,6 +39,11 @@ class ScenePanel(Panel):
             "Fixed frame", (_ROOT,), hint="The frame in which everything is drawn"
         )
         self._fixed.on_update(self.page.on(self._fix))
+        reset: Any = self.gui.add_button_group("Picture", ("Reset",), hint=_RESET_HINT)
+        reset.on_click(self.page.on(lambda _event: self.page.reset()))
+        # RViz's key.
+        command = self.gui.add_command("Reset", description=_RESET_HINT, hotkey="R")
+        command.on_trigger(self.page.on(lambda _event: self.page.reset()))
         self._tools.build()
         self._list = self.gui.add_folder("Displays")
         with self.gui.add_folder("Add", expand_by_default=False):

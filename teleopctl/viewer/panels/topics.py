@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import time
 from typing import Any, ClassVar
 
 from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces import message_to_yaml
 from teleopctl.node import TopicMeter, Traffic
 from teleopctl.viewer.displays.topic_qos import topic_qos
-from teleopctl.viewer.page.html import escaped, escaped_lines
+from teleopctl.viewer.page.html import ago, escaped, escaped_lines
 from teleopctl.viewer.panels.base import Page, Panel
 
 MOST_ROWS = 200
@@ -17,6 +18,8 @@ MOST_MEASURED = 100
 _NONE = "(none)"
 _TICKS_PER_TABLE = 10
 _TICKS_PER_ECHO = 2
+# From then on it is said how old a message is: who sent it may have ended.
+_OLD_S = 3.0
 _LONGEST_LIST = 20
 _LONGEST_TEXT = 4000
 
@@ -31,6 +34,7 @@ _TABLE = (
     'border-collapse:separate;border-spacing:0"><tr style="opacity:.6"><td>{count}</td>'
     '<td style="text-align:right">pub → sub</td></tr>{rows}</table>'
 )
+_SAID = '<div style="padding:0 12px;opacity:.6">{text}</div>'
 _ECHO = (
     '<pre style="margin:0 12px;padding:6px 8px;font-size:11px;line-height:1.35;overflow:auto;'
     'max-height:45vh;border:1px solid #8a94a040;border-radius:4px">{text}</pre>'
@@ -52,6 +56,7 @@ class TopicsPanel(Panel):
         self._end_echo: Any = None
         self._message: Any = None
         self._is_new = False
+        self._came_s = 0.0
         self._ticks = 0
         self._watched = False
 
@@ -66,6 +71,7 @@ class TopicsPanel(Panel):
         self._measure.on_update(on(lambda _event: self._switch()))
         self._echo: Any = self.gui.add_dropdown("Echo", (_NONE,))
         self._echo.on_update(on(lambda _event: self._choose()))
+        self._age = self.gui.add_html("")
         self._text = self.gui.add_html("")
         self._table = self.gui.add_html("")
         self._follow_graph()
@@ -184,10 +190,10 @@ class TopicsPanel(Panel):
             self._end_echo = None
 
     def _take(self, message: Any) -> None:
-        self._message, self._is_new = message, True
+        self._message, self._is_new, self._came_s = message, True, time.monotonic()
 
     def _say(self, text: str) -> None:
-        self._text.content = f'<div style="padding:0 12px;opacity:.6">{escaped(text)}</div>'
+        self._text.content = _SAID.format(text=escaped(text))
 
     def tick(self) -> None:
         """Show the newest message, and what was measured."""
@@ -198,6 +204,12 @@ class TopicsPanel(Panel):
             self._is_new = False
             text = message_to_yaml(self._message, truncate=_LONGEST_LIST)
             self._text.content = _ECHO.format(text=escaped_lines(text, _LONGEST_TEXT))
+        if self._ticks % _TICKS_PER_TABLE == 0:
+            age_s = time.monotonic() - self._came_s
+            is_old = self._message is not None and age_s > _OLD_S
+            content = _SAID.format(text=f"The last message came {ago(age_s)}.") if is_old else ""
+            if content != self._age.content:
+                self._age.content = content
 
 
 def _traffic_text(traffic: Traffic) -> str:

@@ -40,6 +40,9 @@ class JointTargets:
     Args:
         page: Whose node asks and publishes.
         changed: Called with the new mover.
+
+    Attributes:
+        is_measured: Whether others publish ``/joint_states``.
     """
 
     def __init__(self, page: Page, changed: Callable[[JointMover], object]) -> None:
@@ -52,6 +55,7 @@ class JointTargets:
         self._found: tuple[object, ...] = ()
         self._watches: dict[str, ControllerManagerWatch] = {}
         self._gone: tuple[str, ...] = ()
+        self.is_measured = False
         self._is_looking = False
 
     @property
@@ -118,6 +122,7 @@ class JointTargets:
         if self._joints is None or self._limits is None:
             return
         others = self._others()
+        self.is_measured = bool(others)
         self._gone = others or self._gone
         routes = [route for watch in self._watches.values() for route in self._routes_of(watch)]
         listens = bool(self._node.count_subscribers(SLIDERS_TOPIC))

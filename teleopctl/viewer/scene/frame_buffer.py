@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 import time
+from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
-from teleopctl.tf import Buffer
+from teleopctl.tf import LiveBuffer
 
 if TYPE_CHECKING:
     from geometry_msgs.msg import TransformStamped
@@ -26,7 +27,7 @@ _SHARE_FORGOTTEN = 0.1
 _TOLD_S = 10.0
 
 
-class FrameBuffer(Buffer):
+class FrameBuffer(LiveBuffer):
     """A buffer of transforms that has a bound.
 
     tf2 never forgets a frame. A program that names each thing that it sees anew would fill the
@@ -37,7 +38,7 @@ class FrameBuffer(Buffer):
     the picture stays there.
 
     Args:
-        node: See `Buffer`.
+        node: See `LiveBuffer`.
     """
 
     def __init__(self, node: Node | None = None) -> None:
@@ -76,16 +77,31 @@ class FrameBuffer(Buffer):
             if (at_s := heard.get(name)) is not None
         }
 
-    def _set(self, message: TransformStamped, authority: str, *, static: bool) -> None:
-        name, now_s = message.child_frame_id.removeprefix("/"), time.monotonic()
+    def clear(self) -> None:
+        """Forget where moving frames stood."""
         with self._changed:
-            if name not in self._heard and not self._has_room(now_s):
-                return
-            self._heard[name] = math.inf if static else now_s
-            if len(self._tree) > 2 * MOST_FRAMES:
-                # Each may have a parent of its own. The others are parents of former times.
-                self.forget(())
-        super()._set(message, authority, static=static)
+            super().clear()
+            self._heard = {name: at_s for name, at_s in self._heard.items() if math.isinf(at_s)}
+
+    def forget(self, frames: Iterable[str]) -> None:
+        """Forget frames, and all names that nothing speaks of then."""
+        names = tuple(frames)
+        with self._changed:
+            super().forget(names)
+            for name in names:
+                self._heard.pop(name, None)
+
+    def _admits(self, message: TransformStamped, authority: str, *, static: bool) -> bool:
+        name, now_s = message.child_frame_id.removeprefix("/"), time.monotonic()
+        if name not in self._heard and not self._has_room(now_s):
+            return False
+        if not super()._admits(message, authority, static=static):
+            return False
+        self._heard[name] = math.inf if static else now_s
+        if len(self._tree) > 2 * MOST_FRAMES:
+            # Each may have a parent of its own. The others are parents of former times.
+            self.forget(())
+        return True
 
     def _has_room(self, now_s: float) -> bool:
         if len(self._heard) < MOST_FRAMES:
@@ -106,6 +122,4 @@ class FrameBuffer(Buffer):
                 above = parents.get(above, "")
         oldest_first = sorted(silent, key=self._heard.__getitem__)
         gone = oldest_first[: math.ceil(MOST_FRAMES * _SHARE_FORGOTTEN)]
-        for name in gone:
-            del self._heard[name]
         self.forget(gone)

@@ -11,6 +11,7 @@ from typing import Any
 from PIL import Image
 from trimesh.resolvers import Resolver
 
+from teleopctl.base.budget import check_pixels
 from teleopctl.errors import TeleopctlError
 from teleopctl.packages import resolve_uri
 from teleopctl.robot import picture_places
@@ -18,7 +19,6 @@ from teleopctl.viewer.scene.drawing import Rgba
 
 # Phones refuse larger textures, and they are sent whole.
 _LARGEST_SIDE = 2048
-_MOST_PIXELS = 64_000_000
 MOST_BYTES = 100_000_000
 _MEAN = Image.Resampling.BOX
 _PICTURES = frozenset(Image.registered_extensions()) - {".pdf"}
@@ -59,7 +59,7 @@ class Neighbours(Resolver):
                 raise FileNotFoundError(f"is larger than {MOST_BYTES / 1e6:.0f} MB")
             content = path.read_bytes()
             if path.suffix.lower() in _PICTURES:
-                _check_pixels(content)
+                _check_picture(content)
         except (OSError, ValueError, TeleopctlError) as error:
             reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
             if isinstance(error, FileNotFoundError) and error.strerror:
@@ -87,7 +87,7 @@ class Neighbours(Resolver):
         return Neighbours(self._path.parent / namespace / self._path.name)
 
 
-def _check_pixels(content: bytes) -> None:
+def _check_picture(content: bytes) -> None:
     """Refuse what cannot be shown before anybody unpacks it.
 
     Raises:
@@ -98,13 +98,7 @@ def _check_pixels(content: bytes) -> None:
             image = Image.open(io.BytesIO(content))
     except (OSError, SyntaxError, Image.DecompressionBombError) as error:
         raise ValueError(f"is no picture that can be shown: {error}") from error
-    _check_size(image)
-
-
-def _check_size(image: Image.Image) -> None:
-    width, height = image.size
-    if width * height > _MOST_PIXELS:
-        raise ValueError(f"has {width} x {height} pixels")
+    check_pixels(*image.size)
 
 
 # Any stands for trimesh's meshes and materials.
@@ -138,7 +132,7 @@ def fit_texture(image: Image.Image) -> Image.Image:
 
     Raises:
         OSError: It cannot be read.
-        ValueError: It is too large.
+        BudgetError: It is too large.
     """
     stored = _stored_smaller(image)
     return image if stored is None else Image.open(io.BytesIO(stored))
@@ -149,9 +143,9 @@ def _stored_smaller(image: Image.Image) -> bytes | None:
 
     Raises:
         OSError: It cannot be read.
-        ValueError: It is too large.
+        BudgetError: It is too large.
     """
-    _check_size(image)
+    check_pixels(*image.size)
     if image.format in ("PNG", "JPEG") and max(image.size) <= _LARGEST_SIDE:
         image.load()
         return None
@@ -175,7 +169,7 @@ def picture_for_browsers(content: bytes) -> tuple[bytes, str, bool, Rgba]:
         OSError: It cannot be read.
         ValueError: It is no picture, or too large.
     """
-    _check_pixels(content)
+    _check_picture(content)
     with warnings.catch_warnings(action="ignore", category=Image.DecompressionBombWarning):
         image = Image.open(io.BytesIO(content))
     stored = _stored_smaller(image)

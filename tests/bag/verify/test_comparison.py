@@ -1,14 +1,30 @@
-"""States are compared bit by bit, by joint; what differs first is told, and what differs most."""
+"""Messages are compared bit by bit, by their times; what differs is named with both values."""
 
 from __future__ import annotations
 
 import math
 
 import pytest
+from builtin_interfaces.msg import Time
+from geometry_msgs.msg import Transform, TransformStamped, Vector3
 from hypothesis import given, strategies as st
 from sensor_msgs.msg import JointState
+from std_msgs.msg import Header
+from tf2_msgs.msg import TFMessage
 
-from teleopctl.bag.verify.comparison import Difference, Verdict
+from teleopctl.bag.verify.comparison import (
+    Difference,
+    Kind,
+    Recorded,
+    Stream,
+    Verdict,
+    differences,
+    leaves,
+)
+from teleopctl.interfaces import serialize
+
+TOPIC, TYPE = "/joint_states", "sensor_msgs/msg/JointState"
+S = 1_000_000_000
 
 numbers = st.floats(width=64)
 states = st.lists(st.tuples(numbers, numbers, numbers), max_size=4).map(
@@ -21,45 +37,117 @@ states = st.lists(st.tuples(numbers, numbers, numbers), max_size=4).map(
 )
 
 
-@given(states, st.randoms())
-def test_a_state_is_the_same_as_itself_in_whatever_order_its_joints_come(state, random):
-    order = list(range(len(state.name)))
-    random.shuffle(order)
-    turned = JointState(
-        name=[state.name[index] for index in order],
-        position=[state.position[index] for index in order],
-        velocity=[state.velocity[index] for index in order],
-        effort=[state.effort[index] for index in order],
+def data(seconds, position=0.0):
+    stamp = Time(sec=seconds)
+    return bytes(serialize(JointState(header=Header(stamp=stamp), name=["a"], position=[position])))
+
+
+def stream(seconds, numbers=None, **options):
+    """A topic on which a message was recorded at each of these times, in this order."""
+    numbers = numbers or range(1, len(seconds) + 1)
+    recorded = [
+        Recorded(second * S, data(second), number, log_time_ns=index * S)
+        for index, (second, number) in enumerate(zip(seconds, numbers, strict=True))
+    ]
+    return Stream(TOPIC, TYPE, recorded, numbers=frozenset(numbers), **options)
+
+
+def run(recorded, seconds, reference=None):
+    """What differs from a run with a message at each of these times."""
+    for second in seconds:
+        recorded.take(second * S, data(second))
+    recorded.close(reference)
+    return [(each.kind, each.time_ns // S) for each in recorded.differences]
+
+
+@given(states)
+def test_a_message_is_the_same_as_itself(state):
+    assert list(differences(TOPIC, 0, state, state)) == []
+
+
+@given(states)
+def test_each_number_is_named_by_its_joint(state):
+    found = dict(leaves(state))
+    for index, name in enumerate(state.name):
+        assert found[f"name[{index}]"] == name
+        for field in ("position", "velocity", "effort"):
+            value = getattr(state, field)[index]
+            assert found[f"{field}[{name}]"] == value or math.isnan(value)
+
+
+def test_a_transform_is_named_by_its_frame():
+    move = TransformStamped(child_frame_id="arm", transform=Transform(translation=Vector3(x=0.5)))
+    assert (
+        dict(leaves(TFMessage(transforms=[move])))["transforms[arm].transform.translation.x"] == 0.5
     )
+
+
+@pytest.mark.parametrize(("one", "other"), [(1.0, math.nextafter(1.0, 2.0)), (0.0, -0.0)])
+def test_the_last_bit_counts_unless_a_tolerance_is_given(one, other):
+    for tolerance, is_same in ((0.0, False), (1e-9, True)):
+        compared = Stream(TOPIC, TYPE, [Recorded(S, data(1, one))], tolerance=tolerance)
+        compared.take(S, data(1, other))
+        assert compared.is_same is is_same
+        if not is_same:
+            assert compared.differences == [Difference(TOPIC, S, "position[a]", one, other)]
+
+
+def test_the_first_difference_is_listed_and_the_largest_of_each_field():
     verdict = Verdict()
-    verdict.compare(0, state, turned)
-    assert (verdict.is_same, verdict.states) == (True, 1)
-
-
-def test_the_last_bit_counts_unless_a_tolerance_is_given():
-    recorded = JointState(name=["a"], position=[1.0])
-    replayed = JointState(name=["a"], position=[math.nextafter(1.0, 2.0)])
-    strict, tolerant = Verdict(), Verdict(tolerance=1e-9)
-    for verdict in (strict, tolerant):
-        verdict.compare(5, recorded, replayed)
-    assert strict.first == [Difference(5, "a", "position", 1.0, math.nextafter(1.0, 2.0))]
-    assert tolerant.is_same
-
-
-def test_the_first_difference_is_kept_and_the_largest_of_each_joint():
-    verdict = Verdict()
-    for time_ns, offset in ((10, 0.0), (20, 0.5), (30, 2.0), (40, 1.0)):
-        recorded = JointState(name=["a", "b"], position=[1.0, 1.0], velocity=[0.0, 0.0])
-        replayed = JointState(name=["a", "b"], position=[1.0 + offset, 1.0], velocity=[0.0, 0.0])
-        verdict.compare(time_ns, recorded, replayed)
-    assert [d.time_ns for d in verdict.first] == [20]
-    assert verdict.largest == {("a", "position"): Difference(30, "a", "position", 1.0, 3.0)}
-    assert str(verdict.first[0]) == "0.000 s: a position was 1.0 and is 1.5 (0.5 apart)"
+    compared = Stream(TOPIC, TYPE, [Recorded(t * S, data(t, 1.0)) for t in (1, 2, 3, 4)])
+    verdict.streams.append(compared)
+    for second, offset in ((1, 0.0), (2, 0.5), (3, 2.0), (4, 1.0)):
+        compared.take(second * S, data(second, 1.0 + offset))
+    compared.close()
+    assert [each.time_ns for each in verdict.first] == [2 * S]
+    assert verdict.largest == [Difference(TOPIC, 3 * S, "position[a]", 1.0, 3.0)]
+    assert str(verdict.first[0]) == (
+        "/joint_states 2.000 s: position[a] was 1.0 and is 1.5 (0.5 apart)"
+    )
 
 
 @pytest.mark.parametrize("tolerance", [0.0, 1e9])
 def test_a_joint_that_one_of_them_lacks_differs_whatever_is_tolerated(tolerance):
-    verdict = Verdict(tolerance=tolerance)
-    verdict.compare(0, JointState(name=["a"], position=[1.0]), JointState())
-    assert math.isnan(verdict.first[0].replayed)
-    assert verdict.first[0].size == math.inf
+    compared = Stream(TOPIC, TYPE, [Recorded(S, data(1))], tolerance=tolerance)
+    compared.take(S, bytes(serialize(JointState(header=Header(stamp=Time(sec=1))))))
+    assert [(each.field, each.replayed) for each in compared.differences] == [
+        ("name[0]", None),
+        ("position[a]", None),
+    ]
+    assert compared.differences[1].size == math.inf
+
+
+def test_what_nobody_recorded_before_or_after_is_no_difference():
+    assert run(stream([3, 4, 5]), range(9)) == []
+
+
+@pytest.mark.parametrize(
+    ("seconds", "found"),
+    [
+        ([1, 2, 4, 5], [(Kind.MISSING, 3)]),
+        ([1, 2, 3, 3, 4], [(Kind.EXTRA, 3)]),
+        ([1, 2, 9], [*((Kind.MISSING, second) for second in range(3, 9)), (Kind.EXTRA, 9)]),
+        ([1, 3, 2, 4], [(Kind.ORDER, 2)]),
+    ],
+    ids=["missing", "twice", "of no time of the run", "in another order"],
+)
+def test_a_message_too_few_or_too_many_or_in_a_wrong_place_is_found(seconds, found):
+    assert run(stream(seconds), [*range(9)]) == found
+
+
+def test_a_publisher_that_may_leave_messages_out_has_whole_numbers_where_it_did():
+    assert run(compared := stream([1, 2, 4, 5], may_skip=True), range(9)) == []
+    assert compared.skipped_ns == [3 * S]
+    # The recorder counted one that is not there.
+    taken_out = stream([1, 2, 4, 5], [1, 2, 4, 5], may_skip=True)
+    assert run(taken_out, range(9)) == [(Kind.MISSING, 3)]
+    # Nobody counted.
+    unnumbered = stream([1, 2, 4, 5], [0, 0, 0, 0], may_skip=True)
+    assert run(unnumbered, range(9)) == [(Kind.MISSING, 3)]
+
+
+def test_an_end_that_comes_too_early_is_missing():
+    longer = stream(range(9))
+    assert run(stream([1, 2, 3]), range(9), longer) == [(Kind.MISSING, 4)]
+    assert run(stream(range(8)), range(9), longer) == []
+    assert run(stream([]), range(9), longer) == [(Kind.MISSING, 0)]

@@ -534,3 +534,13 @@ def test_a_request_survives_the_way_to_another_process(tmp_path):
     request = LaunchRequest(file="/hé.yaml", arguments={"x": "1"}, prefix="nice")
     request.save(tmp_path / "request.json")
     assert load_request(tmp_path / "request.json") == request
+
+
+@pytest.mark.parametrize("value", ["[[1, 2]]", "99999999999999999999", "[1, 99999999999999999999]"])
+def test_a_value_that_no_parameter_can_have_is_refused_with_its_line(tmp_path, value):
+    path = tmp_path / "file.launch.yaml"
+    node = "pkg: demo_nodes_py, exec: talker"
+    path.write_text(f"launch:\n- node: {{{node}, param: [{{name: x, value: {value}}}]}}\n")
+    with pytest.raises(TeleopctlError, match="cannot be its value") as refused:
+        evaluate(parse_file(path), {}, tmp_path / "log")
+    assert refused.value.message.startswith(f"{path}:2: parameter 'x': ")

@@ -2,7 +2,7 @@
 
 import pytest
 
-from teleopctl.errors import TeleopctlError
+from teleopctl.errors import TeleopctlError, UsageError
 from teleopctl.node.values.ros_args import parse_ros_arguments
 
 
@@ -126,3 +126,23 @@ def test_a_missing_parameter_file_is_named(tmp_path):
     arguments = parse_ros_arguments(["--ros-args", "--params-file", str(tmp_path / "none.yaml")])
     with pytest.raises(TeleopctlError, match=r"none\.yaml"):
         arguments.parameter_overrides("talker", "/")
+
+
+@pytest.mark.parametrize(
+    ("value", "reason"),
+    [
+        ('!!int ""', "is not YAML: '!!int \"\"': '' is no !!int."),
+        ('!!float ""', "'' is no !!float."),
+        ("!!timestamp x", "'x' is no !!timestamp."),
+        ("!!timestamp 2020-01-31", "cannot be '!!timestamp 2020-01-31'"),
+        ("[[1,2]]", "Parameter 'x' cannot be '[[1,2]]'"),
+        ("{a: 1}", "Parameter 'x' cannot be '{a: 1}'"),
+        ("[1, a]", "Parameter 'x' cannot be '[1, a]'"),
+        ("1" + "0" * 30, "does not fit 64 bits."),
+    ],
+)
+def test_a_value_that_no_parameter_can_have_is_refused_in_one_sentence(value, reason):
+    with pytest.raises(UsageError) as refused:
+        parse_ros_arguments(["--ros-args", "-p", f"x:={value}"])
+    assert reason in refused.value.message
+    assert "\n" not in refused.value.message

@@ -5,7 +5,7 @@ import threading
 import pytest
 from hypothesis import given, strategies as st
 
-from teleopctl.node import Clock, ClockType, Duration, ROSClock, Time
+from teleopctl.node import Clock, ClockType, Context, Duration, ROSClock, Time
 
 NS = st.integers(0, 2**31 * 10**9 - 1)
 
@@ -49,10 +49,11 @@ def test_a_sleep_on_simulated_time_ends_when_the_clock_gets_there():
     clock = ROSClock()
     clock.set_simulated(True)
     reached = threading.Event()
-    never = threading.Event()
+    context = Context()
+    context.init([])
 
     def sleep():
-        if clock.wait_until(10, never):
+        if clock.sleep_until(Time(nanoseconds=10, clock_type=ClockType.ROS_TIME), context):
             reached.set()
 
     sleeper = threading.Thread(target=sleep, daemon=True)
@@ -61,3 +62,4 @@ def test_a_sleep_on_simulated_time_ends_when_the_clock_gets_there():
     assert not reached.is_set()
     clock.set_simulated_time(10)
     assert reached.wait(5)
+    context.shutdown()

@@ -1,5 +1,6 @@
 """The world around a simulated robot is in the picture, and moves with its frames."""
 
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -7,7 +8,7 @@ import pytest
 
 from teleopctl.interfaces import get_message
 from teleopctl.mujoco_model import build_model
-from teleopctl.node import init
+from teleopctl.node import init, qos_profile_latched
 from teleopctl.packages import package_share
 from teleopctl.robot import RobotDescription, read_world
 from teleopctl.sim.world_markers import WORLD_MARKERS_TOPIC, world_markers
@@ -29,6 +30,54 @@ def test_the_world_is_shown_in_simulation_alone(page: FakePage, simulated: bool)
     picture.end()
 
 
+# Any: viser's nodes of any kind.
+def boxes_of(page: FakePage, picture: Picture) -> dict[str, Any]:
+    """What is drawn of the world, by frame."""
+    world = next(display for display in picture.displays if display.name == "World")
+    return {
+        frame: page.scene.get_handle_by_name(f"{page.frames.node_of(frame)}{world.root}/box")
+        for frame in ("base", "cube")
+    }
+
+
+def test_the_world_is_there_after_the_simulation_was_reset(
+    page: FakePage, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its markers are latched: they come when somebody subscribes, and not again."""
+    table = read_world(package_share("teleopctl") / "worlds" / "table.urdf")
+    model = build_model(RobotDescription.from_urdf(POST), world=table, fixed_base=True)
+    message = get_message("visualization_msgs/msg/MarkerArray")(markers=world_markers(model))
+    page.node.get_publishers_info_by_topic = lambda _topic: [
+        SimpleNamespace(
+            topic_type="visualization_msgs/msg/MarkerArray", qos_profile=qos_profile_latched
+        )
+    ]
+    waiting = []
+    subscribe = page.subscribe
+
+    def subscribe_to_latched(topic: str, *arguments: Any) -> Any:
+        waiting.append(topic)
+        return subscribe(topic, *arguments)
+
+    def deliver() -> None:
+        while waiting:
+            if waiting.pop() == WORLD_MARKERS_TOPIC:
+                page.publish(WORLD_MARKERS_TOPIC, message)
+
+    monkeypatch.setattr(page, "subscribe", subscribe_to_latched)
+    picture = Picture(page.server, page, simulated=True)
+    picture.begin()
+    put_frame(page, "cube", "base", Transform((-0.15, 1.5, 0.17)))
+    page.frames.fix("base")
+    page.frames.update()
+    for jumped_back in (False, True):
+        picture.tick(jumped_back=jumped_back)
+        deliver()
+        picture.tick(jumped_back=False)
+        assert all(boxes_of(page, picture).values()), f"jumped back: {jumped_back}"
+    picture.end()
+
+
 def test_the_cube_is_drawn_in_its_own_frame_and_the_table_in_the_robots(page: FakePage) -> None:
     table = read_world(package_share("teleopctl") / "worlds" / "table.urdf")
     model = build_model(RobotDescription.from_urdf(POST), world=table, fixed_base=True)
@@ -42,12 +91,7 @@ def test_the_cube_is_drawn_in_its_own_frame_and_the_table_in_the_robots(page: Fa
         WORLD_MARKERS_TOPIC, get_message("visualization_msgs/msg/MarkerArray")(markers=markers)
     )
     picture.tick(jumped_back=False)
-    world = next(display for display in picture.displays if display.name == "World")
-    # Any: viser's nodes of any kind.
-    boxes: dict[str, Any] = {
-        frame: page.scene.get_handle_by_name(f"{page.frames.node_of(frame)}{world.root}/box")
-        for frame in ("base", "cube")
-    }
+    boxes = boxes_of(page, picture)
     assert boxes["base"].batched_positions.shape == (5, 3)
     assert boxes["cube"].batched_positions.tolist() == [[0.0, 0.0, 0.0]]
 

@@ -143,6 +143,11 @@ def test_a_driver_is_shown_and_not_contradicted(live, panel):
     assert "robot" in panel._note.content
     driver.publish(JointState(name=["wheel", "lift", "?"], position=[7.0, float("nan"), 1.0]))
     live.until(lambda: panel._sliders["wheel"].value == pytest.approx(7.0 - 2 * math.pi))
+    # A driver that hangs is in the graph, and sends nothing.
+    panel._heard_s = 0.0
+    live.until(lambda: "no joint states arrive" in panel._note.content)
+    driver.publish(JointState(name=["wheel"], position=[7.0]))
+    live.until(lambda: "no joint states arrive" not in panel._note.content)
     # A value typed beside a slider that is switched off: viser lets it through.
     put(live, panel, "wheel", -1.0)
     live.until(lambda: panel._sliders["wheel"].value == pytest.approx(7.0 - 2 * math.pi))

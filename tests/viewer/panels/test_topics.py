@@ -1,10 +1,12 @@
 """The topics in the page: a table, what was measured, and an echo."""
 
 import re
+from types import SimpleNamespace
 
 import pytest
 
 from teleopctl.interfaces import get_message
+from teleopctl.viewer.panels import topics
 from teleopctl.viewer.panels.topics import MOST_ROWS, TopicsPanel
 from tests.diagram.test_nodes_and_topics import graph_of
 
@@ -88,6 +90,20 @@ def test_the_newest_message_of_one_topic_is_shown_as_yaml(page, panel):
     page.choose(panel._echo, "(none)")
     assert echo(panel) == ""
     assert not page.listens_to("/chatter")
+
+
+def test_it_is_said_how_old_a_message_is(page, panel, monkeypatch):
+    steady_s = [1000.0]
+    monkeypatch.setattr(topics, "time", SimpleNamespace(monotonic=lambda: steady_s[0]))
+    page.choose(panel._echo, "/chatter")
+    page.publish("/chatter", String(data="last words"))
+    for _ in range(10):
+        panel.tick()
+    assert panel._age.content == ""
+    steady_s[0] += 12.0
+    for _ in range(10):
+        panel.tick()
+    assert "came 12 s ago" in panel._age.content
 
 
 def test_nothing_is_sent_while_nothing_comes(page, panel):

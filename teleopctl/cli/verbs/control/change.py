@@ -205,13 +205,15 @@ def reload_controller_libraries(
     ros_args: RosArgs = None,
     as_json: AsJson = False,
 ) -> None:
-    """Unload all controllers, so that their code can be loaded anew."""
+    """Unload all controllers and read their code again."""
     with manager_client(controller_manager, ros_args) as client:
         response = client.call(
             "reload_controller_libraries", "ReloadControllerLibraries", force_kill=force_kill
         )
-    if not response.ok:
-        raise RefusedError(f"Error reloading libraries, {_LOGS}")
+        if not response.ok:
+            raise RefusedError(
+                f"Error reloading libraries, {_LOGS}", hint=client.why_not_reloaded()
+            )
     console.out_done("Reload successful", as_json=as_json, reloaded=True)
 
 

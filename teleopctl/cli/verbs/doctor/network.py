@@ -9,8 +9,15 @@ from teleopctl.errors import TeleopctlError
 
 
 def check_router() -> Iterator[Finding]:
-    """Look for the router where sessions look for it, and who has its port."""
-    from teleopctl.wire import daemon_address, port_holder, router_is_running, session_config
+    """Look for the router where sessions look for it, who has its port and who can reach it."""
+    from teleopctl.wire import (
+        HOW_TO_CLOSE,
+        daemon_address,
+        port_holder,
+        router_is_running,
+        router_reach,
+        session_config,
+    )
 
     try:
         sessions, daemon = session_config("client").router, daemon_address()
@@ -18,7 +25,11 @@ def check_router() -> Iterator[Finding]:
     except TeleopctlError as error:
         yield Finding(error.message, error.hint or "")
         return
-    if not is_there:
+    if is_there:
+        danger = router_reach(sessions).danger
+        if danger is not None:
+            yield warning(danger, HOW_TO_CLOSE)
+    else:
         holder = port_holder(sessions)
         if holder is None:
             yield Finding(

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from teleopctl.cli import console
 from teleopctl.cli.options import AsJson
 from teleopctl.cli.verb import Argument, Option
-from teleopctl.errors import NotFoundError, UsageError
+from teleopctl.errors import NotFoundError, UnsupportedError, UsageError
 from teleopctl.interfaces import definition_lines, known_types, normalize
 from teleopctl.typed import Annotated
 
@@ -37,7 +37,16 @@ def show(
     if all_comments and no_comments:
         raise UsageError("--all-comments and --no-comments contradict each other")
     name = _known(type_name)
-    lines = list(_shown(name, not no_comments, nested_comments=all_comments))
+    lines = []
+    for line in _shown(name, not no_comments, nested_comments=all_comments):
+        lines.append(line)
+        # The budget is asked for long ones only: a short command loads few modules.
+        if len(lines) % 1000:
+            continue
+        from teleopctl.base.budget import MOST_ELEMENTS
+
+        if len(lines) > MOST_ELEMENTS:
+            raise UnsupportedError(f"{name} has more than {MOST_ELEMENTS:,} lines")
     if as_json:
         console.out_json({"type": name, "definition": "".join(f"{line}\n" for line in lines)})
     else:

@@ -191,6 +191,8 @@ def _outcome(report: "RobotReport") -> "Iterator[str]":
         yield f"{len(trial.moved)} of {told} joints follow a command"
     if trial.unmoved:
         yield f"  not: {', '.join(trial.unmoved)}"
+    if trial.blocked:
+        yield f"  not asked, since each way meets the ground or a link: {', '.join(trial.blocked)}"
     if trial.travelled_m is not None:
         yield f"Its root link came {trial.travelled_m:.3f} m meanwhile"
     yield from _motions(report)

@@ -58,6 +58,7 @@ def document(report: "RobotReport") -> console.Json:
             "fault": trial.fault or None,
             "moved": list(trial.moved),
             "unmoved": list(trial.unmoved),
+            "blocked": list(trial.blocked),
             "travelled_m": trial.travelled_m,
         },
         "driven": None

@@ -57,7 +57,14 @@ def sweep(
     ] = None,
     timeout: Annotated[
         float | None,
-        Option("--timeout", help="Seconds after which a run has failed."),
+        Option("--timeout", help="Seconds after which a run has failed, its start included."),
+    ] = None,
+    stall_timeout: Annotated[
+        float | None,
+        Option(
+            "--stall-timeout",
+            help="Seconds without progress after which the start of a run has failed; 30.",
+        ),
     ] = None,
     after: Annotated[
         list[str] | None,
@@ -123,8 +130,9 @@ def sweep(
     if send is not None and cluster is None:
         raise UsageError("--send goes with --cluster: here all files are at hand")
     if resume is not None:
-        varied = (words, grid, sample, runs, duration, timeout, after, measure, output)
-        if any(each is not None for each in varied):
+        varied = (words, grid, sample, runs, after, measure, output)
+        times = (duration, timeout, stall_timeout)
+        if any(each is not None for each in (*varied, *times)):
             raise UsageError(
                 "--resume takes everything from the folder",
                 hint="Only --jobs, --cluster and --send go with it.",
@@ -133,7 +141,8 @@ def sweep(
     else:
         requests, asked = _requests(
             words or [],
-            *(grid or [], sample or [], runs, seed, duration, timeout, after or [], measure or []),
+            *(grid or [], sample or [], runs, seed, duration, timeout, stall_timeout),
+            *(after or [], measure or []),
         )
         folder = Path(output or time.strftime("sweep_%Y_%m_%d-%H_%M_%S")).absolute()
         work = Sweep.create(folder, requests, asked)
@@ -156,6 +165,7 @@ def _requests(
     seed: int,
     duration: float | None,
     timeout: float | None,
+    stall_timeout: float | None,
     after: list[str],
     measures: list[str],
 ) -> "tuple[list[RunRequest], dict[str, object]]":
@@ -176,7 +186,8 @@ def _requests(
     grids, samples = [parse_grid(text) for text in grid], [parse_sample(text) for text in sample]
     if samples and runs is None:
         raise UsageError("How many samples?", hint="--runs 100")
-    for option, number in (("--runs", runs), ("--duration", duration), ("--timeout", timeout)):
+    numbers = {"--runs": runs, "--duration": duration, "--timeout": timeout}
+    for option, number in (numbers | {"--stall-timeout": stall_timeout}).items():
         if number is not None and not 0 < number < float("inf"):
             raise UsageError(f"{option} is {number:g}, expected a number above 0")
     names = [parse_measure(text).name for text in measures]
@@ -188,6 +199,7 @@ def _requests(
             parameters=parameters,
             duration_s=duration,
             timeout_s=timeout,
+            stall_timeout_s=stall_timeout,
             after=after,
             measures=names,
         )
@@ -204,6 +216,7 @@ def _requests(
         "seed": seed,
         "duration": duration,
         "timeout": timeout,
+        "stall_timeout": stall_timeout,
         "after": list(after),
         "measures": list(names),
     }

@@ -249,9 +249,16 @@ class Top(App[None]):
 
         def stop(answer: bool | None) -> None:
             if answer:
-                self.run_worker(lambda: stop_process(row), thread=True)
+                self.run_worker(lambda: self._stop(row), thread=True)
 
         self.push_screen(Confirm(f"Stop {what_stops(row)}?"), stop)
+
+    def _stop(self, row: NodeRow) -> None:
+        """End a process, on a thread."""
+        try:
+            stop_process(row)
+        except TeleopctlError as error:
+            self.call_from_thread(self.notify, error.message, severity="error")
 
     def _open(self, screen: EchoScreen | PlotScreen | ParameterScreen) -> None:
         self._topics.listen_to(set())

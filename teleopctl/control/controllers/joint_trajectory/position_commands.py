@@ -11,7 +11,7 @@ from collections.abc import Sequence
 
 from teleopctl.control.controllers.joint_trajectory.points import TrajectoryPoint
 from teleopctl.interfaces import NANOSECONDS_PER_SECOND
-from teleopctl.robot import JointLimits
+from teleopctl.robot import JointLimits, cut_command
 
 # A cubic from rest to rest has its largest speed half-way: 3/2 of the mean.
 _PEAK = 1.5
@@ -53,10 +53,7 @@ def clamp(
         inside = min(max(position, limit.lower), limit.upper)
         clamped.append(inside)
         if inside != position:
-            reports[joint] = (
-                f"Command of joint '{joint}' is outside its limits: position {position:g} is "
-                f"clamped to {inside:g} (position limits [{limit.lower:g}, {limit.upper:g}])"
-            )
+            reports[joint] = cut_command(joint, "position", position, inside, limit, "position")
     return clamped, reports
 
 

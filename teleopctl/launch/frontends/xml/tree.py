@@ -12,13 +12,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from xml.parsers import expat
 
+from teleopctl.base.budget import DEEPEST_TAGS
 from teleopctl.errors import LaunchError
 from teleopctl.launch.model import values
 from teleopctl.launch.model.descriptions import Place
 from teleopctl.launch.model.element import Element
 from teleopctl.text_file import read_text
 
-_MAX_DEPTH = 50
 _ATTRIBUTE = re.compile(rb"""\s+([^\s=]+)\s*=\s*(?:"[^"]*"|'[^']*')""")
 _SEPARATOR = "-sep"
 
@@ -155,7 +155,7 @@ class _Reader:
 
     def _start(self, name: str, attributes: dict[str, str]) -> None:
         place = Place(self._path, self._expat.CurrentLineNumber)
-        if len(self._open) > _MAX_DEPTH:
+        if len(self._open) > DEEPEST_TAGS:
             raise LaunchError(f"{place}: nested too deeply")
         path = f"{self._open[-1].path}.{name}".lstrip(".") if self._open else ""
         lines = self._lines_of_attributes(name)

@@ -8,12 +8,11 @@ from typing import Any
 import yaml
 
 from teleopctl import ros_yaml
+from teleopctl.base.budget import DEEPEST_TAGS
 from teleopctl.errors import LaunchError
 from teleopctl.launch.model.descriptions import Place
 from teleopctl.launch.model.element import Element
 from teleopctl.text_file import read_text
-
-_MAX_DEPTH = 50
 
 
 def load(path: Path) -> Element:
@@ -40,7 +39,7 @@ def parsed(text: str, path: Path) -> Element:
 
 def _element(loader: Any, node: yaml.Node, file: Path, path: str, depth: int) -> Element:
     place = Place(file, node.start_mark.line + 1)
-    if depth > _MAX_DEPTH:
+    if depth > DEEPEST_TAGS:
         raise LaunchError(f"{place}: nested too deeply")
     if isinstance(node, yaml.MappingNode):
         entries: dict[str, Element] = {}

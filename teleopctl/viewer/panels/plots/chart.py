@@ -5,7 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+import numpy as np
+
 from teleopctl.viewer.panels.plots.series import Floats, Series, sampled
+from teleopctl.viewer.panels.plots.vertical_axis import VerticalAxis, vertical_axis
 
 if TYPE_CHECKING:
     import viser
@@ -18,7 +21,13 @@ COLORS = (
 
 BUTTONS = ("CSV", "PNG", "Remove")
 
+_WAITING = "Waiting for messages…"
+_NO_NUMBERS = "Waiting for numbers: the messages have NaN there."
 _HEIGHT_PX = 190
+# Where uPlot's labels, of three decimals and with commas, differ and fit.
+_LEAST_USUAL_STEP = 0.005
+_LARGEST_USUAL = 1e4
+_AXIS_WIDTH_PX = 62
 _LONGEST_LABEL = 60
 
 
@@ -58,9 +67,10 @@ class Chart:
         self._gui = gui
         self._handle: Any = None
         self._drawn: tuple[object, ...] = ()
+        self._axis: VerticalAxis | None = None
         self._folder = gui.add_folder(title)
         with self._folder:
-            self._waiting = gui.add_markdown("Waiting for messages…", order=0.0)
+            self._note = gui.add_markdown(_WAITING, order=0.0)
             gui.add_button_group("This plot", BUTTONS, order=1.0).on_click(on_button)
 
     def add(self, lines: Sequence[Line]) -> None:
@@ -71,7 +81,20 @@ class Chart:
         if self._handle is not None:
             self._handle.remove()
             self._handle = None
-        self._waiting.visible = True
+        self.say("")
+
+    def say(self, fault: str) -> None:
+        """Write why the plot does not go on, as Markdown; it says by itself that it waits."""
+        text = fault
+        if self._handle is None and not fault:
+            # A velocity that nobody measures is NaN.
+            come = [line.series.between(-np.inf, np.inf)[1] for line in self.lines]
+            values = np.concatenate([np.empty(0), *come])
+            text = _NO_NUMBERS if len(values) and np.isnan(values).all() else _WAITING
+        if text != self._note.content:
+            self._note.content = text
+        if self._note.visible != bool(text):
+            self._note.visible = bool(text)
 
     def remove(self) -> None:
         """Take it out of the page."""
@@ -98,12 +121,31 @@ class Chart:
             return
         # Seconds before the newest sample: the numbers below the plot stand still.
         data = (times - self._end_s(), *values)
+        axis = self._axis_for(values)
         if self._handle is None:
-            self._show(data)
+            self._show(data, axis)
         else:
             self._handle.data = data
+            if axis != self._axis:
+                self._handle.scales, self._handle.axes = _scales(axis), _axes(axis)
+        self._axis = axis
 
-    def _show(self, data: tuple[Floats, ...]) -> None:
+    def _axis_for(self, values: Sequence[Floats]) -> VerticalAxis | None:
+        """Return the vertical axis, or None where uPlot's own is as good.
+
+        That one follows the data of a part that somebody looks at closer. It labels its ticks with
+        three decimals at most, so those of small ranges would be alike.
+        """
+        numbers = np.concatenate(values)
+        numbers = numbers[np.isfinite(numbers)]
+        low, high = float(numbers.min()), float(numbers.max())
+        if self._axis is not None and self._axis.suits(low, high):
+            return self._axis
+        axis = vertical_axis(low, high)
+        is_usual = axis.step >= _LEAST_USUAL_STEP and max(-low, high) < _LARGEST_USUAL
+        return None if is_usual and not axis.is_flat else axis
+
+    def _show(self, data: tuple[Floats, ...], axis: VerticalAxis | None) -> None:
         # Not before there is data: the page would keep the range that it makes of none.
         names: list[dict[str, object]] = [{"label": "s"}]
         names += [
@@ -116,16 +158,17 @@ class Chart:
             for number, line in enumerate(self.lines)
         ]
         series: Any = tuple(names)
-        self._waiting.visible = False
         with self._folder:
             self._handle = self._gui.add_uplot(
                 data,
                 series,
-                scales={"x": {"time": False}},
+                scales=_scales(axis),
+                axes=_axes(axis),
                 height=_HEIGHT_PX,
                 padding=(8, 8, 0, 0),
                 order=0.0,
             )
+        self.say("")
 
     def window(self, window_s: float) -> tuple[Floats, list[Floats]]:
         """Times and values as they are drawn."""
@@ -144,3 +187,26 @@ class Chart:
             return self.frozen_s
         ends = [line.series.last_s for line in self.lines]
         return max((end for end in ends if end is not None), default=0.0)
+
+
+# Any, here and below: uPlot's options, of which viser's types leave out some.
+def _scales(axis: VerticalAxis | None) -> Any:
+    scales: dict[str, object] = {"x": {"time": False}}
+    if axis is not None:
+        scales["y"] = {"range": (axis.low, axis.high)}
+    return scales
+
+
+def _axes(axis: VerticalAxis | None) -> Any:
+    if axis is None:
+        return None
+    no_marks = {"show": False}
+    vertical: dict[str, object] = {
+        "ticks": no_marks,
+        "splits": axis.ticks,
+        "values": axis.labels,
+        "size": _AXIS_WIDTH_PX,
+    }
+    if axis.title:
+        vertical["label"] = axis.title
+    return ({"ticks": no_marks}, vertical)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import io
-import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -12,6 +11,7 @@ import numpy as np
 
 from teleopctl.printable import printable_line
 from teleopctl.viewer.panels.plots.series import Floats
+from teleopctl.viewer.panels.plots.vertical_axis import VerticalAxis, vertical_axis
 
 # Drawn larger and made smaller: Pillow's lines have no soft edges by themselves.
 _LARGER = 2
@@ -19,9 +19,7 @@ _SIZE = (1600, 900)
 _LEFT, _TOP, _RIGHT, _LINE_HEIGHT = 110, 30, 30, 34
 _FONT_SIZE = 22
 _INK, _GRID, _PAPER = "#202428", "#dde1e6", "#ffffff"
-_TICKS = 8
-# Above and below the curves, of their height.
-_ROOM = 0.05
+_MOST_STEPS = 8
 
 
 def to_csv(names: Sequence[str], samples: Sequence[tuple[Floats, Floats]]) -> bytes:
@@ -67,23 +65,22 @@ def to_png(times: Floats, curves: Sequence[Curve]) -> bytes:
     left, top, right = _LARGER * _LEFT, _LARGER * _TOP, width - _LARGER * _RIGHT
     line_height = _LARGER * _LINE_HEIGHT
     bottom = height - line_height * (2 + len(curves))
-    x_low, x_high = _range(times)
-    y_low, y_high = _range(np.concatenate([np.empty(0), *(curve.values for curve in curves)]))
-    room = (y_high - y_low) * _ROOM
-    y_low, y_high = y_low - room, y_high + room
+    across = _axis(times)
+    upwards = _axis(np.concatenate([np.empty(0), *(curve.values for curve in curves)]))
 
     def x_of(value: float) -> float:
-        return left + (value - x_low) / (x_high - x_low) * (right - left)
+        return left + (value - across.low) / (across.high - across.low) * (right - left)
 
     def y_of(value: float) -> float:
-        return bottom - (value - y_low) / (y_high - y_low) * (bottom - top)
+        return bottom - (value - upwards.low) / (upwards.high - upwards.low) * (bottom - top)
 
-    for tick in _ticks(x_low, x_high):
+    for tick, label in zip(across.ticks, across.labels, strict=True):
         draw.line([(x_of(tick), top), (x_of(tick), bottom)], _GRID, _LARGER)
-        draw.text((x_of(tick), bottom + line_height / 2), f"{tick:g} s", _INK, font, "mm")
-    for tick in _ticks(y_low, y_high):
+        draw.text((x_of(tick), bottom + line_height / 2), f"{label} s", _INK, font, "mm")
+    for tick, label in zip(upwards.ticks, upwards.labels, strict=True):
         draw.line([(left, y_of(tick)), (right, y_of(tick))], _GRID, _LARGER)
-        draw.text((left - 8 * _LARGER, y_of(tick)), f"{tick:g}", _INK, font, "rm")
+        draw.text((left - 8 * _LARGER, y_of(tick)), label, _INK, font, "rm")
+    draw.text((left, top - 4 * _LARGER), upwards.title, _INK, font, "lb")
     draw.rectangle([left, top, right, bottom], outline=_INK, width=_LARGER)
     for number, curve in enumerate(curves):
         there = np.isfinite(curve.values)
@@ -103,28 +100,7 @@ def to_png(times: Floats, curves: Sequence[Curve]) -> bytes:
     return file.getvalue()
 
 
-def _range(values: Floats) -> tuple[float, float]:
-    """The least and the greatest value that a float can tell apart, with room around one."""
+def _axis(values: Floats) -> VerticalAxis:
     finite = values[np.isfinite(values)]
-    if not len(finite):
-        return 0.0, 1.0
-    low, high = float(finite.min()), float(finite.max())
-    if not math.isfinite(high - low):
-        low, high = low / 4, high / 4
-    if high - low <= 1e-12 * max(abs(low), abs(high), 1e-12):
-        room = max(abs(low) * 1e-3, 1e-9)
-        return low - room, high + room
-    return low, high
-
-
-def _ticks(low: float, high: float) -> list[float]:
-    """Round numbers between two others: 1, 2 or 5 of a power of ten apart."""
-    rough = (high - low) / _TICKS
-    power = 10.0 ** math.floor(math.log10(rough))
-    step = power * next(factor for factor in (1, 2, 5, 10) if factor * power >= rough)
-    first = math.ceil(low / step)
-    return [
-        round(number * step, 12)
-        for number in range(first, first + 2 * _TICKS)
-        if number * step <= high
-    ]
+    low, high = (float(finite.min()), float(finite.max())) if len(finite) else (0.0, 1.0)
+    return vertical_axis(low, high, _MOST_STEPS)

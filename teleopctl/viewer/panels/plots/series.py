@@ -16,8 +16,6 @@ MOST_ROOM = MOST_SAMPLES * 5 // 4
 """What lies before them is cut off in blocks, so that they do not move with each sample."""
 
 _FIRST_ROOM = 1024
-# In the units of ROS, what is smaller is rounding of a computation, which a plot would enlarge.
-_SMALLEST = 1e-12
 # What is larger is no measurement, and differences of two such numbers are infinite.
 _LARGEST = 1e100
 
@@ -126,7 +124,6 @@ def sampled(
         if not np.isfinite(some[0]):
             # It ended before the others began. One point is no line, and stands on another one.
             some[0] = starts[0]
-        some[np.abs(some) < _SMALLEST] = 0.0
     return times, values
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
@@ -43,6 +44,7 @@ class PlottedTopic:
         type_name: Its type.
         series: The numbers that are noted, by path.
         newest: The newest message.
+        came_s: When it came, on the steady clock; before the first one, when this began.
     """
 
     def __init__(self, stage: Stage, name: str, type_name: str) -> None:
@@ -56,6 +58,7 @@ class PlottedTopic:
         self._end: Callable[[], None] | None = None
         self._takes_stamps: bool | None = None
         self._last_s = -float("inf")
+        self.came_s = time.monotonic()
 
     def begin(self) -> None:
         """Listen, as the publishers offer it; once more when they have changed."""
@@ -101,7 +104,7 @@ class PlottedTopic:
         return [] if self.newest is None else numeric_fields(self.newest)
 
     def _take(self, message: Any) -> None:
-        self.newest = message
+        self.newest, self.came_s = message, time.monotonic()
         if not self.series:
             return
         time_s = self._time_of(message)

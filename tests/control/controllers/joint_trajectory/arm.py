@@ -47,8 +47,8 @@ def trajectory(*points, joints=JOINTS, stamp_ns=0):
 class Arm:
     """An active trajectory controller on mock hardware."""
 
-    def __init__(self, *, robot=None, **parameters):
-        self.stack = ControlStack(robot or serial_robot())
+    def __init__(self, *, robot=None, enforce_limits=None, **parameters):
+        self.stack = ControlStack(robot or serial_robot(), enforce_limits=enforce_limits)
         options = {
             "joints": JOINTS,
             "command_interfaces": ["position"],

@@ -588,7 +588,8 @@ class TestPositionCommands:
 
 def test_commands_outside_the_limits_are_clamped_and_reported_once():
     arm = Arm(
-        robot=serial_robot(initial=(0.0,), limits='lower="-1" upper="1" effort="1" velocity="99"')
+        robot=serial_robot(initial=(0.0,), limits='lower="-1" upper="1" effort="1" velocity="99"'),
+        enforce_limits=True,
     )
     arm.up()
     arm.send(trajectory(point(0.5, [3.0, 0.0, 0.0])))

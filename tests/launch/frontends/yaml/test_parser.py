@@ -36,7 +36,7 @@ def write(tmp_path):
         ("launch:\n- let: {name: a, name: b}", 2, "stands here twice"),
         ("launch:\n- let: {a: [}", 2, "not YAML"),
         ("launch:\n- group: {children: [], scoped: maybe}", 2, "expected true or false"),
-        ("launch:\n- let: {name: a, value: !!int x}", 2, "not YAML: invalid literal"),
+        ("launch:\n- let: {name: a, value: !!int x}", 2, "not YAML: 'x' is no !!int"),
         ("launch:\n- node_container: {}", 2, "'name' is missing"),
         ("launch:\n- node: {pkg: a, exec: b, on_exit: explode}", 2, "expected 'shutdown'"),
     ],

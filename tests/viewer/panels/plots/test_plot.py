@@ -2,13 +2,16 @@
 
 import csv
 import io
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from PIL import Image
 
 from teleopctl.interfaces import from_seconds, get_message, set_stamp
+from teleopctl.viewer.panels import plot
 from teleopctl.viewer.panels.plot import PlotPanel
+from teleopctl.viewer.panels.plots import topic
 from teleopctl.viewer.panels.plots.chart import MOST_LINES
 from teleopctl.viewer.panels.plots.files import Curve, to_csv, to_png
 
@@ -153,6 +156,76 @@ def test_an_element_that_is_missing_is_passed_over(page, panel):
     page.publish("/joint_states", state(start_s + 2, 0.0, 3.0))
     draw(panel)
     assert shown(panel._charts[0])[1][1] == [1, 3]
+
+
+def y_axis(chart):
+    """The range of the page's vertical axis and its labels; None where uPlot chooses them."""
+    handle = chart._handle
+    return handle.axes and (handle.scales["y"]["range"], handle.axes[1]["values"])
+
+
+def test_what_is_held_is_drawn_flat_and_what_moves_by_little_has_labels(page, panel):
+    choose_joints(page, panel)
+    add(page, panel, "position[0]  hip")
+    (chart,) = panel._charts
+    start_s = now_s(page)
+
+    def publish(*positions):
+        page.choose(panel._buttons, "Clear")
+        for step, position in enumerate(positions):
+            page.publish("/joint_states", state(start_s + step, position))
+        draw(panel)
+
+    publish(1.2, 1.2 + 2e-16, 1.2)
+    (low, high), labels = y_axis(chart)
+    assert (low, high) == pytest.approx((1.0, 1.4))
+    assert labels == ("1.0", "1.1", "1.2", "1.3", "1.4")
+    publish(-1e-15, 3e-13, 1e-15)
+    assert y_axis(chart) == ((-1.0, 1.0), ("-1.0", "-0.5", "0.0", "0.5", "1.0"))
+    publish(0.0, 4e-6, 2e-6)
+    assert y_axis(chart) == ((0.0, 4e-6), ("0", "1", "2", "3", "4"))
+    assert chart._handle.axes[1]["label"] == "x1e-6"
+    publish(0.0, 0.5, 1.0)
+    assert y_axis(chart) is None
+
+
+def note(chart):
+    return chart._note.content if chart._note.visible else ""
+
+
+def test_a_topic_that_has_ended_is_not_shown_as_if_it_went_on(page, panel, monkeypatch):
+    steady_s = [1000.0]
+    clock = SimpleNamespace(monotonic=lambda: steady_s[0])
+    monkeypatch.setattr(plot, "time", clock)
+    monkeypatch.setattr(topic, "time", clock)
+    choose_joints(page, panel)
+    add(page, panel, "position[0]  hip")
+    (chart,) = panel._charts
+    assert note(chart) == "Waiting for messages…"
+    start_s = now_s(page)
+    for step in range(3):
+        page.publish("/joint_states", state(start_s + step, 0.0))
+    for _ in range(20):
+        panel.tick()
+    assert note(chart) == ""
+    steady_s[0] += 12.0
+    for _ in range(10):
+        panel.tick()
+    assert note(chart).endswith(" came 12 s ago")
+    page.publish("/joint_states", state(start_s + 15, 0.0))
+    for _ in range(10):
+        panel.tick()
+    assert note(chart) == ""
+
+
+def test_messages_without_a_number_are_not_waited_for(page, panel):
+    choose_joints(page, panel)
+    add(page, panel, "position[0]  hip")
+    for step in range(3):
+        page.publish("/joint_states", state(now_s(page) + step, float("nan")))
+    for _ in range(10):
+        panel.tick()
+    assert "NaN" in note(panel._charts[0])
 
 
 def test_nothing_is_sent_while_nothing_is_new(page, panel):

@@ -76,11 +76,6 @@ def test_a_series_ends_at_its_bound():
     assert len(long._times) <= MOST_ROOM
 
 
-def test_rounding_of_a_computation_is_no_line_to_look_at():
-    _, (values,) = sampled([series((0, 3e-16), (1, -2e-16))], 0, 1)
-    assert values.tolist() == [0, 0]
-
-
 samples = strategies.lists(
     strategies.tuples(strategies.floats(-100, 100), strategies.floats()), max_size=60
 )

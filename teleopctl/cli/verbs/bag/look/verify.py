@@ -11,7 +11,8 @@ from teleopctl.cli.verbs.bag.options import BagPath
 from teleopctl.typed import TYPE_CHECKING, Annotated
 
 if TYPE_CHECKING:
-    from teleopctl.nodes.verifying import Verification
+    from teleopctl.bag import Traces
+    from teleopctl.nodes.verifying.verification import Verification
 
 _SAME, _OTHER = 0, 1
 
@@ -33,19 +34,19 @@ def verify(
     ] = None,
     as_json: AsJson = False,
 ) -> int:
-    """Simulate a recorded session once more, and compare every state with the recording."""
+    """Run a recorded simulation once more, and compare all that it determines."""
     # It draws nothing: what MUJOCO_GL asks for, and what it lacks, concerns the camera alone.
     # mujoco reads that when it is imported.
     os.environ["MUJOCO_GL"] = "disable"
     from teleopctl.bag import Traces, check_picture_name
-    from teleopctl.nodes.verifying import verify_bag
+    from teleopctl.nodes.verifying.verification import verify_bag
 
     traces = Traces()
     if picture is None:
         found = verify_bag(Path(bag_path), tolerance=tolerance, world=world)
     else:
         check_picture_name(Path(picture))
-        found = verify_bag(Path(bag_path), tolerance=tolerance, world=world, on_state=traces.note)
+        found = verify_bag(Path(bag_path), tolerance=tolerance, world=world, on_message=traces.note)
     for remark in found.remarks:
         console.warn(remark)
     if as_json:
@@ -55,12 +56,21 @@ def verify(
     if found.verdict.is_same:
         return _SAME
     if picture is not None:
-        from teleopctl.bag import save_picture
-
-        first = found.verdict.first[0]
-        save_picture(traces.curves(first), Path(picture), Path(bag_path).resolve().name)
-        console.note(f"{picture}: {first.joint} {first.field}")
+        _draw(found, traces, Path(picture), Path(bag_path).resolve().name)
     return _OTHER
+
+
+def _draw(found: "Verification", traces: "Traces", picture: Path, title: str) -> None:
+    from teleopctl.bag import save_picture
+
+    # A message that is missing has no curve.
+    differences = [each for each in found.verdict.first + found.verdict.largest if each.field]
+    if not differences:
+        console.warn("No number differs that could be drawn")
+        return
+    first = differences[0]
+    save_picture(traces.curves(first), picture, title)
+    console.note(f"{picture}: {first.topic} {first.field}")
 
 
 def _lines(found: "Verification") -> Iterator[str]:
@@ -68,27 +78,58 @@ def _lines(found: "Verification") -> Iterator[str]:
 
     verdict = found.verdict
     how = "the same bits" if not verdict.tolerance else f"within {verdict.tolerance:g}"
-    told = f"{verdict.states} states compared, up to {to_seconds(verdict.end_ns):.3f} s"
-    if verdict.is_same:
-        yield f"{told}: {how}."
-    else:
-        yield f"{told}: not {how}."
-        yield "First difference:"
+    topics = len({stream.topic for stream in verdict.streams})
+    counted = f"{verdict.messages} messages on {topics} topics compared"
+    told = f"{counted}, up to {to_seconds(verdict.end_ns):.3f} s"
+    yield f"{told}: {how}." if verdict.is_same else f"{told}: not {how}."
+    if not verdict.is_same:
+        yield "First differences:"
         yield from (f"  {difference}" for difference in verdict.first)
+    if largest := verdict.largest:
         yield "Largest differences:"
-        yield from (f"  {difference}" for difference in verdict.largest.values())
+        yield from (f"  {difference}" for difference in largest)
+    yield "Compared:"
+    for stream in sorted(verdict.streams, key=lambda each: each.name):
+        count = _counted(stream.compared)
+        times = f", {to_seconds(stream.begin_ns):.3f} to {to_seconds(stream.end_ns):.3f} s"
+        differ = f": {stream.difference_count} differences" if stream.difference_count else ""
+        yield f"  {stream.name}: {count}{times if stream.recorded else ''}{differ}"
+    if verdict.played_back:
+        yield "Played back:"
+        yield from (f"  {topic}: {_counted(count)}" for topic, count in verdict.played_back.items())
+    reasons: dict[str, list[str]] = {}
+    for topic, reason in verdict.not_compared.items():
+        reasons.setdefault(reason, []).append(topic)
+    if reasons:
+        yield "Not compared:"
+        yield from (f"  {', '.join(names)}: {reason}" for reason, names in reasons.items())
     for name, (then, now) in found.other_versions.items():
         yield f"Recorded with {name} {then}, and {now} is here."
+
+
+def _counted(count: int) -> str:
+    return f"{count} message{'' if count == 1 else 's'}"
 
 
 def _document(found: "Verification") -> console.Json:
     verdict = found.verdict
     return {
         "same": verdict.is_same,
-        "states": verdict.states,
+        "messages": verdict.messages,
         "tolerance": verdict.tolerance,
+        "compared": [
+            {
+                "topic": stream.topic,
+                "publisher": stream.publisher,
+                "messages": stream.compared,
+                "differences": stream.difference_count,
+            }
+            for stream in verdict.streams
+        ],
         "first": [difference._asdict() for difference in verdict.first],
-        "largest": [difference._asdict() for difference in verdict.largest.values()],
+        "largest": [difference._asdict() for difference in verdict.largest],
+        "played_back": dict(verdict.played_back),
+        "not_compared": dict(verdict.not_compared),
         "other_versions": {
             name: {"recorded": then, "here": now}
             for name, (then, now) in found.other_versions.items()

@@ -1,13 +1,16 @@
 """``teleopctl bag view``."""
 
-import webbrowser
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from teleopctl.cli import console
 from teleopctl.cli.verb import Option
 from teleopctl.cli.verbs.bag.options import BagPath
 from teleopctl.errors import UsageError
 from teleopctl.typed import Annotated
+
+if TYPE_CHECKING:
+    from teleopctl.base.token_file import Address
 
 _PORT = 8080
 
@@ -22,8 +25,13 @@ def view(
     start_paused: Annotated[bool, Option("-p", "--start-paused", help="Begin paused.")] = False,
     host: Annotated[str, Option("--host", help="Address to listen on.")] = "127.0.0.1",
     port: Annotated[int, Option("--port", help="Port to listen on.")] = _PORT,
-    token: Annotated[
-        str | None, Option("--token", help="What the page's address has to carry.")
+    token_file: Annotated[
+        str | None,
+        Option(
+            "--token-file",
+            help="File of the token that the page asks for; made where it is missing.",
+            metavar="FILE",
+        ),
     ] = None,
     open_page: Annotated[bool, Option("--open", help="Open the page in the browser.")] = False,
 ) -> None:
@@ -32,18 +40,20 @@ def view(
         raise UsageError(f"--rate {rate:g}: a bag is played forwards, so that it is above 0")
     from teleopctl.nodes.bag_view import view_bag
 
-    def tell(address: str, domain: int) -> None:
-        console.out(f"The bag in your browser: {address}")
+    def tell(address: "Address", domain: int) -> None:
+        console.out(f"The bag in your browser: {address.with_token}")
         console.out(f"Its topics: ROS_DOMAIN_ID={domain} teleopctl topic list")
         console.flush()
         if open_page:
-            webbrowser.open(address)
+            from teleopctl.nodes.rviz2 import open_in_browser
+
+            open_in_browser(address)
 
     view_bag(
         Path(bag_path),
         host=host,
         port=port,
-        token=token,
+        token_file=Path(token_file).expanduser() if token_file else None,
         view=Path(display_config) if display_config else None,
         rate=rate,
         is_paused=start_paused,

@@ -7,10 +7,12 @@ import os
 import sys
 import warnings
 from collections.abc import Callable
+from io import TextIOWrapper
 from logging.handlers import WatchedFileHandler
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from teleopctl.base.private_file import open_private
 from teleopctl.launch import LOG_FORMAT, SCREEN_FORMAT, log_directory_here, new_log_directory
 
 from .handlers import PerLoggerFormatting
@@ -166,6 +168,11 @@ class _LogFileHandler(PerLoggerFormatting, WatchedFileHandler):
         super().__init__(path, encoding=encoding, errors="replace", delay=True)
         self.waits_for_folder = False
         self._kept: list[logging.LogRecord] = []
+
+    def _open(self) -> TextIOWrapper:
+        flags = os.O_WRONLY | os.O_CREAT | os.O_APPEND
+        stream = os.fdopen(open_private(self.baseFilename, flags), "ab")
+        return TextIOWrapper(stream, encoding=self.encoding, errors=self.errors)
 
     def move(self, folder: Path) -> None:
         """Write into the file of that name in another folder from now on."""

@@ -1,0 +1,212 @@
+"""Rules of access that every listening door shares: Host, Origin and token.
+
+A browser runs the scripts of every page that its user visits, and any of them may open a
+connection to this machine. So a request is admitted only if
+
+- its ``Host`` names this machine: a foreign name that resolves to it (DNS rebinding) is refused.
+  With a token any name will do, since no foreign page knows the token;
+- its ``Origin``, where there is one, is the page that this door serves, or one that its user has
+  admitted. Browsers send it with every websocket and no script can change it; programs that are no
+  browsers send none;
+- beyond loopback, it carries the token: in the query of its address, or as the cookie that it got
+  for that.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import hmac
+import ipaddress
+import re
+import socket
+from collections.abc import Iterable
+from http import HTTPStatus
+from typing import NamedTuple
+from urllib.parse import parse_qs, quote
+
+FILE_ORIGIN = "file://"
+"""The Origin of an Electron app whose pages are files, such as Foxglove's for the desktop."""
+
+_DEFAULT_PORTS = {"http": 80, "https": 443}
+# A label of a name, as in RFC 1123; underscores stand in the names of containers.
+_NAME = r"[a-z0-9_](?:[a-z0-9_-]*[a-z0-9_])?"
+_AUTHORITY = re.compile(
+    rf"(?P<host>\[[0-9a-f:.]+\]|{_NAME}(?:\.{_NAME})*\.?)(?::(?P<port>\d{{1,5}}))?"
+)
+_ORIGIN = re.compile(r"(?P<scheme>[a-z][a-z0-9+.-]*)://(?P<authority>[^/?#@\\]+)")
+_COOKIE = "teleopctl"
+# Characters. Every file of the page has a shorter one; file systems end at 4096.
+_LONGEST_PATH = 2048
+
+
+class Answer(NamedTuple):
+    """An answer in the place of what the door leads to.
+
+    Attributes:
+        status: Its HTTP status.
+        text: The body, as plain text.
+        headers: Headers beside those of its length and type.
+    """
+
+    status: HTTPStatus
+    text: str = ""
+    headers: tuple[tuple[str, str], ...] = ()
+
+
+class Access:
+    """Decides on the requests that come to one door.
+
+    Args:
+        host: The address that the server listens on.
+        token: What clients have to show; None is for loopback only.
+        origins: Origins that are admitted beside the door's own page, as `parse_origin` reads
+            them. `FILE_ORIGIN` admits Electron apps, not files that a browser shows.
+    """
+
+    def __init__(self, host: str, token: str | None = None, origins: Iterable[str] = ()) -> None:
+        if token is None and not is_loopback(host):
+            raise ValueError(f"a door on {host} needs a token")
+        self._token = None if token is None else _bytes_of(token)
+        self._origins = frozenset(map(parse_origin, origins))
+
+    def check(self, path: str, headers: Iterable[tuple[str, str]]) -> Answer | None:
+        """Decide on one request.
+
+        Args:
+            path: Path and query of the request.
+            headers: Names and values of its headers, as they came.
+
+        Returns:
+            The answer to give instead, or None for a request that is admitted.
+        """
+        values: dict[str, list[str]] = {}
+        for name, value in headers:
+            values.setdefault(name.lower(), []).append(value.strip())
+        if len(path) > _LONGEST_PATH:
+            return Answer(HTTPStatus.REQUEST_URI_TOO_LONG, "The address is too long.\n")
+        hosts, origins = values.get("host", []), values.get("origin", [])
+        if len(hosts) != 1 or len(origins) > 1 or (host := _authority(hosts[0])) is None:
+            return Answer(
+                HTTPStatus.BAD_REQUEST, "A request has one Host header, and one Origin at most.\n"
+            )
+        if self._token is None and not is_loopback(host[0]):
+            return _refused(f"This is at localhost, and not at {hosts[0]}.")
+        if origins and not self._admits(origins[0], hosts[0], values.get("user-agent", [])):
+            return _refused(f"Pages from {origins[0] or 'nowhere'} may not talk to this address.")
+        if self._token is None:
+            return None
+        return self._check_token(path, values, self._token)
+
+    def _admits(self, origin: str, host: str, user_agent: list[str]) -> bool:
+        if origin == FILE_ORIGIN:
+            # A page cannot change its browser's name; a browser that shows a file is no Electron.
+            return FILE_ORIGIN in self._origins and any("Electron/" in name for name in user_agent)
+        try:
+            known = parse_origin(origin)
+        except ValueError:
+            return False
+        scheme = known.partition(":")[0]
+        return known in self._origins or (
+            scheme in _DEFAULT_PORTS
+            and _authority(known.partition("//")[2], scheme) == _authority(host, scheme)
+        )
+
+    def _check_token(self, path: str, values: dict[str, list[str]], token: bytes) -> Answer | None:
+        given = parse_qs(path.partition("?")[2]).get("token", [])
+        if len(given) == 1 and hmac.compare_digest(_bytes_of(given[0]), token):
+            if any(value.lower() == "websocket" for value in values.get("upgrade", [])):
+                return None
+            name, value = _cookie_of(token)
+            # Not Strict: a browser that comes from a link, in a mail say, would not send it back.
+            cookie = f"{name}={value}; HttpOnly; SameSite=Lax; Path=/"
+            return Answer(HTTPStatus.FOUND, "", (("Location", "/"), ("Set-Cookie", cookie)))
+        if _has_cookie(values.get("cookie", []), *_cookie_of(token)):
+            return None
+        return _refused("Open the address that the program printed, with its token.")
+
+
+def is_loopback(host: str) -> bool:
+    """Whether a host's name or address means this machine and can be reached from nowhere else."""
+    if host.lower().removesuffix(".") == "localhost":
+        return True
+    try:
+        return ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return False
+
+
+def host_in_url(host: str) -> str:
+    """Return how a URL names this machine, where a server listens on a host."""
+    if is_loopback(host):
+        return "localhost"
+    if host in ("0.0.0.0", "::"):  # noqa: S104 -- compared, not bound
+        return socket.gethostname()
+    return f"[{host}]" if ":" in host else host
+
+
+def parse_origin(text: str) -> str:
+    """Return an Origin as browsers send it: in small letters, without a port that is the scheme's.
+
+    Raises:
+        ValueError: It is none; ``null``, which any page can have itself sent as, is no origin.
+    """
+    lowered = text.lower()
+    if lowered == FILE_ORIGIN:
+        return FILE_ORIGIN
+    match = _ORIGIN.fullmatch(lowered)
+    authority = match and _authority(match["authority"], match["scheme"])
+    if not match or authority is None:
+        raise ValueError(f"'{text}' is no origin: it has a scheme, a host and perhaps a port")
+    host, port = authority
+    name = f"[{host}]" if ":" in host else host
+    is_default = port is None or _DEFAULT_PORTS.get(match["scheme"]) == port
+    return f"{match['scheme']}://{name}" + ("" if is_default else f":{port}")
+
+
+def with_token(address: str, token: str) -> str:
+    """Return a door's address with the token that it asks for."""
+    return f"{address}?token={quote(token, safe='')}"
+
+
+def _authority(text: str, scheme: str = "") -> tuple[str, int | None] | None:
+    """Host and port of a ``Host`` header or an origin; None for anything else."""
+    match = _AUTHORITY.fullmatch(text.lower())
+    if match is None:
+        return None
+    host = match["host"]
+    if host.startswith("["):
+        try:
+            host = str(ipaddress.IPv6Address(host[1:-1]))
+        except ValueError:
+            return None
+    port = int(match["port"]) if match["port"] else _DEFAULT_PORTS.get(scheme)
+    return None if port is not None and port > 0xFFFF else (host, port)
+
+
+def _bytes_of(text: str) -> bytes:
+    # What is not ASCII stands in the text of a request as lone surrogates, one for each byte.
+    try:
+        return text.encode("utf-8", "surrogateescape")
+    except UnicodeEncodeError:
+        return b""
+
+
+def _cookie_of(token: bytes) -> tuple[str, str]:
+    """Name and value of the cookie that stands for a token.
+
+    Cookies allow few characters and are shared by all ports of a host: so it is a digest, and two
+    doors with tokens of their own have one each.
+    """
+    digest = hmac.new(token, b"teleopctl cookie", hashlib.sha256).hexdigest()
+    return f"{_COOKIE}-{digest[:8]}", digest[8:]
+
+
+def _has_cookie(headers: list[str], name: str, value: str) -> bool:
+    # Not by http.cookies: it drops all cookies of a host where one of them is odd.
+    pairs = (part.strip().partition("=") for header in headers for part in header.split(";"))
+    given = [_bytes_of(text) for known, _, text in pairs if known == name]
+    return any(hmac.compare_digest(each, value.encode()) for each in given)
+
+
+def _refused(why: str) -> Answer:
+    return Answer(HTTPStatus.FORBIDDEN, f"{why}\n")

@@ -1,0 +1,67 @@
+"""The line of a user's code that an exception comes from.
+
+A plug-in is called by teleopctl and calls teleopctl, Python's library and others' packages in turn.
+The line to look at is the innermost one of the plug-in's own.
+"""
+
+from __future__ import annotations
+
+import os
+
+from teleopctl.typed import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from types import FrameType
+
+_OURS = os.path.dirname(os.path.dirname(os.path.abspath(__file__))) + os.sep  # noqa: PTH100, PTH120 -- paths of frames are texts
+_LIBRARY = os.path.dirname(os.path.abspath(os.__file__)) + os.sep  # noqa: PTH100, PTH120
+_INSTALLED = f"{os.sep}site-packages{os.sep}", f"{os.sep}dist-packages{os.sep}"
+
+
+def is_user_code(file: str) -> bool:
+    """Whether a source file is neither of teleopctl nor of Python nor of an installed package."""
+    return bool(file) and not (
+        file.startswith((_OURS, _LIBRARY, "<")) or any(part in file for part in _INSTALLED)
+    )
+
+
+def origin_of(error: BaseException) -> str | None:
+    """Return where an exception was raised, as ``file:line``.
+
+    Of a mistake in the syntax it is the mistake. Else it is the innermost line of a user's, or,
+    where all is installed, of the package that teleopctl called. None where there is none.
+    """
+    if isinstance(error, SyntaxError) and error.filename and os.path.isfile(error.filename):  # noqa: PTH113
+        return f"{error.filename}:{error.lineno}"
+    lines = list(_lines(error))
+    own = [line for line in lines if is_user_code(line[0].f_code.co_filename)]
+    if not own:
+        installed = [line for line in lines if _is_installed(line[0].f_code.co_filename)]
+        own = [line for line in installed if _package(line[0]) == _package(installed[0][0])]
+    return f"{own[-1][0].f_code.co_filename}:{own[-1][1]}" if own else None
+
+
+def with_origin(error: BaseException) -> str:
+    """Return an exception on one line: its class, its text and the place that it comes from."""
+    # Python puts the file's name without its folder, and the line, behind a mistake in the syntax.
+    text = error.msg if isinstance(error, SyntaxError) else str(error)
+    words = f"{type(error).__name__}: {text}" if text else type(error).__name__
+    place = origin_of(error)
+    return f"{words} ({place})" if place else words
+
+
+def _lines(error: BaseException) -> Iterator[tuple[FrameType, int]]:
+    """The calls that led to an exception, the outermost first, with the line where each was."""
+    trace = error.__traceback__
+    while trace is not None:
+        yield trace.tb_frame, trace.tb_lineno
+        trace = trace.tb_next
+
+
+def _is_installed(file: str) -> bool:
+    return not file.startswith(_OURS) and any(part in file for part in _INSTALLED)
+
+
+def _package(frame: FrameType) -> str:
+    return str(frame.f_globals.get("__name__", "")).partition(".")[0]

@@ -1,0 +1,40 @@
+"""Log lines about what strangers do, whose number is not theirs to choose."""
+
+from __future__ import annotations
+
+import threading
+from collections import Counter
+from collections.abc import Callable
+
+# Kinds of mistakes; the texts of further ones are theirs to choose, and are counted together.
+_MOST_KINDS = 30
+_FURTHER = "Further mistakes of other kinds"
+
+
+class LogOnce:
+    """Logs each kind of mistake once, and then how often it was made, at each power of ten.
+
+    Attributes:
+        log: Writes a line; called in the thread that noted the mistake.
+    """
+
+    def __init__(self, log: Callable[[str], object]) -> None:
+        self.log = log
+        self._counts: Counter[str] = Counter()
+        self._lock = threading.Lock()
+
+    def note(self, mistake: str) -> None:
+        """Take note of a mistake; any thread may call this.
+
+        Args:
+            mistake: One line that says what was wrong; equal ones are of one kind.
+        """
+        with self._lock:
+            if mistake not in self._counts and len(self._counts) >= _MOST_KINDS:
+                mistake = _FURTHER
+            self._counts[mistake] += 1
+            count = self._counts[mistake]
+        if count == 1:
+            self.log(mistake)
+        elif str(count).strip("0") == "1":
+            self.log(f"{mistake} ({count} times by now)")

@@ -1,0 +1,114 @@
+"""Timeouts of a start that follow its progress.
+
+A process may take seconds or minutes to start, by its robot and by the machine, so that no fixed
+time tells a slow start from one that hangs. Progress does: reports, output, and the processor time
+that a process uses. A deadlock shows none of these and fails after a short time; an endless loop
+uses processor time and fails after a long one.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import time
+from collections.abc import Callable, Iterable
+from typing import NamedTuple
+
+# Of one core. A node that waits for something uses a thousandth (measured: a subscription 0.05 %, a
+# spawner without a controller manager 0.2 %); a busy one on an overloaded machine gets more.
+_WORKING_SHARE = 0.02
+# Looking through all processes of the system for descendants takes some milliseconds.
+_SAMPLE_EVERY_S = 1.0
+
+
+class StartTimeouts(NamedTuple):
+    """Timeouts of a start.
+
+    Attributes:
+        stall_s: Longest time without any progress, in seconds.
+        total_s: Longest time in all, in seconds.
+    """
+
+    stall_s: float = 30.0
+    total_s: float = 300.0
+
+
+class ProgressMonitor:
+    """Measures how long a start has been without progress, and how long it has taken.
+
+    Args:
+        timeouts: Its timeouts.
+        now: The clock, in seconds; steady.
+    """
+
+    def __init__(self, timeouts: StartTimeouts, now: Callable[[], float] = time.monotonic) -> None:
+        self._timeouts = timeouts
+        self._now = now
+        self._began = self._progressed = now()
+        self._sampled = -_SAMPLE_EVERY_S
+        self._signs: object = None
+        # Processor time of each process when it was sampled last, and what came since progress.
+        self._used_s: dict[int, float] = {}
+        self._worked_s = 0.0
+
+    @property
+    def elapsed_s(self) -> float:
+        """Time since the beginning, in seconds."""
+        return self._now() - self._began
+
+    @property
+    def has_stalled(self) -> bool:
+        """Whether there has been no progress for too long."""
+        return self._now() - self._progressed >= self._timeouts.stall_s
+
+    @property
+    def is_over(self) -> bool:
+        """Whether it takes too long in all."""
+        return self.elapsed_s >= self._timeouts.total_s
+
+    def update(self, signs: object, pids: Iterable[int]) -> None:
+        """Note the present state of the start.
+
+        Args:
+            signs: The reports and output so far; a difference from the last call is progress.
+            pids: The processes that are waited for, whose processor time counts, with that of their
+                descendants.
+        """
+        now = self._now()
+        if signs != self._signs:
+            self._signs = signs
+            self._note_progress(now)
+        if now - self._sampled < min(_SAMPLE_EVERY_S, self._timeouts.stall_s / 4):
+            return
+        self._sampled = now
+        used_s = processor_times(pids)
+        self._worked_s += sum(
+            max(0.0, time_s - self._used_s.get(pid, 0.0)) for pid, time_s in used_s.items()
+        )
+        self._used_s = used_s
+        if self._worked_s > _WORKING_SHARE * self._timeouts.stall_s:
+            self._note_progress(now)
+
+    def _note_progress(self, now: float) -> None:
+        self._progressed = now
+        self._worked_s = 0.0
+
+
+def processor_times(pids: Iterable[int]) -> dict[int, float]:
+    """Return the processor time that processes and their descendants have used, in seconds."""
+    import psutil
+
+    children: dict[int, list[psutil.Process]] = {}
+    processes: dict[int, psutil.Process] = {}
+    for process in psutil.process_iter():
+        with contextlib.suppress(psutil.Error):
+            children.setdefault(process.ppid(), []).append(process)
+            processes[process.pid] = process
+    found: dict[int, float] = {}
+    left = [processes[pid] for pid in pids if pid in processes]
+    while left:
+        process = left.pop()
+        left += children.get(process.pid, ())
+        with contextlib.suppress(psutil.Error):  # it has ended
+            times = process.cpu_times()
+            found[process.pid] = times.user + times.system
+    return found

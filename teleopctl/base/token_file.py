@@ -1,0 +1,141 @@
+"""The token that clients of another machine have to show, in a file of mode 0600.
+
+It never stands in arguments, logs, parameters or progress, which others can read or which are
+published. What is passed on is the file's path; the token itself is shown to the person who starts
+a door, in the address to open.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import secrets
+import stat
+import sys
+from pathlib import Path
+from typing import NamedTuple
+from urllib.parse import quote, unquote
+
+from teleopctl.base.access import with_token
+from teleopctl.base.private_file import open_private
+from teleopctl.errors import InvalidFileError, SystemFailureError, TeleopctlError
+from teleopctl.folders import make_private, state_dir
+
+_BYTES = 24
+# More is no token, but a file that was named by mistake.
+_LARGEST_FILE = 4096
+
+
+class Address(NamedTuple):
+    """The address of a door, and how to get in.
+
+    Attributes:
+        url: What to open, without the token.
+        token_file: Where the token is that it asks for, if it asks for one.
+    """
+
+    url: str
+    token_file: Path | None = None
+
+    @property
+    def with_token(self) -> str:
+        """The address with its token, for the terminal of the person who started the door."""
+        if self.token_file is None:
+            return self.url
+        try:
+            return with_token(self.url, read_token(self.token_file))
+        except TeleopctlError:
+            return self.url
+
+    @property
+    def announcement(self) -> str:
+        """A line for that person."""
+        what = "Address for Foxglove" if self.url.startswith("ws") else "The robot in your browser"
+        return f"{what}: {self.with_token}"
+
+    @classmethod
+    def parse(cls, text: str) -> Address:
+        """Return the address that a text from `str` stands for."""
+        url, _, file = text.partition(" ")
+        return cls(url, Path(unquote(file)) if file else None)
+
+    def __str__(self) -> str:
+        return self.url if self.token_file is None else f"{self.url} {quote(str(self.token_file))}"
+
+
+def default_token_file() -> Path:
+    """Return the file of the token for those who name none."""
+    return state_dir() / "token"
+
+
+def read_or_make_token(file: Path) -> str:
+    """Return the token of a file, which is made with a new one where it is missing.
+
+    Raises:
+        InvalidFileError: Others can read the file, or there is no token in it.
+        SystemFailureError: It cannot be read or made.
+    """
+    try:
+        if not file.exists():
+            _make(file)
+    except OSError as error:
+        raise SystemFailureError(
+            f"Cannot make the token file {file}: {error.strerror}",
+            hint="Name another one.",
+        ) from error
+    return read_token(file)
+
+
+def read_token(file: Path) -> str:
+    """Return the token of a file.
+
+    Raises:
+        InvalidFileError: Others can read the file, or there is no token in it.
+        SystemFailureError: It cannot be read.
+    """
+    try:
+        # Opening a pipe would wait for somebody to write into it.
+        descriptor = os.open(file, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0))
+        with open(descriptor, "rb") as stream:  # noqa: PTH123 -- a descriptor
+            _check(file, os.fstat(descriptor))
+            data = stream.read(_LARGEST_FILE + 1)
+    except OSError as error:
+        raise SystemFailureError(f"Cannot read the token file {file}: {error.strerror}") from error
+    try:
+        token = data.decode("utf-8").removesuffix("\n").removesuffix("\r")
+    except UnicodeDecodeError as error:
+        raise InvalidFileError(f"The token in {file} is not UTF-8 text") from error
+    if not token.strip() or len(data) > _LARGEST_FILE or not token.isprintable():
+        raise InvalidFileError(
+            f"{file} holds no token",
+            hint="A token is one line of text. Without the file, one is made.",
+        )
+    return token
+
+
+def _check(file: Path, found: os.stat_result) -> None:
+    if not stat.S_ISREG(found.st_mode):
+        raise InvalidFileError(f"The token file {file} is no regular file")
+    if sys.platform == "win32":
+        return
+    if stat.S_IMODE(found.st_mode) & 0o077:
+        raise InvalidFileError(
+            f"Others can read the token file {file}",
+            hint=f"Put a new token into it, or remove it, and give it mode 0600: chmod 600 {file}",
+        )
+    if found.st_uid not in (os.geteuid(), 0):
+        raise InvalidFileError(f"The token file {file} belongs to another user")
+
+
+def _make(file: Path) -> None:
+    if file == default_token_file():
+        make_private(file.parent)
+    draft = file.with_name(f"{file.name}.{os.getpid()}.new")
+    try:
+        with open(draft, "w", encoding="utf-8", opener=open_private) as stream:
+            stream.write(f"{secrets.token_urlsafe(_BYTES)}\n")
+        # A link, unlike a rename, never replaces what another process has made meanwhile.
+        with contextlib.suppress(FileExistsError):
+            os.link(draft, file)
+    finally:
+        draft.unlink(missing_ok=True)

@@ -1,0 +1,98 @@
+"""Positions that a robot's joints can be sent to together without touching anything on the way."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import TYPE_CHECKING, Any
+
+import mujoco
+import numpy as np
+
+if TYPE_CHECKING:
+    from teleopctl.mujoco_model import JointSpec
+    from teleopctl.sim import Simulation
+
+# Shapes closer than this (m) touch: a drive that follows a trajectory strays by less.
+_CLEARANCE_M = 1e-3
+# Parts of the step that are tried, and at which parts of the way contacts are looked for.
+_PARTS = (1.0, -1.0, 0.5, -0.5, 0.25, -0.25)
+_WAY = (0.25, 0.5, 0.75, 1.0)
+
+
+def free_targets(
+    simulation: Simulation, joints: Iterable[JointSpec], step: float
+) -> dict[str, float]:
+    """Choose a position for each joint, away from where it is now, towards its farther limit first.
+
+    Joint by joint: the first position counts that, on the straight way there of all joints chosen
+    so far, brings no shapes together that do not touch now.
+
+    Args:
+        simulation: The robot, where it starts; it is not changed.
+        joints: Those to be moved, in the order of the model.
+        step: How far at most, in rad or m; half of what is left to the limit, where that is less.
+
+    Returns:
+        By joint, in rad or m; one without such a position is left out.
+    """
+    ways = _Ways(simulation)
+    targets: dict[str, float] = {}
+    for joint in joints:
+        here = ways.start[joint.name]
+        up, down = joint.limits.upper - here, here - joint.limits.lower
+        for part in _PARTS if up >= down else [-part for part in _PARTS]:
+            room = (up if part > 0.0 else down) / 2
+            target = here + float(np.sign(part)) * min(abs(part) * step, room)
+            if room > 0.0 and ways.are_free({**targets, joint.name: target}):
+                targets[joint.name] = target
+                break
+    return targets
+
+
+class _Ways:
+    """Straight ways from the present positions of a simulation's joints."""
+
+    def __init__(self, simulation: Simulation) -> None:
+        self._joints = simulation.model.joints
+        self._m, data = simulation.observe()
+        self._data = mujoco.MjData(self._m)
+        self._qpos = np.array(data.qpos)
+        self.start = {
+            joint.name: float(data.joint(joint.name).qpos[0])
+            for joint in self._joints
+            if not joint.ball
+        }
+        self._touching = self._pairs({})
+
+    def are_free(self, targets: Mapping[str, float]) -> bool:
+        """Whether the joints get there, all at the same pace, and nothing new touches."""
+        return all(
+            self._pairs(
+                {
+                    name: self.start[name] + part * (target - self.start[name])
+                    for name, target in targets.items()
+                }
+            )
+            <= self._touching
+            for part in _WAY
+        )
+
+    def _pairs(self, positions: Mapping[str, float]) -> set[tuple[int, int]]:
+        """The pairs of shapes that touch with some joints elsewhere, and those that follow them."""
+        data: Any = self._data
+        data.qpos[:] = self._qpos
+        for joint in self._joints:
+            mimic = joint.mimic
+            if joint.name in positions:
+                data.joint(joint.name).qpos[0] = positions[joint.name]
+            elif mimic is not None and mimic.joint in positions:
+                follows = mimic.multiplier * positions[mimic.joint] + mimic.offset
+                data.joint(joint.name).qpos[0] = follows
+        mujoco.mj_kinematics(self._m, data)
+        mujoco.mj_comPos(self._m, data)
+        mujoco.mj_collision(self._m, data)
+        return {
+            (int(contact.geom1), int(contact.geom2))
+            for contact in data.contact
+            if contact.dist < _CLEARANCE_M
+        }

@@ -1,0 +1,388 @@
+"""The door in front of the SDK's server, which asks nobody where he comes from.
+
+The SDK shows no handshake and listens on TCP only. So the gate is what listens at the bridge's
+address: it reads the head of a request, has `teleopctl.base.access` decide, and from then on passes
+bytes on between the client and the SDK's server, without looking at them.
+
+The SDK's own port must not be a second door. On Linux a filter in the kernel lets through only
+what comes from the gate's own connections, whatever user or page it is that tries. Elsewhere the
+port is at an address that no page can name or guess; see `inner_addresses`.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import ctypes
+import os
+import secrets
+import socket
+import ssl
+import struct
+import sys
+import threading
+from collections.abc import Callable, Iterator
+from http import HTTPStatus
+from typing import TYPE_CHECKING
+
+from teleopctl.base.access import Access, Answer
+from teleopctl.errors import UnavailableError
+
+if TYPE_CHECKING:
+    from websockets.http11 import Request
+
+# A browser's head is 1 kB; cookies of other programs on the host may add some.
+_LONGEST_HEAD = 32 * 1024
+_HEAD_WITHIN_S = 10.0
+_MOST_HANDSHAKES = 200
+# In bytes: a picture, so that a slow client is sent what is new. The SDK drops what is older.
+_CHUNK = 256 * 1024
+# Linux: asm-generic/socket.h and linux/filter.h.
+_SO_ATTACH_FILTER = 26
+_LOAD_SOURCE_PORT = (0x28, 0, 0, 0)  # BPF_LD | BPF_H | BPF_ABS: a TCP header begins with it
+_DROP, _KEEP = (0x06, 0, 0, 0), (0x06, 0, 0, 0xFFFFFFFF)  # BPF_RET
+_JUMP_IF_EQUAL = 0x15  # BPF_JMP | BPF_JEQ
+# A filter has 4096 instructions at most, and its jumps go 255 of them far.
+_MOST_CLIENTS = 250
+
+
+def inner_addresses() -> Iterator[str]:
+    """Addresses for the SDK's server to listen on, the best first.
+
+    Pages in a browser can connect to any port of 127.0.0.1. On Linux and Windows each of the 16
+    million addresses of 127.0.0.0/8 is this machine; on macOS only one is, but the link-local one
+    of the loopback device has a zone, which the address of a page or a websocket cannot have.
+    """
+    if sys.platform == "darwin":
+        with contextlib.suppress(OSError):
+            yield f"[fe80::1%{socket.if_nametoindex('lo0')}]"
+    else:
+        yield "127." + ".".join(str(secrets.randbelow(254) + 1) for _ in range(3))
+    yield "127.0.0.1"
+
+
+class Gate:
+    """Listens at the bridge's address, and leads admitted clients to the SDK's server.
+
+    Args:
+        access: Decides on requests.
+        host: The address to listen on.
+        port: The port; any for 0.
+        inner: Address and port of the SDK's server, as `inner_addresses` gave them.
+        tls: The certificate, where connections are encrypted.
+        on_refused: Called in the gate's thread with what an answer says to a client that is
+            turned away.
+
+    Attributes:
+        port: The port that it listens on.
+
+    Raises:
+        UnavailableError: Nothing can listen there.
+    """
+
+    def __init__(
+        self,
+        access: Access,
+        host: str,
+        port: int,
+        inner: tuple[str, int],
+        tls: ssl.SSLContext | None,
+        on_refused: Callable[[str], object],
+    ) -> None:
+        self.access = access
+        self.on_refused = on_refused
+        self.inner = _InnerDoor(*inner)
+        self.clients: set[_Client] = set()
+        self.handshakes = 0
+        self.loop = asyncio.new_event_loop()
+        within = None if tls is None else _HEAD_WITHIN_S
+        try:
+            self._server = self.loop.run_until_complete(
+                self.loop.create_server(
+                    lambda: _Client(self), host, port, ssl=tls, ssl_handshake_timeout=within
+                )
+            )
+        except OSError as error:
+            self.loop.close()
+            self.inner.close()
+            raise UnavailableError(
+                f"Cannot listen on {host}:{port}: {error.strerror or error}",
+                hint="Choose another port: --ros-args -p port:=8766",
+            ) from error
+        self.port: int = self._server.sockets[0].getsockname()[1]
+        self._thread = threading.Thread(target=self.loop.run_forever, name="gate", daemon=True)
+        self._thread.start()
+
+    def close(self) -> None:
+        """Close the door and what goes through it."""
+        asyncio.run_coroutine_threadsafe(self._end(), self.loop).result()
+        self.loop.call_soon_threadsafe(self.loop.stop)
+        self._thread.join()
+        self.loop.close()
+        self.inner.close()
+
+    async def _end(self) -> None:
+        self._server.close()
+        for client in list(self.clients):
+            client.end()
+        tasks = asyncio.all_tasks() - {asyncio.current_task()}
+        await asyncio.gather(*tasks, return_exceptions=True)
+
+
+class _Relay(asyncio.Protocol):
+    """One side of a connection; what it receives goes to the other side.
+
+    Attributes:
+        transport: Its own side.
+        other: The other one, once there is one.
+    """
+
+    transport: asyncio.Transport
+    other: _Relay | None = None
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        assert isinstance(transport, asyncio.Transport)
+        self.transport = transport
+        transport.set_write_buffer_limits(high=_CHUNK)
+
+    def data_received(self, data: bytes) -> None:
+        if self.other is not None:
+            self.other.transport.write(data)
+
+    def pause_writing(self) -> None:
+        if self.other is not None:
+            self.other.transport.pause_reading()
+
+    def resume_writing(self) -> None:
+        if self.other is not None:
+            self.other.transport.resume_reading()
+
+    def connection_lost(self, error: Exception | None) -> None:
+        del error  # a client that is gone is nothing special
+        if self.other is not None:
+            self.other.transport.close()
+
+
+class _Client(_Relay):
+    """A client: its request is decided on, then passed on.
+
+    Args:
+        gate: What it comes to.
+    """
+
+    def __init__(self, gate: Gate) -> None:
+        self._gate = gate
+        self._head: bytearray | None = bytearray()
+
+    def end(self) -> None:
+        """Let the client go at once."""
+        self.transport.abort()
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        super().connection_made(transport)
+        self._gate.clients.add(self)
+        self._gate.handshakes += 1
+        self._deadline = self._gate.loop.call_later(_HEAD_WITHIN_S, self.end)
+        if self._gate.handshakes > _MOST_HANDSHAKES:
+            self.end()
+
+    def data_received(self, data: bytes) -> None:
+        if self._head is None:
+            super().data_received(data)
+            return
+        self._head += data
+        # A request whose head is cut in small pieces is looked through again and again: so it is
+        # bounded, in length and in time.
+        if b"\r\n\r\n" not in self._head and len(self._head) <= _LONGEST_HEAD:
+            return
+        head, self._head = bytes(self._head), None
+        self._decided()
+        answer = self._decide(head)
+        if answer is not None:
+            self._answer(answer)
+            return
+        self.transport.pause_reading()
+        self._leading = self._gate.loop.create_task(self._lead(head))
+
+    def connection_lost(self, error: Exception | None) -> None:
+        super().connection_lost(error)
+        self._gate.clients.discard(self)
+        if self._head is not None:
+            self._decided()
+
+    def _decided(self) -> None:
+        self._deadline.cancel()
+        self._gate.handshakes -= 1
+
+    def _decide(self, head: bytes) -> Answer | None:
+        request = _parse(head) if len(head) <= _LONGEST_HEAD else None
+        if request is None:
+            return Answer(HTTPStatus.BAD_REQUEST, "This is no request of HTTP.\n")
+        answer = self._gate.access.check(request.path, request.headers.raw_items())
+        if answer is not None and answer.status == HTTPStatus.FORBIDDEN:
+            self._gate.on_refused(answer.text.strip())
+        return answer
+
+    def _answer(self, answer: Answer) -> None:
+        body = answer.text.encode()
+        headers = (
+            ("Content-Type", "text/plain; charset=utf-8"),
+            ("Content-Length", str(len(body))),
+            ("Connection", "close"),
+            *answer.headers,
+        )
+        lines = [f"HTTP/1.1 {answer.status.value} {answer.status.phrase}"]
+        lines += [f"{name}: {value}" for name, value in headers]
+        self.transport.write("\r\n".join(lines).encode() + b"\r\n\r\n" + body)
+        self.transport.close()
+
+    async def _lead(self, head: bytes) -> None:
+        """Connect the client to the SDK's server, which is given the request."""
+        inner = _Inner(self._gate.inner)
+        inner.other = self
+        try:
+            await self._gate.inner.open(inner)
+        except OSError:
+            self._answer(Answer(HTTPStatus.SERVICE_UNAVAILABLE, "There are too many clients.\n"))
+            return
+        if self.transport.is_closing():
+            inner.transport.close()
+            return
+        self.other = inner
+        inner.transport.write(head)
+        self.transport.resume_reading()
+
+
+class _Inner(_Relay):
+    """The connection to the SDK's server that belongs to a client.
+
+    Args:
+        door: What it goes through.
+    """
+
+    def __init__(self, door: _InnerDoor) -> None:
+        self._door = door
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        super().connection_made(transport)
+        self._name = transport.get_extra_info("sockname")
+
+    def connection_lost(self, error: Exception | None) -> None:
+        super().connection_lost(error)
+        self._door.left(self._name)
+
+
+class _InnerDoor:
+    """The SDK's port, open to the gate alone.
+
+    Args:
+        host: Where the SDK's server listens.
+        port: Its port.
+    """
+
+    def __init__(self, host: str, port: int) -> None:
+        self._address = socket.getaddrinfo(
+            host.strip("[]"), port, type=socket.SOCK_STREAM, flags=socket.AI_NUMERICHOST
+        )[0]
+        self._listener = _listener_at(port) if sys.platform == "linux" else None
+        if self._listener is not None:
+            # Accepted connections inherit it.
+            self._listener.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _CHUNK)
+        self._ports: set[int] = set()
+        self._admit()
+
+    async def open(self, protocol: asyncio.Protocol) -> None:
+        """Connect to the SDK's server.
+
+        Raises:
+            OSError: It cannot be reached, or has too many clients.
+        """
+        if len(self._ports) >= _MOST_CLIENTS:
+            raise ConnectionRefusedError
+        family, kind, _, _, address = self._address
+        loop = asyncio.get_running_loop()
+        own = socket.socket(family, kind)
+        port = 0
+        try:
+            own.setblocking(False)
+            own.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, _CHUNK)
+            if self._listener is not None:
+                own.bind(("127.0.0.1", 0))
+                port = own.getsockname()[1]
+                self._ports.add(port)
+                self._admit()
+            async with asyncio.timeout(_HEAD_WITHIN_S):
+                await loop.sock_connect(own, address)
+            await loop.create_connection(lambda: protocol, sock=own)
+        except BaseException:
+            own.close()
+            self._ports.discard(port)
+            raise
+
+    def left(self, name: tuple[str, int]) -> None:
+        """Take note that a connection has ended, and close its way in.
+
+        Args:
+            name: Its own address and port.
+        """
+        self._ports.discard(name[1])
+        self._admit()
+
+    def close(self) -> None:
+        """Let go of the SDK's socket."""
+        if self._listener is not None:
+            self._listener.close()
+
+    def _admit(self) -> None:
+        """Have the kernel drop what does not come from the ports of our own connections.
+
+        A port belongs to one connection while that lasts, so that nobody else can come from it.
+        What an accepted connection lets through is decided when it is made.
+        """
+        if self._listener is None:
+            return
+        jumps = [
+            (_JUMP_IF_EQUAL, len(self._ports) - number, 0, port)
+            for number, port in enumerate(self._ports)
+        ]
+        program = b"".join(
+            struct.pack("=HBBI", *instruction)
+            for instruction in (_LOAD_SOURCE_PORT, *jumps, _DROP, _KEEP)
+        )
+        buffer = ctypes.create_string_buffer(program, len(program))
+        filter_ = struct.pack("@HP", len(program) // 8, ctypes.addressof(buffer))
+        self._listener.setsockopt(socket.SOL_SOCKET, _SO_ATTACH_FILTER, filter_)
+
+
+def _listener_at(port: int) -> socket.socket:
+    """Return our handle of the socket that the SDK listens with, which it does not give away.
+
+    Raises:
+        UnavailableError: There is none.
+    """
+    for name in os.listdir("/proc/self/fd"):  # noqa: PTH208 -- numbers, not files
+        with contextlib.suppress(OSError):
+            found = socket.socket(fileno=os.dup(int(name)))
+            if found.getsockopt(socket.SOL_SOCKET, socket.SO_ACCEPTCONN):
+                where = found.getsockname()
+                if isinstance(where, tuple) and where[1] == port:
+                    return found
+            found.close()
+    raise UnavailableError("The socket of Foxglove's SDK is not to be found")
+
+
+def _parse(head: bytes) -> Request | None:
+    """Read the head of a request as strictly as the page's server does; None for anything else."""
+    from websockets.exceptions import SecurityError
+    from websockets.http11 import Request
+    from websockets.streams import StreamReader
+
+    lines = StreamReader()
+    lines.feed_data(head)
+    try:
+        next(Request.parse(lines.read_line))
+    except StopIteration as parsed:
+        return parsed.value if isinstance(parsed.value, Request) else None
+    except (ValueError, EOFError, NotImplementedError, SecurityError):
+        pass
+    return None

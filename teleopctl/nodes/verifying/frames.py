@@ -1,0 +1,118 @@
+"""The transforms of a robot_state_publisher, once more: they follow from the joint states."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from teleopctl.bag import RecordedTopic, Stream
+from teleopctl.errors import TeleopctlError
+from teleopctl.interfaces import deserialize, get_message, serialize
+from teleopctl.node import expand_name
+from teleopctl.nodes.robot_state_publisher import JointTransforms, publish_interval_ns
+from teleopctl.robot import Joints, RobotDescription, SegmentTree
+
+JOINT_STATE = "sensor_msgs/msg/JointState"
+TF_TYPE = "tf2_msgs/msg/TFMessage"
+
+_DEFAULT_NAME = "/robot_state_publisher"
+
+
+class Frames:
+    """Recomputes what robot_state_publisher sends.
+
+    Which of the states it takes follows from the last ones that it took; of a state that it had no
+    room for nothing is sent.
+
+    Args:
+        urdf: The robot description.
+        parameters: Of all nodes, by full name and dotted name.
+
+    Attributes:
+        name: The node's full name.
+        states_topic: The joint states that it takes.
+        children: The names of the frames that move.
+        fixed: The transforms of those that stand still, with a stamp of zero, by their names.
+    """
+
+    def __init__(self, urdf: str, parameters: Mapping[str, Mapping[str, object]]) -> None:
+        found = (name for name, each in parameters.items() if "publish_frequency" in each)
+        self.name = next(found, _DEFAULT_NAME)
+        own = parameters.get(self.name, {})
+        prefix = str(own.get("frame_prefix", ""))
+        self._ignores_stamps = bool(own.get("ignore_timestamp", False))
+        frequency = own.get("publish_frequency", 20.0)
+        self._interval_ns = publish_interval_ns(
+            frequency if isinstance(frequency, int | float) else 20.0
+        )
+        namespace, _, node = self.name.rpartition("/")
+        self.states_topic = expand_name("joint_states", node, namespace or "/")
+        description = RobotDescription.from_urdf(urdf)
+        joints = Joints.for_display(description, lambda _: None)
+        tree = SegmentTree(description, joints)
+        self._transforms = JointTransforms(tree, prefix)
+        # Any: the types of messages are made at run time.
+        self._message: Any = get_message(TF_TYPE)
+        self._joint_state = get_message(JOINT_STATE)
+        self.fixed = {each.child_frame_id: each for each in self._transforms.fixed(0)}
+        self.children = {prefix + joint.child for joint in tree.moving}
+        self._last_ns: int | None = None
+
+    def take(self, time_ns: int, state: bytes, stream: Stream) -> bytes | None:
+        """Compare what is sent for a state, if anything is; return it as CDR where it was compared.
+
+        Args:
+            time_ns: The state's time, in nanoseconds.
+            state: CDR of the joint state.
+            stream: What was recorded.
+        """
+        is_due = (
+            not self._last_ns
+            or self._ignores_stamps
+            or time_ns - self._interval_ns >= self._last_ns
+        )
+        if not is_due:
+            # If it was recorded it remains in the stream, and is found to be too much.
+            return None
+        if stream.at(time_ns) is None:
+            if self._last_ns is not None and stream.begin_ns < time_ns < stream.end_ns:
+                stream.lack(time_ns)
+            elif time_ns > stream.end_ns:
+                stream.take(time_ns, b"")
+            return None
+        message: Any = deserialize(state, self._joint_state)
+        if len(message.name) != len(message.position):
+            return None
+        self._last_ns = time_ns
+        now = bytes(serialize(self._message(transforms=self._transforms.moving(message, time_ns))))
+        stream.take(time_ns, now)
+        return now
+
+
+def split_by_frames(
+    topic: RecordedTopic, groups: Mapping[str, set[str]]
+) -> dict[str, RecordedTopic]:
+    """Split the messages of ``/tf`` by their publishers.
+
+    Args:
+        topic: What was recorded.
+        groups: Names of the frames of each publisher that is run again.
+
+    Returns:
+        The messages of each of them, and under an empty name those of others.
+    """
+    message_class = get_message(TF_TYPE)
+    found: dict[str, list[Any]] = {name: [] for name in ("", *groups)}
+    for recorded in topic.messages:
+        try:
+            message: Any = deserialize(recorded.data, message_class)
+        except TeleopctlError:
+            found[""].append(recorded)
+            continue
+        children = {transform.child_frame_id for transform in message.transforms}
+        whose = next((n for n, names in groups.items() if children and children <= names), "")
+        found[whose].append(recorded)
+    return {
+        name: RecordedTopic(topic.type_name, messages, numbers=topic.numbers)
+        for name, messages in found.items()
+    }

@@ -1,0 +1,430 @@
+"""Runs a recorded simulation once more, and compares all that it determines."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Mapping, Sequence
+from importlib import metadata
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from teleopctl.bag import (
+    Difference,
+    Kind,
+    Recorded,
+    RecordedTopic,
+    Session,
+    Stream,
+    Verdict,
+    end_of_run,
+    open_bag,
+    read_commands,
+    read_session,
+    read_topics,
+)
+from teleopctl.errors import InvalidFileError
+from teleopctl.interfaces import deserialize, get_message, serialize, to_seconds
+from teleopctl.nodes.verifying.broadcasters import Broadcasters
+from teleopctl.nodes.verifying.frames import TF_TYPE, Frames, split_by_frames
+from teleopctl.robot import COMMANDS_TOPIC, STATES_TOPIC
+
+# The versions on which bits depend.
+_LIBRARIES = ("mujoco", "numpy", "teleopctl")
+
+_SIMULATOR = "/mujoco_sim"
+_TF, _TF_STATIC = "/tf", "/tf_static"
+
+_BY_WALL_TIME = "depends on wall time"
+# By type, or by the package of it.
+_REASONS = {
+    "rcl_interfaces": _BY_WALL_TIME,
+    "diagnostic_msgs": _BY_WALL_TIME,
+    "pal_statistics_msgs": _BY_WALL_TIME,
+    "gazebo_msgs/msg/PerformanceMetrics": _BY_WALL_TIME,
+    "controller_manager_msgs": "depends on when controllers were started, in wall time",
+    "action_msgs": "depends on wall time",
+    "rosbag2_interfaces": "tells of the recording itself",
+    "sensor_msgs/msg/Image": "is drawn, which another machine does with other bits",
+    "sensor_msgs/msg/CompressedImage": "is drawn, which another machine does with other bits",
+    "sensor_msgs/msg/CameraInfo": "comes with pictures, at times that the drawing decides",
+    "sensor_msgs/msg/PointCloud2": "is drawn, which another machine does with other bits",
+}
+_OTHERWISE = "its publisher is not run again"
+
+OnMessage = Callable[[str, str, int, bytes, bytes], object]
+
+
+class Verification(NamedTuple):
+    """What came of it.
+
+    Attributes:
+        verdict: How the messages compare.
+        other_versions: Libraries that are of another version than then, with both; bits may differ.
+        remarks: What may make it differ besides, one sentence each.
+    """
+
+    verdict: Verdict
+    other_versions: dict[str, tuple[str, str]]
+    remarks: list[str]
+
+
+def verify_bag(
+    path: Path,
+    *,
+    tolerance: float = 0.0,
+    world: str | None = None,
+    timestep_s: float | None = None,
+    on_message: OnMessage = lambda *_: None,
+) -> Verification:
+    """Run what a bag has recorded once more, and compare the messages with the recorded ones.
+
+    The simulator runs with its recorded parameters, and takes the recorded commands at the
+    simulated times at which it took them; controllers that command nothing, and
+    robot_state_publisher, get its states. All of it is in this process, without a graph, and as
+    fast as the machine allows.
+
+    Args:
+        path: The bag.
+        tolerance: What two numbers may be apart; 0 asks for the same bits.
+        world: Another world than the recorded one; empty for none.
+        timestep_s: Another physics step than the recorded one, in seconds.
+        on_message: Called with the topic, its type, the simulated time in nanoseconds, and the CDR
+            of the recorded message and of the one of now.
+
+    Raises:
+        InvalidFileError: The bag has no whole run.
+        InvalidDescriptionError: The robot or the world cannot be simulated.
+        NotFoundError: The bag or the world is not there.
+    """
+    with open_bag(path) as bag:
+        session = read_session(bag)
+        remarks = list(bag.remarks)
+        parameters: dict[str, object] = dict(session.parameters.get(_SIMULATOR, {}))
+        if "update_rate" not in parameters:
+            parameters["update_rate"] = _rate_hz(read_topics(bag, {STATES_TOPIC}))
+        for name, wanted in (("world", world), ("timestep", timestep_s)):
+            if wanted is not None:
+                parameters[name] = wanted
+            elif name not in parameters:
+                remarks.append(
+                    f"The bag does not say which {name} it was; the default one is taken"
+                )
+        run = _Run(session, parameters, tolerance, on_message)
+        run.read(read_topics(bag, run.wanted))
+    run.run()
+    remarks += run.remarks
+    return Verification(run.verdict, _other_versions(session.versions), remarks)
+
+
+class _Run:
+    """A run that was recorded, and the same once more.
+
+    Args:
+        session: What the bag says of it.
+        parameters: Of the simulator.
+        tolerance: What two numbers may be apart.
+        on_message: See `verify_bag`.
+    """
+
+    def __init__(
+        self,
+        session: Session,
+        parameters: Mapping[str, object],
+        tolerance: float,
+        on_message: OnMessage,
+    ) -> None:
+        from teleopctl.sim import Rerun
+
+        self.verdict = Verdict(tolerance)
+        self.remarks: list[str] = []
+        self._session = session
+        self._on_message = on_message
+        self._states_topic = str(parameters.get("joint_states_topic", STATES_TOPIC))
+        self._commands_topic = str(parameters.get("joint_commands_topic", COMMANDS_TOPIC))
+        self._latched: dict[str, bytes] = {}
+        self._streams: dict[str, Stream] = {}
+        self._frames_stream: Stream | None = None
+        self._bodies_stream: Stream | None = None
+        self._rerun = Rerun(session.robot_description, parameters, self._publish)
+        self._period_ns = self._rerun.control_period_ns
+        self._broadcasters = Broadcasters(
+            session.robot_description,
+            session.parameters,
+            self._states_topic,
+            self._period_ns,
+            self._publish_of_controller,
+        )
+        self._frames = Frames(session.robot_description, session.parameters)
+
+    @property
+    def wanted(self) -> set[str]:
+        """The topics of the bag whose messages are compared, or played back."""
+        also = {self._commands_topic, self._frames.states_topic, _TF, _TF_STATIC}
+        published = {*self._rerun.topics, *self._broadcasters.topics}
+        return (published | also) & set(self._session.types)
+
+    def read(self, topics: Mapping[str, RecordedTopic]) -> None:
+        """Take what was recorded.
+
+        Raises:
+            InvalidFileError: That is no whole run.
+        """
+        self._recorded = topics
+        commands = topics.get(self._commands_topic)
+        cycles = any(topics[name].messages for name in self._broadcasters.topics & set(topics))
+        # Where a cycle of controllers ran, it answered; before the first one nobody commands.
+        lacks = commands is None or (cycles and not commands.messages)
+        if lacks and self._broadcasters.commanding:
+            raise InvalidFileError(
+                f"The bag has no messages on {self._commands_topic}: what moved the joints is not "
+                "in it",
+                hint=f"Record {self._commands_topic} too, as launch … record:=true does.",
+            )
+        for name in sorted(self._rerun.inputs):
+            if self._session.counts.get(name):
+                self.remarks.append(
+                    f"{name} moves a robot in the simulator itself: when a message took effect is "
+                    "not in the bag, so that what it did shows as a difference"
+                )
+        self._end_ns = end_of_run(topics.values())
+        for name, topic in topics.items():
+            if name not in (_TF, _TF_STATIC, self._commands_topic) and topic.is_stamped:
+                controllers = name in self._broadcasters.topics
+                if controllers or name in self._rerun.topics:
+                    self._streams[name] = self._stream(name, topic, may_skip=controllers)
+        if _TF in topics:
+            self._split_frames(topics[_TF])
+        states = topics.get(self._states_topic)
+        self._commands = read_commands(
+            commands or RecordedTopic("", ()), self._period_ns, states.messages if states else ()
+        )
+        self._command_stream: Stream | None = None
+        if commands is not None:
+            self._command_stream = self._stream(self._commands_topic, commands, may_skip=True)
+
+    def _stream(
+        self, name: str, topic: RecordedTopic, publisher: str = "", *, may_skip: bool = False
+    ) -> Stream:
+        stream = Stream(
+            name,
+            topic.type_name,
+            topic.messages,
+            publisher,
+            self.verdict.tolerance,
+            may_skip,
+            frozenset(topic.numbers),
+        )
+        self.verdict.streams.append(stream)
+        return stream
+
+    def _split_frames(self, topic: RecordedTopic) -> None:
+        groups = {_SIMULATOR: self._rerun.moving_frames, self._frames.name: self._frames.children}
+        found = split_by_frames(topic, {name: each for name, each in groups.items() if each})
+        if _TF in self._rerun.topics:
+            self._bodies_stream = self._stream(_TF, found[_SIMULATOR], _SIMULATOR)
+        if (joints := found.get(self._frames.name)) and joints.messages:
+            self._frames_stream = self._stream(_TF, joints, self._frames.name, may_skip=True)
+        elif joints:
+            self.verdict.not_compared[f"{_TF} of {self._frames.name}"] = "no message was recorded"
+        if others := found[""].messages:
+            self.verdict.not_compared[f"{_TF} of others, {len(others)} messages"] = _OTHERWISE
+
+    # --- the run --------------------------------------------------------------------------
+
+    def run(self) -> None:
+        """Run it once more, and compare."""
+        self._rerun.run(self._commands.by_time, self._end_ns, self._take_tick)
+        if self._frames.states_topic not in self._broadcasters.topics:
+            # Nobody who is run again publishes the states that it took: those of the bag stand for
+            # them.
+            states = self._recorded.get(self._frames.states_topic)
+            for state in states.messages if states else ():
+                self._take_frames(state.time_ns, state.data)
+        self._compare_fixed_frames()
+        for name, topic in self._recorded.items():
+            if not topic.is_stamped and name in self._latched:
+                stream = self._stream(name, topic._replace(messages=()))
+                for each in topic.messages:
+                    stream.compared += 1
+                    stream.compare(0, each.data, self._latched[name])
+                if not topic.messages:
+                    stream.add(Difference(name, 0, kind=Kind.MISSING))
+        self._close()
+
+    def _publish(self, topic: str, time_ns: int, data: bytes) -> None:
+        """Take a message of the simulator."""
+        if topic == self._states_topic:
+            self._broadcasters.update(time_ns, data)
+        if topic == _TF:
+            self._compare(self._bodies_stream, time_ns, data)
+        elif (stream := self._streams.get(topic)) is not None:
+            self._compare(stream, time_ns, data)
+        else:
+            self._latched[topic] = data
+
+    def _publish_of_controller(self, topic: str, time_ns: int, data: bytes) -> None:
+        self._compare(self._streams.get(topic), time_ns, data)
+        if topic == self._frames.states_topic:
+            self._take_frames(time_ns, data)
+
+    def _take_frames(self, time_ns: int, state: bytes) -> None:
+        if (stream := self._frames_stream) is not None:
+            recorded = stream.at(time_ns)
+            now = self._frames.take(time_ns, state, stream)
+            if now is not None and recorded is not None:
+                self._on_message(_TF, TF_TYPE, time_ns, recorded.data, now)
+
+    def _take_tick(self, time_ns: int) -> None:
+        """Look whether a tick has its command, and only one."""
+        if (stream := self._command_stream) is not None and (recorded := stream.at(time_ns)):
+            stream.take(time_ns, recorded.data)
+        elif stream is not None:
+            stream.take(time_ns, b"")
+
+    def _compare(self, stream: Stream | None, time_ns: int, data: bytes) -> None:
+        if stream is not None and (recorded := stream.take(time_ns, data)) is not None:
+            self._on_message(stream.topic, stream.type_name, time_ns, recorded.data, data)
+
+    def _compare_fixed_frames(self) -> None:
+        """Compare the frames that stand still, but for their stamps: those are of the start."""
+        topic = self._recorded.get(_TF_STATIC)
+        if topic is None:
+            return
+        stream = self._stream(_TF_STATIC, RecordedTopic(TF_TYPE, ()), self._frames.name)
+        # Any: the types of messages are made at run time.
+        message_class: Any = get_message(TF_TYPE)
+        others: set[str] = set()
+        for recorded in topic.messages:
+            message: Any = deserialize(recorded.data, message_class)
+            own = [each for each in message.transforms if each.child_frame_id in self._frames.fixed]
+            others |= {each.child_frame_id for each in message.transforms} - set(self._frames.fixed)
+            if not own:
+                continue
+            for each in own:
+                each.header.stamp.sec = each.header.stamp.nanosec = 0
+            stream.compared += 1
+            stream.compare(
+                0,
+                bytes(serialize(message_class(transforms=own))),
+                bytes(serialize(message_class(transforms=[*self._frames.fixed.values()]))),
+            )
+        if self._frames_stream is not None and self._frames.fixed and not stream.compared:
+            # Who sends the frames that move sends these too.
+            stream.add(Difference(_TF_STATIC, 0, kind=Kind.MISSING))
+        if others:
+            self.verdict.not_compared[f"{_TF_STATIC}: {', '.join(sorted(others))}"] = _OTHERWISE
+
+    # --- the end --------------------------------------------------------------------------
+
+    def _close(self) -> None:
+        stamped = [*self._streams.values(), *filter(None, [self._bodies_stream])]
+        of_simulator = [s for s in stamped if s.topic not in self._broadcasters.topics]
+        longest = max(of_simulator, key=lambda stream: len(stream.recorded), default=None)
+        commands = self._command_stream
+        for stream in self.verdict.streams:
+            if stream is commands:
+                # One cycle of the controllers makes both.
+                stream.close(self._streams.get(self._frames.states_topic))
+            elif stream.topic in self._broadcasters.topics:
+                stream.close(commands)
+            elif stream is self._frames_stream:
+                stream.close(self._streams.get(self._frames.states_topic))
+            else:
+                stream.close(longest)
+            if stream.skipped_ns:
+                self._say_skipped(stream)
+        self._count()
+        self._say_commands()
+        self._say_not_compared()
+
+    def _count(self) -> None:
+        """Look by the recorder's numbers for messages whose absence their times do not show.
+
+        A latched message is sent again to those that come later, so that its topic has no times to
+        compare; and others may be missing before the first one that was recorded.
+        """
+        for name, topic in self._recorded.items():
+            streams = [stream for stream in self.verdict.streams if stream.topic == name]
+            if not streams or not all(stream.is_same for stream in streams):
+                continue
+            for number in topic.lost()[:1]:
+                after = zip(topic.numbers, topic.messages, strict=True)
+                time_ns = next((m.time_ns for other, m in after if other > number), 0)
+                streams[0].add(Difference(name, time_ns, kind=Kind.MISSING))
+            counted = [number for number in topic.numbers if number]
+            if len(counted) > len(set(counted)):
+                streams[0].add(Difference(name, 0, kind=Kind.EXTRA))
+
+    def _say_skipped(self, stream: Stream) -> None:
+        count, first_s = len(stream.skipped_ns), to_seconds(stream.skipped_ns[0])
+        self.remarks.append(
+            f"{stream.name} has no message for {count} states, from {first_s:.3f} s on: nobody "
+            "sent any, by the recorder's count"
+        )
+
+    def _say_commands(self) -> None:
+        if self._command_stream is not None:
+            self.verdict.streams.remove(self._command_stream)
+            if not self._command_stream.is_same:
+                self.verdict.streams.insert(0, self._command_stream)
+            self.verdict.played_back[self._commands_topic] = len(self._commands.by_time)
+        last_ns = max(self._commands.by_time, default=0)
+        if self._commands.by_time and self.verdict.end_ns <= last_ns:
+            last = f"{self._commands_topic} of {to_seconds(last_ns):.3f} s"
+            self.verdict.not_compared[last] = "the recording ends before it has moved anything"
+        if late := self._commands.late_ns:
+            self.remarks.append(
+                f"{len(late)} commands, the first that of {to_seconds(late[0]):.3f} s, came when "
+                "the simulator had gone on without them: it does so again"
+            )
+        if self._commands.unstamped:
+            self.remarks.append(
+                f"{self._commands.unstamped} commands answer no state: when they took effect is "
+                "not known"
+            )
+
+    def _say_not_compared(self) -> None:
+        verdict, types = self.verdict, self._session.types
+        done = {stream.topic for stream in verdict.streams} | set(verdict.played_back)
+        for topic in sorted({_TF, _TF_STATIC} - set(types)):
+            verdict.not_compared[topic] = "was not recorded"
+        for topic in sorted({*self._rerun.topics, *self._broadcasters.topics} - set(types)):
+            verdict.not_compared[topic] = "was not recorded"
+        for topic, type_name in sorted(types.items()):
+            if topic in done or topic in verdict.not_compared:
+                continue
+            if not self._session.counts[topic]:
+                verdict.not_compared[topic] = "no message was recorded"
+            elif topic.endswith("/robot_description"):
+                verdict.played_back[topic] = 1
+            else:
+                verdict.not_compared[topic] = self._why_not(topic, type_name)
+
+    def _why_not(self, topic: str, type_name: str) -> str:
+        if known := _REASONS.get(type_name) or _REASONS.get(type_name.split("/", 1)[0]):
+            return known
+        for node, why in self._broadcasters.not_run.items():
+            if _is_below(topic, node):
+                return f"{node} {why}"
+        return _OTHERWISE
+
+
+def _is_below(topic: str, node: str) -> bool:
+    return topic.startswith(f"{node}/")
+
+
+def _rate_hz(topics: Mapping[str, RecordedTopic]) -> int:
+    """The rate of the control ticks, by the least time between two of them; 10 where none were."""
+    found: Sequence[Recorded] = topics[STATES_TOPIC].messages if topics else ()
+    times_ns = sorted({each.time_ns for each in found})
+    period_ns = min((b - a for a, b in itertools.pairwise(times_ns)), default=0)
+    return round(1e9 / period_ns) if period_ns else 10
+
+
+def _other_versions(recorded: Mapping[str, str]) -> dict[str, tuple[str, str]]:
+    here = {name: metadata.version(name) for name in _LIBRARIES}
+    return {
+        name: (recorded[name], here[name])
+        for name in _LIBRARIES
+        if name in recorded and recorded[name] != here[name]
+    }

@@ -1,0 +1,28 @@
+"""``ros2 run xacro xacro``: the library's own program, within the budget."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+# Any: xacro's documents and options.
+from typing import Any
+
+from teleopctl.robot import bounded_xacro, over_budget
+
+
+def main() -> None:
+    """Expand the file that the command line names, with xacro's own options and messages."""
+    with bounded_xacro() as xacro:
+        expand = xacro.process_file
+
+        def process_file(file: str, **options: Any) -> Any:
+            try:
+                return expand(file, **options)
+            except Exception as error:
+                # xacro would add a line for each macro, and has no end of them.
+                if refusal := over_budget(Path(file), error):
+                    raise SystemExit(f"xacro: {refusal.message}") from error
+                raise
+
+        vars(xacro).update(process_file=process_file)
+        xacro.main()

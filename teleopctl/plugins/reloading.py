@@ -1,0 +1,117 @@
+"""Reads the code of plug-ins again while the process goes on, all of it or none."""
+
+from __future__ import annotations
+
+import os
+import sys
+
+from teleopctl.errors import BrokenPluginError
+from teleopctl.plugins.lookup import Kind, find, forget_entry_points, load
+from teleopctl.typed import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping
+    from types import ModuleType
+
+_INSTALLED = "site-packages", "dist-packages"
+
+
+def reload(kind: Kind, names: Iterable[str]) -> list[str]:
+    """Import plug-ins again, with the modules of their packages.
+
+    Objects of the old classes go on with the old code. Ours are never read again.
+
+    Args:
+        kind: Their kind.
+        names: What they are called. One whose module is gone is passed over.
+
+    Returns:
+        The modules that were imported before and are read again, sorted.
+
+    Raises:
+        BrokenPluginError: One cannot be imported; all modules are as before then.
+    """
+    from importlib import invalidate_caches
+
+    strangers = [name for name in names if name not in kind.ours]
+    # Which modules belong to them is seen from what is imported now.
+    own = {module for name in strangers for module in _own_modules(kind, name)}
+    old = {module: sys.modules[module] for module in sorted(own)}
+    forget_entry_points()
+    for module, content in old.items():
+        _remove_bytecode(content)
+        del sys.modules[module]
+    invalidate_caches()
+    try:
+        for name in strangers:
+            if _exists(kind, name):
+                load(kind, name)
+    except BrokenPluginError:
+        _put_back(old)
+        raise
+    return list(old)
+
+
+def _own_modules(kind: Kind, name: str) -> set[str]:
+    """The imported modules of a plug-in: of its package, and those that define its class's bases.
+
+    A module that is in no package belongs together with its neighbours in its folder, unless that
+    is where packages are installed.
+    """
+    plugin = find(kind, name)
+    module, _, attribute = plugin.target.partition(":") if plugin else ("", "", "")
+    content = sys.modules.get(module)
+    if content is None:
+        return set()
+    package = module.partition(".")[0]
+    folder = os.path.dirname(_source(content))  # noqa: PTH120 -- places of modules are texts
+    own = {other for other in sys.modules if f"{other}.".startswith(f"{package}.")}
+    if package == module and folder and not folder.endswith(_INSTALLED):
+        own |= {
+            other
+            for other, neighbour in sys.modules.items()
+            if os.path.dirname(_source(neighbour)) == folder  # noqa: PTH120
+        }
+    found: object = getattr(content, attribute, None)
+    own |= {base.__module__ for base in found.__mro__} if isinstance(found, type) else set()
+    ours = __name__.partition(".")[0]
+    return {
+        other
+        for other in own - sys.stdlib_module_names - {"__main__"}
+        # An extension in C cannot be loaded twice.
+        if other.partition(".")[0] != ours and _source(sys.modules.get(other)).endswith(".py")
+    }
+
+
+def _source(module: ModuleType | None) -> str:
+    """The file that a module was read from; empty where there is none."""
+    return getattr(module, "__file__", None) or ""
+
+
+def _remove_bytecode(module: ModuleType) -> None:
+    """Remove what Python keeps of a module: it takes edits within one second for no change."""
+    import contextlib
+
+    bytecode = getattr(module.__spec__, "cached", None)
+    if bytecode:
+        with contextlib.suppress(OSError):
+            os.unlink(bytecode)  # noqa: PTH108 -- paths are texts
+
+
+def _exists(kind: Kind, name: str) -> bool:
+    """Whether a plug-in, which has been there, still has a name and a module."""
+    from importlib.util import find_spec
+
+    plugin = find(kind, name)
+    if plugin is None:
+        return False
+    package, _, _ = plugin.target.partition(":")[0].partition(".")
+    return find_spec(package) is not None
+
+
+def _put_back(old: Mapping[str, ModuleType]) -> None:
+    sys.modules.update(old)
+    for name, module in old.items():
+        package, _, last = name.rpartition(".")
+        if package in sys.modules:
+            setattr(sys.modules[package], last, module)

@@ -1,0 +1,179 @@
+"""A simulator's parameters, and what is made of them: simulation, topics, sensors and loop.
+
+`MujocoSim` is made so on a node of the graph, and a recorded run once more in memory.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from teleopctl.errors import InvalidParameterError
+from teleopctl.interfaces import get_message
+from teleopctl.node import Node, Parameter
+from teleopctl.robot import COMMANDS_TOPIC, STATES_TOPIC
+from teleopctl.sim.building import SimulatedRobot, simulate
+from teleopctl.sim.lockstep import LockstepLoop
+from teleopctl.sim.loop_ports import Ports
+from teleopctl.sim.ports import TopicPorts
+from teleopctl.sim.sensors.contact import SceneContacts
+from teleopctl.sim.sensors.publishing import SensorPublisher
+from teleopctl.sim.sensors.settings import (
+    base_settings,
+    declare_base_settings,
+    declare_sensor_settings,
+    numbers_of,
+    sensor_settings,
+)
+
+_ParameterDescriptor = get_message("rcl_interfaces/msg/ParameterDescriptor")
+
+# With more, time is no longer told in whole nanoseconds, or a wait or a mass is one that the
+# machine cannot represent.
+RANGES = {
+    "update_rate": (1.0, 1e5),
+    "timestep": (0.0, 1e3),
+    "real_time_factor": (0.0, 1e6),
+    "lockstep_timeout": (0.0, 1e6),
+    "state_rate": (1.0, 1e5),
+    "mass_scale": (1e-6, 1e6),
+    "friction_scale": (0.0, 1e6),
+    "end_time": (0.0, 1e9),
+}
+"""The least and the most of each parameter that is a number."""
+
+_LEAST_TIMESTEP_S = 1e-5
+
+
+def declare_parameters(node: Node) -> None:
+    """Declare the parameters of a simulator, but for ``gravity``, which its world decides.
+
+    Raises:
+        InvalidParameterError: A number is out of its range.
+    """
+    # Numbers may come as integers or as reals: launch arguments say `0` as well as `1.5`.
+    number = _ParameterDescriptor(dynamic_typing=True)
+    node.declare_parameter("robot_description", "")
+    at_start = _ParameterDescriptor(read_only=True)
+    node.declare_parameter("world", "", at_start)
+    declare_base_settings(node)
+    for name, value in (("mass_scale", 1.0), ("friction_scale", 1.0), ("end_time", 0.0)):
+        fixed = _ParameterDescriptor(read_only=True, dynamic_typing=True)
+        node.declare_parameter(name, value, fixed)
+    node.declare_parameter("publish_base_tf", False)
+    node.declare_parameter("update_rate", 10)
+    node.declare_parameter("timestep", 0.0, number)
+    node.declare_parameter("real_time_factor", 1.0, number)
+    node.declare_parameter("paused", False)
+    node.declare_parameter("lockstep_timeout", 1.0, number)
+    node.declare_parameter("state_rate", 60, number)
+    declare_sensor_settings(node)
+    node.declare_parameter("joint_states_topic", STATES_TOPIC)
+    node.declare_parameter("joint_commands_topic", COMMANDS_TOPIC)
+    for name in RANGES:
+        number_of(node, name)
+
+
+def number_of(node: Node, name: str) -> float:
+    """Return a parameter that is a number.
+
+    Raises:
+        InvalidParameterError: It is something else, or out of its range.
+    """
+    return checked_number(node.get_parameter(name))
+
+
+def checked_number(parameter: Parameter) -> float:
+    """Return the number of a parameter that may not have been set yet.
+
+    Raises:
+        InvalidParameterError: It is something else, or out of its range.
+    """
+    value, (least, most) = parameter.value, RANGES[parameter.name]
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise InvalidParameterError(f"Parameter '{parameter.name}' is '{value}', expected a number")
+    if parameter.name == "timestep" and value:
+        least = _LEAST_TIMESTEP_S
+    if not least <= value <= most:
+        raise InvalidParameterError(
+            f"Parameter '{parameter.name}' is {value}, expected a number of at least {least:g} "
+            f"and at most {most:g}"
+        )
+    return float(value)
+
+
+class Assembly(NamedTuple):
+    """A simulator, ready to run.
+
+    Attributes:
+        robot: The robot, its model and the simulation.
+        ports: What publishes the simulation.
+        sensors: What publishes measurements.
+    """
+
+    robot: SimulatedRobot
+    ports: TopicPorts
+    sensors: SensorPublisher
+
+    def loop(self, node: Node, ports: Ports | None = None) -> LockstepLoop:
+        """Return the loop that runs it.
+
+        Args:
+            node: Has the parameters.
+            ports: Stand for its own.
+        """
+        return LockstepLoop(
+            self.robot.simulation,
+            self.ports if ports is None else ports,
+            real_time_factor=number_of(node, "real_time_factor"),
+            lockstep_timeout_s=number_of(node, "lockstep_timeout"),
+            view_rate_hz=number_of(node, "state_rate"),
+            paused=bool(node.get_parameter("paused").value),
+            sampler=self.sensors,
+            end_ns=round(number_of(node, "end_time") * 1e9) or None,
+        )
+
+
+def build_robot(node: Node, urdf: str) -> SimulatedRobot:
+    """Build the simulation of a robot as a node's parameters ask.
+
+    Raises:
+        InvalidDescriptionError: The robot or the world cannot be simulated.
+        InvalidParameterError: A parameter makes no sense.
+        NotFoundError: The world's file is not there.
+    """
+    return simulate(
+        urdf,
+        world=str(node.get_parameter("world").value),
+        mass_scale=number_of(node, "mass_scale"),
+        friction_scale=number_of(node, "friction_scale"),
+        control_period_ns=round(1e9 / int(number_of(node, "update_rate"))),
+        timestep_ns=round(number_of(node, "timestep") * 1e9),
+        warn=node.get_logger().warning,
+        **base_settings(node),
+        **sensor_settings(node),
+    )
+
+
+def assemble(node: Node, robot: SimulatedRobot) -> Assembly:
+    """Make what publishes a simulation, and set its gravity.
+
+    Args:
+        node: Publishes, and has the parameters.
+        robot: See `build_robot`.
+
+    Raises:
+        InvalidParameterError: A parameter makes no sense.
+    """
+    simulation = robot.simulation
+    states_topic = str(node.get_parameter("joint_states_topic").value)
+    ports = TopicPorts(node, simulation, states_topic, robot.interfaces)
+    ports.show_base(bool(node.get_parameter("publish_base_tf").value))
+    contacts = SceneContacts(number_of(node, "state_rate"))
+    sensors = SensorPublisher(node, simulation, [*robot.sensors, contacts])
+    # Only now is it known what the world says.
+    number = _ParameterDescriptor(dynamic_typing=True)
+    node.declare_parameter("gravity", simulation.gravity, number)
+    gravity = numbers_of(node, "gravity", "x", "y", "z")
+    if gravity != simulation.gravity:
+        simulation.set_gravity(gravity)
+    return Assembly(robot, ports, sensors)

@@ -1,0 +1,147 @@
+"""A buffer for what shows where frames are now, which one wrong clock cannot poison.
+
+tf2 keeps the newest stamp of a frame for the truth: one transform with a stamp of the wall in a
+tree of simulated stamps, and every later one is too old (``TF_OLD_DATA``) until someone clears the
+buffer. Programs may rely on that, and may hold predictions of the far future, so `Buffer` does as
+tf2 does, and these rules are in a class of their own. They are in the buffer rather than in the
+listener since they also concern what is in the tree already.
+"""
+
+from __future__ import annotations
+
+import logging
+import time
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
+
+from teleopctl.interfaces import to_seconds
+from teleopctl.node import ROSClock
+from teleopctl.printable import printable_line
+from teleopctl.tf.buffer import Buffer
+from teleopctl.tf.messages import TimeLike, stamp_of
+
+if TYPE_CHECKING:
+    from geometry_msgs.msg import TransformStamped
+
+    from teleopctl.node import Node
+
+_log = logging.getLogger(__name__)
+
+AHEAD_S = 60.0
+"""How far a moving transform may lie ahead of simulated time, in seconds.
+
+Localization publishes up to some seconds ahead (amcl's ``transform_tolerance`` is 1 s), and
+``/clock`` may lag behind a simulation that runs as fast as it can; the wall is decades ahead.
+"""
+
+STALE_S = 1.0
+"""After how long without a newer stamp older ones count, in seconds of the wall.
+
+Whoever publishes a moving frame does so at least this often, so the newer stamps have ended.
+"""
+
+_AHEAD_NS = int(AHEAD_S * 1e9)
+
+
+class LiveBuffer(Buffer):
+    """A `Buffer` that follows the present.
+
+    Where its node is on simulated time, moving transforms more than `AHEAD_S` ahead of ``/clock``
+    are left out and counted; static ones never. Those that came before the first message of
+    ``/clock`` are judged when it comes.
+
+    Where a frame has had no newer stamp for `STALE_S` while older ones keep coming, the older ones
+    are of the clock that counts now: the frame is forgotten, and follows them. That is so after
+    a node on another clock has ended, and where a late transform of the former run came after
+    simulated time went back.
+
+    Args:
+        cache_time: See `Buffer`.
+        node: See `Buffer`; without one, there is no clock to compare with.
+
+    Attributes:
+        left_out: How many transforms were left out, by who published them.
+    """
+
+    def __init__(self, cache_time: TimeLike | None = None, node: Node | None = None) -> None:
+        super().__init__(cache_time, node)
+        self.left_out: dict[str, int] = {}
+        # The newest stamp of each moving frame, and when it came, in seconds of the steady clock.
+        self._newest: dict[str, tuple[int, float]] = {}
+        self._has_time = False
+
+    def clear(self) -> None:
+        """Forget where moving frames stood, and what was left out."""
+        with self._changed:
+            super().clear()
+            self._newest.clear()
+            self.left_out.clear()
+
+    def forget(self, frames: Iterable[str]) -> None:
+        """Forget frames, and all names that nothing speaks of then."""
+        names = tuple(frames)
+        with self._changed:
+            super().forget(names)
+            for name in names:
+                self._newest.pop(name, None)
+
+    def _set(self, message: TransformStamped, authority: str, *, static: bool) -> None:
+        with self._changed:
+            is_admitted = self._admits(message, authority, static=static)
+        # Outside the lock: it may call what waits for the transform.
+        if is_admitted:
+            super()._set(message, authority, static=static)
+
+    def _admits(self, message: TransformStamped, authority: str, *, static: bool) -> bool:
+        """Return whether a transform is to be taken in; forgets what it shows to be stale."""
+        name = message.child_frame_id.removeprefix("/")
+        if static:
+            self._newest.pop(name, None)
+            return True
+        stamp = stamp_of(message.header.stamp)
+        if self._is_ahead(stamp, name, authority):
+            return False
+        now_s = time.monotonic()
+        newest, came_s = self._newest.get(name, (stamp, now_s))
+        if stamp < newest and now_s - came_s > STALE_S:
+            self.forget([name])
+            newest = stamp
+        if stamp >= newest:
+            self._newest[name] = (stamp, now_s)
+        return True
+
+    def _is_ahead(self, stamp: int, name: str, authority: str) -> bool:
+        clock = None if self.node is None else self.node.get_clock()
+        if not isinstance(clock, ROSClock) or not clock.ros_time_is_active:
+            self._has_time = False
+            return False
+        now = clock.nanoseconds()
+        if not self._has_time:
+            # 0 is what the clock shows before the first message of /clock.
+            if now == 0:
+                return False
+            self._has_time = True
+            self._leave_out_afterwards(now + _AHEAD_NS)
+        if stamp <= now + _AHEAD_NS:
+            return False
+        self._count(authority, name, stamp - now)
+        return True
+
+    def _leave_out_afterwards(self, latest: int) -> None:
+        """Forget the frames that were taken in, before there was a time, from after a stamp."""
+        ahead = {name: stamp for name, (stamp, _) in self._newest.items() if stamp > latest}
+        for name, stamp in ahead.items():
+            self._count(self._tree.authority(name), name, stamp - latest + _AHEAD_NS)
+        self.forget(ahead)
+
+    def _count(self, authority: str, name: str, ahead: int) -> None:
+        if authority not in self.left_out:
+            _log.warning(
+                "Left out transforms of %s, such as that of frame %s: their stamps are %.0f s "
+                "ahead of /clock. A node here is on the wall's clock beside the simulation: stop "
+                "it, or start it with use_sim_time:=true",
+                printable_line(authority),
+                printable_line(name),
+                to_seconds(ahead),
+            )
+        self.left_out[authority] = self.left_out.get(authority, 0) + 1

@@ -1,0 +1,60 @@
+"""What ROS 2's security variables demand of a session, read as rcl reads them (rcl/security.c).
+
+Only ``ROS_SECURITY_ENABLE=true`` turns security on, only ``ROS_SECURITY_STRATEGY=Enforce`` forbids
+to go on without keys; both are compared letter by letter. Keys (``ROS_SECURITY_KEYSTORE``,
+``ROS_SECURITY_ENCLAVE_OVERRIDE``) cannot be used yet, so that no session is a secure one.
+"""
+
+from __future__ import annotations
+
+import os
+
+from teleopctl.errors import UnsupportedError
+
+_ENABLE = "ROS_SECURITY_ENABLE"
+_STRATEGY = "ROS_SECURITY_STRATEGY"
+_ON = "true"
+_ENFORCE = "Enforce"
+# What people write who want it on; rcl takes all of it for off.
+_MEANT_AS_ON = {"true", "1", "on", "yes"}
+
+_HINT = (
+    f"Unset {_ENABLE}, or set {_STRATEGY}=Permissive, to communicate without encryption and "
+    "access control."
+)
+
+_warned: set[str] = set()
+
+
+def check_security() -> None:
+    """Refuse to open a session where security is enforced; warn once where it is only wanted.
+
+    Raises:
+        UnsupportedError: Security is enforced.
+    """
+    enable = os.environ.get(_ENABLE, "")
+    if enable == _ON:
+        strategy = os.environ.get(_STRATEGY, "")
+        if strategy == _ENFORCE:
+            raise UnsupportedError(
+                f"{_STRATEGY}={_ENFORCE} forbids to communicate without keys, and teleopctl cannot "
+                "use keys yet.",
+                hint=_HINT,
+            )
+        _warn_once(
+            f"{_ENABLE} is {_ON}, but teleopctl cannot use keys yet: nothing is encrypted or "
+            f"authenticated. {_STRATEGY} is {strategy!r}; only {_ENFORCE!r} would refuse this."
+        )
+    elif enable.strip().lower() in _MEANT_AS_ON:
+        _warn_once(
+            f"{_ENABLE} is {enable!r}, which ROS 2 takes for off: only {_ON!r} turns security on. "
+            "Nothing is encrypted or authenticated."
+        )
+
+
+def _warn_once(text: str) -> None:
+    if text not in _warned:
+        import logging
+
+        _warned.add(text)
+        logging.getLogger(__name__).warning(text)

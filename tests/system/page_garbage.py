@@ -1,0 +1,51 @@
+"""Garbage for the page's websocket: everything but what its own browser side would send."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Iterator
+
+import msgspec
+import viser
+from viser import _messages
+from viser.infra import Message
+from websockets import Subprotocol
+from websockets.sync.client import connect
+
+PROTOCOL = Subprotocol(f"viser-v{viser.__version__}")
+_VALUES: tuple[object, ...] = (
+    *(None, True, 0, -1, 1 << 62, 1.5, float("nan"), "", "x" * 300, b"\xff", [], {}),
+    *([None], {"a": []}, (1, 2), [[[[]]]], {"__binary_index": 5}),
+)
+
+
+def garbage(count: int) -> Iterator[bytes | str]:
+    """Messages of all kinds, the same each time."""
+    chance = random.Random(20)
+    kinds = sorted(Message.get_subclasses(), key=lambda kind: kind.__name__)
+    assert _messages  # whose classes these are
+    for number in range(count):
+        kind = kinds[number % len(kinds)]
+        names = list(getattr(kind, "__dataclass_fields__", {}))
+        match number % 6:
+            case 0:
+                yield chance.randbytes(chance.randrange(200))
+            case 1:
+                yield "text" * chance.randrange(50)
+            case 2:
+                yield msgspec.msgpack.encode(chance.choice(_VALUES))
+            case 3:
+                yield msgspec.msgpack.encode({"type": chance.choice(["", "Message", "x" * 999])})
+            case _:
+                chosen = chance.sample(names, chance.randrange(len(names) + 1))
+                fields = {
+                    name: chance.choice(_VALUES) for name in (chosen if number % 2 else names)
+                }
+                yield msgspec.msgpack.encode({"type": kind.__name__, **fields})
+
+
+def send_garbage(port: int, count: int) -> None:
+    """Send it, each message over a connection of its own: the page may end one after the first."""
+    for message in garbage(count):
+        with connect(f"ws://127.0.0.1:{port}/", subprotocols=[PROTOCOL], max_size=None) as client:
+            client.send(message)
