@@ -77,7 +77,10 @@ def router_reach(address: RouterAddress) -> RouterReach:
     """
     with open_configured(probe_config(address)) as session:
         found = _reported(session)
-    return RouterReach(found or _listening_here(address))
+    # IPv4 first: a router names its addresses in an order that changes from start to start.
+    return RouterReach(
+        tuple(sorted(found or _listening_here(address), key=lambda each: ("[" in each, each)))
+    )
 
 
 def _reported(session: zenoh.Session) -> tuple[str, ...]:

@@ -37,7 +37,7 @@ def send_request(
     request: bytes | bytearray,
     attachment: Attachment,
     receive: Callable[[zenoh.Reply], None],
-    end: Callable[[], None],
+    end: Callable[[bool], None],
 ) -> None:
     """Send a request to all servers of a service; see `TimeLimits` for how long it stays open.
 
@@ -47,14 +47,17 @@ def send_request(
         request: Its CDR bytes.
         attachment: Which request of which client it is, and when it was sent.
         receive: Called with each reply, on the transport's thread.
-        end: Called when nobody will reply any more, likewise.
+        end: Called when nobody will reply any more, likewise, with whether the time limit of the
+            request was reached. Zenoh's own reply about that does not always come.
     """
+    limit_s = _limits.next_s(key)
+    deadline = time.monotonic() + limit_s
     session.get(
         key,
-        direct_callback(receive, end),
+        direct_callback(receive, lambda: end(time.monotonic() >= deadline)),
         target=zenoh.QueryTarget.ALL_COMPLETE,
         consolidation=zenoh.ConsolidationMode.NONE,
-        timeout=_limits.next_s(key),
+        timeout=limit_s,
         payload=request,
         attachment=encode_attachment(*attachment),
     )
@@ -129,7 +132,7 @@ class Question(Generic[ResponseT]):
             serialize(request),
             Attachment(_ONLY, time.time_ns(), os.urandom(GID_SIZE)),
             self._receive,
-            self._settle,
+            lambda _: self._settle(),
         )
 
     def _receive(self, reply: zenoh.Reply) -> None:

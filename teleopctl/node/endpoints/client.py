@@ -236,13 +236,21 @@ class Client(ServiceEnd, Waitable, Generic[RequestT, ResponseT]):
         def receive(reply: zenoh.Reply) -> None:
             self._receive(reply, sequence, future)
 
+        def end(is_expired: bool) -> None:
+            if is_expired and not future.ended():
+                self.refusals.refuse(
+                    "it did not come while the request was open, and the more requests a process "
+                    "sends the sooner it gives them up"
+                )
+            future.reached_nobody()
+
         send_request(
             self.node.context.session,
             self.key,
             payload,
             Attachment(sequence, time.time_ns(), self.gid),
             receive,
-            future.reached_nobody,
+            end,
         )
         return sequence, future
 
@@ -307,10 +315,6 @@ class Client(ServiceEnd, Waitable, Generic[RequestT, ResponseT]):
             return
         sample = reply.ok
         if sample is None:
-            self.refusals.refuse(
-                "it did not come while the request was open, and the more requests a process sends "
-                "the sooner it gives them up"
-            )
             return
         try:
             response, meta = read_response(sample, sequence, self.srv_type.Response)
