@@ -36,7 +36,7 @@ follows from the class.
 
 from __future__ import annotations
 
-from teleopctl.typed import TYPE_CHECKING, ClassVar, Self
+from teleopctl.base.typed import TYPE_CHECKING, ClassVar, Self
 
 if TYPE_CHECKING:
     from collections.abc import Iterable

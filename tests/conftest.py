@@ -19,7 +19,7 @@ from pathlib import Path
 import pytest
 from hypothesis import HealthCheck, settings
 
-from teleopctl import background
+from teleopctl.base import background
 from teleopctl.errors import TeleopctlError
 from teleopctl.launch.execution.running import running
 from teleopctl.sim.gl_backend import choose_backend

@@ -97,7 +97,7 @@ if TYPE_CHECKING:
     )
     from teleopctl.bag.verify.traces import Traces as Traces
 else:
-    from teleopctl.lazy import attach
+    from teleopctl.base.lazy import attach
 
     __getattr__, __dir__, __all__ = attach(
         __name__,

@@ -23,11 +23,11 @@ from typing import Any
 
 import yaml
 
-from teleopctl import ros_yaml
 from teleopctl.bag.qos_text import format_offers, parse_offers
 from teleopctl.bag.records import CDR, BagTopic, whole_type_name
+from teleopctl.base import ros_yaml
+from teleopctl.base.text_file import read_text
 from teleopctl.errors import InvalidFileError, SystemFailureError
-from teleopctl.text_file import read_text
 
 METADATA_FILE = "metadata.yaml"
 VERSION = 8

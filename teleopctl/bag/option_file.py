@@ -7,9 +7,9 @@ from typing import Any, NamedTuple
 
 import yaml
 
-from teleopctl import ros_yaml
+from teleopctl.base import ros_yaml
+from teleopctl.base.text_file import read_text
 from teleopctl.errors import InvalidFileError
-from teleopctl.text_file import read_text
 
 
 class Item(NamedTuple):

@@ -5,7 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from teleopctl import ros_yaml
+from teleopctl.base import ros_yaml
+from teleopctl.base.text_file import read_text
 from teleopctl.errors import InvalidFileError, TeleopctlError
 from teleopctl.node import (
     DurabilityPolicy,
@@ -16,7 +17,6 @@ from teleopctl.node import (
     QoSProfile,
     ReliabilityPolicy,
 )
-from teleopctl.text_file import read_text
 
 _POLICIES = {
     "history": HistoryPolicy,

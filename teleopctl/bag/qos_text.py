@@ -12,7 +12,7 @@ from typing import Any
 
 import yaml
 
-from teleopctl import ros_yaml
+from teleopctl.base import ros_yaml
 from teleopctl.errors import InvalidFileError
 from teleopctl.interfaces import NANOSECONDS_PER_SECOND, split
 from teleopctl.node import DurabilityPolicy, HistoryPolicy, LivelinessPolicy, ReliabilityPolicy

@@ -33,7 +33,7 @@ texture, pixels             8192 x 8192                                         
 
 from __future__ import annotations
 
-from teleopctl.typed import TYPE_CHECKING
+from teleopctl.base.typed import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

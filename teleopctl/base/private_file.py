@@ -12,7 +12,7 @@ import os
 import stat
 import sys
 
-from teleopctl.typed import TYPE_CHECKING
+from teleopctl.base.typed import TYPE_CHECKING
 
 # Takes as long to import as half a command of the command line.
 if TYPE_CHECKING:

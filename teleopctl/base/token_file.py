@@ -17,9 +17,9 @@ from typing import NamedTuple
 from urllib.parse import quote, unquote
 
 from teleopctl.base.access import with_token
+from teleopctl.base.folders import make_private, state_dir
 from teleopctl.base.private_file import open_private
 from teleopctl.errors import InvalidFileError, SystemFailureError, TeleopctlError
-from teleopctl.folders import make_private, state_dir
 
 _BYTES = 24
 # More is no token, but a file that was named by mistake.

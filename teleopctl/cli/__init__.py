@@ -8,7 +8,7 @@ Typer, which says what is wrong with a line. `main` says which module a verb liv
 
 from __future__ import annotations
 
-from teleopctl.typed import TYPE_CHECKING
+from teleopctl.base.typed import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from teleopctl.cli.verb import (
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
         Verb as Verb,
     )
 else:
-    from teleopctl.lazy import attach
+    from teleopctl.base.lazy import attach
 
     __getattr__, __dir__, __all__ = attach(
         __name__,

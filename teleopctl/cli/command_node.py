@@ -6,7 +6,7 @@ import os
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 
-from teleopctl.typed import TYPE_CHECKING, Any, Literal
+from teleopctl.base.typed import TYPE_CHECKING, Any, Literal
 
 if TYPE_CHECKING:
     from teleopctl.interfaces import ServiceType

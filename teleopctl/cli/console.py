@@ -1,8 +1,8 @@
 """The only place that writes to the terminal.
 
 Data goes to stdout as plain text; warnings, notes and errors go to stderr. What comes from others
-may hold control characters: they are made visible here, see `teleopctl.printable`. Nothing needs
-Rich, which takes longer to load than most verbs run.
+may hold control characters: they are made visible here, see `teleopctl.base.printable`. Nothing
+needs Rich, which takes longer to load than most verbs run.
 """
 
 from __future__ import annotations
@@ -10,9 +10,9 @@ from __future__ import annotations
 import os
 import sys
 
+from teleopctl.base.printable import printable_json, printable_line, printable_text
+from teleopctl.base.typed import TYPE_CHECKING
 from teleopctl.errors import TeleopctlError
-from teleopctl.printable import printable_json, printable_line, printable_text
-from teleopctl.typed import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
@@ -103,7 +103,7 @@ def note_once(key: str, text: str) -> None:
     """
     if not sys.stderr.isatty():
         return
-    from teleopctl.folders import state_dir
+    from teleopctl.base.folders import state_dir
 
     said = state_dir() / "said" / key
     try:

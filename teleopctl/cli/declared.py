@@ -12,10 +12,10 @@ import marshal
 import os
 import sys
 
+from teleopctl.base.folders import cache_dir
+from teleopctl.base.typed import TYPE_CHECKING
 from teleopctl.cli.verb import Argument, Declaration, Group, Option, Parameter, Verb, parameters
 from teleopctl.errors import TeleopctlError
-from teleopctl.folders import cache_dir
-from teleopctl.typed import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence

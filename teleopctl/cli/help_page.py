@@ -8,11 +8,11 @@ from __future__ import annotations
 import os
 import sys
 
+from teleopctl.base.typed import TYPE_CHECKING
 from teleopctl.cli import console, declared, ros2_options
 from teleopctl.cli.console import PROGRAM
 from teleopctl.cli.declared import DeclaredVerb
 from teleopctl.cli.verb import Argument, Group, Option, Parameter
-from teleopctl.typed import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from teleopctl.base.typed import TYPE_CHECKING
 from teleopctl.cli.live import live_graph
-from teleopctl.typed import TYPE_CHECKING
 from teleopctl.wire import RouterNotRunning
 
 if TYPE_CHECKING:

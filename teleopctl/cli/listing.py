@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from teleopctl.base.typed import TYPE_CHECKING
 from teleopctl.cli import console
 from teleopctl.errors import InvalidTypeNameError, NotFoundError, did_you_mean
-from teleopctl.typed import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence

@@ -13,6 +13,7 @@ import os
 import sys
 
 from teleopctl import __version__
+from teleopctl.base.typed import TYPE_CHECKING
 from teleopctl.cli import console, ros2_options
 from teleopctl.cli.console import COMPLETION_VARIABLE
 from teleopctl.errors import (
@@ -22,7 +23,6 @@ from teleopctl.errors import (
     TeleopctlError,
     UsageError,
 )
-from teleopctl.typed import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -43,8 +43,8 @@ def main() -> NoReturn:
         status = EXIT_INTERRUPTED
     # Nothing is left to be tidied up that an interrupt would have to reach.
     _signal.signal(_signal.SIGINT, _signal.SIG_DFL)
-    if "teleopctl.interrupts" in sys.modules:
-        from teleopctl import interrupts
+    if "teleopctl.base.interrupts" in sys.modules:
+        from teleopctl.base import interrupts
 
         interrupts.was_heeded()
     # Python would look through all that there is once more before it ends.
@@ -56,7 +56,7 @@ def _take_interrupts() -> None:
     # A script starts what it puts into the background with SIGINT ignored. ROS 2's programs end
     # by it all the same, and whoever started them counts on that. Until here Ctrl-C just ends the
     # process, see `teleopctl.__main__`.
-    from teleopctl import interrupts
+    from teleopctl.base import interrupts
 
     interrupts.take()
 
@@ -96,7 +96,7 @@ def run(
         if with_nothing_left is not None and _leaves_nothing(words):
             with_nothing_left(status)
     except BrokenPipeError:
-        from teleopctl.output import discard_output
+        from teleopctl.base.output import discard_output
 
         discard_output()
         return 0
@@ -116,7 +116,7 @@ def run(
 
 
 def _is_interrupt(error: Exception) -> bool:
-    from teleopctl import interrupts
+    from teleopctl.base import interrupts
 
     return interrupts.is_behind(error)
 
@@ -218,7 +218,7 @@ def _unforeseen(error: Exception, words: Sequence[str]) -> TeleopctlError:
     import errno
 
     if isinstance(error, OSError) and error.errno == errno.ENOSPC:
-        from teleopctl.output import discard_output
+        from teleopctl.base.output import discard_output
 
         discard_output()
         return SystemFailureError(f"Cannot write: {error.strerror}")

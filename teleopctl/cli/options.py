@@ -1,7 +1,7 @@
 """Arguments and options that many verbs share."""
 
+from teleopctl.base.typed import Annotated
 from teleopctl.cli.verb import Argument, Option
-from teleopctl.typed import Annotated
 
 TopicName = Annotated[str, Argument(help="The topic.", complete="topics")]
 ServiceName = Annotated[str, Argument(help="The service.", complete="services")]

@@ -9,8 +9,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 
+from teleopctl.base.typed import Any
 from teleopctl.cli.verb import Argument, Option, Parameter, Verb, parameters
-from teleopctl.typed import Any
 
 _NUMBER_CHARACTERS = frozenset("0123456789.")
 

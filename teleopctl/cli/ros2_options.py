@@ -8,7 +8,7 @@ also where the name is a hidden one.
 
 from __future__ import annotations
 
-from teleopctl.typed import TYPE_CHECKING
+from teleopctl.base.typed import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

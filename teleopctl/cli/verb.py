@@ -7,8 +7,8 @@ made of these small classes: `quick` reads them for a well-formed command line, 
 
 from __future__ import annotations
 
-from teleopctl.lazy import import_module
-from teleopctl.typed import TYPE_CHECKING
+from teleopctl.base.lazy import import_module
+from teleopctl.base.typed import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from collections.abc import Callable

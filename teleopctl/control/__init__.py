@@ -80,7 +80,7 @@ if TYPE_CHECKING:
         switch_controller as switch_controller,
     )
 else:
-    from teleopctl.lazy import attach
+    from teleopctl.base.lazy import attach
 
     __getattr__, __dir__, __all__ = attach(
         __name__,

@@ -6,7 +6,7 @@ import time
 from collections.abc import Sequence
 from typing import Any
 
-from teleopctl import progress
+from teleopctl.base import progress
 from teleopctl.control.controller_files import OF_MANAGER
 from teleopctl.control.controller_manager import ControllerManager
 from teleopctl.control.controllers.base import ControllerInterfaceParams

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from teleopctl.diagram.nodes_and_topics import SHOWN as SHOWN, ros_graph as ros_graph
     from teleopctl.diagram.svg import to_svg as to_svg
 else:
-    from teleopctl.lazy import attach
+    from teleopctl.base.lazy import attach
 
     __getattr__, __dir__, __all__ = attach(
         __name__,

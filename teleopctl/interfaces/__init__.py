@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from teleopctl.typed import TYPE_CHECKING
+from teleopctl.base.typed import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from teleopctl.interfaces.cdr import (
@@ -115,7 +115,7 @@ if TYPE_CHECKING:
         message_values as message_values,
     )
 else:
-    from teleopctl.lazy import attach
+    from teleopctl.base.lazy import attach
 
     __getattr__, __dir__, __all__ = attach(
         __name__,

@@ -13,7 +13,7 @@ from __future__ import annotations
 import array
 import sys
 
-from teleopctl.typed import TYPE_CHECKING, Any, TypeAlias
+from teleopctl.base.typed import TYPE_CHECKING, Any, TypeAlias
 
 if TYPE_CHECKING:
     import numpy as np

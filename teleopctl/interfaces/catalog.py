@@ -6,11 +6,11 @@ import os
 from _thread import RLock
 from collections.abc import Iterable, Iterator
 
+from teleopctl.base.typed import TYPE_CHECKING
 from teleopctl.errors import InvalidMessageError
 from teleopctl.interfaces.definition import Definition
 from teleopctl.interfaces.standard import StandardTypes, distribution
 from teleopctl.interfaces.typenames import KINDS, normalize, split
-from teleopctl.typed import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from pathlib import Path

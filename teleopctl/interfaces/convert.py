@@ -14,6 +14,7 @@ import operator
 from collections.abc import Callable, Iterable
 from functools import cache
 
+from teleopctl.base.typed import TYPE_CHECKING, Any
 from teleopctl.interfaces.blocks import (
     ITEM_SIZES,
     TYPE_CODES,
@@ -23,7 +24,6 @@ from teleopctl.interfaces.blocks import (
     numpy_type,
 )
 from teleopctl.interfaces.definition import FLOATS, INTEGER_RANGES, STRINGS, FieldType, Shape
-from teleopctl.typed import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from teleopctl.interfaces.blocks import NumberArray

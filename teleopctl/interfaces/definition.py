@@ -5,8 +5,8 @@ from __future__ import annotations
 import keyword
 from enum import IntEnum
 
+from teleopctl.base.typed import NamedTuple
 from teleopctl.interfaces.typenames import KINDS
-from teleopctl.typed import NamedTuple
 
 PLACEHOLDER = "structure_needs_at_least_one_member"
 """Name of the one uint8 that stands on the wire, and in the hash, for a type without fields."""

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import cache
 
+from teleopctl.base.lazy import import_module
+from teleopctl.base.typed import Any
 from teleopctl.interfaces.definition import Definition, Field
-from teleopctl.lazy import import_module
-from teleopctl.typed import Any
 
 NOT_SUPPORTED = "TypeHashNotSupported"
 """What stands in keys and tokens of ROS 2 Humble in the place of a hash."""

@@ -6,6 +6,7 @@ import array
 from collections.abc import Callable
 from types import MemberDescriptorType
 
+from teleopctl.base.typed import TYPE_CHECKING, Any, ClassVar, TypeAlias, TypeVar, cast
 from teleopctl.interfaces.blocks import BLOCK_CODES, ITEM_SIZES, equal, to_array, to_own_numpy
 from teleopctl.interfaces.convert import converter
 from teleopctl.interfaces.definition import (
@@ -21,7 +22,6 @@ from teleopctl.interfaces.definition import (
 )
 from teleopctl.interfaces.fields.errors import field_error, unknown_fields_error
 from teleopctl.interfaces.typenames import module_name, split
-from teleopctl.typed import TYPE_CHECKING, Any, ClassVar, TypeAlias, TypeVar, cast
 
 if TYPE_CHECKING:
     from teleopctl.interfaces.slot_types import AbstractType

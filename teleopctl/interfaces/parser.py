@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from teleopctl.base.typed import NamedTuple
 from teleopctl.errors import InvalidDefinitionError
 from teleopctl.interfaces.definition import (
     FLOATS,
@@ -15,7 +16,6 @@ from teleopctl.interfaces.definition import (
     Shape,
 )
 from teleopctl.interfaces.typenames import is_lower_name
-from teleopctl.typed import NamedTuple
 
 # The import of re takes longer than the reading of a file: only what few lines have is left to it.
 _LETTERS = frozenset("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ")

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from teleopctl.base.typed import TYPE_CHECKING, Any, ClassVar, Protocol, TypeVar
 from teleopctl.interfaces.message import Message
-from teleopctl.typed import TYPE_CHECKING, Any, ClassVar, Protocol, TypeVar
 
 if TYPE_CHECKING:
     from unique_identifier_msgs.msg import UUID

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from teleopctl.base.typed import NamedTuple
 from teleopctl.interfaces.parser import held_message, without_comment
 from teleopctl.interfaces.store import definition_text, known_types
 from teleopctl.interfaces.typenames import normalize, split
-from teleopctl.typed import NamedTuple
 
 
 class DefinitionLine(NamedTuple):

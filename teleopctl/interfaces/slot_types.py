@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from teleopctl.base.typed import TYPE_CHECKING
 from teleopctl.interfaces.definition import IDL_ONLY, Shape
 from teleopctl.interfaces.typenames import split
-from teleopctl.typed import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from teleopctl.interfaces.definition import Definition, FieldType

@@ -7,7 +7,7 @@ sec -1, nanosec 750000000.
 
 from __future__ import annotations
 
-from teleopctl.typed import Protocol
+from teleopctl.base.typed import Protocol
 
 NANOSECONDS_PER_SECOND = 1_000_000_000
 

@@ -12,8 +12,10 @@ import os
 import sys
 from functools import cache
 
+from teleopctl.base.folders import cache_dir
+from teleopctl.base.lazy import import_module
+from teleopctl.base.typed import TYPE_CHECKING, Any
 from teleopctl.errors import UsageError
-from teleopctl.folders import cache_dir
 from teleopctl.interfaces.definition import (
     PLACEHOLDER,
     Constant,
@@ -22,8 +24,6 @@ from teleopctl.interfaces.definition import (
     FieldType,
     Shape,
 )
-from teleopctl.lazy import import_module
-from teleopctl.typed import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from pathlib import Path

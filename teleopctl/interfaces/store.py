@@ -13,6 +13,7 @@ from collections.abc import Callable, Mapping
 from functools import cache
 from types import SimpleNamespace
 
+from teleopctl.base.typed import TYPE_CHECKING, Any, ClassVar
 from teleopctl.errors import InvalidMessageError, InvalidTypeNameError
 from teleopctl.interfaces import hashing
 from teleopctl.interfaces.catalog import Catalog
@@ -20,7 +21,6 @@ from teleopctl.interfaces.definition import Definition
 from teleopctl.interfaces.message import Message, make_class
 from teleopctl.interfaces.standard import cache_folder
 from teleopctl.interfaces.typenames import module_name, normalize, split
-from teleopctl.typed import TYPE_CHECKING, Any, ClassVar
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -215,7 +215,7 @@ if TYPE_CHECKING:
         start_in_background as start_in_background,
     )
 else:
-    from teleopctl.lazy import attach
+    from teleopctl.base.lazy import attach
 
     __getattr__, __dir__, __all__ = attach(
         __name__,

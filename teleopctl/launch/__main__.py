@@ -3,11 +3,11 @@
 import sys
 from pathlib import Path
 
-from teleopctl import interrupts
+from teleopctl.base import interrupts
+from teleopctl.base.output import outlive_output, take_log_file
 from teleopctl.errors import EXIT_INTERRUPTED, TeleopctlError
 from teleopctl.launch.execution.judgement import refusal_text
 from teleopctl.launch.starting import run_in_background
-from teleopctl.output import outlive_output, take_log_file
 
 
 def main() -> int:

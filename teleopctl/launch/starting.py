@@ -14,8 +14,8 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from teleopctl import background, interrupts, progress
-from teleopctl.background import ProcessRecord
+from teleopctl.base import background, interrupts, progress
+from teleopctl.base.background import ProcessRecord
 from teleopctl.base.start_timeouts import StartTimeouts
 from teleopctl.errors import LaunchError, TeleopctlError
 from teleopctl.launch.evaluation.context import LaunchContext
@@ -144,8 +144,8 @@ def run_here(request: LaunchRequest, *, on_terminal: bool = False, coloured: boo
     Raises:
         TeleopctlError: The file cannot be evaluated; nothing has been started.
     """
+    from teleopctl.base.output import outlive_output
     from teleopctl.launch.execution.supervisor import Supervisor
-    from teleopctl.output import outlive_output
 
     plan, evaluation = evaluated(request, new_log_directory())
     prepare(plan)

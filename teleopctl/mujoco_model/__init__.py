@@ -46,7 +46,7 @@ if TYPE_CHECKING:
         unserved_tags as unserved_tags,
     )
 else:
-    from teleopctl.lazy import attach
+    from teleopctl.base.lazy import attach
 
     __getattr__, __dir__, __all__ = attach(
         __name__,

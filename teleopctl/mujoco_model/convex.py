@@ -21,7 +21,7 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
-from teleopctl.folders import cache_dir
+from teleopctl.base.folders import cache_dir
 from teleopctl.mujoco_model.mesh_content import read_mesh
 
 # A hull with so many times a mesh's volume fills what is hollow; below it is the mesh, nearly.

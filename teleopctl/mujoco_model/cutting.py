@@ -15,7 +15,7 @@ import sys
 from collections.abc import Collection
 from pathlib import Path
 
-from teleopctl import progress
+from teleopctl.base import progress
 from teleopctl.mujoco_model.convex import convex_pieces, is_to_cut
 
 _log = logging.getLogger(__name__)

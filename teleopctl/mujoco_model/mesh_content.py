@@ -20,10 +20,10 @@ import numpy as np
 import numpy.typing as npt
 
 from teleopctl.base.budget import BudgetError
-from teleopctl.folders import cache_dir
+from teleopctl.base.folders import cache_dir
+from teleopctl.base.text_file import absence
 from teleopctl.mujoco_model.paint import Part, parts_of
 from teleopctl.robot import collada_unit_m, picture_places
-from teleopctl.text_file import absence
 
 try:
     import fcntl

@@ -10,7 +10,7 @@ from warnings import catch_warnings, simplefilter
 import mujoco
 import numpy as np
 
-from teleopctl import progress
+from teleopctl.base import progress
 from teleopctl.errors import InvalidDescriptionError
 from teleopctl.mujoco_model.assets import resolve_meshes
 from teleopctl.mujoco_model.base import (

@@ -6,7 +6,7 @@ nothing.
 
 from __future__ import annotations
 
-from teleopctl.typed import TYPE_CHECKING
+from teleopctl.base.typed import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from teleopctl.node.actions.callbacks import (
@@ -252,7 +252,7 @@ if TYPE_CHECKING:
     from teleopctl.node.waiting.user_waitable import Waitable as Waitable
     from teleopctl.node.waiting.wait_set import WaitSet as WaitSet
 else:
-    from teleopctl.lazy import attach
+    from teleopctl.base.lazy import attach
 
     __getattr__, __dir__, __all__ = attach(
         __name__,

@@ -5,9 +5,9 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 
+from teleopctl.base.typed import TYPE_CHECKING, Any
 from teleopctl.interfaces import add_description, get_service, known_types
 from teleopctl.node.values.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
-from teleopctl.typed import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from type_description_interfaces.msg import TypeDescription

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from teleopctl.base.typed import TYPE_CHECKING, Literal
 from teleopctl.node.context import Context
 from teleopctl.node.node_endpoints import NodeEndpoints
-from teleopctl.typed import TYPE_CHECKING, Literal
 
 if TYPE_CHECKING:
     from teleopctl.node.endpoints.qos_overrides import QoSOverridingOptions

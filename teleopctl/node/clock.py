@@ -6,12 +6,12 @@ import threading
 import time
 from collections.abc import Callable
 
+from teleopctl.base.typed import TYPE_CHECKING
 from teleopctl.interfaces import to_seconds
 from teleopctl.node.context import Context
 from teleopctl.node.values.exceptions import NotInitializedException
 from teleopctl.node.values.handle import Handle
 from teleopctl.node.values.time import ClockType, Duration, Time
-from teleopctl.typed import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from teleopctl.node.clock_jumps import ClockChange, JumpHandle, JumpThreshold, TimeJump

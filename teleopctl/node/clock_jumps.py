@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from enum import IntEnum
 
+from teleopctl.base.typed import Protocol
 from teleopctl.node.values.time import Duration
-from teleopctl.typed import Protocol
 
 
 class ClockChange(IntEnum):

@@ -11,11 +11,11 @@ import threading
 import time
 from collections.abc import Callable, Sequence
 
+from teleopctl.base.typed import TYPE_CHECKING, ClassVar, Literal
 from teleopctl.node.values import signals
 from teleopctl.node.values.exceptions import NotInitializedException
 from teleopctl.node.values.handle import Handle
 from teleopctl.node.values.ros_args import RosArguments, parse_ros_arguments
-from teleopctl.typed import TYPE_CHECKING, ClassVar, Literal
 
 if TYPE_CHECKING:
     import zenoh

@@ -14,6 +14,7 @@ import threading
 import time
 from collections.abc import Callable, Coroutine
 
+from teleopctl.base.typed import TYPE_CHECKING, Any, cast
 from teleopctl.node.context import Context
 from teleopctl.node.endpoints.waitable import Waitable
 from teleopctl.node.values.callback_groups import CallbackGroup
@@ -26,7 +27,6 @@ from teleopctl.node.values.exceptions import (
 from teleopctl.node.values.future import Future, ResultT, Task
 from teleopctl.node.values.scheduler import Schedulable
 from teleopctl.node.values.spin_guard import SpinGuard
-from teleopctl.typed import TYPE_CHECKING, Any, cast
 
 if TYPE_CHECKING:
     from teleopctl.node.endpoints.timer import Timer

@@ -8,11 +8,11 @@ import threading
 import time
 from collections.abc import Callable
 
+from teleopctl.base.typed import TYPE_CHECKING
 from teleopctl.node.context import Context
 from teleopctl.node.endpoints.waitable import Waitable
 from teleopctl.node.executor import Executor
 from teleopctl.node.values.callback_groups import CallbackGroup
-from teleopctl.typed import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from concurrent.futures import ThreadPoolExecutor

@@ -11,7 +11,7 @@ from _thread import allocate_lock
 
 import zenoh
 
-from teleopctl.typed import TYPE_CHECKING
+from teleopctl.base.typed import TYPE_CHECKING
 from teleopctl.wire import direct_callback
 
 if TYPE_CHECKING:

@@ -5,9 +5,9 @@ from __future__ import annotations
 import abc
 from collections.abc import Callable
 
+from teleopctl.base.typed import TYPE_CHECKING
 from teleopctl.node.context import Context
 from teleopctl.node.values.exceptions import NameValidationException, NodeNameNonExistentError
-from teleopctl.typed import TYPE_CHECKING
 from teleopctl.wire import EndpointToken, EntityKind, Graph
 
 if TYPE_CHECKING:

@@ -6,11 +6,11 @@ import contextlib
 import threading
 from collections.abc import Iterator, Sequence
 
+from teleopctl.base.typed import TYPE_CHECKING, Any
 from teleopctl.node.context import Context
 from teleopctl.node.executor import Executor
 from teleopctl.node.executors import SingleThreadedExecutor
 from teleopctl.node.values.signals import SignalHandlerOptions
-from teleopctl.typed import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from teleopctl.node.context import SessionMode

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 
+from teleopctl.base.typed import TYPE_CHECKING
 from teleopctl.node.clock import ROSClock
 from teleopctl.node.context import Context
 from teleopctl.node.graph_view import GraphView
@@ -16,7 +17,6 @@ from teleopctl.node.values.names import (
     validate_node_name,
 )
 from teleopctl.node.values.ros_args import RosArguments, parse_ros_arguments
-from teleopctl.typed import TYPE_CHECKING
 from teleopctl.wire import NodeToken, format_token
 
 if TYPE_CHECKING:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import abc
 from collections.abc import Sequence
 
+from teleopctl.base.typed import TYPE_CHECKING, Any, Literal, Self, TypeVar, overload
 from teleopctl.interfaces import MessageT, RequestT, ResponseT, get_message
 from teleopctl.node.clock import Clock
 from teleopctl.node.context import Context
@@ -15,7 +16,6 @@ from teleopctl.node.values.callback_groups import CallbackGroup
 from teleopctl.node.values.handle import Handle
 from teleopctl.node.values.qos import QoSProfile, qos_from, qos_profile_services_default
 from teleopctl.node.values.time import ClockType
-from teleopctl.typed import TYPE_CHECKING, Any, Literal, Self, TypeVar, overload
 
 if TYPE_CHECKING:
     from teleopctl.interfaces import ServiceType

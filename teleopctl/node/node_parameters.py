@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
+from teleopctl.base.typed import TYPE_CHECKING, Literal, TypeAlias
 from teleopctl.interfaces import get_message
 from teleopctl.node.node_endpoints import NodeEndpoints
 from teleopctl.node.parameters.parameter import (
@@ -19,7 +20,6 @@ from teleopctl.node.parameters.parameter_store import (
 from teleopctl.node.parameters.value import AllowableParameterValue, parameter_value_to_python
 from teleopctl.node.values.exceptions import ParameterAlreadyDeclaredException
 from teleopctl.node.values.qos import QoSProfile, qos_profile_parameter_events
-from teleopctl.typed import TYPE_CHECKING, Literal, TypeAlias
 
 if TYPE_CHECKING:
     from rcl_interfaces.msg import (

@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable, Sequence
 
+from teleopctl.base.typed import TYPE_CHECKING
 from teleopctl.interfaces import from_seconds
 from teleopctl.node.clock import Clock
 from teleopctl.node.context import Context
@@ -14,7 +15,6 @@ from teleopctl.node.values.callback_groups import (
     MutuallyExclusiveCallbackGroup,
     ReentrantCallbackGroup,
 )
-from teleopctl.typed import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from teleopctl.node.endpoints.guard_condition import GuardCondition

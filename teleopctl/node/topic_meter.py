@@ -6,9 +6,9 @@ import time
 from collections import deque
 from collections.abc import Iterable
 
+from teleopctl.base.typed import TYPE_CHECKING, Any, NamedTuple
 from teleopctl.node.any_topic import undecoded
 from teleopctl.node.values.qos import qos_profile_sensor_data
-from teleopctl.typed import TYPE_CHECKING, Any, NamedTuple
 
 if TYPE_CHECKING:
     from teleopctl.node.endpoints.subscription import Subscription

@@ -8,11 +8,11 @@ that teleopctl brings itself.
 
 import sys
 
-from teleopctl import interrupts, progress
+from teleopctl.base import interrupts, progress
+from teleopctl.base.printable import printable_text
 from teleopctl.errors import EXIT_INTERRUPTED, TeleopctlError
 from teleopctl.nodes.execute import run_executable
 from teleopctl.packages import is_path
-from teleopctl.printable import printable_text
 
 _USAGE = "usage: python -m teleopctl.nodes [--builtin] [PACKAGE] EXECUTABLE [ARGS...]"
 

@@ -20,7 +20,7 @@ import contextlib
 import threading
 from typing import TYPE_CHECKING, Any
 
-from teleopctl import progress
+from teleopctl.base import progress
 from teleopctl.errors import InvalidMessageError, InvalidParameterError
 from teleopctl.interfaces import get_message, to_nanoseconds
 from teleopctl.node import (

@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import sys
 
-from teleopctl import progress
+from teleopctl.base import progress
 from teleopctl.node import (
     ExternalShutdownException,
     Node,

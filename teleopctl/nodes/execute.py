@@ -13,7 +13,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from teleopctl import interrupts
+from teleopctl.base import interrupts
 from teleopctl.errors import EXIT_INTERRUPTED, NotFoundError, SystemFailureError, TeleopctlError
 from teleopctl.packages import Executable, find_executable
 
@@ -46,8 +46,8 @@ def run_executable(
 
 def execute(executable: Executable, args: Sequence[str]) -> int:
     """Run a program that was found, see `run_executable`."""
+    from teleopctl.base.output import discard_output, outlive_output, take_log_file
     from teleopctl.compat import activation
-    from teleopctl.output import discard_output, outlive_output, take_log_file
 
     log_file = take_log_file()
     # In the foreground what it prints may be a result, for a pipe or a file that a person chose.

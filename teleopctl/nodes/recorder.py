@@ -16,7 +16,6 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from teleopctl import progress
 from teleopctl.bag import (
     Recorder,
     RecorderOptions,
@@ -25,6 +24,7 @@ from teleopctl.bag import (
     database_settings,
     default_folder,
 )
+from teleopctl.base import progress
 from teleopctl.errors import InvalidParameterError
 from teleopctl.interfaces import NANOSECONDS_PER_SECOND, known_types
 from teleopctl.node import Context, SignalHandlerOptions, parse_ros_arguments

@@ -13,7 +13,8 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from teleopctl import progress
+from teleopctl.base import progress
+from teleopctl.base.text_file import read_text
 from teleopctl.errors import InvalidParameterError, TeleopctlError
 from teleopctl.interfaces import get_message
 from teleopctl.node import (
@@ -28,7 +29,6 @@ from teleopctl.node import (
     spin,
 )
 from teleopctl.robot import Joint, Joints, RobotDescription, SegmentTree
-from teleopctl.text_file import read_text
 from teleopctl.tf import (
     StaticTransformBroadcaster,
     Transform,

@@ -11,11 +11,11 @@ import sys
 import webbrowser
 from pathlib import Path
 
-from teleopctl import progress
+from teleopctl.base import progress
+from teleopctl.base.folders import make_private, runtime_dir
 from teleopctl.base.private_file import write_private
 from teleopctl.base.token_file import Address
 from teleopctl.errors import UsageError
-from teleopctl.folders import make_private, runtime_dir
 from teleopctl.node import ExternalShutdownException, init, parse_ros_arguments, spin
 
 # Those of a message with a thousand markers, for one.

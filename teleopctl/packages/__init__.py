@@ -42,7 +42,7 @@ if TYPE_CHECKING:
     from teleopctl.packages.records import Executable as Executable, Package as Package
     from teleopctl.packages.source_folders import enclosing_package as enclosing_package
 else:
-    from teleopctl.lazy import attach
+    from teleopctl.base.lazy import attach
 
     __getattr__, __dir__, __all__ = attach(
         __name__,

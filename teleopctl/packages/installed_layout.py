@@ -23,8 +23,8 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any, Final
 
+from teleopctl.base.folders import make_private, runtime_dir
 from teleopctl.errors import SystemFailureError
-from teleopctl.folders import make_private, runtime_dir
 from teleopctl.packages.cmake_script import installation
 from teleopctl.packages.setup_script import setup_arguments
 from teleopctl.packages.source_folders import text_of

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     )
     from teleopctl.pictures.picture import Picture as Picture, PictureError as PictureError
 else:
-    from teleopctl.lazy import attach
+    from teleopctl.base.lazy import attach
 
     __getattr__, __dir__, __all__ = attach(
         __name__,

@@ -6,9 +6,9 @@ import os
 import sys
 from functools import cache
 
+from teleopctl.base.lazy import import_module
+from teleopctl.base.typed import TYPE_CHECKING
 from teleopctl.errors import BrokenPluginError, UnknownPluginError, did_you_mean
-from teleopctl.lazy import import_module
-from teleopctl.typed import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

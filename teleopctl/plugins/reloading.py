@@ -5,9 +5,9 @@ from __future__ import annotations
 import os
 import sys
 
+from teleopctl.base.typed import TYPE_CHECKING
 from teleopctl.errors import BrokenPluginError
 from teleopctl.plugins.lookup import Kind, find, forget_entry_points, load
-from teleopctl.typed import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping

@@ -136,7 +136,7 @@ if TYPE_CHECKING:
         read_xacro as read_xacro,
     )
 else:
-    from teleopctl.lazy import attach
+    from teleopctl.base.lazy import attach
 
     __getattr__, __dir__, __all__ = attach(
         __name__,

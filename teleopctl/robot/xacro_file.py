@@ -6,7 +6,8 @@ the file, the line where it is known, and the reason.
 
 A xacro file is a program: its expressions are Python's, and what keeps them from the rest of the
 machine can be left. One from a stranger is read in safe mode, which has properties, arguments,
-macros, conditions, ``$(find …)`` and the arithmetic of `teleopctl.expression`, and nothing else.
+macros, conditions, ``$(find …)`` and the arithmetic of `teleopctl.base.expression`, and nothing
+else.
 """
 
 import contextlib
@@ -24,10 +25,10 @@ from xml.parsers.expat import ExpatError, errors
 
 from teleopctl.base import budget
 from teleopctl.base.budget import BudgetError, Tally
+from teleopctl.base.expression import ExpressionError, compute
+from teleopctl.base.printable import shortened
 from teleopctl.errors import InvalidDescriptionError, NotFoundError, TeleopctlError
-from teleopctl.expression import ExpressionError, compute
 from teleopctl.packages import include_package_of, package_share
-from teleopctl.printable import shortened
 from teleopctl.robot.any_robot import in_words, xacro_arguments
 from teleopctl.robot.formats.source_lines import Places, noting_lines, places_in
 from teleopctl.robot.formats.xacro_python import BoundedPython

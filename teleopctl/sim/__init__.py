@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     )
     from teleopctl.sim.simulation import Simulation as Simulation
 else:
-    from teleopctl.lazy import attach
+    from teleopctl.base.lazy import attach
 
     __getattr__, __dir__, __all__ = attach(
         __name__,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
-from teleopctl import progress
+from teleopctl.base import progress
 from teleopctl.mujoco_model import RobotModel, build_model
 from teleopctl.packages import resolve_uri
 from teleopctl.robot import Pose, RobotDescription, World, motion_plugins, read_world

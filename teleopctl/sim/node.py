@@ -7,7 +7,7 @@ from typing import Any
 
 import mujoco
 
-from teleopctl import progress
+from teleopctl.base import progress
 from teleopctl.errors import InvalidParameterError
 from teleopctl.interfaces import get_message, to_nanoseconds
 from teleopctl.node import (

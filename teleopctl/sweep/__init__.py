@@ -26,7 +26,7 @@ if TYPE_CHECKING:
         parse_sample as parse_sample,
     )
 else:
-    from teleopctl.lazy import attach
+    from teleopctl.base.lazy import attach
 
     __getattr__, __dir__, __all__ = attach(
         __name__,

@@ -11,7 +11,7 @@ import sys
 import threading
 from pathlib import Path
 
-from teleopctl import interrupts
+from teleopctl.base import interrupts
 from teleopctl.compat import activation
 from teleopctl.errors import EXIT_INTERRUPTED
 from teleopctl.sweep.one_run import run_once

@@ -14,7 +14,7 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from teleopctl import background, progress
+from teleopctl.base import background, progress
 from teleopctl.base.start_timeouts import StartTimeouts
 from teleopctl.errors import (
     LaunchError,
@@ -24,7 +24,7 @@ from teleopctl.errors import (
 )
 
 if TYPE_CHECKING:
-    from teleopctl.background import ProcessRecord
+    from teleopctl.base.background import ProcessRecord
     from teleopctl.launch import ProcessStatus, Running
 
 BAG = "bag"

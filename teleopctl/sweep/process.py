@@ -13,7 +13,7 @@ import threading
 import time
 from pathlib import Path
 
-from teleopctl import background
+from teleopctl.base import background
 from teleopctl.base.private_file import open_private
 from teleopctl.errors import SystemFailureError
 from teleopctl.sweep.one_run import (

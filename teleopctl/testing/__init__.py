@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from teleopctl.lazy import attach
+from teleopctl.base.lazy import attach
 
 if TYPE_CHECKING:
     from teleopctl.testing.control_stack import (

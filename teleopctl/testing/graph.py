@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator, Mapping, MutableMapping, Sequenc
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from teleopctl import background
+from teleopctl.base import background
 from teleopctl.base.start_timeouts import StartTimeouts
 from teleopctl.errors import TeleopctlError
 from teleopctl.testing.process import LONGEST_WAIT_S, Process

@@ -6,8 +6,8 @@ import contextlib
 import re
 from pathlib import Path
 
-from teleopctl import background
-from teleopctl.background import ProcessRecord
+from teleopctl.base import background
+from teleopctl.base.background import ProcessRecord
 from teleopctl.launch import stop_running
 from teleopctl.testing.process import LONGEST_WAIT_S, eventually
 

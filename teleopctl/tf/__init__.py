@@ -77,7 +77,7 @@ if TYPE_CHECKING:
         slerp as slerp,
     )
 else:
-    from teleopctl.lazy import attach
+    from teleopctl.base.lazy import attach
 
     __getattr__, __dir__, __all__ = attach(
         __name__,

@@ -5,10 +5,10 @@ import threading
 import time
 from collections.abc import Callable
 
+from teleopctl.base.printable import printable_line
 from teleopctl.errors import what_there_is
 from teleopctl.interfaces import split
 from teleopctl.node import Duration, Node
-from teleopctl.printable import printable_line
 from teleopctl.tf.buffer import Buffer
 from teleopctl.tf.errors import TransformException
 from teleopctl.tf.listener import TransformListener

@@ -14,9 +14,9 @@ import time
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
+from teleopctl.base.printable import printable_line
 from teleopctl.interfaces import to_seconds
 from teleopctl.node import ROSClock
-from teleopctl.printable import printable_line
 from teleopctl.tf.buffer import Buffer
 from teleopctl.tf.messages import TimeLike, stamp_of
 

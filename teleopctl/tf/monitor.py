@@ -8,9 +8,9 @@ from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any, NamedTuple
 
+from teleopctl.base.printable import printable_line
 from teleopctl.interfaces import get_message, to_seconds
 from teleopctl.node import MessageInfo, Node, QoSProfile, qos_profile_latched
-from teleopctl.printable import printable_line
 from teleopctl.tf.broadcaster import TF_STATIC_TOPIC, TF_TOPIC
 from teleopctl.tf.buffer import Buffer
 from teleopctl.tf.echo import wait_for_frames

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from teleopctl.viewer.remote.joint_targets import SLIDERS_TOPIC as SLIDERS_TOPIC
     from teleopctl.viewer.viewer import Viewer as Viewer, open_viewer as open_viewer
 else:
-    from teleopctl.lazy import attach
+    from teleopctl.base.lazy import attach
 
     __getattr__, __dir__, __all__ = attach(
         __name__,

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from teleopctl import plugins
-from teleopctl.printable import printable_line
+from teleopctl.base.printable import printable_line
 from teleopctl.tf import Transform
 from teleopctl.viewer.displays.base import Display, Stage
 from teleopctl.viewer.displays.robot_model import RobotModel

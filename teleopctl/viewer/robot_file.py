@@ -12,8 +12,8 @@ import contextlib
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from teleopctl.base.file_watch import FileWatch
 from teleopctl.errors import TeleopctlError
-from teleopctl.file_watch import FileWatch
 from teleopctl.node import Parameter
 from teleopctl.packages import resolve_uri
 from teleopctl.robot import RobotDescription, read_model

@@ -11,9 +11,9 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from teleopctl.base.ros_yaml import RosLoader, faults_of, load
+from teleopctl.base.text_file import read_text
 from teleopctl.errors import TeleopctlError
-from teleopctl.ros_yaml import RosLoader, faults_of, load
-from teleopctl.text_file import read_text
 from teleopctl.tf import Vector3
 
 _MANAGER = "Visualization Manager"

@@ -11,7 +11,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from teleopctl.printable import printable_line
+from teleopctl.base.printable import printable_line
 from teleopctl.viewer.displays.base import Display
 from teleopctl.viewer.rviz_file import RvizFile, plain_class
 

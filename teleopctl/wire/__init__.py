@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from teleopctl.typed import TYPE_CHECKING
+from teleopctl.base.typed import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from teleopctl.wire.address import RouterAddress as RouterAddress
@@ -67,7 +67,7 @@ if TYPE_CHECKING:
         gid as gid,
     )
 else:
-    from teleopctl.lazy import attach
+    from teleopctl.base.lazy import attach
 
     __getattr__, __dir__, __all__ = attach(
         __name__,

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import struct
 
-from teleopctl.typed import NamedTuple
+from teleopctl.base.typed import NamedTuple
 
 GID_SIZE = 16
 """Bytes in the identity of an endpoint."""

@@ -8,8 +8,8 @@ from collections.abc import Callable
 
 import zenoh
 
-from teleopctl.interrupts import transport_callback
-from teleopctl.typed import TypeVar
+from teleopctl.base.interrupts import transport_callback
+from teleopctl.base.typed import TypeVar
 
 _Item = TypeVar("_Item")
 

@@ -14,8 +14,8 @@ from collections.abc import Sequence
 
 import zenoh
 
+from teleopctl.base.typed import TYPE_CHECKING, Literal
 from teleopctl.errors import UsageError
-from teleopctl.typed import TYPE_CHECKING, Literal
 from teleopctl.wire.address import DEFAULT_ADDRESS, RouterAddress
 
 if TYPE_CHECKING:

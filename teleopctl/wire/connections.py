@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import zenoh
 
-from teleopctl.typed import Any
+from teleopctl.base.typed import Any
 from teleopctl.wire.roll_call import router_key
 
 _LONGEST_WAIT_S = 1.0

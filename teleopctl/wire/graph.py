@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import zenoh
 
-from teleopctl.typed import TYPE_CHECKING
+from teleopctl.base.typed import TYPE_CHECKING
 from teleopctl.wire.keys import LIVELINESS_PREFIX, liveliness_key
 from teleopctl.wire.session import domain_id, is_client
 from teleopctl.wire.tokens import EndpointToken, EntityKind, NodeToken, join_name, parse_token

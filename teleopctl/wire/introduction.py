@@ -12,7 +12,7 @@ import time
 
 import zenoh
 
-from teleopctl.typed import cast
+from teleopctl.base.typed import cast
 from teleopctl.wire.address import RouterAddress
 from teleopctl.wire.config import how_to_start
 from teleopctl.wire.roll_call import listed_peers, router_key

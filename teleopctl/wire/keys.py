@@ -6,8 +6,8 @@ are Zenoh levels. Two ends exchange data only when the whole key is equal, the h
 
 from __future__ import annotations
 
+from teleopctl.base.typed import NamedTuple
 from teleopctl.interfaces import from_dds, to_dds
-from teleopctl.typed import NamedTuple
 
 ANY_HASH = "*"
 """In place of a type hash: receive every version of a type, that of ROS 2 Humble included."""

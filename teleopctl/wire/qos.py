@@ -9,8 +9,8 @@ from __future__ import annotations
 
 from functools import lru_cache
 
+from teleopctl.base.typed import NamedTuple
 from teleopctl.interfaces import NANOSECONDS_PER_SECOND, split
-from teleopctl.typed import NamedTuple
 
 INFINITE_NS = 9_223_372_036_854_775_807
 """A duration that never ends, in nanoseconds: the largest that the ROS middleware can express."""

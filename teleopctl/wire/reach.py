@@ -10,7 +10,7 @@ from __future__ import annotations
 import json
 from contextlib import suppress
 
-from teleopctl.typed import TYPE_CHECKING
+from teleopctl.base.typed import TYPE_CHECKING
 from teleopctl.wire.address import RouterAddress, tcp_address
 from teleopctl.wire.config import probe_config
 from teleopctl.wire.roll_call import router_key

@@ -8,10 +8,10 @@ import time
 
 import zenoh
 
+from teleopctl.base.interrupts import transport_callback
+from teleopctl.base.typed import TYPE_CHECKING, Generic, Protocol, TypeVar, cast
 from teleopctl.errors import InvalidMessageError, TeleopctlError, UnavailableError
 from teleopctl.interfaces import ResponseT, deserialize, serialize, type_hash
-from teleopctl.interrupts import transport_callback
-from teleopctl.typed import TYPE_CHECKING, Generic, Protocol, TypeVar, cast
 from teleopctl.wire.attachment import GID_SIZE, Attachment, decode_attachment, encode_attachment
 from teleopctl.wire.callbacks import direct_callback
 from teleopctl.wire.keys import topic_key

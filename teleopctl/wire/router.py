@@ -16,8 +16,8 @@ from contextlib import suppress
 
 import zenoh
 
+from teleopctl.base.typed import TYPE_CHECKING, Any
 from teleopctl.errors import RefusedError, TeleopctlError, UnavailableError
-from teleopctl.typed import TYPE_CHECKING, Any
 from teleopctl.wire.address import RouterAddress, tcp_address
 from teleopctl.wire.config import (
     how_to_start,
@@ -32,7 +32,7 @@ from teleopctl.wire.session import RouterNotRunning, open_configured, open_zenoh
 if TYPE_CHECKING:
     import psutil
 
-    from teleopctl.background import ProcessRecord
+    from teleopctl.base.background import ProcessRecord
     from teleopctl.wire.reach import RouterReach
 
 __all__ = [
@@ -106,7 +106,7 @@ def start_router() -> bool:
     address = _free_address()
     if address is None:
         return False
-    from teleopctl import background
+    from teleopctl.base import background
     from teleopctl.base.start_timeouts import StartTimeouts
 
     try:
@@ -164,7 +164,7 @@ def find_router() -> ProcessRecord | None:
     Raises:
         UsageError: The router's configuration cannot be used.
     """
-    from teleopctl import background
+    from teleopctl.base import background
 
     address = daemon_address().to_connect()
     for record in background.records():
@@ -185,7 +185,7 @@ def stop_router() -> bool:
     """
     record = find_router()
     if record is not None:
-        from teleopctl import background
+        from teleopctl.base import background
 
         background.stop(record)
         return True
@@ -214,7 +214,7 @@ def run_router(
     import signal
     import socket
 
-    from teleopctl import background
+    from teleopctl.base import background
 
     waker, woken = socket.socketpair()
     waker.setblocking(False)

@@ -7,8 +7,8 @@ import os
 
 import zenoh
 
+from teleopctl.base.typed import TYPE_CHECKING
 from teleopctl.errors import UnavailableError, UsageError
-from teleopctl.typed import TYPE_CHECKING
 from teleopctl.wire.address import RouterAddress
 from teleopctl.wire.config import (
     SessionConfig,

@@ -9,9 +9,9 @@ from __future__ import annotations
 
 from enum import StrEnum
 
+from teleopctl.base.printable import printable_line
+from teleopctl.base.typed import NamedTuple
 from teleopctl.interfaces import from_dds, to_dds
-from teleopctl.printable import printable_line
-from teleopctl.typed import NamedTuple
 from teleopctl.wire.keys import LIVELINESS_PREFIX, decimal
 from teleopctl.wire.qos import EndpointQos, format_qos, parse_qos
 

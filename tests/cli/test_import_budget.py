@@ -81,11 +81,11 @@ def latched(ros: RosGraph) -> RosGraph:
 @pytest.mark.parametrize(
     ("line", "most_modules"),
     [
-        ("topic list", 34),
-        ("param get /test use_sim_time", 67),
+        ("topic list", 35),
+        ("param get /test use_sim_time", 68),
         ("service call /test/list_parameters rcl_interfaces/srv/ListParameters", 97),
-        ("topic pub --once -w 0 /heard std_msgs/msg/String {}", 88),
-        ("topic echo --once /chatter", 103),
+        ("topic pub --once -w 0 /heard std_msgs/msg/String {}", 89),
+        ("topic echo --once /chatter", 104),
         ("interface show std_msgs/msg/String", 35),
     ],
 )

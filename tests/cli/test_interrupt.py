@@ -29,7 +29,7 @@ main()
 @pytest.mark.parametrize(
     ("module", "status"),
     [
-        ("teleopctl.interrupts", -signal.SIGINT),
+        ("teleopctl.base.interrupts", -signal.SIGINT),
         ("teleopctl.cli.main", -signal.SIGINT),
         ("teleopctl.cli.console", -signal.SIGINT),
         ("teleopctl.plugins", 130),
@@ -50,7 +50,7 @@ def test_an_interrupt_while_a_module_is_imported_ends_it_in_silence(module: str,
 
 _IN_A_CALL_FROM_ZENOH = """
 import signal, threading
-from teleopctl import interrupts
+from teleopctl.base import interrupts
 
 @interrupts.transport_callback
 def called():

@@ -44,7 +44,7 @@ GROUP = Group("Sample verbs.", {"end": Verb(f"{__name__}:end", "End in some way.
 def sample(monkeypatch):
     monkeypatch.setitem(plugins.VERBS.ours, "sample", f"{__name__}:GROUP")
     monkeypatch.setitem(plugins.VERBS.summaries, "sample", "Sample verbs.")
-    monkeypatch.setattr("teleopctl.output.discard_output", lambda: None)
+    monkeypatch.setattr("teleopctl.base.output.discard_output", lambda: None)
     monkeypatch.delenv("FORCE_COLOR", raising=False)
 
 

@@ -2,7 +2,7 @@
 
 from hypothesis import given, strategies as st
 
-from teleopctl import ros_yaml
+from teleopctl.base import ros_yaml
 from teleopctl.node.parameters.parameter import Parameter
 from teleopctl.node.parameters.parameter_file import parameter_document, read_parameter_file
 from teleopctl.node.parameters.value import parameter_value_to_python

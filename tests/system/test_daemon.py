@@ -7,7 +7,7 @@ import sys
 import psutil
 import pytest
 
-from teleopctl import background
+from teleopctl.base import background
 from teleopctl.testing import LONGEST_WAIT_S, eventually
 from teleopctl.wire.config import router_config, session_config
 from teleopctl.wire.graph_watcher import GraphWatcher

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from teleopctl import background
+from teleopctl.base import background
 from teleopctl.testing import RosGraph, free_port
 
 

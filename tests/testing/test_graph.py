@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from teleopctl import background
+from teleopctl.base import background
 from teleopctl.testing import LONGEST_WAIT_S, Process, RosGraph, eventually
 
 SLEEPER = [sys.executable, "-c", "import time; time.sleep(600)"]
@@ -13,7 +13,7 @@ SLEEPER = [sys.executable, "-c", "import time; time.sleep(600)"]
 HOSTILE_TESTS = """
 import os, sys
 import pytest
-from teleopctl import background
+from teleopctl.base import background
 
 SLEEPER = [sys.executable, "-c", "import time; time.sleep(600)"]
 
@@ -129,7 +129,7 @@ def test_a_session_without_these_fixtures_imports_nothing_of_teleopctl():
     code += "print([m for m in sys.modules if m.startswith('teleopctl')])"
     process = Process([sys.executable, "-c", code], os.environ, Path.cwd())
     assert process.wait() == 0
-    ground = {"teleopctl", "teleopctl.lazy", "teleopctl.typed"}
+    ground = {"teleopctl", "teleopctl.base.lazy", "teleopctl.base.typed"}
     assert set(eval(process.stdout)) == {
         *ground,
         "teleopctl.testing",

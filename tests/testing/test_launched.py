@@ -3,8 +3,8 @@ import sys
 
 import pytest
 
-from teleopctl import background
-from teleopctl.background import ProcessRecord, Start
+from teleopctl.base import background
+from teleopctl.base.background import ProcessRecord, Start
 from teleopctl.launch.execution import status
 from teleopctl.launch.execution.running import died
 from teleopctl.launch.execution.status import ProcessStatus

@@ -5,7 +5,7 @@ from html.parser import HTMLParser
 
 from hypothesis import given, strategies
 
-from teleopctl.printable import printable_line
+from teleopctl.base.printable import printable_line
 from teleopctl.viewer.page.html import escaped, escaped_markdown
 
 

@@ -6,7 +6,7 @@ import threading
 
 import pytest
 
-from teleopctl.interrupts import in_transport_callback
+from teleopctl.base.interrupts import in_transport_callback
 from teleopctl.testing import eventually
 from teleopctl.wire import direct_callback, open_session
 

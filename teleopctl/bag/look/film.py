@@ -6,7 +6,7 @@ from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from teleopctl.extras import extra
+from teleopctl.base.extras import extra
 
 if TYPE_CHECKING:
     from PIL.Image import Image as PilImage

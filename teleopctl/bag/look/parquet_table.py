@@ -7,7 +7,7 @@ from typing import Any
 
 from teleopctl.bag.look.csv_table import TIMES
 from teleopctl.bag.look.decoding import Decoded
-from teleopctl.extras import extra
+from teleopctl.base.extras import extra
 from teleopctl.interfaces import FieldType, Message, Shape, class_within
 
 # A group of rows is held in memory, and is what a reader takes at once.

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from teleopctl.bag.look.curves import Curve
+from teleopctl.base.extras import extra
+from teleopctl.base.printable import printable_line
 from teleopctl.errors import SystemFailureError, UsageError
-from teleopctl.extras import extra
-from teleopctl.printable import printable_line
 
 SUFFIXES = (".png", ".svg", ".pdf")
 

@@ -262,7 +262,7 @@ class Circumstances:
         self._documents |= changed
         self._parameter_files += 1
         number = f"_{self._parameter_files}" if self._parameter_files > 1 else ""
-        from teleopctl import ros_yaml
+        from teleopctl.base import ros_yaml
 
         text = ros_yaml.dump(changed)
         self._add_file(f"parameters{number}.yaml", "application/yaml", text.encode())

@@ -23,8 +23,8 @@ from teleopctl.bag.metadata import (
 from teleopctl.bag.records import NO_TIME_NS, BagAttachment, BagMessage, BagTopic
 from teleopctl.bag.storage.packed import SUFFIX, ZSTD, require_zstd, unpack_file, unpack_messages
 from teleopctl.base.temporary import TemporaryFolder
+from teleopctl.base.text_file import absence
 from teleopctl.errors import InvalidFileError, NotFoundError
-from teleopctl.text_file import absence
 
 if TYPE_CHECKING:
     from teleopctl.bag.storage.sqlite_file import SqliteFileReader

@@ -7,10 +7,10 @@ from typing import Any, TypeVar
 
 import yaml
 
-from teleopctl import ros_yaml
 from teleopctl.bag.mcap_file.chunk_builder import ChunkSettings, Compression, CompressionLevel
+from teleopctl.base import ros_yaml
+from teleopctl.base.text_file import read_text
 from teleopctl.errors import InvalidFileError, UnsupportedError, UsageError, did_you_mean
-from teleopctl.text_file import read_text
 
 PRESETS = ("none", "fastwrite", "zstd_fast", "zstd_small")
 """Storage preset profiles of rosbag2's MCAP plug-in."""

@@ -18,9 +18,9 @@ from teleopctl.bag.records import (
     TypeText,
 )
 from teleopctl.base.budget import LARGEST_UNPACKED_BYTES, BudgetError, unpacked_limit
+from teleopctl.base.text_file import absence
 from teleopctl.errors import InvalidFileError
 from teleopctl.interfaces import hash_of_text
-from teleopctl.text_file import absence
 from teleopctl.wire import EndpointQos
 
 if TYPE_CHECKING:

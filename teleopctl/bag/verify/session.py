@@ -250,7 +250,7 @@ def read_parameters(bag: Bag) -> dict[str, dict[str, object]]:
     """
     import yaml
 
-    from teleopctl import ros_yaml
+    from teleopctl.base import ros_yaml
 
     found: dict[str, dict[str, object]] = defaultdict(dict)
     for attachment in bag.attachments():

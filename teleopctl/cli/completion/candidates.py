@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import os
 
+from teleopctl.base.typed import TYPE_CHECKING
 from teleopctl.errors import TeleopctlError
-from teleopctl.typed import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable

@@ -8,14 +8,14 @@ from __future__ import annotations
 import os
 import sys
 
+from teleopctl.base.printable import printable_line
+from teleopctl.base.typed import TYPE_CHECKING
 from teleopctl.cli import declared
 from teleopctl.cli.completion import shells
 from teleopctl.cli.console import COMPLETION_VARIABLE
 from teleopctl.cli.declared import DeclaredVerb
 from teleopctl.cli.verb import Argument, Group, Option, Parameter, Verb
 from teleopctl.errors import TeleopctlError
-from teleopctl.printable import printable_line
-from teleopctl.typed import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence

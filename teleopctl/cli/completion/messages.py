@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from teleopctl.base.typed import TYPE_CHECKING
 from teleopctl.cli.completion.completing import Line
 from teleopctl.errors import TeleopctlError
-from teleopctl.typed import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

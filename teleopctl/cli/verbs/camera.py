@@ -4,6 +4,7 @@ import threading
 import time
 from pathlib import Path
 
+from teleopctl.base.typed import Annotated, Any
 from teleopctl.cli import console
 from teleopctl.cli.command_node import command_node
 from teleopctl.cli.live import absolute_name
@@ -17,7 +18,6 @@ from teleopctl.errors import (
     UnsupportedError,
     UsageError,
 )
-from teleopctl.typed import Annotated, Any
 
 GROUP = Group(
     "Save pictures of cameras.",

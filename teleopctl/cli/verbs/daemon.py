@@ -1,9 +1,9 @@
 """``teleopctl daemon``: the router that introduces nodes to each other."""
 
+from teleopctl.base.typed import TYPE_CHECKING, Annotated
 from teleopctl.cli import console
 from teleopctl.cli.options import AsJson
 from teleopctl.cli.verb import Group, Option, Verb
-from teleopctl.typed import TYPE_CHECKING, Annotated
 
 if TYPE_CHECKING:
     from teleopctl.wire import RouterAddress, RouterReach

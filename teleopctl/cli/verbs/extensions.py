@@ -7,12 +7,12 @@ import sys
 from collections.abc import Iterator
 
 from teleopctl import plugins
+from teleopctl.base.typed import Annotated
 from teleopctl.cli import console
 from teleopctl.cli.options import AsJson
 from teleopctl.cli.verb import Group, Option, Verb
 from teleopctl.errors import NotFoundError, did_you_mean
 from teleopctl.plugins import Kind, Plugin
-from teleopctl.typed import Annotated
 
 EXTENSIONS = Verb(f"{__name__}:list_extensions", "List plug-ins, ours and strangers'.")
 EXTENSION_POINTS = Verb(f"{__name__}:list_extension_points", "List the kinds of plug-ins.")

@@ -4,12 +4,12 @@ import os
 import sys
 from pathlib import Path
 
+from teleopctl.base.typed import TYPE_CHECKING, Annotated
 from teleopctl.cli import console
 from teleopctl.cli.options import StallTimeout, UpTimeout
 from teleopctl.cli.verb import Argument, Option, Verb
 from teleopctl.cli.waiting import start_timeouts
 from teleopctl.errors import TeleopctlError, UsageError
-from teleopctl.typed import TYPE_CHECKING, Annotated
 
 if TYPE_CHECKING:
     from teleopctl.base.start_timeouts import StartTimeouts

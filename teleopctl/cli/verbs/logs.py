@@ -7,12 +7,12 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, BinaryIO
 
-from teleopctl import background
+from teleopctl.base import background
+from teleopctl.base.output import older_part
 from teleopctl.cli import console
 from teleopctl.cli.verb import Argument, Option, Verb
 from teleopctl.errors import SystemFailureError, TeleopctlError, UsageError
 from teleopctl.launch import find_running, newest_log
-from teleopctl.output import older_part
 
 VERB = Verb(f"{__name__}:logs", "Print the output of a background process.")
 

@@ -3,12 +3,12 @@
 from collections import Counter
 from collections.abc import Iterable
 
+from teleopctl.base.typed import TYPE_CHECKING, Annotated
 from teleopctl.cli import console
 from teleopctl.cli.live import absolute_name, live_graph
 from teleopctl.cli.options import AsJson, NodeName
 from teleopctl.cli.verb import Group, Option, Verb
 from teleopctl.errors import NotFoundError, did_you_mean
-from teleopctl.typed import TYPE_CHECKING, Annotated
 from teleopctl.wire import EntityKind, actions_of, is_hidden_name
 
 if TYPE_CHECKING:

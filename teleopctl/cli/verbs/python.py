@@ -2,8 +2,8 @@
 
 import sys
 
+from teleopctl.base.typed import Annotated
 from teleopctl.cli.verb import Argument, Verb
-from teleopctl.typed import Annotated
 
 VERB = Verb(
     f"{__name__}:python",

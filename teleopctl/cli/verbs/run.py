@@ -6,13 +6,13 @@ from collections.abc import Sequence
 from functools import partial
 
 from teleopctl import packages
+from teleopctl.base.typed import TYPE_CHECKING, Annotated
 from teleopctl.cli import console
 from teleopctl.cli.options import StallTimeout, UpTimeout
 from teleopctl.cli.verb import Argument, Option, Verb
 from teleopctl.cli.waiting import start_timeouts
 from teleopctl.errors import NotFoundError, UsageError, did_you_mean
 from teleopctl.packages import Executable
-from teleopctl.typed import TYPE_CHECKING, Annotated
 
 if TYPE_CHECKING:
     from teleopctl.base.start_timeouts import StartTimeouts
@@ -115,7 +115,7 @@ def _command(executable: Executable, arguments: Sequence[str]) -> list[str]:
 def _start_in_background(
     executable: Executable, command: list[str], timeouts: "StartTimeouts"
 ) -> int:
-    from teleopctl import background, progress
+    from teleopctl.base import background, progress
     from teleopctl.base.token_file import Address
     from teleopctl.launch import NewNodes, free_name, started_in_background, wait_for_node
 

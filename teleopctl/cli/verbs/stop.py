@@ -3,6 +3,8 @@
 import sys
 from collections.abc import Iterator, Sequence
 
+from teleopctl.base.printable import printable_line
+from teleopctl.base.typed import Annotated
 from teleopctl.cli import console
 from teleopctl.cli.options import AsJson
 from teleopctl.cli.verb import Argument, Option, Verb
@@ -18,8 +20,6 @@ from teleopctl.launch import (
     running,
     stop_running,
 )
-from teleopctl.printable import printable_line
-from teleopctl.typed import Annotated
 
 VERB = Verb(
     f"{__name__}:stop",

@@ -4,10 +4,10 @@ import contextlib
 import os
 from pathlib import Path
 
+from teleopctl.base.typed import Annotated
 from teleopctl.cli import console
 from teleopctl.cli.verb import Argument, Option, Verb
 from teleopctl.errors import UsageError
-from teleopctl.typed import Annotated
 
 VERB = Verb(
     f"{__name__}:test",

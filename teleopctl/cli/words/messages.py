@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 
+from teleopctl.base.typed import TYPE_CHECKING, Any
 from teleopctl.cli.learning import learn_type
 from teleopctl.errors import InvalidMessageError, UsageError
-from teleopctl.typed import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from teleopctl.wire import Graph

@@ -8,12 +8,12 @@ from __future__ import annotations
 from _thread import RLock
 from collections.abc import Callable
 
+from teleopctl.base.typed import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 from teleopctl.errors import InvalidMessageError
 from teleopctl.interfaces.cdr.codegen import Generator
 from teleopctl.interfaces.cdr.layout import Layout
 from teleopctl.interfaces.cdr.reading import Read
 from teleopctl.interfaces.cdr.writing import Write
-from teleopctl.typed import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 if TYPE_CHECKING:
     from types import CodeType
@@ -123,7 +123,7 @@ def _compile(key: _Key, source: str, constants: dict[str, Any]) -> Any:
     try:
         exec(source, namespace)  # noqa: S102 - of names and numbers
     except KeyboardInterrupt:
-        from teleopctl import interrupts
+        from teleopctl.base import interrupts
 
         interrupts.was_heeded()
         raise

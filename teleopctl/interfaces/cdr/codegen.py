@@ -12,6 +12,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
+from teleopctl.base.typed import Any, ClassVar
 from teleopctl.interfaces.blocks import BLOCK_CODES
 from teleopctl.interfaces.cdr.layout import (
     ANYWHERE,
@@ -22,7 +23,6 @@ from teleopctl.interfaces.cdr.layout import (
     Run,
 )
 from teleopctl.interfaces.definition import Definition, Field, FieldType, Shape
-from teleopctl.typed import Any, ClassVar
 
 LARGE_ARRAY = 512
 """Bytes from which on a fixed array is no part of a run, so that it is not copied twice."""

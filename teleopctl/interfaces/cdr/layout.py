@@ -23,10 +23,10 @@ from collections.abc import Callable
 from functools import cache
 from struct import Struct
 
+from teleopctl.base.typed import TypeAlias
 from teleopctl.errors import InvalidMessageError
 from teleopctl.interfaces.blocks import BLOCK_CODES, ITEM_SIZES
 from teleopctl.interfaces.definition import Definition, FieldType, Shape
-from teleopctl.typed import TypeAlias
 
 HEADER_SIZE = 4
 MAXIMUM_ALIGNMENT = 8

@@ -6,10 +6,10 @@ import struct
 from array import array
 from collections.abc import Iterable
 
+from teleopctl.base.typed import Any
 from teleopctl.interfaces.cdr.serialization import deserialize, serialize
 from teleopctl.interfaces.message import Message
 from teleopctl.interfaces.stamps import split
-from teleopctl.typed import Any
 
 _STAMP = struct.Struct("<iI")
 

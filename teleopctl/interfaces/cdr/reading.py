@@ -10,6 +10,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable
 
+from teleopctl.base.typed import Any
 from teleopctl.interfaces.blocks import BLOCK_CODES, ITEM_SIZES, byteswapped, empty
 from teleopctl.interfaces.cdr.codegen import LARGE_ARRAY, Generator
 from teleopctl.interfaces.cdr.layout import (
@@ -21,7 +22,6 @@ from teleopctl.interfaces.cdr.layout import (
     padding,
 )
 from teleopctl.interfaces.definition import Definition, FieldType, Shape
-from teleopctl.typed import Any
 
 _COUNT = "I"
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import struct
 
+from teleopctl.base.typed import TYPE_CHECKING, Any, TypeVar
 from teleopctl.errors import InvalidMessageError, TeleopctlError
 from teleopctl.interfaces.blocks import BLOCK_CODES, to_numpy
 from teleopctl.interfaces.cdr.codec import Codecs, Reader, Writer
@@ -14,7 +15,6 @@ from teleopctl.interfaces.cdr.layout import HEADER_SIZE
 from teleopctl.interfaces.convert import converter
 from teleopctl.interfaces.message import Message, stored
 from teleopctl.interfaces.store import get_message
-from teleopctl.typed import TYPE_CHECKING, Any, TypeVar
 
 if TYPE_CHECKING:
     from teleopctl.interfaces.blocks import NumberArray

@@ -8,11 +8,11 @@ from __future__ import annotations
 
 import sys
 
+from teleopctl.base.typed import Any
 from teleopctl.interfaces.blocks import BLOCK_CODES, ITEM_SIZES, byteswapped
 from teleopctl.interfaces.cdr.codegen import LARGE_ARRAY, Generator
 from teleopctl.interfaces.cdr.layout import HEADER_SIZE, Offsets, Run, after_block, padding
 from teleopctl.interfaces.definition import Definition, FieldType, Shape
-from teleopctl.typed import Any
 
 _COUNT = "I"
 _SWAPPED = sys.byteorder == "big"

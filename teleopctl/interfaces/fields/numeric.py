@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from teleopctl.base.typed import Any, NamedTuple
 from teleopctl.interfaces.definition import Shape
-from teleopctl.typed import Any, NamedTuple
 
 MOST_FIELDS = 500
 MOST_ELEMENTS = 64

@@ -7,8 +7,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from teleopctl.base.typed import TYPE_CHECKING, Any
 from teleopctl.errors import InvalidMessageError, UsageError
-from teleopctl.typed import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     import re

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from teleopctl.base.typed import TYPE_CHECKING
 from teleopctl.errors import InvalidMessageError
 from teleopctl.interfaces.definition import (
     PLACEHOLDER,
@@ -12,7 +13,6 @@ from teleopctl.interfaces.definition import (
 )
 from teleopctl.interfaces.hashing import BASE_IDS, BOUNDED_TEXT, NESTED_ID, SHAPE_STEP
 from teleopctl.interfaces.typenames import is_lower_name, normalize
-from teleopctl.typed import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from type_description_interfaces.msg import (

@@ -11,6 +11,7 @@ import threading
 from collections.abc import Mapping
 from functools import cache
 
+from teleopctl.base.typed import Any
 from teleopctl.errors import InvalidDefinitionError, TeleopctlError
 from teleopctl.interfaces import hashing
 from teleopctl.interfaces.cdr.codec import Codecs
@@ -22,7 +23,6 @@ from teleopctl.interfaces.services import service_of_event, split_definition
 from teleopctl.interfaces.standard import definition_of
 from teleopctl.interfaces.store import get_message, known_types
 from teleopctl.interfaces.typenames import normalize, split
-from teleopctl.typed import Any
 
 ROS2MSG, ROS2IDL = "ros2msg", "ros2idl"
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import yaml
 
-from teleopctl.typed import Any
+from teleopctl.base.typed import Any
 
 _UNLIMITED = 2**31 - 1
 _LONG_ESCAPE = "\\U"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Mapping
 
+from teleopctl.base.typed import Any, TypeVar
 from teleopctl.errors import UsageError
 from teleopctl.interfaces.convert import check_length, converter, expected
 from teleopctl.interfaces.definition import (
@@ -19,7 +20,6 @@ from teleopctl.interfaces.message import Message
 from teleopctl.interfaces.stamps import Stamp, set_stamp, to_nanoseconds
 from teleopctl.interfaces.store import get_message
 from teleopctl.interfaces.yaml.plain import read_plain
-from teleopctl.typed import Any, TypeVar
 
 MessageType = TypeVar("MessageType")
 
@@ -110,7 +110,7 @@ def _load_all(text: str) -> list[object]:
         return [values]
     import yaml
 
-    from teleopctl.ros_yaml import check_size
+    from teleopctl.base.ros_yaml import check_size
 
     try:
         check_size(text)

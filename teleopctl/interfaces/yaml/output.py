@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 
+from teleopctl.base.typed import Any, NamedTuple
 from teleopctl.interfaces.definition import FLOATS, STRINGS, Field, FieldType, Shape
 from teleopctl.interfaces.message import Message, stored
 from teleopctl.interfaces.yaml.plain import write_plain
-from teleopctl.typed import Any, NamedTuple
 
 DEFAULT_TRUNCATION = 128
 """Elements of an array, and characters of a text, that are shown before the rest is cut."""

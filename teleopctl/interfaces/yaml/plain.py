@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from teleopctl.typed import Any
+from teleopctl.base.typed import Any
 
 # Texts that YAML 1.1 takes for something else, in any case of letters.
 _WORDS = frozenset({"true", "false", "yes", "no", "on", "off", "null"})

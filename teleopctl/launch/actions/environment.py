@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Self
 
-from teleopctl import background
+from teleopctl.base import background
 from teleopctl.launch.actions.named import NameAndValue
 from teleopctl.launch.model import values
 from teleopctl.launch.model.action import Action, Entity, Launch

@@ -8,7 +8,7 @@ from typing import Self
 
 import yaml
 
-from teleopctl import ros_yaml
+from teleopctl.base import ros_yaml
 from teleopctl.errors import LaunchError
 from teleopctl.launch.model import values
 from teleopctl.launch.model.action import Action, Entity, Launch, Step

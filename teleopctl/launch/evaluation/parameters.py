@@ -7,6 +7,7 @@ from typing import Any
 
 import yaml
 
+from teleopctl.base.printable import shortened
 from teleopctl.errors import LaunchError
 from teleopctl.launch.evaluation.context import LaunchContext
 from teleopctl.launch.evaluation.substitution import render
@@ -14,7 +15,6 @@ from teleopctl.launch.model import values
 from teleopctl.launch.model.descriptions import Parameter, ParameterTree
 from teleopctl.launch.model.template import Template
 from teleopctl.node import why_no_parameter
-from teleopctl.printable import shortened
 
 _DUMPER: Any = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
 

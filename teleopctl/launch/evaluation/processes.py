@@ -11,7 +11,8 @@ from typing import TypeVar
 
 import yaml
 
-from teleopctl import ros_yaml
+from teleopctl.base import ros_yaml
+from teleopctl.base.text_file import read_text
 from teleopctl.errors import LaunchError, TeleopctlError
 from teleopctl.launch.evaluation.commands import line_with_ours, with_ours
 from teleopctl.launch.evaluation.context import LaunchContext
@@ -35,7 +36,6 @@ from teleopctl.launch.model.request import LaunchRequest
 from teleopctl.launch.model.scope import join_namespace
 from teleopctl.launch.model.template import Template, TemplateError, literal, parse
 from teleopctl.packages import find_executable, resolve_uri
-from teleopctl.text_file import read_text
 
 # Programs that do their work and end: a launch is up when they have finished.
 _PROGRAMS_THAT_END = frozenset(

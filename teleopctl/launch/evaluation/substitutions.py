@@ -12,8 +12,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from teleopctl.base.budget import joined
+from teleopctl.base.expression import ExpressionError, evaluate
+from teleopctl.base.text_file import read_text
 from teleopctl.errors import LaunchError, did_you_mean
-from teleopctl.expression import ExpressionError, evaluate
 from teleopctl.launch.evaluation.commands import find_command, with_ours
 from teleopctl.launch.evaluation.context import LaunchContext
 from teleopctl.launch.evaluation.parameters import parameter_value
@@ -23,7 +24,6 @@ from teleopctl.launch.model import values
 from teleopctl.launch.model.descriptions import Parameter
 from teleopctl.launch.model.template import Argument, Call
 from teleopctl.packages import find_executable, find_package, package_share, resolve_uri
-from teleopctl.text_file import read_text
 
 _COMMAND_TIMEOUT_S = 60.0
 

@@ -14,11 +14,11 @@ from functools import partial
 from pathlib import Path
 from typing import IO, Any
 
-from teleopctl import interrupts, progress
+from teleopctl.base import interrupts, progress
+from teleopctl.base.output import LOG_FILE, LogFile
 from teleopctl.launch.execution.screen import Screen
 from teleopctl.launch.execution.streams import lines, stream
 from teleopctl.launch.model.plan import ProcessPlan
-from teleopctl.output import LOG_FILE, LogFile
 
 # How long to go on reading what a process left behind when a descendant keeps its output open.
 _LAST_WORDS_S = 1.0

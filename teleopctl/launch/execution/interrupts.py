@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import FrameType
 
-from teleopctl.interrupts import end_waits
+from teleopctl.base.interrupts import end_waits
 from teleopctl.launch.execution.ending import STEPS
 from teleopctl.launch.execution.event_loop import EventLoop
 

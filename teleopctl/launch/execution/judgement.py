@@ -1,9 +1,9 @@
 """Which processes of a launch are up, and what has gone wrong first.
 
 Three things are known of a process: whether it runs, whether its node stands in the graph, and what
-it says of itself (`teleopctl.progress`). A node's session is not known before it speaks. Where its
-name is known, the name decides; where it is not, any node of a session that was not there before
-the start counts for it.
+it says of itself (`teleopctl.base.progress`). A node's session is not known before it speaks. Where
+its name is known, the name decides; where it is not, any node of a session that was not there
+before the start counts for it.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from teleopctl import progress
+from teleopctl.base import progress
 from teleopctl.errors import TeleopctlError
 from teleopctl.launch.execution.status import ProcessStatus
 from teleopctl.wire import Graph

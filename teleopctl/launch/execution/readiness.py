@@ -12,8 +12,8 @@ from pathlib import Path
 from types import TracebackType
 from typing import Protocol
 
-from teleopctl import background, interrupts, progress
-from teleopctl.background import ProcessRecord
+from teleopctl.base import background, interrupts, progress
+from teleopctl.base.background import ProcessRecord
 from teleopctl.base.start_timeouts import ProgressMonitor, StartTimeouts
 from teleopctl.errors import LaunchError, TeleopctlError
 from teleopctl.launch.execution import status

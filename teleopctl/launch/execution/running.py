@@ -8,8 +8,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import NamedTuple
 
-from teleopctl import background, interrupts, progress
-from teleopctl.background import ProcessRecord
+from teleopctl.base import background, interrupts, progress
+from teleopctl.base.background import ProcessRecord
 from teleopctl.errors import NotFoundError, did_you_mean
 from teleopctl.launch.execution import status
 from teleopctl.launch.execution.judgement import how_it_ended

@@ -7,9 +7,9 @@ import threading
 import time
 from pathlib import Path
 
+from teleopctl.base.output import LogFile
 from teleopctl.launch.execution.colours import own_line, relayed_line
 from teleopctl.launch.execution.line_format import LOG_FORMAT, SCREEN_FORMAT
-from teleopctl.output import LogFile
 
 # Longer arguments, in characters, are descriptions and programs; a path may have 255.
 _LONGEST_ARGUMENT = 300
@@ -19,7 +19,8 @@ _BEGIN = 60
 class Screen:
     """Writes whole lines, from any thread.
 
-    A screen that is full or gone costs lines and nothing else: `teleopctl.output.outlive_output`.
+    A screen that is full or gone costs lines and nothing else, see
+    `teleopctl.base.output.outlive_output`.
 
     Args:
         log_file: Where the launch's own lines are kept as well; None where the screen is the log.

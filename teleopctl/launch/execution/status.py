@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 from teleopctl import errors
-from teleopctl.background import ProcessRecord, Start
+from teleopctl.base.background import ProcessRecord, Start
 from teleopctl.base.private_file import write_private
 from teleopctl.errors import TeleopctlError
 

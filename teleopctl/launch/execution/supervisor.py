@@ -11,7 +11,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 
-from teleopctl.background import Start, start_of
+from teleopctl.base.background import Start, start_of
 from teleopctl.errors import TeleopctlError
 from teleopctl.launch.execution import status
 from teleopctl.launch.execution.child import Child, reason_of

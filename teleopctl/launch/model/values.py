@@ -9,7 +9,7 @@ from contextlib import contextmanager
 
 import yaml
 
-from teleopctl import ros_yaml
+from teleopctl.base import ros_yaml
 from teleopctl.errors import LaunchError, TeleopctlError
 
 _TRUE = frozenset({"true", "yes", "on", "1"})

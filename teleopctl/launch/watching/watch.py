@@ -15,8 +15,8 @@ from collections.abc import Iterable, Mapping, Set as AbstractSet
 from dataclasses import replace
 from pathlib import Path
 
+from teleopctl.base.file_watch import FileWatch
 from teleopctl.errors import TeleopctlError
-from teleopctl.file_watch import FileWatch
 from teleopctl.launch.evaluation.evaluation import Evaluation, evaluate
 from teleopctl.launch.execution.restarts import Restarts
 from teleopctl.launch.frontends import read_launch_file

@@ -5,9 +5,9 @@ from __future__ import annotations
 import enum
 from collections.abc import Awaitable, Callable
 
+from teleopctl.base.typed import TypeAlias
 from teleopctl.interfaces import FeedbackT, GoalT, ResultT
 from teleopctl.node.actions.server_goal import ServerGoalHandle
-from teleopctl.typed import TypeAlias
 
 
 class GoalResponse(enum.Enum):

@@ -7,13 +7,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from teleopctl.base.typed import Protocol, TypeVar
 from teleopctl.node.actions.goal_state import (
     GoalEvent,
     GoalState,
     InvalidGoalTransitionError,
     next_state as _next_state,
 )
-from teleopctl.typed import Protocol, TypeVar
 
 ERROR_NONE = 0
 ERROR_UNKNOWN_GOAL_ID = 2

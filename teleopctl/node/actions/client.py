@@ -6,6 +6,7 @@ import threading
 import uuid
 import weakref
 
+from teleopctl.base.typed import TYPE_CHECKING, Any, Generic, Self, cast
 from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces import FeedbackT, GoalT, ResultT, deserialize, get_message
 from teleopctl.node.actions.client_goal import ClientGoalHandle
@@ -18,7 +19,6 @@ from teleopctl.node.values.qos import (
     qos_profile_action_status_default,
     qos_profile_services_default,
 )
-from teleopctl.typed import TYPE_CHECKING, Any, Generic, Self, cast
 
 if TYPE_CHECKING:
     from action_msgs.msg import GoalStatusArray

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from teleopctl.base.typed import TYPE_CHECKING, Generic, Protocol
 from teleopctl.interfaces import ResultT
 from teleopctl.node.actions.goal_state import GoalState, goal_key
-from teleopctl.typed import TYPE_CHECKING, Generic, Protocol
 
 if TYPE_CHECKING:
     from action_msgs.srv import CancelGoal

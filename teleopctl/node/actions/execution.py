@@ -5,8 +5,8 @@ from __future__ import annotations
 import collections
 from collections.abc import Awaitable, Callable, Coroutine
 
+from teleopctl.base.typed import TYPE_CHECKING, TypeVar, cast
 from teleopctl.node.values.callback_groups import ReentrantCallbackGroup
-from teleopctl.typed import TYPE_CHECKING, TypeVar, cast
 
 if TYPE_CHECKING:
     from teleopctl.node.node_endpoints import NodeEndpoints

@@ -5,9 +5,9 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable
 
+from teleopctl.base.typed import Generic
 from teleopctl.interfaces import FeedbackMessage, FeedbackT
 from teleopctl.node.actions.goal_state import goal_key
-from teleopctl.typed import Generic
 
 FeedbackCallback = Callable[[FeedbackMessage[FeedbackT]], object]
 

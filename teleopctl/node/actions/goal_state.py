@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import enum
 
+from teleopctl.base.typed import TYPE_CHECKING
 from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces import serialize
 from teleopctl.node.values.exceptions import RCLError
 from teleopctl.node.values.qos import QoSProfile
-from teleopctl.typed import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from unique_identifier_msgs.msg import UUID

@@ -6,6 +6,7 @@ import functools
 import threading
 from collections.abc import Callable
 
+from teleopctl.base.typed import TYPE_CHECKING, Any, Generic, Self, cast
 from teleopctl.interfaces import (
     FeedbackT,
     GoalT,
@@ -37,7 +38,6 @@ from teleopctl.node.values.qos import (
     qos_profile_action_status_default,
     qos_profile_services_default,
 )
-from teleopctl.typed import TYPE_CHECKING, Any, Generic, Self, cast
 
 if TYPE_CHECKING:
     from action_msgs.srv import CancelGoal

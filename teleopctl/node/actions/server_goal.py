@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Awaitable, Callable
 
+from teleopctl.base.typed import TYPE_CHECKING, Any, Generic, Protocol, TypeAlias
 from teleopctl.interfaces import FeedbackT, GoalT, ResultT, get_message, set_stamp
 from teleopctl.node.actions.goal_state import (
     GoalEvent,
@@ -13,7 +14,6 @@ from teleopctl.node.actions.goal_state import (
     next_state,
 )
 from teleopctl.node.values.future import Future
-from teleopctl.typed import TYPE_CHECKING, Any, Generic, Protocol, TypeAlias
 
 if TYPE_CHECKING:
     import threading

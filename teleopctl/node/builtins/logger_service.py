@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from teleopctl.base.typed import TYPE_CHECKING, Any
 from teleopctl.interfaces import get_message, get_service
 from teleopctl.node.values import logging
-from teleopctl.typed import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from teleopctl.node.node_endpoints import NodeEndpoints

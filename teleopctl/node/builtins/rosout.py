@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import contextlib
 
+from teleopctl.base.typed import TYPE_CHECKING
 from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces import get_message, split
 from teleopctl.node.endpoints.publisher import Publisher
 from teleopctl.node.values import logging
 from teleopctl.node.values.exceptions import InvalidHandle, RCLError
 from teleopctl.node.values.qos import QoSProfile
-from teleopctl.typed import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from teleopctl.node.node_endpoints import NodeEndpoints

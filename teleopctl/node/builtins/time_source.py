@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import struct
 
+from teleopctl.base.typed import TYPE_CHECKING
 from teleopctl.errors import InvalidMessageError
 from teleopctl.interfaces import NANOSECONDS_PER_SECOND, get_message
 from teleopctl.node.parameters.parameter import Parameter, ParameterType
 from teleopctl.node.parameters.parameter_store import result
 from teleopctl.node.values.qos import qos_profile_clock
-from teleopctl.typed import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from rcl_interfaces.msg import SetParametersResult

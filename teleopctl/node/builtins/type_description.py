@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from teleopctl.base.typed import TYPE_CHECKING, Any
 from teleopctl.errors import InvalidTypeNameError, TeleopctlError
 from teleopctl.interfaces import (
     definition_text,
@@ -11,7 +12,6 @@ from teleopctl.interfaces import (
     type_hash,
 )
 from teleopctl.node.values.qos import qos_profile_services_default
-from teleopctl.typed import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from teleopctl.node.node_parameters import NodeParameters

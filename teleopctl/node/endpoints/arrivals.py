@@ -6,7 +6,7 @@ import collections
 import threading
 import time
 
-from teleopctl.typed import Generic, TypeVar
+from teleopctl.base.typed import Generic, TypeVar
 
 ItemT = TypeVar("ItemT")
 

@@ -9,16 +9,16 @@ import threading
 import time
 from collections.abc import Callable
 
+from teleopctl.base.interrupts import transport_callback
+from teleopctl.base.typed import TYPE_CHECKING, Any, Generic, cast
 from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces import RequestT, ResponseT, serialize
-from teleopctl.interrupts import transport_callback
 from teleopctl.node.endpoints.service_end import ServiceEnd, ServiceInfo
 from teleopctl.node.endpoints.waitable import Waitable
 from teleopctl.node.values.callback_groups import CallbackGroup
 from teleopctl.node.values.exceptions import ExternalShutdownException, ServiceUnavailableError
 from teleopctl.node.values.future import Future, ResultT
 from teleopctl.node.values.qos import QoSProfile
-from teleopctl.typed import TYPE_CHECKING, Any, Generic, cast
 from teleopctl.wire import (
     Attachment,
     EntityKind,

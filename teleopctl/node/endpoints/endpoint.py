@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import abc
 
+from teleopctl.base.typed import TYPE_CHECKING, Self
 from teleopctl.interfaces import type_hash
 from teleopctl.node.values.exceptions import InvalidHandle
 from teleopctl.node.values.handle import Handle
 from teleopctl.node.values.qos import QoSProfile
-from teleopctl.typed import TYPE_CHECKING, Self
 from teleopctl.wire import EndpointToken, EntityKind, format_token, gid, topic_key
 
 if TYPE_CHECKING:
@@ -25,7 +25,7 @@ LARGE_MESSAGE = 256 * 1024
 def expect_large_messages() -> None:
     """Prepare this process for more of them, now that there was one."""
     # Imported here because hardly any command meets one.
-    from teleopctl.kept_memory import keep_freed_memory
+    from teleopctl.base.kept_memory import keep_freed_memory
 
     keep_freed_memory()
 

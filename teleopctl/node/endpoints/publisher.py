@@ -7,6 +7,7 @@ import time
 
 import zenoh
 
+from teleopctl.base.typed import TYPE_CHECKING, Any, Generic
 from teleopctl.interfaces import MessageT, serialize
 from teleopctl.node.endpoints.arrivals import MOST_ITEMS
 from teleopctl.node.endpoints.endpoint import LARGE_MESSAGE, Endpoint, expect_large_messages
@@ -22,7 +23,6 @@ from teleopctl.node.values.qos import (
     QoSProfile,
     ReliabilityPolicy,
 )
-from teleopctl.typed import TYPE_CHECKING, Any, Generic
 from teleopctl.wire import EntityKind, assertion_key, encode_attachment
 
 if TYPE_CHECKING:

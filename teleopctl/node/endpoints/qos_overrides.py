@@ -11,6 +11,7 @@ import dataclasses
 import enum
 from collections.abc import Callable, Iterable
 
+from teleopctl.base.typed import TYPE_CHECKING, Any, Literal, TypeAlias
 from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces import get_message
 from teleopctl.node.values.qos import (
@@ -21,7 +22,6 @@ from teleopctl.node.values.qos import (
     ReliabilityPolicy,
 )
 from teleopctl.node.values.time import Duration
-from teleopctl.typed import TYPE_CHECKING, Any, Literal, TypeAlias
 
 if TYPE_CHECKING:
     from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult

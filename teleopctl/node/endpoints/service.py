@@ -9,6 +9,7 @@ from collections.abc import Awaitable, Callable
 
 import zenoh
 
+from teleopctl.base.typed import TYPE_CHECKING, Any, Generic, TypeAlias, cast
 from teleopctl.errors import InvalidMessageError, TeleopctlError
 from teleopctl.interfaces import RequestT, ResponseT, deserialize, serialize
 from teleopctl.node.endpoints.arrivals import KeepLast
@@ -17,7 +18,6 @@ from teleopctl.node.endpoints.waitable import Waitable
 from teleopctl.node.values.callback_groups import CallbackGroup
 from teleopctl.node.values.handle import Handle
 from teleopctl.node.values.qos import QoSProfile
-from teleopctl.typed import TYPE_CHECKING, Any, Generic, TypeAlias, cast
 from teleopctl.wire import (
     EntityKind,
     Refusals,

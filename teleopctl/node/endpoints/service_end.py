@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from teleopctl.base.typed import TYPE_CHECKING, Any, NamedTuple
 from teleopctl.node.endpoints.endpoint import Endpoint
-from teleopctl.typed import TYPE_CHECKING, Any, NamedTuple
 
 if TYPE_CHECKING:
     import zenoh

@@ -5,10 +5,10 @@ from __future__ import annotations
 import contextlib
 import enum
 
+from teleopctl.base.typed import TYPE_CHECKING, Any
 from teleopctl.interfaces import get_message
 from teleopctl.node.endpoints.publisher import Publisher
 from teleopctl.node.values.exceptions import InvalidHandle, RCLError
-from teleopctl.typed import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from teleopctl.node.clock import Clock

@@ -9,6 +9,7 @@ from types import FunctionType, MethodType
 
 import zenoh
 
+from teleopctl.base.typed import TYPE_CHECKING, Any, Generic, NamedTuple, TypeAlias, TypedDict
 from teleopctl.errors import InvalidMessageError, TeleopctlError
 from teleopctl.interfaces import MessageT, deserialize
 from teleopctl.node.endpoints.arrivals import KeepAll, KeepLast
@@ -18,7 +19,6 @@ from teleopctl.node.values.callback_groups import CallbackGroup
 from teleopctl.node.values.exceptions import RCLError
 from teleopctl.node.values.handle import Handle
 from teleopctl.node.values.qos import QoSProfile, ReliabilityPolicy, bound_ns
-from teleopctl.typed import TYPE_CHECKING, Any, Generic, NamedTuple, TypeAlias, TypedDict
 from teleopctl.wire import EntityKind, Refusals, decode_attachment, direct_callback
 
 if TYPE_CHECKING:

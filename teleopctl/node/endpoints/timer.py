@@ -5,12 +5,12 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable
 
+from teleopctl.base.typed import TYPE_CHECKING, Self
 from teleopctl.node.clock import Clock, ROSClock
 from teleopctl.node.context import Context
 from teleopctl.node.values.callback_groups import CallbackGroup
 from teleopctl.node.values.exceptions import ROSInterruptException, TimerCancelledError
 from teleopctl.node.values.handle import Handle
-from teleopctl.typed import TYPE_CHECKING, Self
 
 if TYPE_CHECKING:
     from teleopctl.node.node_core import NodeCore

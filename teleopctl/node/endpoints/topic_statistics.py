@@ -6,9 +6,9 @@ import math
 import threading
 import time
 
+from teleopctl.base.typed import TYPE_CHECKING, Any, NamedTuple
 from teleopctl.interfaces import get_message, split
 from teleopctl.node.values.qos import QoSProfile
-from teleopctl.typed import TYPE_CHECKING, Any, NamedTuple
 
 if TYPE_CHECKING:
     from teleopctl.node.endpoints.publisher import Publisher

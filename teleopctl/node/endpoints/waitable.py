@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from teleopctl.base.typed import TYPE_CHECKING
 from teleopctl.node.values.callback_groups import CallbackGroup
-from teleopctl.typed import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from teleopctl.node.node_core import NodeCore

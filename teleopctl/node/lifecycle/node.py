@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from teleopctl.base.typed import TYPE_CHECKING, Any
 from teleopctl.interfaces import MessageT
 from teleopctl.node.lifecycle.managed_entity import ManagedEntity
 from teleopctl.node.lifecycle.publisher import LifecyclePublisher
@@ -15,7 +16,6 @@ from teleopctl.node.lifecycle.states import (
 )
 from teleopctl.node.node import Node
 from teleopctl.node.values.qos import QoSProfile
-from teleopctl.typed import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from teleopctl.node.endpoints.events.callbacks import PublisherEventCallbacks

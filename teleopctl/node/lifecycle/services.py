@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 
+from teleopctl.base.typed import TYPE_CHECKING, Any
 from teleopctl.interfaces import get_message, get_service
 from teleopctl.node.lifecycle.state_machine import StateMachine, TransitionNotPossibleError
 from teleopctl.node.lifecycle.states import (
@@ -14,7 +15,6 @@ from teleopctl.node.lifecycle.states import (
     TransitionCallbackReturn,
 )
 from teleopctl.node.values.qos import QoSProfile
-from teleopctl.typed import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from teleopctl.node.endpoints.service import Service

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from enum import Enum, IntEnum
 
-from teleopctl.typed import NamedTuple
+from teleopctl.base.typed import NamedTuple
 
 
 class PrimaryState(IntEnum):

@@ -6,14 +6,14 @@ import array
 import enum
 from collections.abc import Sequence
 
+from teleopctl.base.printable import shortened
+from teleopctl.base.typed import TYPE_CHECKING, Any
 from teleopctl.interfaces import get_message
 from teleopctl.node.parameters.value import (
     VALUE_FIELDS,
     AllowableParameterValue,
     parameter_value_to_python,
 )
-from teleopctl.printable import shortened
-from teleopctl.typed import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from rcl_interfaces.msg import Parameter as ParameterMessage, ParameterValue
@@ -195,7 +195,7 @@ def parameter_value_from_yaml(text: str) -> ParameterValue:
     """
     import yaml
 
-    from teleopctl import ros_yaml
+    from teleopctl.base import ros_yaml
 
     try:
         value = ros_yaml.load_value(text)

@@ -5,10 +5,10 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterable, Sequence
 
+from teleopctl.base.typed import TYPE_CHECKING, Any, TypeAlias
 from teleopctl.interfaces import ResponseT, get_message, get_service, snake_case
 from teleopctl.node.values.callback_groups import CallbackGroup
 from teleopctl.node.values.qos import QoSProfile, qos_profile_services_default
-from teleopctl.typed import TYPE_CHECKING, Any, TypeAlias
 from teleopctl.wire import answers_of_nodes
 
 if TYPE_CHECKING:

@@ -6,11 +6,11 @@ import dataclasses
 import threading
 from collections.abc import Callable, Iterator
 
+from teleopctl.base.typed import TYPE_CHECKING, Any
 from teleopctl.interfaces import get_message
 from teleopctl.node.values.callback_groups import CallbackGroup
 from teleopctl.node.values.names import fully_qualified
 from teleopctl.node.values.qos import QoSProfile, qos_profile_parameter_events
-from teleopctl.typed import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from rcl_interfaces.msg import Parameter as ParameterMessage, ParameterEvent

@@ -12,10 +12,10 @@ import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 
+from teleopctl.base.printable import shortened
+from teleopctl.base.text_file import read_text
+from teleopctl.base.typed import TYPE_CHECKING, Any, NamedTuple
 from teleopctl.errors import InvalidFileError
-from teleopctl.printable import shortened
-from teleopctl.text_file import read_text
-from teleopctl.typed import TYPE_CHECKING, Any, NamedTuple
 
 if TYPE_CHECKING:
     from rcl_interfaces.msg import Parameter as ParameterMessage
@@ -101,7 +101,7 @@ def read_parameter_file(path: Path) -> ParameterFile:
     Raises:
         InvalidFileError: The file cannot be read, is not YAML or has another layout.
     """
-    from teleopctl import ros_yaml
+    from teleopctl.base import ros_yaml
     from teleopctl.node.parameters.parameter import why_no_parameter
 
     text = read_text(path)
@@ -125,7 +125,7 @@ def read_parameter_file(path: Path) -> ParameterFile:
 
 def _line_of_fault(text: str) -> str:
     """The line of the first value that no parameter can have, as ``:line``; empty if unknown."""
-    from teleopctl import ros_yaml
+    from teleopctl.base import ros_yaml
     from teleopctl.node.parameters.parameter import why_no_parameter
 
     for node, value in ros_yaml.values_below(text, _PARAMETERS):
@@ -209,7 +209,7 @@ def plain_parameter_value(value: Any) -> Any:
 def parameter_document(
     node_name: str, parameters: Iterable[tuple[str, Any]], *, plain: bool = False
 ) -> dict[str, Any]:
-    """Return what a parameter file says of a node, as `teleopctl.ros_yaml.dump` is to write it.
+    """Return the entry of a node in a parameter file, for `teleopctl.base.ros_yaml.dump`.
 
     Args:
         node_name: Full name of the node.

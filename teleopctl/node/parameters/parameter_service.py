@@ -8,13 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from teleopctl.base.typed import TYPE_CHECKING, Any
 from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces import get_message, get_service, snake_case
 from teleopctl.node.parameters.parameter import Parameter, ParameterType
 from teleopctl.node.parameters.parameter_store import ParameterStore, result
 from teleopctl.node.values.exceptions import ParameterNotDeclaredException
 from teleopctl.node.values.qos import qos_profile_parameters
-from teleopctl.typed import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from builtin_interfaces.msg import Time

@@ -8,6 +8,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable, Iterable, Mapping, Sequence
 
+from teleopctl.base.typed import TYPE_CHECKING, TypeAlias
 from teleopctl.interfaces import get_message
 from teleopctl.node.parameters.parameter import (
     Parameter,
@@ -24,7 +25,6 @@ from teleopctl.node.values.exceptions import (
     ParameterNotDeclaredException,
     ParameterUninitializedException,
 )
-from teleopctl.typed import TYPE_CHECKING, TypeAlias
 
 if TYPE_CHECKING:
     from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult

@@ -7,7 +7,7 @@ import threading
 from _weakref import ref  # weakref has more, which takes half a millisecond to import
 from collections.abc import Callable
 
-from teleopctl.typed import Any, ClassVar
+from teleopctl.base.typed import Any, ClassVar
 
 Work = Callable[[], None]
 # Hands work to a pool; False when the pool takes none any more.

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from teleopctl.base.printable import shortened
+from teleopctl.base.typed import TYPE_CHECKING, ClassVar
 from teleopctl.errors import TeleopctlError, UnavailableError
-from teleopctl.printable import shortened
-from teleopctl.typed import TYPE_CHECKING, ClassVar
 
 if TYPE_CHECKING:
     from teleopctl.node.parameters.parameter import Parameter

@@ -8,7 +8,7 @@ import threading
 from collections.abc import Callable, Coroutine, Generator, Mapping, Sequence
 from types import CoroutineType
 
-from teleopctl.typed import TYPE_CHECKING, Any, Generic, TypeVar, cast
+from teleopctl.base.typed import TYPE_CHECKING, Any, Generic, TypeVar, cast
 
 if TYPE_CHECKING:
     import asyncio

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from teleopctl.base.typed import Any, Protocol, Self
 from teleopctl.node.values.exceptions import InvalidHandle
-from teleopctl.typed import Any, Protocol, Self
 
 
 class Destroyable(Protocol):

@@ -19,10 +19,10 @@ import time
 from collections.abc import Callable
 from types import FrameType
 
+from teleopctl.base.printable import printable_line, printable_log
+from teleopctl.base.typed import NamedTuple, Protocol
 from teleopctl.errors import UsageError
 from teleopctl.interfaces import split
-from teleopctl.printable import printable_line, printable_log
-from teleopctl.typed import NamedTuple, Protocol
 
 _DEFAULT_FORMAT = "[{severity}] [{time}] [{name}]: {message}"
 _RESET = "\033[0m"

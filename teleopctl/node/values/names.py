@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from itertools import pairwise
 
+from teleopctl.base.typed import Final
 from teleopctl.node.values.exceptions import (
     InvalidNamespaceException,
     InvalidNodeNameException,
@@ -19,7 +20,6 @@ from teleopctl.node.values.exceptions import (
     NameValidationException,
     UnknownSubstitutionError,
 )
-from teleopctl.typed import Final
 
 # What rmw allows (rmw/validate_*.h), in characters.
 _LONGEST_TOPIC: Final = 247

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import enum
 
+from teleopctl.base.typed import TYPE_CHECKING, Any, Self
 from teleopctl.errors import UsageError
 from teleopctl.node.values.time import Duration, Infinite
-from teleopctl.typed import TYPE_CHECKING, Any, Self
 from teleopctl.wire import INFINITE_NS, EndpointQos
 
 RMW_DEFAULT_DEPTH = 42

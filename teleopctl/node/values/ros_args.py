@@ -8,10 +8,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
+from teleopctl.base.printable import shortened
+from teleopctl.base.typed import TYPE_CHECKING, Any, NamedTuple
 from teleopctl.errors import UsageError
 from teleopctl.node.values.names import expand_name, fully_qualified
-from teleopctl.printable import shortened
-from teleopctl.typed import TYPE_CHECKING, Any, NamedTuple
 
 if TYPE_CHECKING:
     import re
@@ -149,7 +149,7 @@ def _rule(option: str, text: str) -> re.Match[str]:
 def _parameter_rule(text: str) -> ParameterRule:
     import yaml
 
-    from teleopctl import ros_yaml
+    from teleopctl.base import ros_yaml
 
     match = _rule("--param", text)
     try:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from teleopctl.base.typed import Any, Protocol
 from teleopctl.node.values.callback_groups import CallbackGroup
-from teleopctl.typed import Any, Protocol
 
 
 class Schedulable(Protocol):

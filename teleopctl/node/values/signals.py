@@ -10,8 +10,8 @@ import enum
 import threading
 from types import FrameType
 
-from teleopctl.interrupts import come_again, end_waits, in_transport_callback
-from teleopctl.typed import TYPE_CHECKING, Protocol
+from teleopctl.base.interrupts import come_again, end_waits, in_transport_callback
+from teleopctl.base.typed import TYPE_CHECKING, Protocol
 
 if TYPE_CHECKING:
     import signal

@@ -5,8 +5,8 @@ from __future__ import annotations
 import enum
 import math
 
+from teleopctl.base.typed import TYPE_CHECKING, overload
 from teleopctl.interfaces import Stamp, from_seconds, get_message, split, to_nanoseconds, to_seconds
-from teleopctl.typed import TYPE_CHECKING, overload
 
 if TYPE_CHECKING:
     from builtin_interfaces.msg import Duration as DurationMessage, Time as TimeMessage

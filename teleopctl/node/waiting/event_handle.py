@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from teleopctl.base.typed import TYPE_CHECKING, Any, NamedTuple
 from teleopctl.node.endpoints.events.callbacks import (
     IncompatibleQoSInfo,
     PublisherEventCallbacks,
@@ -13,7 +14,6 @@ from teleopctl.node.endpoints.qos_overrides import QoSPolicyKind
 from teleopctl.node.endpoints.waitable import Waitable
 from teleopctl.node.values.callback_groups import ReentrantCallbackGroup
 from teleopctl.node.values.handle import Handle
-from teleopctl.typed import TYPE_CHECKING, Any, NamedTuple
 
 if TYPE_CHECKING:
     from teleopctl.node.endpoints.subscription import Subscription

@@ -9,6 +9,7 @@ import collections
 import threading
 from collections.abc import Callable
 
+from teleopctl.base.typed import TYPE_CHECKING, Any
 from teleopctl.interfaces import MessageT, RequestT, ResponseT
 from teleopctl.node.endpoints.client import Client
 from teleopctl.node.endpoints.service import Service, ServiceHandle
@@ -18,7 +19,6 @@ from teleopctl.node.endpoints.timer import PeriodicTimer, TimerHandle
 from teleopctl.node.endpoints.waitable import Waitable
 from teleopctl.node.values.callback_groups import ReentrantCallbackGroup
 from teleopctl.node.values.handle import Handle
-from teleopctl.typed import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from teleopctl.interfaces import ServiceType

@@ -5,10 +5,10 @@ from __future__ import annotations
 import functools
 from collections.abc import Callable
 
+from teleopctl.base.typed import TYPE_CHECKING, Any
 from teleopctl.node.endpoints.waitable import NumberOfEntities, Waitable as NodeWaitable
 from teleopctl.node.values.callback_groups import CallbackGroup
 from teleopctl.node.waiting.wait_set import WaitSet
-from teleopctl.typed import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from teleopctl.node.clock import Clock

@@ -6,10 +6,10 @@ import threading
 import time
 from collections.abc import Callable
 
+from teleopctl.base.typed import TYPE_CHECKING, TypeAlias
 from teleopctl.node.endpoints.timer import PeriodicTimer
 from teleopctl.node.endpoints.waitable import Waitable
 from teleopctl.node.values.handle import Handle
-from teleopctl.typed import TYPE_CHECKING, TypeAlias
 
 if TYPE_CHECKING:
     from teleopctl.node.context import Context

@@ -272,7 +272,7 @@ def _mesh_uris(description: RobotDescription) -> Iterator[str]:
 def _see_controllers(report: RobotReport, description: RobotDescription) -> None:
     from yaml import YAMLError
 
-    from teleopctl.ros_yaml import load_merged
+    from teleopctl.base.ros_yaml import load_merged
 
     for path in described_controllers(description):
         try:

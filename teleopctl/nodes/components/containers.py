@@ -11,7 +11,7 @@ from collections.abc import Iterator
 
 from rclpy_components.component_manager import ComponentManager
 
-from teleopctl import progress
+from teleopctl.base import progress
 from teleopctl.node import (
     Executor,
     ExternalShutdownException,

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import contextlib
 
-from teleopctl.extras import extra
+from teleopctl.base.extras import extra
 from teleopctl.node import ExternalShutdownException, init, spin
 
 

@@ -11,7 +11,7 @@ import foxglove
 from foxglove import ConnectionGraph, Context
 from foxglove.websocket import ServerListener, StatusLevel, WebSocketServer
 
-from teleopctl import progress
+from teleopctl.base import progress
 from teleopctl.base.access import Access, host_in_url
 from teleopctl.base.log_once import LogOnce
 from teleopctl.base.token_file import Address, read_or_make_token

@@ -12,9 +12,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Final, NamedTuple
 
+from teleopctl.base.text_file import read_text
 from teleopctl.errors import TeleopctlError, UsageError
 from teleopctl.robot import ros_topic
-from teleopctl.text_file import read_text
 
 _WORD: Final = re.compile(r"([^@]+)@([^@\[\]]+)([@\[\]])([^@\[\]]+)")
 _SERVICE: Final = re.compile(r"([^@]+)@([^@\[\]]+/srv/[^@\[\]]+)(@[^@]+@[^@]+)?")
@@ -91,7 +91,7 @@ def read_file(path: Path) -> tuple[list[Bridge], list[str]]:
     Returns:
         The topics, and what is wrong with the file, which bridges the rest, as the real one does.
     """
-    from teleopctl import ros_yaml
+    from teleopctl.base import ros_yaml
 
     try:
         with ros_yaml.faults_of(path):

@@ -11,7 +11,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from types import TracebackType
 
-from teleopctl import background, progress
+from teleopctl.base import background, progress
 from teleopctl.nodes.gazebo.simulation import Program
 
 # Ctrl-C, and a launch that ends, reach the whole process group: at first they end by themselves.

@@ -13,7 +13,7 @@ import sys
 import time
 from typing import Any
 
-from teleopctl import progress
+from teleopctl.base import progress
 from teleopctl.errors import TeleopctlError, UsageError
 from teleopctl.interfaces import get_message
 from teleopctl.node import (

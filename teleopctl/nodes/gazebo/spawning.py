@@ -14,7 +14,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NoReturn
 
-from teleopctl import progress
+from teleopctl.base import progress
+from teleopctl.base.text_file import read_text
 from teleopctl.errors import TeleopctlError, UsageError
 from teleopctl.interfaces import get_message
 from teleopctl.node import (
@@ -32,7 +33,6 @@ from teleopctl.node import (
 from teleopctl.nodes.gazebo.entity import Entity
 from teleopctl.nodes.gazebo.host import NAME
 from teleopctl.robot import find_world
-from teleopctl.text_file import read_text
 
 _NUMBERS = ("x", "y", "z", "R", "P", "Y")
 _TEXTS = ("world", "file", "string", "topic", "name")

@@ -11,7 +11,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from teleopctl import progress
+from teleopctl.base import progress
+from teleopctl.base.text_file import read_text
 from teleopctl.errors import InvalidParameterError, TeleopctlError
 from teleopctl.interfaces import get_message
 from teleopctl.node import (
@@ -24,7 +25,6 @@ from teleopctl.node import (
     spin,
 )
 from teleopctl.robot import Joints, JointSet, Mimic, RobotDescription
-from teleopctl.text_file import read_text
 
 
 class JointStatePublisher(Node):

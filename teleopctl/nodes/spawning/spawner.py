@@ -13,7 +13,7 @@ from pathlib import Path
 from types import FrameType
 from typing import NoReturn
 
-from teleopctl import progress
+from teleopctl.base import progress
 from teleopctl.control import (
     ControllerManagerClient,
     ControllerManagerUnavailableError,

@@ -7,10 +7,10 @@ import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+from teleopctl.base.printable import printable_line
 from teleopctl.diagram import Box, Diagram, Edge, to_svg, write_files
 from teleopctl.errors import UnavailableError, UsageError
 from teleopctl.node import Node
-from teleopctl.printable import printable_line
 from teleopctl.tf import TF_STATIC_TOPIC, TF_TOPIC, KnownFrame, LiveBuffer, TransformListener
 
 WAIT_S = 5.0

@@ -4,9 +4,9 @@ import argparse
 import contextlib
 import sys
 
+from teleopctl.base.printable import printable_text
 from teleopctl.interfaces import from_seconds
 from teleopctl.node import Node, init, parse_ros_arguments
-from teleopctl.printable import printable_text
 from teleopctl.tf import ECHO_DIGITS, Transform, echo_text, echo_transforms
 
 

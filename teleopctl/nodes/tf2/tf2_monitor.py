@@ -4,8 +4,8 @@ import argparse
 import contextlib
 import sys
 
+from teleopctl.base.printable import printable_text
 from teleopctl.node import Node, init, parse_ros_arguments
-from teleopctl.printable import printable_text
 from teleopctl.tf import GATHER_S, MonitorResults, monitor_transforms
 
 

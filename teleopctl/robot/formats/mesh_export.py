@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from teleopctl.folders import cache_dir
+from teleopctl.base.folders import cache_dir
 
 _HEADER_BYTES = 80
 # How finely an ellipsoid and a cone are drawn, which URDF has no shapes for.

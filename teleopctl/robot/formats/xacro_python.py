@@ -20,7 +20,7 @@ from typing import Any
 
 from teleopctl.base import budget
 from teleopctl.base.budget import BudgetError
-from teleopctl.expression import ExpressionError
+from teleopctl.base.expression import ExpressionError
 
 _LOOKS_EVERY = 64
 

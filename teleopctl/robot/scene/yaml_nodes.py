@@ -10,9 +10,9 @@ from typing import Any
 
 import yaml
 
+from teleopctl.base.printable import shortened
+from teleopctl.base.ros_yaml import RosLoader, faults_of
 from teleopctl.errors import InvalidDescriptionError, did_you_mean
-from teleopctl.printable import shortened
-from teleopctl.ros_yaml import RosLoader, faults_of
 
 
 @dataclass(frozen=True)

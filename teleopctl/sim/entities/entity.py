@@ -9,8 +9,8 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
+from teleopctl.base.printable import shortened
 from teleopctl.errors import NotFoundError, RefusedError
-from teleopctl.printable import shortened
 
 if TYPE_CHECKING:
     from teleopctl.sim.simulation import Simulation

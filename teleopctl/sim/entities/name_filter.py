@@ -14,9 +14,9 @@ import sys
 import threading
 from collections.abc import Sequence
 
+from teleopctl.base.printable import shortened
 from teleopctl.errors import InvalidMessageError
 from teleopctl.node import Future
-from teleopctl.printable import shortened
 
 # In seconds of wall time: Python itself starts in 0.02 to 0.1 s, and on a busy machine in some.
 _LONGEST_S = 5.0

@@ -6,6 +6,7 @@ import re
 from collections.abc import Awaitable, Callable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
+from teleopctl.base.printable import shortened
 from teleopctl.errors import (
     InvalidDescriptionError,
     InvalidMessageError,
@@ -14,7 +15,6 @@ from teleopctl.errors import (
 )
 from teleopctl.interfaces import get_message, get_service
 from teleopctl.packages import package_share
-from teleopctl.printable import shortened
 from teleopctl.robot import World, gazebo_models, read_world, read_world_text
 from teleopctl.sim.entities.answers import Desk, Refusal, Result, description_at, files_at
 from teleopctl.sim.entities.poses import frame_of, pose_in_world

@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from teleopctl.base.text_file import read_text
 from teleopctl.errors import InvalidFileError, RefusedError
 from teleopctl.sim.state.physics import part_names
-from teleopctl.text_file import read_text
 
 if TYPE_CHECKING:
     from teleopctl.sim.simulation import Simulation

@@ -11,8 +11,8 @@ from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
+from teleopctl.base.extras import extra
 from teleopctl.errors import RefusedError, UnavailableError
-from teleopctl.extras import extra
 from teleopctl.sweep.cluster.parcel import Parcel, unpack
 from teleopctl.sweep.cluster.worker import do_run, forget_sweep, stop_runs, versions
 from teleopctl.sweep.one_run import RunRequest, RunResult

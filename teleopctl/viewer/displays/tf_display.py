@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from typing import Any, ClassVar, TypeGuard
 
-from teleopctl.printable import printable_line
+from teleopctl.base.printable import printable_line
 from teleopctl.tf import AHEAD_S
 from teleopctl.viewer.displays.base import OK, WARN, Display
 from teleopctl.viewer.displays.properties import Property

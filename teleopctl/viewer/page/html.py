@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import html
 
-from teleopctl.printable import printable_line, printable_text
+from teleopctl.base.printable import printable_line, printable_text
 
 _LONGEST = 400
 

@@ -6,13 +6,13 @@ import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
+from teleopctl.base.printable import shortened
 from teleopctl.node import (
     Parameter,
     ParameterType,
     parameter_value_from_yaml,
     parameter_value_to_python,
 )
-from teleopctl.printable import shortened
 
 if TYPE_CHECKING:
     from teleopctl.viewer.panels.base import Page

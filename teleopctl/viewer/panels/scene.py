@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import Any, ClassVar
 
 from teleopctl import plugins
-from teleopctl.printable import printable_line
+from teleopctl.base.printable import printable_line
 from teleopctl.viewer.displays.base import ERROR, OK, Display
 from teleopctl.viewer.displays.properties import Property
 from teleopctl.viewer.page.html import escaped_markdown

@@ -18,9 +18,9 @@ import numpy as np
 import numpy.typing as npt
 import trimesh
 
+from teleopctl.base.text_file import absence
 from teleopctl.errors import TeleopctlError
 from teleopctl.robot import collada_unit_m
-from teleopctl.text_file import absence
 from teleopctl.tf import Vector3
 from teleopctl.viewer.scene.drawing import drawable_rows
 from teleopctl.viewer.scene.glb import furnished

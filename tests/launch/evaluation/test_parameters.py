@@ -3,7 +3,7 @@
 import pytest
 from hypothesis import given, strategies as st
 
-from teleopctl import ros_yaml
+from teleopctl.base import ros_yaml
 from teleopctl.errors import TeleopctlError
 from teleopctl.launch.evaluation.parameters import convert, infer, parameter_file, unify
 

@@ -55,7 +55,7 @@ def test_a_process_that_writes_no_line_ends_does_not_fill_the_memory(tmp_path, c
 
 COMPANION = """
 import os, signal, sys, threading
-from teleopctl import progress
+from teleopctl.base import progress
 ended = threading.Event()
 signal.signal(signal.SIGINT, lambda *_: ended.set())
 print("here", os.path.exists("worked"), flush=True)
@@ -115,7 +115,7 @@ def test_a_node_outlives_the_supervisor_that_reads_its_output(tmp_path, program)
         "from teleopctl.launch.execution.supervisor import Supervisor\n"
         "from teleopctl.launch.model.output import Output\n"
         "from teleopctl.launch.model.plan import Further, LaunchPlan, ProcessPlan\n"
-        "from teleopctl.output import outlive_output\n"
+        "from teleopctl.base.output import outlive_output\n"
         "outlive_output()\n"
         f"node = {node!r}\n"
         "start = Further(processes=[node])\n"

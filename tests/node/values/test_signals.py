@@ -7,7 +7,7 @@ PROGRAM = """
 import signal, threading
 from teleopctl.node import Context, SignalHandlerOptions
 from teleopctl.node.values import signals
-from teleopctl.interrupts import transport_callback
+from teleopctl.base.interrupts import transport_callback
 
 class Running:
     ended = False

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from teleopctl.bag.look.lerobot.statistics import Statistics, Values
-from teleopctl.extras import extra
+from teleopctl.base.extras import extra
 
 VERSION = "v3.0"
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 
+from teleopctl.base.typed import Annotated, Any
 from teleopctl.cli import console
 from teleopctl.cli.command_node import command_node
 from teleopctl.cli.listing import types_of
@@ -38,7 +39,6 @@ from teleopctl.node import (
     qos_profile_action_status_default,
     qos_profile_services_default,
 )
-from teleopctl.typed import Annotated, Any
 
 _INTERFACES = ("GOAL_SERVICE", "CANCEL_SERVICE", "RESULT_SERVICE", "FEEDBACK_TOPIC", "STATUS_TOPIC")
 

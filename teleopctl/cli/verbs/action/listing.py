@@ -1,11 +1,11 @@
 """``teleopctl action list|info|type|find``."""
 
+from teleopctl.base.typed import TYPE_CHECKING, Annotated
 from teleopctl.cli import console
 from teleopctl.cli.listing import of_type, out_names, out_types, types_of
 from teleopctl.cli.live import absolute_name, live_graph
 from teleopctl.cli.options import AsJson
 from teleopctl.cli.verb import Argument, Option
-from teleopctl.typed import TYPE_CHECKING, Annotated
 from teleopctl.wire import action_type as type_of_action
 
 if TYPE_CHECKING:

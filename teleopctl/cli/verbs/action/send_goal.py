@@ -3,6 +3,7 @@
 import sys
 import uuid
 
+from teleopctl.base.typed import TYPE_CHECKING, Annotated, Any
 from teleopctl.cli import console
 from teleopctl.cli.command_node import command_node
 from teleopctl.cli.live import absolute_name
@@ -14,7 +15,6 @@ from teleopctl.cli.words.numbers import check_not_negative
 from teleopctl.errors import RefusedError, UnavailableError, UsageError, what_there_is
 from teleopctl.interfaces import get_message, message_to_dict, message_to_yaml
 from teleopctl.node import ActionClient, Future, GoalState, LoggingSeverity, SingleThreadedExecutor
-from teleopctl.typed import TYPE_CHECKING, Annotated, Any
 from teleopctl.wire import action_type
 
 if TYPE_CHECKING:

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from teleopctl.base.typed import Annotated
 from teleopctl.cli.verb import Option
 from teleopctl.cli.verbs.bag.options import BagPath, Storage
 from teleopctl.cli.verbs.bag.play_options import (
@@ -18,7 +19,6 @@ from teleopctl.cli.verbs.bag.play_options import (
 )
 from teleopctl.errors import UsageError
 from teleopctl.interfaces import from_seconds
-from teleopctl.typed import Annotated
 
 
 def burst(

@@ -9,7 +9,7 @@ import sys
 import threading
 from collections.abc import Callable
 
-from teleopctl.typed import Any, Self
+from teleopctl.base.typed import Any, Self
 
 SPACE, UP, DOWN, RIGHT, LEFT = "SPACE", "UP", "DOWN", "RIGHT", "LEFT"
 

@@ -1,7 +1,7 @@
 """Arguments and options that verbs of bags share."""
 
+from teleopctl.base.typed import Annotated
 from teleopctl.cli.verb import Argument, Option
-from teleopctl.typed import Annotated
 
 BagPath = Annotated[
     str,

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from teleopctl.base.typed import TYPE_CHECKING, Annotated
 from teleopctl.cli.verb import Argument, Option
 from teleopctl.cli.verbs.bag.options import Storage
 from teleopctl.cli.verbs.bag.play_options import (
@@ -19,7 +20,6 @@ from teleopctl.cli.verbs.bag.play_options import (
 )
 from teleopctl.errors import UsageError
 from teleopctl.interfaces import NANOSECONDS_PER_SECOND, from_seconds
-from teleopctl.typed import TYPE_CHECKING, Annotated
 
 if TYPE_CHECKING:
     pass

@@ -2,9 +2,9 @@
 
 from pathlib import Path
 
+from teleopctl.base.typed import TYPE_CHECKING, Annotated
 from teleopctl.cli.verb import Option
 from teleopctl.errors import UsageError
-from teleopctl.typed import TYPE_CHECKING, Annotated
 
 if TYPE_CHECKING:
     from teleopctl.node import QoSProfile

@@ -10,10 +10,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from teleopctl.bag import Player, PlayOptions
+from teleopctl.base.typed import TYPE_CHECKING
 from teleopctl.cli.verbs.bag.keyboard import DOWN, RIGHT, SPACE, UP, Keyboard
 from teleopctl.cli.verbs.bag.progress_bar import ProgressBar
 from teleopctl.node import Context, ExternalShutdownException, MultiThreadedExecutor, Node
-from teleopctl.typed import TYPE_CHECKING
 from teleopctl.wire import ensure_router
 
 if TYPE_CHECKING:

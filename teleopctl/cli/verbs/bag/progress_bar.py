@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import sys
 
+from teleopctl.base.typed import TYPE_CHECKING
 from teleopctl.interfaces import NANOSECONDS_PER_SECOND
-from teleopctl.typed import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from teleopctl.bag import Player

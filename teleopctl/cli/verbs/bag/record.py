@@ -3,10 +3,10 @@
 from collections.abc import Sequence
 from pathlib import Path
 
+from teleopctl.base.typed import Annotated
 from teleopctl.cli import console
 from teleopctl.cli.verb import Argument, Option
 from teleopctl.errors import RefusedError, UsageError
-from teleopctl.typed import Annotated
 
 _CACHE_BYTES = 100 * 2**20
 _LEVELS = ("debug", "info", "warn", "error", "fatal")

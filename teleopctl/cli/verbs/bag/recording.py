@@ -10,10 +10,10 @@ import threading
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
+from teleopctl.base.typed import TYPE_CHECKING
 from teleopctl.cli import console
 from teleopctl.cli.verbs.bag.keyboard import SPACE, Keyboard, keys_can_be_read
 from teleopctl.errors import RefusedError, UnsupportedError
-from teleopctl.typed import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from teleopctl.bag import Recorder, RecorderOptions, Selection, WriterOptions

@@ -1,5 +1,6 @@
 """Which containers there are, and ``teleopctl component list``."""
 
+from teleopctl.base.typed import TYPE_CHECKING, Annotated, Any
 from teleopctl.cli import console
 from teleopctl.cli.command_node import ask_all, command_node
 from teleopctl.cli.live import absolute_name
@@ -7,7 +8,6 @@ from teleopctl.cli.options import AsJson
 from teleopctl.cli.verb import Argument, Option
 from teleopctl.errors import NotFoundError, TeleopctlError, what_there_is
 from teleopctl.interfaces import get_service
-from teleopctl.typed import TYPE_CHECKING, Annotated, Any
 from teleopctl.wire import query_graph
 
 if TYPE_CHECKING:

@@ -2,6 +2,7 @@
 
 import time
 
+from teleopctl.base.typed import TYPE_CHECKING, Annotated, Any
 from teleopctl.cli import console
 from teleopctl.cli.command_node import command_node
 from teleopctl.cli.options import AsJson
@@ -12,7 +13,6 @@ from teleopctl.errors import NotFoundError, RefusedError, UnavailableError, Usag
 from teleopctl.interfaces import get_message, get_service
 from teleopctl.node import ServiceUnavailableError
 from teleopctl.packages import find_component
-from teleopctl.typed import TYPE_CHECKING, Annotated, Any
 
 if TYPE_CHECKING:
     from teleopctl.node import Client, Node

@@ -3,6 +3,7 @@
 import threading
 import uuid
 
+from teleopctl.base.typed import Annotated, Any
 from teleopctl.cli.command_node import command_node
 from teleopctl.cli.live import absolute_name
 from teleopctl.cli.verb import Option
@@ -28,7 +29,6 @@ from teleopctl.node import (
     get_default_context,
 )
 from teleopctl.packages import find_executable
-from teleopctl.typed import Annotated, Any
 
 
 def standalone(

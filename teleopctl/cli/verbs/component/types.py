@@ -1,11 +1,11 @@
 """``teleopctl component types``."""
 
+from teleopctl.base.typed import Annotated
 from teleopctl.cli import console
 from teleopctl.cli.options import AsJson
 from teleopctl.cli.verb import Argument
 from teleopctl.errors import NotFoundError, did_you_mean
 from teleopctl.packages import list_components, package_names
-from teleopctl.typed import Annotated
 
 
 def list_types(

@@ -4,6 +4,7 @@ import tempfile
 from collections.abc import Iterable
 from pathlib import Path
 
+from teleopctl.base.typed import Annotated, Any
 from teleopctl.cli import console
 from teleopctl.cli.listing import out_files
 from teleopctl.cli.options import AsJson
@@ -15,7 +16,6 @@ from teleopctl.cli.verbs.control.session import (
     manager_client,
 )
 from teleopctl.diagram import Box, Diagram, joined, to_dot, to_svg, write_files
-from teleopctl.typed import Annotated, Any
 
 # The name that ros2 control gives its PDF.
 _NAME = "controller_diagram"

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from teleopctl.base.typed import TYPE_CHECKING, Annotated
 from teleopctl.cli import console
 from teleopctl.cli.options import AsJson
 from teleopctl.cli.verb import Argument, Option
@@ -14,7 +15,6 @@ from teleopctl.cli.verbs.control.session import (
     manager_client,
 )
 from teleopctl.errors import RefusedError, UsageError
-from teleopctl.typed import TYPE_CHECKING, Annotated
 
 if TYPE_CHECKING:
     from teleopctl.control import ControllerManagerClient

@@ -1,5 +1,6 @@
 """``control`` verbs about hardware."""
 
+from teleopctl.base.typed import Annotated, Any
 from teleopctl.cli import console
 from teleopctl.cli.options import AsJson
 from teleopctl.cli.verb import Argument, Option
@@ -11,7 +12,6 @@ from teleopctl.cli.verbs.control.session import (
     manager_client,
 )
 from teleopctl.errors import RefusedError, what_there_is
-from teleopctl.typed import Annotated, Any
 
 _STATES = {"unconfigured": 1, "inactive": 2, "active": 3}
 _DOING = {"unconfigured": "cleaning up", "inactive": "stopping", "active": "activating"}

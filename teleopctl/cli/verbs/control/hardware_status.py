@@ -3,6 +3,7 @@
 import time
 from collections.abc import Callable, Iterator
 
+from teleopctl.base.typed import Annotated, Any
 from teleopctl.cli import console
 from teleopctl.cli.command_node import command_node
 from teleopctl.cli.learning import learn_type
@@ -13,7 +14,6 @@ from teleopctl.cli.verbs.topic.text import json_value
 from teleopctl.errors import NotFoundError, what_there_is
 from teleopctl.interfaces import get_message, message_to_yaml
 from teleopctl.node import SingleThreadedExecutor
-from teleopctl.typed import Annotated, Any
 
 _TYPE = "control_msgs/msg/HardwareStatus"
 _TOPIC = "/hardware_status"

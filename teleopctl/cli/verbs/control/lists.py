@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Iterator
 
+from teleopctl.base.typed import Annotated, Any
 from teleopctl.cli import console
 from teleopctl.cli.options import AsJson
 from teleopctl.cli.verb import Option
@@ -11,7 +12,6 @@ from teleopctl.cli.verbs.control.session import (
     RosArgs,
     manager_client,
 )
-from teleopctl.typed import Annotated, Any
 
 _COLORS = {"active": "\033[92m", "inactive": "\033[96m", "unconfigured": "\033[93m"}
 

@@ -6,11 +6,11 @@ import os
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 
-from teleopctl import progress
+from teleopctl.base import progress
+from teleopctl.base.typed import Annotated
 from teleopctl.cli.command_node import command_node
 from teleopctl.cli.verb import Argument, Option
 from teleopctl.control import ControllerManagerClient
-from teleopctl.typed import Annotated
 
 ManagerName = Annotated[
     str,

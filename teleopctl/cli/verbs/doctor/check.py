@@ -2,13 +2,13 @@
 
 from collections.abc import Callable, Iterable, Iterator
 
+from teleopctl.base.typed import Annotated
 from teleopctl.cli import console
 from teleopctl.cli.options import AsJson
 from teleopctl.cli.verb import Option
 from teleopctl.cli.verbs.doctor import clocks, graph as graph_checks, machine, network, reports
 from teleopctl.cli.verbs.doctor.finding import Finding
 from teleopctl.errors import TeleopctlError, UsageError
-from teleopctl.typed import Annotated
 from teleopctl.wire import Graph
 
 _Check = Callable[[], Iterable[Finding]]

@@ -9,10 +9,10 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator
 
+from teleopctl.base.typed import TYPE_CHECKING
 from teleopctl.cli.verbs.doctor.finding import Finding
 from teleopctl.cli.verbs.doctor.graph import sessions
 from teleopctl.interfaces import get_service, serialize
-from teleopctl.typed import TYPE_CHECKING
 from teleopctl.wire import (
     EndpointToken,
     Graph,

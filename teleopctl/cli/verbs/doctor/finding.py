@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from teleopctl.typed import NamedTuple
+from teleopctl.base.typed import NamedTuple
 
 
 class Finding(NamedTuple):

@@ -8,13 +8,13 @@ import time
 from collections import Counter
 from collections.abc import Iterator
 
+from teleopctl.base.typed import Annotated
 from teleopctl.cli import console
 from teleopctl.cli.command_node import command_node
 from teleopctl.cli.verb import Option
 from teleopctl.cli.verbs.multicast import datagrams
 from teleopctl.errors import TeleopctlError, UsageError
 from teleopctl.interfaces import deserialize, get_message
-from teleopctl.typed import Annotated
 
 
 def hello(

@@ -8,8 +8,8 @@ import sys
 from collections.abc import Callable, Iterator
 from importlib import metadata
 
+from teleopctl.base.typed import NamedTuple
 from teleopctl.cli.verbs.doctor.graph import pairs_by_topic
-from teleopctl.typed import NamedTuple
 from teleopctl.wire import Graph
 
 _SMALLEST_WIDTH = 8

@@ -2,12 +2,12 @@
 
 from collections.abc import Iterator
 
+from teleopctl.base.typed import Annotated
 from teleopctl.cli import console
 from teleopctl.cli.options import AsJson
 from teleopctl.cli.verb import Argument, Option
 from teleopctl.errors import NotFoundError, did_you_mean
 from teleopctl.interfaces import known_types, list_types
-from teleopctl.typed import Annotated
 
 _TITLES = {"msg": "Messages", "srv": "Services", "action": "Actions"}
 

@@ -3,12 +3,12 @@
 import sys
 from collections.abc import Iterator
 
+from teleopctl.base.typed import Annotated
 from teleopctl.cli import console
 from teleopctl.cli.options import AsJson
 from teleopctl.cli.verb import Argument, Option
 from teleopctl.errors import NotFoundError, UnsupportedError, UsageError
 from teleopctl.interfaces import definition_lines, known_types, normalize
-from teleopctl.typed import Annotated
 
 _Type = Annotated[
     str,

@@ -2,12 +2,12 @@
 
 from pathlib import Path
 
+from teleopctl.base.typed import Annotated
 from teleopctl.cli import console
 from teleopctl.cli.options import AsJson
 from teleopctl.cli.verb import Argument, Option
 from teleopctl.errors import NotFoundError
 from teleopctl.interfaces import known_types, write_stubs
-from teleopctl.typed import Annotated
 
 _CONFIGURATION = """\
 For type checkers to find them, in the pyproject.toml of your program:

@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 
+from teleopctl.base.typed import TYPE_CHECKING, Annotated, Any
 from teleopctl.cli.command_node import ask_all, command_node
 from teleopctl.cli.live import absolute_name
 from teleopctl.cli.verb import Argument, Option
@@ -10,7 +11,6 @@ from teleopctl.cli.verbs.lifecycle.nodes import managed_nodes
 from teleopctl.cli.waiting import wait_aloud
 from teleopctl.errors import NotFoundError, TeleopctlError, UnavailableError, what_there_is
 from teleopctl.interfaces import get_service
-from teleopctl.typed import TYPE_CHECKING, Annotated, Any
 from teleopctl.wire import query_graph
 
 if TYPE_CHECKING:

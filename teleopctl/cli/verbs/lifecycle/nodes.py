@@ -1,10 +1,10 @@
 """``teleopctl lifecycle nodes``."""
 
+from teleopctl.base.typed import TYPE_CHECKING, Annotated
 from teleopctl.cli import console
 from teleopctl.cli.live import live_graph
 from teleopctl.cli.options import AsJson
 from teleopctl.cli.verb import Option
-from teleopctl.typed import TYPE_CHECKING, Annotated
 
 if TYPE_CHECKING:
     from teleopctl.wire import Graph

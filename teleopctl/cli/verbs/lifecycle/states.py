@@ -1,5 +1,6 @@
 """``teleopctl lifecycle get``."""
 
+from teleopctl.base.typed import Annotated
 from teleopctl.cli import console
 from teleopctl.cli.options import AsJson
 from teleopctl.cli.verb import Argument
@@ -9,7 +10,6 @@ from teleopctl.cli.verbs.lifecycle.graph_lifecycles import (
     open_lifecycles,
 )
 from teleopctl.errors import TeleopctlError
-from teleopctl.typed import Annotated
 
 
 def get_state(

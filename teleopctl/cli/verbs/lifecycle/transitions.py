@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 
+from teleopctl.base.typed import Annotated, Any
 from teleopctl.cli import console
 from teleopctl.cli.options import AsJson
 from teleopctl.cli.verb import Argument, Option
@@ -13,7 +14,6 @@ from teleopctl.cli.verbs.lifecycle.graph_lifecycles import (
     open_lifecycles,
 )
 from teleopctl.errors import NotFoundError, RefusedError
-from teleopctl.typed import Annotated, Any
 
 
 def list_transitions(

@@ -1,11 +1,11 @@
 """``teleopctl multicast receive|send``."""
 
+from teleopctl.base.typed import Annotated
 from teleopctl.cli import console
 from teleopctl.cli.options import AsJson
 from teleopctl.cli.verb import Option
 from teleopctl.cli.verbs.multicast import datagrams
 from teleopctl.errors import UsageError
-from teleopctl.typed import Annotated
 
 _GREETING = "Hello World!"
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from teleopctl.base.typed import Any
 from teleopctl.cli.completion.completing import Line
 from teleopctl.errors import TeleopctlError
-from teleopctl.typed import Any
 
 # A longer list helps nobody to choose.
 _MOST_VALUES = 12

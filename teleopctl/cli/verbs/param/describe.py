@@ -1,5 +1,6 @@
 """``teleopctl param describe``."""
 
+from teleopctl.base.typed import Annotated, Any
 from teleopctl.cli import console
 from teleopctl.cli.options import AsJson, NodeName
 from teleopctl.cli.verb import Argument
@@ -11,7 +12,6 @@ from teleopctl.cli.verbs.param.graph_parameters import (
 )
 from teleopctl.cli.verbs.param.options import HiddenNodes, ServiceTimeout, Timeout
 from teleopctl.cli.verbs.param.text import type_name
-from teleopctl.typed import Annotated, Any
 
 
 def describe_parameters(

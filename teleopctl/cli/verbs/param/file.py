@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from teleopctl.base.typed import TYPE_CHECKING, Annotated, Any
 from teleopctl.cli import console
 from teleopctl.cli.options import AsJson
 from teleopctl.cli.verb import Argument, Option
@@ -16,7 +17,6 @@ from teleopctl.cli.verbs.param.options import HiddenNodes, Nodes, ServiceTimeout
 from teleopctl.cli.verbs.param.results import Results
 from teleopctl.cli.words.patterns import is_pattern
 from teleopctl.errors import NotFoundError
-from teleopctl.typed import TYPE_CHECKING, Annotated, Any
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -56,7 +56,7 @@ def dump_parameters(
     if as_json:
         console.out_json(document)
         return int(not all_well)
-    from teleopctl import ros_yaml
+    from teleopctl.base import ros_yaml
 
     # It ends in an empty line, as ROS 2's does.
     console.out_text(ros_yaml.dump(document))
@@ -75,7 +75,7 @@ def save_parameters(
 
     `teleopctl param restore` sets them again, and --params-file starts a node with them.
     """
-    from teleopctl import ros_yaml
+    from teleopctl.base import ros_yaml
 
     document: dict[str, Any] = {}
     with Parameters(timeout, service_timeout) as parameters:

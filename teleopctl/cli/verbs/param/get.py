@@ -1,5 +1,6 @@
 """``teleopctl param get``."""
 
+from teleopctl.base.typed import TYPE_CHECKING, Annotated
 from teleopctl.cli import console
 from teleopctl.cli.options import AsJson
 from teleopctl.cli.verb import Argument, Option
@@ -13,7 +14,6 @@ from teleopctl.cli.verbs.param.options import HiddenNodes, ServiceTimeout, Timeo
 from teleopctl.cli.verbs.param.text import is_set, type_name, value_text
 from teleopctl.cli.words.patterns import is_pattern
 from teleopctl.errors import NotFoundError, TeleopctlError, UsageError
-from teleopctl.typed import TYPE_CHECKING, Annotated
 
 if TYPE_CHECKING:
     from rcl_interfaces.msg import ParameterValue

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from teleopctl.base.typed import TYPE_CHECKING, Any, Self
 from teleopctl.cli import console
 from teleopctl.cli.live import absolute_name
 from teleopctl.cli.words.numbers import check_not_negative, check_positive
@@ -14,7 +15,6 @@ from teleopctl.errors import (
     what_there_is,
 )
 from teleopctl.interfaces import get_service, snake_case
-from teleopctl.typed import TYPE_CHECKING, Any, Self
 from teleopctl.wire import (
     Question,
     answers_of_nodes,

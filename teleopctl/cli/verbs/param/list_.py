@@ -3,6 +3,7 @@
 import re
 from collections.abc import Sequence
 
+from teleopctl.base.typed import Annotated
 from teleopctl.cli import console
 from teleopctl.cli.options import AsJson
 from teleopctl.cli.verb import Argument, Option
@@ -11,7 +12,6 @@ from teleopctl.cli.verbs.param.options import ServiceTimeout, Timeout
 from teleopctl.cli.verbs.param.text import type_name
 from teleopctl.cli.words.patterns import is_pattern
 from teleopctl.errors import TeleopctlError, UsageError
-from teleopctl.typed import Annotated
 
 
 def list_parameters(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from teleopctl.typed import TYPE_CHECKING, Any
+from teleopctl.base.typed import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from rcl_interfaces.msg import Parameter as ParameterMessage

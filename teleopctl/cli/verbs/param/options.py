@@ -1,7 +1,7 @@
 """What the verbs of ``teleopctl param`` have in common on the command line."""
 
+from teleopctl.base.typed import Annotated
 from teleopctl.cli.verb import Argument, Option
-from teleopctl.typed import Annotated
 
 Nodes = Annotated[str, Argument(help="The node, or a pattern such as '/arm/*'.", complete="nodes")]
 ParameterName = Annotated[str, Argument(help="The parameter.", complete="parameter_names")]

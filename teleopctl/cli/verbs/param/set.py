@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 
+from teleopctl.base.typed import TYPE_CHECKING, Annotated
 from teleopctl.cli.options import AsJson
 from teleopctl.cli.verb import Argument, Option
 from teleopctl.cli.verbs.param.graph_parameters import (
@@ -20,7 +21,6 @@ from teleopctl.cli.verbs.param.options import (
 from teleopctl.cli.verbs.param.results import Results
 from teleopctl.cli.words.patterns import is_pattern
 from teleopctl.errors import RefusedError, UsageError
-from teleopctl.typed import TYPE_CHECKING, Annotated
 
 if TYPE_CHECKING:
     from rcl_interfaces.msg import Parameter as ParameterMessage, SetParametersResult

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from teleopctl.typed import TYPE_CHECKING
+from teleopctl.base.typed import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from rcl_interfaces.msg import ParameterValue

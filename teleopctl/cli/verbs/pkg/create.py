@@ -1,5 +1,6 @@
 """``teleopctl pkg create``."""
 
+from teleopctl.base.typed import Annotated
 from teleopctl.cli import console
 from teleopctl.cli.options import AsJson
 from teleopctl.cli.verb import Argument, Option
@@ -11,7 +12,6 @@ from teleopctl.packages import (
     create_package,
     license_names,
 )
-from teleopctl.typed import Annotated
 
 
 def create(

@@ -1,12 +1,12 @@
 """``teleopctl pkg list|executables|prefix|xml``."""
 
 from teleopctl import packages
+from teleopctl.base.typed import Annotated
 from teleopctl.cli import console
 from teleopctl.cli.options import AsJson
 from teleopctl.cli.verb import Argument, Option
 from teleopctl.errors import BrokenPluginError, InvalidFileError, NotFoundError, did_you_mean
 from teleopctl.packages import Package
-from teleopctl.typed import Annotated
 
 _PackageName = Annotated[
     str, Argument(metavar="PACKAGE", help="Name of the package.", complete="packages")

@@ -3,6 +3,7 @@
 import sys
 import time
 
+from teleopctl.base.typed import TYPE_CHECKING, Annotated, Any
 from teleopctl.cli import console
 from teleopctl.cli.command_node import brief_node
 from teleopctl.cli.live import absolute_name
@@ -22,7 +23,6 @@ from teleopctl.cli.waiting import wait_aloud
 from teleopctl.cli.words.messages import documents_of, message_with, service_class_named
 from teleopctl.cli.words.numbers import check_not_negative
 from teleopctl.errors import RefusedError, UnavailableError, UsageError, what_there_is
-from teleopctl.typed import TYPE_CHECKING, Annotated, Any
 from teleopctl.wire import query_graph
 
 if TYPE_CHECKING:

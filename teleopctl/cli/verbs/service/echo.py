@@ -1,5 +1,6 @@
 """``teleopctl service echo``."""
 
+from teleopctl.base.typed import Annotated, Any
 from teleopctl.cli import console
 from teleopctl.cli.command_node import command_node
 from teleopctl.cli.listing import types_of
@@ -29,7 +30,6 @@ from teleopctl.cli.verbs.topic.text_options import (
 )
 from teleopctl.cli.words.messages import service_class_named
 from teleopctl.errors import NotFoundError, RefusedError
-from teleopctl.typed import Annotated, Any
 
 
 def echo(

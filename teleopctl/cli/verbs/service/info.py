@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 
+from teleopctl.base.typed import TYPE_CHECKING, Annotated
 from teleopctl.cli import console
 from teleopctl.cli.listing import types_of
 from teleopctl.cli.live import absolute_name, live_graph
@@ -12,7 +13,6 @@ from teleopctl.cli.verbs.topic.endpoint_text import (
     endpoint_record,
     warn_of_mismatch,
 )
-from teleopctl.typed import TYPE_CHECKING, Annotated
 
 if TYPE_CHECKING:
     from teleopctl.wire import EndpointToken

@@ -1,11 +1,11 @@
 """``teleopctl service list``, ``type`` and ``find``."""
 
+from teleopctl.base.typed import Annotated
 from teleopctl.cli import console
 from teleopctl.cli.listing import of_type, out_names, out_types, types_of
 from teleopctl.cli.live import absolute_name, live_graph
 from teleopctl.cli.options import AsJson, CountServices, HiddenServices, ServiceName
 from teleopctl.cli.verb import Argument, Option
-from teleopctl.typed import Annotated
 
 
 def list_services(

@@ -2,12 +2,12 @@
 
 from pathlib import Path
 
+from teleopctl.base.typed import Annotated, Any
 from teleopctl.cli import console
 from teleopctl.cli.command_node import brief_node
 from teleopctl.cli.options import AsJson
 from teleopctl.cli.verb import Argument, Option
 from teleopctl.errors import NotFoundError, RefusedError, UnavailableError, UsageError
-from teleopctl.typed import Annotated, Any
 from teleopctl.wire import query_graph
 
 # What is asked for is done at once, but for many steps and for what has to be compiled.

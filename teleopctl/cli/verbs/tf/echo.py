@@ -2,13 +2,13 @@
 
 import contextlib
 
+from teleopctl.base.typed import Annotated
 from teleopctl.cli import console
 from teleopctl.cli.command_node import command_node
 from teleopctl.cli.verb import Argument, Option
 from teleopctl.errors import UsageError
 from teleopctl.interfaces import from_seconds, split
 from teleopctl.tf import ECHO_DIGITS, Transform, echo_text, echo_transforms, rpy_from_quaternion
-from teleopctl.typed import Annotated
 
 _MOST_DIGITS = 17  # a double has no more
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import threading
 
+from teleopctl.base.typed import Any
 from teleopctl.cli.command_node import command_node
 from teleopctl.interfaces import get_message
 from teleopctl.node import QoSProfile, qos_profile_latched
 from teleopctl.tf import TF_STATIC_TOPIC, TF_TOPIC
-from teleopctl.typed import Any
 
 # A person waits for this, in seconds; a robot sends its transforms at least this often.
 _LONGEST_WAIT_S = 0.4

@@ -2,13 +2,13 @@
 
 import time
 
+from teleopctl.base.typed import Annotated
 from teleopctl.cli import console
 from teleopctl.cli.command_node import command_node
 from teleopctl.cli.options import AsJson
 from teleopctl.cli.verb import Option
 from teleopctl.errors import UsageError
 from teleopctl.tf import Buffer, TransformListener
-from teleopctl.typed import Annotated
 
 # A robot sends its moving frames at least this often.
 _WAIT_S = 1.0

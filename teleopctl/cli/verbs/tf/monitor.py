@@ -2,12 +2,12 @@
 
 import contextlib
 
+from teleopctl.base.typed import Annotated
 from teleopctl.cli import console
 from teleopctl.cli.command_node import command_node
 from teleopctl.cli.verb import Argument, Option
 from teleopctl.errors import UsageError
 from teleopctl.tf import GATHER_S, MonitorResults, monitor_transforms
-from teleopctl.typed import Annotated
 
 
 def monitor(

@@ -1,7 +1,7 @@
 """``teleopctl tf static``."""
 
+from teleopctl.base.typed import Annotated
 from teleopctl.cli.verb import Argument, Option
-from teleopctl.typed import Annotated
 
 
 def _number(flag: str, text: str) -> Option:

@@ -1,12 +1,12 @@
 """``teleopctl tf view_frames``."""
 
+from teleopctl.base.typed import Annotated
 from teleopctl.cli import console
 from teleopctl.cli.command_node import command_node
 from teleopctl.cli.listing import out_files
 from teleopctl.cli.options import AsJson
 from teleopctl.cli.verb import Option
 from teleopctl.nodes.tf2.frames_view import view_frames
-from teleopctl.typed import Annotated
 
 
 def view(

@@ -3,10 +3,10 @@
 import sys
 from typing import Annotated
 
+from teleopctl.base.extras import extra
 from teleopctl.cli.live import live_graph
 from teleopctl.cli.verb import Option, Verb
 from teleopctl.errors import UsageError
-from teleopctl.extras import extra
 
 VERB = Verb(
     f"{__name__}:top",

@@ -7,9 +7,9 @@ from collections import deque
 from datetime import datetime
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from teleopctl.base.printable import printable_text
 from teleopctl.interfaces import get_message, to_nanoseconds
 from teleopctl.node import LoggingSeverity, qos_profile_rosout_default
-from teleopctl.printable import printable_text
 
 if TYPE_CHECKING:
     from teleopctl.node import Node

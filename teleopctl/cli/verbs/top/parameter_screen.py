@@ -10,6 +10,7 @@ from textual.binding import BindingType
 from textual.screen import Screen
 from textual.widgets import DataTable, Footer, Static
 
+from teleopctl.base.printable import printable_line
 from teleopctl.cli.verbs.top.questions import Ask
 from teleopctl.cli.verbs.top.table import Column, LiveTable, Row
 from teleopctl.errors import TeleopctlError
@@ -20,7 +21,6 @@ from teleopctl.node import (
     parameter_value_from_yaml,
     parameter_value_to_python,
 )
-from teleopctl.printable import printable_line
 
 _LONGEST_WAIT_S = 3.0
 _LONGEST_VALUE = 200

@@ -12,11 +12,11 @@ from textual.containers import VerticalScroll
 from textual.screen import Screen
 from textual.widgets import Footer, Static
 
+from teleopctl.base.printable import printable_text
 from teleopctl.cli.verbs.topic.plot import Traces
 from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces import get_message, message_to_yaml
 from teleopctl.node import Node, Subscription, learn_type_from, suited_to
-from teleopctl.printable import printable_text
 
 _SHOW_EVERY_S = 0.2
 _LONGEST_LIST = 32

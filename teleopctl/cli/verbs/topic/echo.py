@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
+from teleopctl.base.typed import TYPE_CHECKING, Annotated, Any
 from teleopctl.cli.command_node import brief_node, command_node
 from teleopctl.cli.options import TopicName, UseSimTime
 from teleopctl.cli.verb import Argument, Option
@@ -31,7 +32,6 @@ from teleopctl.cli.verbs.topic.text_options import (
 )
 from teleopctl.cli.words.numbers import check_positive
 from teleopctl.errors import InvalidMessageError, UnavailableError
-from teleopctl.typed import TYPE_CHECKING, Annotated, Any
 from teleopctl.wire import query_graph
 
 if TYPE_CHECKING:

@@ -5,9 +5,9 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Sequence
 
+from teleopctl.base.typed import TYPE_CHECKING, Any
 from teleopctl.cli import console
 from teleopctl.cli.verbs.topic.text import TextStyle, is_message, json_value
-from teleopctl.typed import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from teleopctl.cli.console import Json

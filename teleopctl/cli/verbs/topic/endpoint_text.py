@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from teleopctl.base.typed import TYPE_CHECKING
 from teleopctl.cli import console
 from teleopctl.cli.verbs.topic.qos.text import qos_lines, qos_record
-from teleopctl.typed import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from teleopctl.wire import EndpointToken

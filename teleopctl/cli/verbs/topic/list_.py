@@ -1,11 +1,11 @@
 """``teleopctl topic list``."""
 
+from teleopctl.base.typed import Annotated
 from teleopctl.cli import console
 from teleopctl.cli.listing import out_names
 from teleopctl.cli.live import live_graph
 from teleopctl.cli.options import AsJson, CountTopics, HiddenTopics
 from teleopctl.cli.verb import Option
-from teleopctl.typed import Annotated
 
 
 def list_topics(

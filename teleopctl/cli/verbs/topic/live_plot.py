@@ -8,12 +8,12 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 
+from teleopctl.base.extras import extra
+from teleopctl.base.typed import TYPE_CHECKING, Any
 from teleopctl.cli import console
 from teleopctl.cli.command_node import command_node
 from teleopctl.cli.verbs.topic.plot import Traces
 from teleopctl.errors import TeleopctlError, UnavailableError, UsageError
-from teleopctl.extras import extra
-from teleopctl.typed import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from teleopctl.cli.verbs.topic.source import TopicSource

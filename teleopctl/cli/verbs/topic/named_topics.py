@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from teleopctl.base.typed import TYPE_CHECKING
 from teleopctl.cli.live import absolute_name, live_graph
 from teleopctl.cli.verbs.topic.source import TopicSource, find_source, find_sources, graph_or_router
 from teleopctl.cli.words.patterns import fitting, is_pattern
 from teleopctl.errors import UsageError
-from teleopctl.typed import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from teleopctl.wire import Graph

@@ -7,10 +7,10 @@ import threading
 from collections import deque
 from collections.abc import Sequence
 
+from teleopctl.base.printable import printable_line
+from teleopctl.base.typed import Any
 from teleopctl.errors import InvalidMessageError, UsageError
 from teleopctl.interfaces import field_reader, numeric_fields
-from teleopctl.printable import printable_line
-from teleopctl.typed import Any
 
 MOST_TRACES = 12
 # Of one trace: ten minutes at 100 Hz.

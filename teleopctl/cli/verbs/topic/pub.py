@@ -5,6 +5,7 @@ import sys
 import time
 from collections.abc import Iterator
 
+from teleopctl.base.typed import TYPE_CHECKING, Annotated, Any
 from teleopctl.cli import console
 from teleopctl.cli.command_node import brief_node, command_node
 from teleopctl.cli.live import absolute_name
@@ -30,7 +31,6 @@ from teleopctl.errors import (
     UsageError,
     what_there_is,
 )
-from teleopctl.typed import TYPE_CHECKING, Annotated, Any
 from teleopctl.wire import EntityKind, query_graph, router_has_all
 
 if TYPE_CHECKING:
@@ -274,7 +274,7 @@ def _read(file: str) -> str:
     if file != "-":
         from pathlib import Path
 
-        from teleopctl.text_file import read_text
+        from teleopctl.base.text_file import read_text
 
         return read_text(Path(file))
     try:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from teleopctl.base.typed import Any
 from teleopctl.errors import InvalidMessageError, UsageError
-from teleopctl.typed import Any
 
 
 # Any: a message's class is made from its definition.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from teleopctl.base.typed import TYPE_CHECKING, Any
 from teleopctl.cli import console
 from teleopctl.cli.learning import learn_type
 from teleopctl.cli.live import live_graph
@@ -13,7 +14,6 @@ from teleopctl.errors import (
     UnavailableError,
     did_you_mean,
 )
-from teleopctl.typed import TYPE_CHECKING, Any
 from teleopctl.wire import Graph, RouterNotRunning
 
 if TYPE_CHECKING:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import array
 import math
 
-from teleopctl.typed import TYPE_CHECKING, Any
+from teleopctl.base.typed import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from teleopctl.cli.console import Json

@@ -1,9 +1,9 @@
 """The flags by which verbs write messages: how long lists and texts are, and on how many lines."""
 
+from teleopctl.base.typed import Annotated
 from teleopctl.cli.verb import Option
 from teleopctl.cli.verbs.topic.text import TextStyle
 from teleopctl.cli.words.numbers import check_not_negative
-from teleopctl.typed import Annotated
 
 TRUNCATE = 128
 

@@ -1,10 +1,10 @@
 """``teleopctl topic type`` and ``teleopctl topic find``."""
 
+from teleopctl.base.typed import Annotated
 from teleopctl.cli.listing import of_type, out_names, out_types, types_of
 from teleopctl.cli.live import absolute_name, live_graph
 from teleopctl.cli.options import AsJson, CountTopics, HiddenTopics, TopicName
 from teleopctl.cli.verb import Argument
-from teleopctl.typed import Annotated
 
 
 def topic_type(topic_name: TopicName, as_json: AsJson = False) -> None:

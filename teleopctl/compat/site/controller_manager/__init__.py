@@ -21,7 +21,7 @@ if TYPE_CHECKING:
         unload_controller as unload_controller,
     )
 else:
-    from teleopctl.lazy import attach
+    from teleopctl.base.lazy import attach
 
     # Launch files use `launch_utils` alone, and need no rclpy for that.
     __getattr__, __dir__, __all__ = attach(

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from teleopctl.background import logs_dir
+from teleopctl.base.background import logs_dir
 from teleopctl.errors import UsageError
 from teleopctl.node import (
     LoggingSeverity,

@@ -19,7 +19,7 @@ from rclpy_components._construction import (
     destroy,
     node_options,
 )
-from teleopctl import progress
+from teleopctl.base import progress
 from teleopctl.errors import TeleopctlError
 from teleopctl.packages import find_component
 

@@ -13,11 +13,11 @@ from pathlib import Path
 from xml.parsers import expat
 
 from teleopctl.base.budget import DEEPEST_TAGS
+from teleopctl.base.text_file import read_text
 from teleopctl.errors import LaunchError
 from teleopctl.launch.model import values
 from teleopctl.launch.model.descriptions import Place
 from teleopctl.launch.model.element import Element
-from teleopctl.text_file import read_text
 
 _ATTRIBUTE = re.compile(rb"""\s+([^\s=]+)\s*=\s*(?:"[^"]*"|'[^']*')""")
 _SEPARATOR = "-sep"

@@ -7,12 +7,12 @@ from typing import Any
 
 import yaml
 
-from teleopctl import ros_yaml
+from teleopctl.base import ros_yaml
 from teleopctl.base.budget import DEEPEST_TAGS
+from teleopctl.base.text_file import read_text
 from teleopctl.errors import LaunchError
 from teleopctl.launch.model.descriptions import Place
 from teleopctl.launch.model.element import Element
-from teleopctl.text_file import read_text
 
 
 def load(path: Path) -> Element:

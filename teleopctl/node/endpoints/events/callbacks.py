@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from teleopctl.typed import Any, NamedTuple
+from teleopctl.base.typed import Any, NamedTuple
 
 # Any: what it is told depends on the event.
 EventCallback = Callable[[Any], object]

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+from teleopctl.base.typed import TYPE_CHECKING
 from teleopctl.node.endpoints.events.callbacks import DeadlineMissedInfo, EventCallback
 from teleopctl.node.endpoints.events.handler import EventHandler
 from teleopctl.node.endpoints.events.watchdog import Watchdog
 from teleopctl.node.values.callback_groups import CallbackGroup
 from teleopctl.node.values.qos import bound_ns
-from teleopctl.typed import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from teleopctl.node.endpoints.endpoint import Endpoint

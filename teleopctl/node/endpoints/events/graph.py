@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from teleopctl.base.typed import TYPE_CHECKING
 from teleopctl.node.endpoints.events.callbacks import (
     EventCallback,
     IncompatibleTypeInfo,
@@ -9,7 +10,6 @@ from teleopctl.node.endpoints.events.callbacks import (
 )
 from teleopctl.node.endpoints.events.handler import EventHandler
 from teleopctl.node.values.callback_groups import CallbackGroup
-from teleopctl.typed import TYPE_CHECKING
 from teleopctl.wire import EndpointToken, EntityKind
 
 if TYPE_CHECKING:

@@ -6,10 +6,10 @@ import functools
 import threading
 from collections.abc import Callable
 
+from teleopctl.base.typed import TYPE_CHECKING, NamedTuple
 from teleopctl.node.endpoints.events.callbacks import EventCallback
 from teleopctl.node.endpoints.waitable import Waitable
 from teleopctl.node.values.callback_groups import CallbackGroup
-from teleopctl.typed import TYPE_CHECKING, NamedTuple
 
 if TYPE_CHECKING:
     from teleopctl.node.node_core import NodeCore

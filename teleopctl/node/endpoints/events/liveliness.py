@@ -13,6 +13,7 @@ import functools
 
 import zenoh
 
+from teleopctl.base.typed import TYPE_CHECKING
 from teleopctl.node.endpoints.events.callbacks import (
     EventCallback,
     LivelinessChangedInfo,
@@ -23,7 +24,6 @@ from teleopctl.node.endpoints.events.handler import EventHandler
 from teleopctl.node.endpoints.events.watchdog import Watchdog
 from teleopctl.node.values.callback_groups import CallbackGroup
 from teleopctl.node.values.qos import LivelinessPolicy, bound_ns
-from teleopctl.typed import TYPE_CHECKING
 from teleopctl.wire import INFINITE_NS, EndpointToken, EntityKind, assertion_key, direct_callback
 
 if TYPE_CHECKING:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+from teleopctl.base.typed import TYPE_CHECKING
 from teleopctl.node.endpoints.events.callbacks import EventCallback, MessageLostInfo
 from teleopctl.node.endpoints.events.handler import EventHandler
 from teleopctl.node.values.callback_groups import CallbackGroup
-from teleopctl.typed import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from teleopctl.node.node_core import NodeCore

@@ -6,9 +6,9 @@ import secrets
 import time
 from typing import Any, ClassVar
 
+from teleopctl.base.printable import printable_line
 from teleopctl.interfaces import get_message, get_service
 from teleopctl.node import QoSProfile
-from teleopctl.printable import printable_line
 from teleopctl.tf import Transform
 from teleopctl.viewer.displays.base import OK, WARN, Display
 from teleopctl.viewer.displays.markers.interactive_marker import (

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from teleopctl.printable import printable_line
+from teleopctl.base.printable import printable_line
 from teleopctl.tf import Transform, TransformException
 from teleopctl.viewer.displays.markers.handles import BUTTON, MENU, put
 from teleopctl.viewer.displays.markers.interactive_control import InteractiveControl

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from teleopctl.printable import printable_line
+from teleopctl.base.printable import printable_line
 from teleopctl.tf import Transform, TransformException
 from teleopctl.viewer.displays.markers.marker_drawing import MarkerFault, draw_marker, own_pose
 from teleopctl.viewer.displays.markers.marker_files import MarkerFiles

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from teleopctl.printable import printable_line
+from teleopctl.base.printable import printable_line
 from teleopctl.viewer.panels.plots.series import Floats
 from teleopctl.viewer.panels.plots.vertical_axis import VerticalAxis, vertical_axis
 

@@ -2,11 +2,11 @@
 
 from pathlib import Path
 
+from teleopctl.base.typed import Annotated
 from teleopctl.cli import console
 from teleopctl.cli.options import AsJson
 from teleopctl.cli.verb import Argument, Option
 from teleopctl.cli.verbs.bag.options import CompressionName, MaxBagDuration, MaxBagSize
-from teleopctl.typed import Annotated
 
 _STORAGES = ("mcap", "sqlite3")
 

@@ -2,11 +2,11 @@
 
 from pathlib import Path
 
+from teleopctl.base.typed import TYPE_CHECKING, Annotated
 from teleopctl.cli import console
 from teleopctl.cli.options import AsJson
 from teleopctl.cli.verb import Option
 from teleopctl.cli.verbs.bag.options import BagPath, Storage
-from teleopctl.typed import TYPE_CHECKING, Annotated
 
 if TYPE_CHECKING:
     from teleopctl.bag import Bag

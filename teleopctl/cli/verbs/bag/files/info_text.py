@@ -7,9 +7,9 @@ from collections import Counter
 from collections.abc import Iterable
 
 from teleopctl.bag import ServiceCounter, is_service_event, service_of
+from teleopctl.base.typed import TYPE_CHECKING
 from teleopctl.cli.console import Json
 from teleopctl.interfaces import NANOSECONDS_PER_SECOND
-from teleopctl.typed import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from teleopctl.bag import BagMessage, BagMetadata, BagTopic

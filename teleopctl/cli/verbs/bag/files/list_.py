@@ -1,9 +1,9 @@
 """``teleopctl bag list``."""
 
+from teleopctl.base.typed import Annotated
 from teleopctl.cli import console
 from teleopctl.cli.options import AsJson
 from teleopctl.cli.verb import Argument, Option
-from teleopctl.typed import Annotated
 
 # What is there, with what ``-v`` says of it.
 _PLUGINS = {

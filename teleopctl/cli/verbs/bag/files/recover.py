@@ -2,11 +2,11 @@
 
 from pathlib import Path
 
+from teleopctl.base.typed import Annotated
 from teleopctl.cli import console
 from teleopctl.cli.options import AsJson
 from teleopctl.cli.verb import Option
 from teleopctl.cli.verbs.bag.options import BagPath
-from teleopctl.typed import Annotated
 
 
 def recover_bag(

@@ -20,10 +20,10 @@ from teleopctl.bag import (
     open_bag,
     read_inputs,
 )
+from teleopctl.base.typed import TYPE_CHECKING
 from teleopctl.cli import console
 from teleopctl.errors import NotFoundError, UsageError, what_there_is
 from teleopctl.interfaces import NANOSECONDS_PER_SECOND, from_seconds
-from teleopctl.typed import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from teleopctl.bag import Bag, BagTopic

@@ -6,12 +6,12 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from teleopctl.base.extras import extra
+from teleopctl.base.typed import TYPE_CHECKING, Annotated
 from teleopctl.cli import console
 from teleopctl.cli.verb import Argument, Option
 from teleopctl.cli.verbs.bag.options import BagPath
 from teleopctl.errors import UsageError
-from teleopctl.extras import extra
-from teleopctl.typed import TYPE_CHECKING, Annotated
 
 if TYPE_CHECKING:
     from teleopctl.bag import Curve
@@ -65,8 +65,8 @@ def plot(
 
 
 def _draw(curves: "Sequence[Curve]") -> None:
+    from teleopctl.base.printable import printable_line
     from teleopctl.cli.verbs.topic.plot import drawn_lines, reduced
-    from teleopctl.printable import printable_line
 
     with extra("tui", "uniplot"):
         import uniplot as uniplot

@@ -3,11 +3,11 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from teleopctl.base.typed import Annotated
 from teleopctl.cli import console
 from teleopctl.cli.verb import Option
 from teleopctl.cli.verbs.bag.options import BagPath
 from teleopctl.errors import UsageError
-from teleopctl.typed import Annotated
 
 if TYPE_CHECKING:
     from teleopctl.base.token_file import Address

@@ -2,6 +2,7 @@
 
 import threading
 
+from teleopctl.base.typed import Annotated, Any
 from teleopctl.cli import console
 from teleopctl.cli.options import UseSimTime
 from teleopctl.cli.verb import Argument, Option
@@ -24,7 +25,6 @@ from teleopctl.cli.verbs.topic.qos.options import (
     ReliabilityName,
 )
 from teleopctl.cli.verbs.topic.source import TopicSource
-from teleopctl.typed import Annotated, Any
 
 _COLUMNS = ("bandwidth", "window", "mean", "min", "max")
 

@@ -3,6 +3,7 @@
 import threading
 from collections.abc import Callable
 
+from teleopctl.base.typed import Annotated, Any
 from teleopctl.cli import console
 from teleopctl.cli.learning import learn_type
 from teleopctl.cli.options import UseSimTime
@@ -23,7 +24,6 @@ from teleopctl.cli.verbs.topic.qos.options import (
 from teleopctl.cli.verbs.topic.source import TopicSource
 from teleopctl.errors import InvalidMessageError
 from teleopctl.interfaces import deserialize, get_message, to_nanoseconds
-from teleopctl.typed import Annotated, Any
 
 _COLUMNS = ("delay", "min", "max", "std_dev", "window")
 _STAMP = "builtin_interfaces/msg/Time"

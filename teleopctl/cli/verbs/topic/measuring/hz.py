@@ -2,6 +2,7 @@
 
 import threading
 
+from teleopctl.base.typed import Annotated, Any
 from teleopctl.cli import console
 from teleopctl.cli.options import UseSimTime
 from teleopctl.cli.verb import Argument, Option
@@ -20,7 +21,6 @@ from teleopctl.cli.verbs.topic.qos.options import (
 )
 from teleopctl.cli.verbs.topic.selection import filter_predicate
 from teleopctl.cli.verbs.topic.source import TopicSource
-from teleopctl.typed import Annotated, Any
 
 _COLUMNS = ("rate", "min_delta", "max_delta", "std_dev", "window")
 

@@ -6,6 +6,7 @@ import threading
 import time
 from collections.abc import Callable, Sequence
 
+from teleopctl.base.typed import TYPE_CHECKING, Any
 from teleopctl.cli import console
 from teleopctl.cli.command_node import command_node
 from teleopctl.cli.verbs.topic.source import (
@@ -16,7 +17,6 @@ from teleopctl.cli.verbs.topic.source import (
 )
 from teleopctl.cli.words.patterns import expanded
 from teleopctl.errors import UsageError, did_you_mean
-from teleopctl.typed import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from teleopctl.cli.verbs.topic.qos.options import QosWishes

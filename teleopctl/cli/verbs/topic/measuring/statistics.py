@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from collections import deque
 
+from teleopctl.base.typed import NamedTuple
 from teleopctl.errors import UsageError
-from teleopctl.typed import NamedTuple
 
 
 class Summary(NamedTuple):

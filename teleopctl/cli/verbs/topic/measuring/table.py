@@ -6,9 +6,9 @@ import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 
+from teleopctl.base.printable import printable_line
+from teleopctl.base.typed import TYPE_CHECKING
 from teleopctl.cli import console
-from teleopctl.printable import printable_line
-from teleopctl.typed import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from rich.table import Table

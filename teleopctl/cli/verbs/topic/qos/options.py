@@ -1,8 +1,8 @@
 """The QoS flags of the verbs that publish, subscribe and call."""
 
+from teleopctl.base.typed import TYPE_CHECKING, Annotated
 from teleopctl.cli.verb import Option
 from teleopctl.errors import UsageError
-from teleopctl.typed import TYPE_CHECKING, Annotated
 
 if TYPE_CHECKING:
     from teleopctl.node import QoSProfile

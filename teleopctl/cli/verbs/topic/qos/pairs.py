@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
+from teleopctl.base.typed import TYPE_CHECKING, NamedTuple
 from teleopctl.cli import console
-from teleopctl.typed import TYPE_CHECKING, NamedTuple
 
 if TYPE_CHECKING:
     from teleopctl.node import QoSCompatibility

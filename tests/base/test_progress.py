@@ -5,9 +5,9 @@ import sys
 
 import pytest
 
-from teleopctl import progress
+from teleopctl.base import progress
 
-TELLER = "from teleopctl import progress; progress.tell({state!r}, {detail!r})"
+TELLER = "from teleopctl.base import progress; progress.tell({state!r}, {detail!r})"
 
 
 def told(log_file, state, detail=""):
@@ -29,7 +29,7 @@ def test_the_last_words_count_on_one_line(tmp_path):
 def test_what_a_process_does_is_reported_while_it_starts_and_not_later(tmp_path):
     log_file = tmp_path / "a.log"
     program = (
-        "import sys; from teleopctl import progress\n"
+        "import sys; from teleopctl.base import progress\n"
         "for state in sys.argv[1:]:\n"
         "    progress.tell(state)\n"
         "    progress.doing('compiling the model')\n"

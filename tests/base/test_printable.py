@@ -6,7 +6,7 @@ import unicodedata
 import pytest
 from hypothesis import given, strategies as st
 
-from teleopctl.printable import printable_json, printable_line, printable_log, printable_text
+from teleopctl.base.printable import printable_json, printable_line, printable_log, printable_text
 
 CONTROLS = st.text(st.characters(categories=["Cc", "Zl", "Zp"]) | st.sampled_from("a\u202e\u2066"))
 ANYTHING = st.text(st.characters(exclude_categories=["Cs"])) | CONTROLS

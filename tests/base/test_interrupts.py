@@ -7,13 +7,13 @@ import threading
 
 import pytest
 
-from teleopctl import interrupts
+from teleopctl.base import interrupts
 from teleopctl.testing import LONGEST_WAIT_S
 
 # A wait that the kernel does not end, as when the signal came just before it began.
 DEAF_WAIT = """
 import os, signal, threading
-from teleopctl import interrupts
+from teleopctl.base import interrupts
 
 signal.signal(signal.SIGINT, signal.default_int_handler)
 interrupts.take()
@@ -48,7 +48,7 @@ def test_an_interrupt_ends_a_wait_that_began_as_it_came():
 
 ENDS_MEANWHILE = """
 import signal, time
-from teleopctl import interrupts
+from teleopctl.base import interrupts
 
 interrupts.take()
 interrupts.come_again()
@@ -107,7 +107,7 @@ def test_a_program_that_catches_an_interrupt_of_a_text_ends_as_it_says(tmp_path)
 # As a process that a launch starts: whoever is interrupted before the first line is a Python that
 # starts, and may forget it or end with a fatal error.
 STARTS = """
-from teleopctl import interrupts
+from teleopctl.base import interrupts
 try:
     interrupts.take()
 except KeyboardInterrupt:

@@ -10,8 +10,8 @@ import os
 import stat
 import sys
 
+from teleopctl.base.typed import TYPE_CHECKING
 from teleopctl.errors import SystemFailureError
-from teleopctl.typed import TYPE_CHECKING
 
 # Each of them takes as long to import as half a command of the command line.
 if TYPE_CHECKING:

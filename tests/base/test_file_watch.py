@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from teleopctl.file_watch import FileWatch
+from teleopctl.base.file_watch import FileWatch
 from teleopctl.testing import LONGEST_WAIT_S
 
 

@@ -19,17 +19,17 @@ from datetime import datetime
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, NamedTuple
 
-from teleopctl import interrupts, progress
-from teleopctl.base.private_file import open_private, write_private
-from teleopctl.base.start_timeouts import ProgressMonitor, StartTimeouts
-from teleopctl.errors import SystemFailureError
-from teleopctl.folders import (
+from teleopctl.base import interrupts, progress
+from teleopctl.base.folders import (
     check_private,
     logs_dir as logs_dir,
     make_private,
     runtime_dir as runtime_dir,
 )
-from teleopctl.output import LOG_FILE, log_bytes
+from teleopctl.base.output import LOG_FILE, log_bytes
+from teleopctl.base.private_file import open_private, write_private
+from teleopctl.base.start_timeouts import ProgressMonitor, StartTimeouts
+from teleopctl.errors import SystemFailureError
 
 if TYPE_CHECKING:
     import psutil

@@ -6,9 +6,9 @@ import sys
 
 import pytest
 
-from teleopctl import background
+from teleopctl.base import background
+from teleopctl.base.folders import runtime_dir
 from teleopctl.errors import SystemFailureError
-from teleopctl.folders import runtime_dir
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="owners and modes of POSIX")
 

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from teleopctl.base.extras import extra
 from teleopctl.errors import MissingExtraError
-from teleopctl.extras import extra
 from tests import ROOT
 
 
@@ -70,7 +70,9 @@ def test_a_missing_extra_is_installed_from_the_address_that_teleopctl_came_from(
 
 
 def test_what_came_from_a_package_index_comes_from_there_again(hint, monkeypatch, tmp_path):
-    monkeypatch.setattr("teleopctl.extras.__file__", str(tmp_path / "teleopctl" / "extras.py"))
+    monkeypatch.setattr(
+        "teleopctl.base.extras.__file__", str(tmp_path / "teleopctl" / "base" / "extras.py")
+    )
     assert hint(None) == "Install it with: pip install 'teleopctl[fox]'"
 
 

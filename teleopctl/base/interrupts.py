@@ -25,7 +25,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import CodeType, FrameType
 
-from teleopctl.typed import TYPE_CHECKING, TypeVar
+from teleopctl.base.typed import TYPE_CHECKING, TypeVar
 
 if TYPE_CHECKING:
     import signal

@@ -45,7 +45,7 @@ def _requirement(name: str) -> str:
         source = _source(record)
     else:
         # A checkout that is only on the path is not installed; a package index leaves no record.
-        checkout = Path(__file__).parents[1]
+        checkout = Path(__file__).parents[2]
         source = checkout if (checkout / "pyproject.toml").is_file() else None
     if source is None:
         return f"'teleopctl[{name}]'"

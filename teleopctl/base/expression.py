@@ -12,7 +12,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from teleopctl.base.budget import LONGEST_TEXT
-from teleopctl.printable import shortened
+from teleopctl.base.printable import shortened
 
 _MAX_POWER = 64
 _MAX_BASE = 10**9

@@ -7,9 +7,9 @@ import sys
 
 import pytest
 
-from teleopctl import output
+from teleopctl.base import output
+from teleopctl.base.output import LogFile, older_part
 from teleopctl.errors import UsageError
-from teleopctl.output import LogFile, older_part
 from teleopctl.testing import LONGEST_WAIT_S
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="pipes and limits of POSIX")
@@ -79,7 +79,7 @@ def test_a_log_on_a_full_disk_is_reported_once_and_goes_on_when_there_is_room(tm
 def test_a_process_in_the_background_keeps_its_own_log_within_its_bound(tmp_path, arguments):
     code = f"""
 from pathlib import Path
-from teleopctl.output import outlive_output
+from teleopctl.base.output import outlive_output
 outlive_output(log_file=Path({str(tmp_path / "log")!r}))
 for number in range(10_000):
     print(number, flush=True)
@@ -95,7 +95,7 @@ def test_who_loses_the_reader_of_its_output_goes_on_in_its_log(tmp_path):
     code = f"""
 import os
 from pathlib import Path
-from teleopctl.output import outlive_output
+from teleopctl.base.output import outlive_output
 outlive_output(log_file=Path({str(tmp_path / "log")!r}))
 print("python", flush=True)
 os.system("echo child")
@@ -111,7 +111,7 @@ os.system("echo child")
 
 def test_without_a_log_it_goes_on_in_silence():
     code = """
-from teleopctl.output import outlive_output
+from teleopctl.base.output import outlive_output
 outlive_output()
 print("a" * 100_000)
 print("b", flush=True)
@@ -128,7 +128,7 @@ signal.signal(signal.SIGHUP, signal.SIG_IGN)
 master, slave = pty.openpty()
 os.dup2(slave, 1)
 os.close(slave)
-from teleopctl.output import outlive_output
+from teleopctl.base.output import outlive_output
 outlive_output(lossless_stdout=True)
 print("heard", flush=True)
 os.close(master)
@@ -141,7 +141,7 @@ sys.stderr.write("still here")
 
 def test_a_result_that_cannot_be_written_stays_an_error():
     code = """
-from teleopctl.output import outlive_output
+from teleopctl.base.output import outlive_output
 outlive_output(lossless_stdout=True)
 print("result", flush=True)
 """
@@ -151,7 +151,7 @@ print("result", flush=True)
 
 INTERRUPTED = """
 import queue, signal, sys, threading
-from teleopctl.output import outlive_output
+from teleopctl.base.output import outlive_output
 
 lines = [0]
 came_in = []

@@ -5,7 +5,7 @@ import contextlib
 import pytest
 from hypothesis import given, strategies as st
 
-from teleopctl.expression import ExpressionError, compute, evaluate
+from teleopctl.base.expression import ExpressionError, compute, evaluate
 
 
 @pytest.mark.parametrize(

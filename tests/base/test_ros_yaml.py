@@ -6,7 +6,7 @@ import pytest
 import yaml
 from hypothesis import given, settings, strategies as st
 
-from teleopctl import ros_yaml
+from teleopctl.base import ros_yaml
 from teleopctl.errors import LaunchError
 
 

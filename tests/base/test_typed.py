@@ -8,7 +8,7 @@ import typing
 import pytest
 from std_msgs.msg import String
 
-from teleopctl import typed
+from teleopctl.base import typed
 from teleopctl.cli.verb import Option
 from teleopctl.node import Publisher
 

@@ -7,7 +7,7 @@ import sys
 import psutil
 import pytest
 
-from teleopctl import background
+from teleopctl.base import background
 from teleopctl.base.start_timeouts import StartTimeouts
 from teleopctl.errors import TeleopctlError
 from teleopctl.testing import LONGEST_WAIT_S, eventually
@@ -15,7 +15,7 @@ from teleopctl.testing import LONGEST_WAIT_S, eventually
 SLEEPER = [sys.executable, "-c", "import time; time.sleep(600)"]
 ANNOUNCER = """
 import sys, time
-from teleopctl.background import announce_ready
+from teleopctl.base.background import announce_ready
 print("to the log", file=sys.stderr, flush=True)
 announce_ready({failure})
 print("from now on to the log as well", flush=True)
@@ -118,7 +118,7 @@ def test_stopping_what_has_ended_does_no_harm():
 def test_what_ignores_the_signals_is_killed_with_its_children():
     stubborn = """
 import signal, subprocess, sys, time
-from teleopctl.background import announce_ready
+from teleopctl.base.background import announce_ready
 signal.signal(signal.SIGINT, signal.SIG_IGN)
 signal.signal(signal.SIGTERM, signal.SIG_IGN)
 subprocess.Popen([sys.executable, "-c", "import time; time.sleep(600)"])
@@ -210,7 +210,7 @@ def test_announcing_in_the_foreground_changes_nothing():
         [
             sys.executable,
             "-c",
-            "from teleopctl.background import announce_ready as a; a(); print(1)",
+            "from teleopctl.base.background import announce_ready as a; a(); print(1)",
         ],
         capture_output=True,
         text=True,

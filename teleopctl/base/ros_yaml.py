@@ -20,8 +20,8 @@ from teleopctl.base.budget import (
     BudgetError,
     Tally,
 )
+from teleopctl.base.typed import Any, TypeAlias
 from teleopctl.errors import InvalidFileError, TeleopctlError
-from teleopctl.typed import Any, TypeAlias
 
 _BASE: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
