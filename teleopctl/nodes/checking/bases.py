@@ -19,7 +19,7 @@ MOVING_S = 2.0
 """For how long."""
 ENOUGH = 0.5
 """Which part of what was asked is enough."""
-# A base that turns by sliding turns by less than it is asked for, see docs/simulation.md.
+# A base that turns by sliding turns by less than it is asked for, see docs/physics.md.
 _ENOUGH_TURN = 0.15
 
 
