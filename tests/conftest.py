@@ -26,22 +26,15 @@ from teleopctl.sim.gl_backend import choose_backend
 from teleopctl.testing import RosGraph, free_port, pytest_plugin
 from tests.reaper import watch_over
 
-# Fixtures that start processes, and the folders whose tests all do.
-_GRAPHS = {"ros_graph", "ros_graph_without_router", "shared_ros_graph"}
-_OF_PROCESSES = {"system", "interop"}
-
 _FOLDER = pytest.StashKey[Path]()
 _REAPER = pytest.StashKey[subprocess.Popen[bytes]]()
 
-# How long examples take tells about the machine's other work, not about what is tested.
-# The same examples each time, so that a change is judged by itself; others are looked for with
-# TELEOPCTL_TESTS_EXPLORE=1.
-settings.register_profile(
-    "teleopctl",
-    deadline=None,
-    suppress_health_check=[HealthCheck.too_slow],
-    derandomize=not os.environ.get("TELEOPCTL_TESTS_EXPLORE"),
-)
+# The only place that says how many examples a property test tries. By default few, and the same ones
+# each time, so that a change is judged by itself; `--hypothesis-profile=nightly` tries many others.
+# Neither has a deadline: how long an example takes depends on the machine's other work.
+_SETTINGS = settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])
+settings.register_profile("teleopctl", _SETTINGS, max_examples=20, derandomize=True)
+settings.register_profile("nightly", _SETTINGS, max_examples=400)
 settings.load_profile("teleopctl")
 
 with contextlib.suppress(TeleopctlError):
@@ -73,17 +66,9 @@ def pytest_collection() -> Generator[None, object, object]:
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Let a test of real processes fail once: how soon these get on is the machine's business.
-
-    What has failed so is listed at the end of the run, to be looked into. Of workers, none is to be
-    left alone at the end with a test that takes long: what is given more time than others is first.
-    """
+    """Start with the tests that have a longer timeout, so that no worker is left alone with one."""
     if hasattr(config, "workerinput"):
         items.sort(key=lambda item: item.get_closest_marker("timeout") is None)
-    for item in items:
-        fixtures = getattr(item, "fixturenames", ())
-        if not _GRAPHS.isdisjoint(fixtures) or _OF_PROCESSES & set(item.path.parts):
-            item.add_marker(pytest.mark.flaky(reruns=1))
 
 
 def pytest_configure(config: pytest.Config) -> None:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from hypothesis import given, settings, strategies as st
+from hypothesis import given, strategies as st
 
 from teleopctl.mujoco_model.model import build_model
 from teleopctl.robot.description import RobotDescription
@@ -183,7 +183,6 @@ def simulated(simulation):
     return dict(zip(simulation.joint_names, simulation.positions.tolist(), strict=True))
 
 
-@settings(max_examples=25)
 @given(robots())
 def test_publishers_control_mock_hardware_and_simulator_have_the_same_joints(joints):
     description = describe(joints)

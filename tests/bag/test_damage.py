@@ -10,7 +10,7 @@ import tracemalloc
 from pathlib import Path
 
 import pytest
-from hypothesis import given, settings, strategies as st
+from hypothesis import given, strategies as st
 
 from teleopctl.bag import (
     BagMessage,
@@ -135,7 +135,6 @@ def mutated(data: bytes, mutations: list[tuple[float, str, bytes]]) -> bytes:
     return bytes(changed)
 
 
-@settings(deadline=None, max_examples=100, derandomize=True)
 @given(st.sampled_from(Compression), MUTATIONS)
 def test_damaged_files_raise_nothing_but_our_errors(
     tmp_path_factory, whole, compression, mutations
@@ -167,7 +166,6 @@ def test_damaged_files_raise_nothing_but_our_errors(
         assert found
 
 
-@settings(deadline=None, max_examples=100, derandomize=True)
 @given(st.binary(max_size=300), st.sampled_from([".mcap", ".db3", ".bag"]), st.booleans())
 def test_bytes_that_are_no_bag_raise_nothing_but_our_errors(tmp_path_factory, data, suffix, magic):
     file = tmp_path_factory.mktemp("random") / f"x{suffix}"
@@ -177,7 +175,6 @@ def test_bytes_that_are_no_bag_raise_nothing_but_our_errors(tmp_path_factory, da
             look(file)
 
 
-@settings(deadline=None, max_examples=100, derandomize=True)
 @given(st.floats(0, 1), st.sampled_from([b"\xff" * 8, b"\xff" * 4, b"\xff\xff\xff\x7f"]))
 def test_absurd_lengths_take_no_memory(tmp_path_factory, whole, place, absurd):
     folder, _ = whole[Compression.ZSTD]

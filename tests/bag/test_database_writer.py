@@ -8,7 +8,7 @@ import sqlite3
 from dataclasses import replace
 
 import pytest
-from hypothesis import given, settings, strategies as st
+from hypothesis import given, strategies as st
 from rosbags.highlevel import AnyReader
 
 from teleopctl.bag import (
@@ -106,7 +106,6 @@ def test_a_new_database_begins_with_what_latched_topics_last_had(tmp_path):
 
 
 @pytest.mark.parametrize("preset", ["none", "resilient"])
-@settings(max_examples=15)
 @given(data=st.data())
 def test_what_was_flushed_survives_its_writer_and_is_made_whole(tmp_path_factory, preset, data):
     folder = tmp_path_factory.mktemp("left") / "bag"

@@ -8,7 +8,7 @@ import sqlite3
 from pathlib import Path
 
 import zstandard
-from hypothesis import given, settings, strategies as st
+from hypothesis import given, strategies as st
 
 from teleopctl.bag import BagMessage, check, open_bag, recover, reindex
 from teleopctl.errors import TeleopctlError
@@ -145,7 +145,6 @@ def test_a_compressed_file_that_is_cut_off_is_read_up_to_there(tmp_path):
     assert recovery.lost
 
 
-@settings(deadline=None, max_examples=20, derandomize=True)
 @given(
     st.lists(
         st.tuples(st.floats(0, 1), st.sampled_from(["flip", "zero", "cut"])), min_size=1, max_size=3

@@ -2,7 +2,7 @@
 
 import random
 
-from hypothesis import given, settings, strategies as st
+from hypothesis import given, strategies as st
 from mcap.reader import make_reader
 
 from teleopctl.bag import BagWriter, WriterOptions, open_bag
@@ -12,7 +12,6 @@ TIMES = st.lists(st.integers(0, 12), max_size=40)
 
 
 @given(times=TIMES, end=st.integers(-1, 14), most=st.integers(1, 4), chunk_bytes=st.just(200))
-@settings(max_examples=40)
 def test_the_latest_messages_are_those_at_the_end_of_what_came_before(
     tmp_path_factory, times, end, most, chunk_bytes
 ):

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 import yaml
-from hypothesis import given, settings, strategies as st
+from hypothesis import given, strategies as st
 
 from teleopctl.base import ros_yaml
 from teleopctl.errors import LaunchError
@@ -84,7 +84,6 @@ ODD += ["{=: 1}", "{<<: 1}", "{[1]: 2}", ""]
     value=st.sampled_from(ODD) | st.text(max_size=12).map(repr),
     place=st.sampled_from(["{}", "a: {}", "[{}]", "{{{}: 1}}", "a: &x {}\nb: *x"]),
 )
-@settings(max_examples=500)
 def test_of_an_explicit_tag_there_comes_a_value_or_a_yaml_error_with_its_line(tag, value, place):
     text = place.format(f"!!{tag} {value}")
     for load in (ros_yaml.load, ros_yaml.load_merged):

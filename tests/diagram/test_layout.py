@@ -1,7 +1,7 @@
 """The layout of a diagram: nothing overlaps, arrows join their boxes and lead to the right."""
 
 import pytest
-from hypothesis import given, settings, strategies
+from hypothesis import given, strategies
 
 from teleopctl.diagram import Box, lay_out, ros_graph, to_svg
 from teleopctl.diagram.columns import in_columns, in_order
@@ -18,7 +18,6 @@ def diagram_of(pairs, texts=("/name",) * 12):
     return joined(boxes, [(str(first), str(last)) for first, last in pairs])
 
 
-@settings(deadline=None)
 @given(pairs_of_numbers, texts)
 def test_no_box_overlaps_another_one_and_all_are_in_the_picture(pairs, texts):
     layout = lay_out(diagram_of(pairs, texts))
@@ -38,7 +37,6 @@ def test_no_box_overlaps_another_one_and_all_are_in_the_picture(pairs, texts):
             )
 
 
-@settings(deadline=None)
 @given(pairs_of_numbers)
 def test_every_arrow_goes_from_the_edge_of_its_source_to_that_of_its_target(pairs):
     diagram = diagram_of(pairs)
@@ -50,7 +48,6 @@ def test_every_arrow_goes_from_the_edge_of_its_source_to_that_of_its_target(pair
             assert place.y <= y <= place.y + place.height
 
 
-@settings(deadline=None)
 @given(pairs_of_numbers)
 def test_without_circles_every_arrow_leads_to_the_right(pairs):
     diagram = diagram_of([pair for pair in pairs if pair[0] < pair[1]])
@@ -60,7 +57,6 @@ def test_without_circles_every_arrow_leads_to_the_right(pairs):
         assert source.x + source.width < target.x
 
 
-@settings(deadline=None)
 @given(pairs_of_numbers)
 def test_an_arrow_passes_through_one_place_of_each_column_between(pairs):
     columns, chains = in_columns(12, pairs)
@@ -94,7 +90,6 @@ def test_there_and_back_is_one_arrow_with_two_heads():
 
 
 @given(pairs_of_numbers)
-@settings(deadline=None, max_examples=20)
 def test_the_same_diagram_has_the_same_picture(pairs):
     assert to_svg(diagram_of(pairs)) == to_svg(diagram_of(pairs))
 

@@ -9,7 +9,7 @@ from xml.etree import ElementTree
 
 import pytest
 import yaml
-from hypothesis import given, settings, strategies as st
+from hypothesis import given, strategies as st
 
 from teleopctl.errors import NotFoundError
 from teleopctl.launch import Asking, LaunchPlan
@@ -152,7 +152,6 @@ def loads(plan: LaunchPlan) -> Iterator[Loading]:
         yield work
 
 
-@settings(max_examples=25)
 @given(WORDS, st.lists(COMPONENTS, max_size=3), st.lists(COMPONENTS, min_size=1, max_size=2))
 def test_python_yaml_and_xml_load_the_same_into_a_container(pushed, inside, later):
     said = (pushed, inside, later)

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings, strategies as st
+from hypothesis import given, strategies as st
 
 from teleopctl.robot.description import RobotDescription
 from teleopctl.robot.joints import Joints
@@ -78,7 +78,6 @@ def assert_same(description, other, positions):
         np.testing.assert_allclose(rows, expected[:3, :3], atol=1e-6, err_msg=link)
 
 
-@settings(max_examples=50)
 @given(st.tuples(angles, angles, angles, angles))
 def test_the_teleop_arm_stands_where_an_independent_implementation_puts_it(teleop_twice, values):
     names = ("joint_1", "joint_2", "joint_3", "joint_4")
@@ -86,7 +85,6 @@ def test_the_teleop_arm_stands_where_an_independent_implementation_puts_it(teleo
     assert_same(description, other, dict(zip(names, values, strict=True)))
 
 
-@settings(max_examples=50)
 @given(st.floats(-1, 1), angles, angles)
 def test_every_kind_of_joint_stands_where_an_independent_implementation_puts_it(
     odd, slide, turn, bend

@@ -16,7 +16,7 @@ import mujoco
 import numpy as np
 import pytest
 import trimesh
-from hypothesis import given, settings, strategies as st
+from hypothesis import given, strategies as st
 from lxml import etree
 
 from teleopctl.errors import TeleopctlError
@@ -357,7 +357,6 @@ ODD = {"ros2_control", "hardware", "plugin", "param"}
 NAMES = st.from_regex(r"[a-z]{3}_[a-z]{2,8}", fullmatch=True)
 
 
-@settings(max_examples=40, deadline=None)
 @given(st.data(), NAMES, st.booleans())
 def test_what_no_description_has_is_named_wherever_it_stands(
     data: st.DataObject, name: str, is_attribute: bool
@@ -374,7 +373,6 @@ def test_what_no_description_has_is_named_wherever_it_stands(
     assert any(name in line and "line 1" in line for line in told) or holder.tag == "geometry"
 
 
-@settings(max_examples=40, deadline=None)
 @given(st.data(), NAMES, st.booleans())
 def test_what_no_world_has_is_named_wherever_it_stands(
     folder: Path, data: st.DataObject, name: str, is_attribute: bool

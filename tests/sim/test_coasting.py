@@ -6,7 +6,7 @@ import threading
 
 import mujoco
 import pytest
-from hypothesis import given, settings, strategies as st
+from hypothesis import given, strategies as st
 
 from teleopctl.mujoco_model.model import RobotModel, build_model
 from teleopctl.sim.lockstep import LockstepLoop
@@ -58,7 +58,6 @@ commands = st.tuples(
 )
 
 
-@settings(max_examples=25, deadline=None)
 @given(
     ticks=st.integers(1, 12),
     stretches=st.lists(st.tuples(st.none() | commands, st.integers(1, 60)), max_size=12),

@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings, strategies as st
+from hypothesis import given, strategies as st
 
 from teleopctl.tf.errors import (
     ConnectivityException,
@@ -76,7 +76,6 @@ def naive(parents, moves, frame, fraction):
     return root, above @ matrix(step)
 
 
-@settings(max_examples=150)
 @given(forests(), st.floats(0, 1), st.data())
 def test_lookup_agrees_with_a_naive_computation(forest, fraction, data):
     parents, moves = forest

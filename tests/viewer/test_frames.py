@@ -3,7 +3,7 @@
 import math
 
 import pytest
-from hypothesis import given, settings, strategies
+from hypothesis import given, strategies
 from viser import ViserServer
 
 from teleopctl.tf import (
@@ -100,7 +100,6 @@ trees = strategies.lists(
 )
 
 
-@settings(max_examples=50, deadline=None)
 @given(trees, strategies.sampled_from(NAMES))
 def test_every_frame_stands_where_tf2_says(server, tree, fixed):
     frames = Frames(server.scene, FrameBuffer())

@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 import zenoh
-from hypothesis import given, settings, strategies as st
+from hypothesis import given, strategies as st
 
 from teleopctl.testing import LONGEST_WAIT_S
 from teleopctl.wire.graph import Graph, is_hidden_name, query_graph
@@ -110,7 +110,6 @@ def test_a_node_knows_its_endpoints_by_kind_and_name():
     assert [server.name for server in servers] == ["/a", "/b"]
 
 
-@settings(max_examples=30)
 @given(st.lists(NODE_TOKENS | ENDPOINT_TOKENS, max_size=8))
 def test_every_endpoint_is_found_under_its_topic_and_its_node(tokens):
     graph = Graph(tokens)
@@ -376,7 +375,6 @@ CHANGES = [
 ]
 
 
-@settings(max_examples=50)
 @given(st.lists(st.sampled_from(CHANGES), max_size=20))
 def test_what_matches_is_what_the_snapshot_says_after_any_changes(changes):
     hearing = SimpleNamespace(declare_subscriber=lambda *_, **__: None)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from hypothesis import given, settings, strategies as st
+from hypothesis import given, strategies as st
 
 from teleopctl.bag import (
     BagAttachment,
@@ -53,7 +53,6 @@ def copy(sources: list[Path], *outputs: Output) -> list[list[BagMessage]]:
     return copied
 
 
-@settings(deadline=None, max_examples=30)
 @given(
     st.lists(SESSIONS, min_size=1, max_size=3),
     st.sets(st.sampled_from(NAMES)),

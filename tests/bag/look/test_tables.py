@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from hypothesis import given, settings, strategies as st
+from hypothesis import given, strategies as st
 from pyarrow import parquet
 from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
@@ -165,7 +165,6 @@ def as_cell(value: Any) -> str:
     )
 
 
-@settings(deadline=None, max_examples=60)
 @given(
     st.sampled_from(REPRESENTATIVE_TYPES).flatmap(
         lambda name: st.lists(messages(name, allow_nan=True), min_size=1, max_size=3)
@@ -211,7 +210,6 @@ def plain(value: Any) -> Any:
     )
 
 
-@settings(deadline=None, max_examples=60)
 @given(
     st.sampled_from(REPRESENTATIVE_TYPES).flatmap(
         lambda name: st.lists(messages(name), max_size=3).map(lambda some: (name, some))

@@ -7,7 +7,7 @@ from random import Random
 from typing import Any
 
 import pytest
-from hypothesis import given, settings, strategies as st
+from hypothesis import given, strategies as st
 
 from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces.cdr import deserialize, serialize
@@ -46,13 +46,11 @@ def check(data, message_class):
     assert serialize(deserialize(again, message_class)) == again
 
 
-@settings(max_examples=300)
 @given(st.sampled_from(TYPE_NAMES), st.binary(max_size=300), st.booleans())
 def test_nonsense_of_any_type_is_a_message_or_an_error(type_name, content, little):
     check(bytes((0, little, 0, 0)) + content, get_message(type_name))
 
 
-@settings(max_examples=300)
 @given(st.sampled_from(TYPE_NAMES), st.integers(0, 2**32), st.booleans(), st.data())
 def test_damage_of_any_type_is_a_message_or_an_error(type_name, seed, little, data):
     payload = serialize(random_message(Random(seed), type_name))

@@ -1,6 +1,5 @@
 """CDR of every known type, and of types as awkward as can be, against rosbags' CDR."""
 
-import os
 from random import Random, SystemRandom
 
 import pytest
@@ -18,9 +17,9 @@ from teleopctl.interfaces.store import (
 from tests.interfaces.messages import messages, random_message
 from tests.interfaces.oracle import foreign_bytes
 
-# With TELEOPCTL_TESTS_EXPLORE more messages, and others each time; see tests/conftest.py.
-SEED = None if not os.environ.get("TELEOPCTL_TESTS_EXPLORE") else SystemRandom().getrandbits(32)
-ROUNDS = 4 if SEED is None else 40
+# In the nightly profile more messages, and others each time; see tests/conftest.py.
+SEED = None if settings.default.derandomize else SystemRandom().getrandbits(32)
+ROUNDS = 2 if SEED is None else 40
 
 
 def type_names() -> list[str]:

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings, strategies as st
+from hypothesis import given, strategies as st
 from rosbags.typesys import Stores, get_typestore
 
 from teleopctl.errors import TeleopctlError
@@ -94,7 +94,6 @@ def foreign_store() -> Any:
     return get_typestore(Stores.ROS2_JAZZY)
 
 
-@settings(max_examples=150)
 @given(any_message(allow_nan=True))
 def test_bytes_are_those_of_rosbags(foreign_store, message):
     foreign = _foreign(message, foreign_store)
@@ -104,7 +103,6 @@ def test_bytes_are_those_of_rosbags(foreign_store, message):
     assert bytes(serialize(deserialize(big, type(message)))) == ours
 
 
-@settings(max_examples=150)
 @given(any_message())
 def test_a_message_survives_the_round_trip(message):
     data = serialize(message)
@@ -114,14 +112,12 @@ def test_a_message_survives_the_round_trip(message):
     assert serialize(received) == data
 
 
-@settings(max_examples=200)
 @given(st.sampled_from(REPRESENTATIVE_TYPES), st.binary(max_size=200), st.booleans())
 def test_nonsense_is_a_message_or_an_error(type_name, content, little):
     with contextlib.suppress(TeleopctlError):
         deserialize(bytes((0, little, 0, 0)) + content, get_message(type_name))
 
 
-@settings(max_examples=100)
 @given(any_message(), st.data())
 def test_a_message_that_was_cut_or_changed_is_no_surprise(message, data):
     payload = serialize(message)

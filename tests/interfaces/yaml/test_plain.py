@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 import yaml
-from hypothesis import example, given, settings, strategies as st
+from hypothesis import example, given, strategies as st
 
 from teleopctl.interfaces.yaml import message_to_yaml
 from teleopctl.interfaces.yaml.dumping import dump
@@ -80,7 +80,6 @@ def read_by_library(text: str) -> Any:
     return yaml.load(text, yaml.CSafeLoader)
 
 
-@settings(max_examples=300)
 @given(st.lists(PIECES, max_size=12).map("".join))
 @example("{data: -0}")
 @example("{data: 1234567890123456.1234567890123456}")
@@ -90,7 +89,6 @@ def test_what_is_read_without_the_library_is_what_it_reads(text):
         assert repr(values) == repr(read_by_library(text))
 
 
-@settings(max_examples=200)
 @given(st.dictionaries(st.sampled_from(["x", "y", "on", "name_2"]), VALUES, max_size=4))
 def test_flow_style_that_the_library_writes_is_read_as_it_reads_it(values):
     text = yaml.safe_dump(values, default_flow_style=True, width=10**6).rstrip("\n")
@@ -109,7 +107,6 @@ def test_what_people_type_needs_no_library(text):
     assert read_plain(text) == read_by_library(text)
 
 
-@settings(max_examples=300)
 @given(st.dictionaries(TEXTS, VALUES, max_size=4), st.booleans())
 @example({"a": 1e16, "b": 1e-7, "c": 1.5e300, "d": -0.0}, False)
 def test_what_is_written_without_the_library_is_what_it_writes(values, flow):

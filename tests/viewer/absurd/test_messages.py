@@ -33,9 +33,7 @@ BESIDES = {
 KNOWN_TOPICS = (*BESIDES, "/robot_description")
 WITHOUT_TOPIC = {"Axes", "Grid", "TF", "Trace"}
 seeds = strategies.integers(0, 2**32)
-several = settings(
-    max_examples=20, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
-)
+several = settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 
 
 def begun(page: FakePage, draw: Draw, rviz_class: str, made: Absurd, **given: Any) -> Display:

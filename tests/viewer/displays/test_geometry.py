@@ -218,9 +218,7 @@ def test_odometry_keeps_a_pose_for_every_step_and_the_last_covariance(
     strategies.lists(strategies.floats(-1, 1), min_size=9, max_size=9),
     strategies.lists(strategies.floats(0.05, 2), min_size=3, max_size=3),
 )
-@settings(
-    max_examples=20, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
-)
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 def test_the_ellipsoid_is_the_covariance(
     page: FakePage, draw: Draw, picture: Picture, turn: list[float], spread: list[float]
 ):

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings, strategies
+from hypothesis import given, strategies
 from PIL import Image as Pil
 
 from teleopctl.interfaces import get_message
@@ -151,7 +151,6 @@ def test_large_maps_are_thinned_and_small_ones_keep_sharp_edges():
 sizes = strategies.integers(0, 20) | strategies.sampled_from([2**16, 2**32 - 1])
 
 
-@settings(max_examples=200, deadline=None)
 @given(sizes, sizes, strategies.lists(strategies.integers(-128, 127), max_size=200))
 def test_an_absurd_map_is_refused_or_drawn(width, height, data):
     message = GRID(data=data)
@@ -168,7 +167,6 @@ def test_an_absurd_map_is_refused_or_drawn(width, height, data):
 places = strategies.integers(-5, 12) | strategies.sampled_from([2**31 - 1, -(2**31)])
 
 
-@settings(max_examples=200, deadline=None)
 @given(places, places, sizes, sizes, strategies.lists(strategies.just(100), max_size=60))
 def test_an_absurd_change_reaches_no_further_than_the_map(x, y, width, height, data):
     found = np.zeros((6, 7), np.int8)

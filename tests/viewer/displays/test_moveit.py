@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings, strategies
+from hypothesis import given, strategies
 
 from teleopctl.interfaces import get_message
 from teleopctl.tf import Transform, transform_stamped
@@ -416,7 +416,6 @@ numbers = strategies.floats(width=32)
 stamps = strategies.integers(-(2**31), 2**31 - 1)
 
 
-@settings(max_examples=100, deadline=None)
 @given(
     strategies.lists(
         strategies.tuples(strategies.lists(numbers, max_size=3), stamps), min_size=1, max_size=4

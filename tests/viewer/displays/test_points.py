@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings, strategies
+from hypothesis import given, strategies
 
 from teleopctl.interfaces import get_message
 from teleopctl.tf import Transform, matrix_from_quaternion, quaternion_from_rpy, transform_stamped
@@ -336,7 +336,6 @@ xyz_first = strategies.just(
 )
 
 
-@settings(max_examples=300, deadline=None)
 @given(
     small, small, small, small,
     strategies.tuples(xyz_first | strategies.just([]), strategies.lists(fields, max_size=4)),
@@ -365,7 +364,6 @@ def test_an_absurd_cloud_is_refused_or_coloured_and_nothing_else(
 absurd = strategies.floats(width=32)
 
 
-@settings(max_examples=150, deadline=None)
 @given(absurd, absurd, absurd, absurd, strategies.lists(absurd, max_size=9))
 def test_an_absurd_scan_has_no_points_or_finite_ones(start, increment, least, most, ranges):
     scan = SCAN(

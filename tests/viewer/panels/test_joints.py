@@ -7,7 +7,7 @@ import math
 from typing import Any
 
 import pytest
-from hypothesis import given, settings, strategies
+from hypothesis import given, strategies
 
 from teleopctl.interfaces import get_message
 from teleopctl.node import Node, qos_profile_latched
@@ -271,7 +271,6 @@ def test_a_controller_that_takes_positions_at_once_is_not_given_jumps(
 # --- absurd states ------------------------------------------------------------------------------
 
 
-@settings(max_examples=50, deadline=None)
 @given(
     strategies.lists(strategies.sampled_from(["wheel", "lift", "m1", "", "x"])),
     strategies.lists(strategies.floats()),

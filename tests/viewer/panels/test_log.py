@@ -3,7 +3,7 @@
 import re
 
 import pytest
-from hypothesis import given, settings, strategies
+from hypothesis import given, strategies
 
 from teleopctl.interfaces import get_message
 from teleopctl.viewer.panels.log import LINES_OF_A_BLOCK, MOST_LINES, LogPanel
@@ -140,7 +140,6 @@ def test_what_nodes_say_is_text_and_never_html(page, panel):
     assert "&lt;img src=x" in block
 
 
-@settings(max_examples=30, deadline=None)
 @given(
     strategies.text(max_size=50),
     strategies.integers(0, 255),

@@ -6,7 +6,7 @@ import threading
 from typing import Any
 
 import pytest
-from hypothesis import given, settings, strategies
+from hypothesis import given, strategies
 
 from teleopctl.interfaces import get_message
 from teleopctl.node import Node, Parameter, ParameterType
@@ -235,7 +235,6 @@ def test_what_is_typed_is_a_value_of_the_type_or_no_value(type_, text):
     Parameter("p", got, value).to_parameter_msg()
 
 
-@settings(max_examples=30, deadline=None)
 @given(strategies.floats() | strategies.integers(-(2**63), 2**63 - 1), limits, limits, limits)
 def test_no_descriptor_is_too_strange(page_server, value, low, high, step):
     page = FakePage(page_server)

@@ -137,9 +137,7 @@ def test_a_file_that_is_too_large_is_not_read(tmp_path, monkeypatch):
 
 
 @given(content=strategies.binary(max_size=200), kind=strategies.sampled_from([*KINDS, "gltf"]))
-@settings(
-    max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
-)
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 def test_no_file_raises_anything_but_a_mesh_error(tmp_path, content, kind):
     path = tmp_path / f"any.{kind}"
     path.write_bytes(content)
@@ -179,7 +177,6 @@ def test_triangles_with_impossible_corners_are_left_out(tmp_path):
 
 
 @given(strategies.lists(strategies.integers(-3, 3), min_size=9, max_size=9 * 40))
-@settings(deadline=None, max_examples=50)
 def test_joined_corners_are_those_that_were_there(numbers):
     corners = np.array(numbers[: len(numbers) // 9 * 9], np.float32).reshape(-1, 3) * 0.1
     vertices, faces = mesh_reading._joined(corners)

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings, strategies
+from hypothesis import given, strategies
 
 from teleopctl.viewer.panels.plots.series import MOST_ROOM, MOST_SAMPLES, Series, sampled
 
@@ -81,7 +81,6 @@ samples = strategies.lists(
 )
 
 
-@settings(deadline=None, max_examples=200)
 @given(
     strategies.lists(samples, min_size=1, max_size=4),
     strategies.floats(-120, 120),
