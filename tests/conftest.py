@@ -29,7 +29,7 @@ from tests.reaper import watch_over
 _FOLDER = pytest.StashKey[Path]()
 _REAPER = pytest.StashKey[subprocess.Popen[bytes]]()
 
-# The only place that says how many examples a property test tries. By default few, and the same ones
+# The only place that sets how many examples a property test tries. By default few, and the same
 # each time, so that a change is judged by itself; `--hypothesis-profile=nightly` tries many others.
 # Neither has a deadline: how long an example takes depends on the machine's other work.
 _SETTINGS = settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])
