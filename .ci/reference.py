@@ -1,4 +1,4 @@
-"""Pages that the documentation site makes itself: README as its start, the API from front doors."""
+"""Pages that the documentation site makes itself: README as its start, and the public API."""
 
 from __future__ import annotations
 
@@ -9,8 +9,9 @@ from mkdocs.config.defaults import MkDocsConfig
 from mkdocs.structure.files import File, Files
 
 ROOT = Path(__file__).parents[1]
-PUBLIC_NAMES = ROOT / "tests" / "public_names.txt"
-# What programs and plug-ins use besides the front doors: of these, every public name.
+# The front doors that programs, tests and plug-ins may rely on; the others are internal.
+PACKAGES = ("", "testing")
+# Of these, every public name.
 MODULES = ("cli.console", "cli.verb", "errors", "plugins")
 
 
@@ -18,10 +19,10 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
     """Add the generated pages."""
     start = (ROOT / "README.md").read_text(encoding="utf-8").replace("(docs/", "(")
     files.append(File.generated(config, "index.md", content=start))
-    lines = PUBLIC_NAMES.read_text(encoding="utf-8").split()
-    for package in dict.fromkeys(line.split(".")[1] for line in lines):
-        text = _reference(package)
-        files.append(File.generated(config, f"reference/{package}.md", content=text))
+    for package in PACKAGES:
+        name = ".".join(filter(None, ("teleopctl", package)))
+        page = f"reference/{package or 'teleopctl'}.md"
+        files.append(File.generated(config, page, content=_reference(name)))
     for module in MODULES:
         options = "{heading_level: 1, show_root_full_path: true}"
         text = f"::: teleopctl.{module}\n    options: {options}\n"
@@ -30,15 +31,18 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
 
 
 def _reference(package: str) -> str:
-    """A page that documents every public name of a folder where it is defined."""
-    door = ast.parse((ROOT / "teleopctl" / package / "__init__.py").read_text(encoding="utf-8"))
+    """A page that documents every public name of a package where it is defined."""
+    file = ROOT.joinpath(*package.split("."), "__init__.py")
+    door = ast.parse(file.read_text(encoding="utf-8"))
     homes = {
         alias.name: statement.module
         for statement in ast.walk(door)
-        if isinstance(statement, ast.ImportFrom) and (statement.module or "").count(".") > 1
+        if isinstance(statement, ast.ImportFrom) and statement.module != "teleopctl.base.typed"
         for alias in statement.names
+        if alias.asname
     }
-    lines = [f"# teleopctl.{package}", "", ast.get_docstring(door) or "", ""]
+    text = (ast.get_docstring(door) or "").partition("PYTEST_DONT_REWRITE")[0]
+    lines = [f"# {package}", "", text, ""]
     for name in sorted(homes, key=str.casefold):
         lines += [f"::: {homes[name]}.{name}", ""]
     return "\n".join(lines)

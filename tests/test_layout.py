@@ -44,7 +44,10 @@ ALLOWED = {
         *("bag", "compat", "control", "diagram", "interfaces", "launch", "node", "nodes"),
         *("sweep", "tf", "wire"),
     },
-    "__init__": {"compat"},
+    "api": {
+        *("bag", "control", "interfaces", "mujoco_model", "node", "robot", "sim", "tf", "wire"),
+    },
+    "__init__": {"api", "bag", "compat", "control", "node", "wire"},
     "__main__": {"cli"},
 }
 

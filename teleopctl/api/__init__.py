@@ -1,0 +1,1 @@
+"""The classes and functions that ``import teleopctl`` offers to programs; see `teleopctl`."""

@@ -1,0 +1,82 @@
+"""``import teleopctl``: its names are those of a written list, typed, documented, and lazy."""
+
+import ast
+import inspect
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import teleopctl
+
+# What programs may rely on. Whoever changes it changes programs of others.
+PUBLIC = [
+    "Bag",
+    "BagMessage",
+    "BagTopic",
+    "BagWriter",
+    "ControlStack",
+    "ControllerInterface",
+    "Decoded",
+    "Graph",
+    "InterfaceConfiguration",
+    "InterfaceConfigurationType",
+    "Node",
+    "Robot",
+    "RobotJoint",
+    "RobotMesh",
+    "RobotSimulation",
+    "TeleopctlError",
+    "activate",
+    "load_robot",
+    "open_bag",
+    "open_node",
+    "read_bag",
+    "read_raw_bag",
+    "watch_graph",
+]
+API = Path(teleopctl.__file__).with_name("api")
+
+
+def test_the_public_names_are_those_of_the_list():
+    assert vars(teleopctl)["__all__"] == PUBLIC
+    assert dir(teleopctl) == PUBLIC
+
+
+def test_type_checkers_see_the_names_that_python_loads():
+    tree = ast.parse(Path(teleopctl.__file__).read_text(encoding="utf-8"))
+    (block,) = (statement for statement in tree.body if isinstance(statement, ast.If))
+    typed = [
+        alias.name
+        for statement in block.body
+        if isinstance(statement, ast.ImportFrom)
+        for alias in statement.names
+    ]
+    assert sorted(typed) == PUBLIC
+
+
+@pytest.mark.parametrize("name", PUBLIC)
+def test_each_name_is_documented_here(name):
+    value = getattr(teleopctl, name)
+    assert inspect.getdoc(value)
+    assert value.__module__.startswith("teleopctl.")
+
+
+def test_importing_the_library_loads_nothing_heavy():
+    code = "import sys, teleopctl; print(*sys.modules)"
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, timeout=30, check=True
+    )
+    loaded = set(done.stdout.split())
+    assert not loaded & {"numpy", "zenoh", "mujoco", "lxml", "yourdfpy", "trimesh", "yaml", "rich"}
+    ours = sorted(name for name in loaded if name.startswith("teleopctl"))
+    assert ours == ["teleopctl", "teleopctl.base", "teleopctl.base.lazy", "teleopctl.base.typed"]
+
+
+def test_signatures_of_the_face_have_no_any():
+    for file in API.glob("*.py"):
+        names = {
+            node.id for node in ast.walk(ast.parse(file.read_text())) if isinstance(node, ast.Name)
+        }
+        assert "Any" not in names, file
