@@ -18,7 +18,7 @@ from tests.interfaces.messages import messages, random_message
 from tests.interfaces.oracle import foreign_bytes
 
 # In the nightly profile more messages, and others each time; see tests/conftest.py.
-SEED = None if settings.default.derandomize else SystemRandom().getrandbits(32)
+SEED = None if settings().derandomize else SystemRandom().getrandbits(32)
 ROUNDS = 2 if SEED is None else 40
 
 
