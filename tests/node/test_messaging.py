@@ -95,6 +95,33 @@ def test_a_message_of_another_type_is_refused(make_node):
         publisher.publish(get_message("std_msgs/msg/Bool")())
 
 
+@pytest.mark.parametrize("qos", [10, LATCHED], ids=["volatile", "latched"])
+def test_a_publisher_may_be_destroyed_while_another_thread_publishes(make_node, qos):
+    """Zenoh refuses to undeclare a publisher of which a `put` is under way."""
+    node, heard = make_node("talker"), make_node("listener")
+    heard.create_subscription(STRING, "chatter", lambda _: None, qos)
+    for _ in range(20):
+        publisher = node.create_publisher(STRING, "chatter", qos)
+        published, ends = threading.Event(), list[InvalidHandle]()
+
+        def publish(publisher=publisher, published=published, ends=ends):
+            try:
+                while True:
+                    publisher.publish(STRING(data="x" * 1000))
+                    published.set()
+            except InvalidHandle as error:
+                ends.append(error)
+
+        thread = threading.Thread(target=publish)
+        thread.start()
+        assert published.wait(10)
+        node.destroy_publisher(publisher)
+        thread.join()
+        assert len(ends) == 1
+        del publisher, publish
+    assert node.count_publishers("chatter") == 0
+
+
 def test_a_destroyed_publisher_says_so(make_node):
     node = make_node()
     publisher = node.create_publisher(STRING, "chatter", 10)

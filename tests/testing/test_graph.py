@@ -129,7 +129,7 @@ def test_a_session_without_these_fixtures_imports_nothing_of_teleopctl():
     code += "print([m for m in sys.modules if m.startswith('teleopctl')])"
     process = Process([sys.executable, "-c", code], os.environ, Path.cwd())
     assert process.wait() == 0
-    ground = {"teleopctl", "teleopctl.base.lazy", "teleopctl.base.typed"}
+    ground = {"teleopctl", "teleopctl.base", "teleopctl.base.lazy", "teleopctl.base.typed"}
     assert set(eval(process.stdout)) == {
         *ground,
         "teleopctl.testing",

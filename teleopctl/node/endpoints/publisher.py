@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import itertools
 import time
 
@@ -32,6 +33,14 @@ if TYPE_CHECKING:
     from teleopctl.node.values.time import Duration
 
 
+class _DestroyedChannel:
+    """In the place of a zenoh publisher that is no more, for threads that are about to publish."""
+
+    @staticmethod
+    def put(*_: object, **__: object) -> None:
+        raise zenoh.ZError("it was destroyed")
+
+
 class Publisher(Endpoint, Generic[MessageT]):
     """Sends messages of one type on one topic; made by ``Node.create_publisher``.
 
@@ -51,7 +60,7 @@ class Publisher(Endpoint, Generic[MessageT]):
         self._context_is_ok = node.context.ok
         self.sends_while_ending = node.context.ends_in_order
         self._watching: tuple[EventHandler, ...] = ()
-        self._channel = self._declare(qos)
+        self._channel: Any = self._declare(qos)
         self._announce()
 
     def watch(self, callbacks: PublisherEventCallbacks, group: CallbackGroup) -> None:
@@ -180,4 +189,8 @@ class Publisher(Endpoint, Generic[MessageT]):
             handler.asserted(self.gid)
 
     def _close(self) -> None:
-        self._channel.undeclare()
+        channel, self._channel = self._channel, _DestroyedChannel
+        # Zenoh refuses while another thread is within `put`; that thread then holds the last
+        # reference, and zenoh undeclares the publisher as it lets go of it.
+        with contextlib.suppress(RuntimeError):
+            channel.undeclare()

@@ -74,8 +74,9 @@ def unknown_tags(urdf: str) -> list[str]:
     robot: etree._Element = parse(urdf)
     lines: dict[str, list[int]] = {}
     for found in URDF.findings(robot):
-        if found.path.count("/geometry/") and found.entry is None and "@" not in found.path:
-            continue  # whoever reads the shape says that it is none, and of which link
+        parent = found.path.rpartition("/")[0]
+        if found.entry is None and parent.endswith("/geometry") and "@" not in found.path:
+            continue  # the reader of shapes refuses it, and names the link
         lines.setdefault(_sentence(found), []).append(found.element.sourceline or 0)
     return in_lines(lines)
 
