@@ -47,7 +47,6 @@ if TYPE_CHECKING:
     from teleopctl.bag.player.player import Player as Player
     from teleopctl.bag.player.selection import PlaySelection as PlaySelection
     from teleopctl.bag.qos_overrides import read_qos_overrides as read_qos_overrides
-    from teleopctl.bag.recorder.allocation import keep_large_blocks as keep_large_blocks
     from teleopctl.bag.recorder.losses import Losses as Losses
     from teleopctl.bag.recorder.options import RecorderOptions as RecorderOptions
     from teleopctl.bag.recorder.recorder import (
@@ -123,7 +122,6 @@ else:
             "player.player": "Player",
             "player.selection": "PlaySelection",
             "qos_overrides": "read_qos_overrides",
-            "recorder.allocation": "keep_large_blocks",
             "recorder.losses": "Losses",
             "recorder.options": "RecorderOptions",
             "recorder.recorder": "Recorder default_folder",

@@ -1,12 +1,14 @@
-"""Memory that large messages have freed is kept for the next ones.
+"""Settings of the C library's allocator, so that freed memory serves the next large messages.
 
-The C library of most Linux systems gives each large block back to the kernel as it is freed, and
-the kernel clears the pages of the next one as they are touched: 2,200 of an image of 9 MB each time
-that it is copied, which takes 1 to 4 ms in a virtual machine.
+The C library of most Linux systems returns each large block to the kernel as soon as it is freed,
+and the kernel clears the pages of the next one as they are touched: 2,200 for an image of 9 MB each
+time that it is copied, which takes 1 to 4 ms in a virtual machine. Recording 40 such images with
+zstd took 0.68 s of processor time with these pages, and takes 0.36 s without.
 """
 
 from __future__ import annotations
 
+import functools
 import os
 import sys
 
@@ -15,29 +17,27 @@ import sys
 _M_TRIM_THRESHOLD, _MOST_KEPT = -1, 256 * 2**20
 _M_MMAP_THRESHOLD, _LARGEST_KEPT = -3, 32 * 2**20
 
-# Who sets these has decided himself.
+# A user who sets one of these has chosen.
 _BY_USER = ("MALLOC_TRIM_THRESHOLD_", "MALLOC_MMAP_THRESHOLD_", "GLIBC_TUNABLES")
 
-_is_kept = False
 
+@functools.cache
+def keep_freed_memory() -> bool:
+    """Keep up to 256 MiB of freed memory in this process, in blocks of up to 32 MiB.
 
-def keep_freed_memory() -> None:
-    """Have up to 256 MiB of freed memory kept by this process, from the first call on.
-
-    Without effect on systems that do not have glibc, or where the user's environment says how
-    memory is to be kept.
+    Returns:
+        Whether it is kept: not without glibc, nor where the user's environment sets the allocator.
     """
-    global _is_kept
-    if _is_kept:
-        return
-    _is_kept = True
     if sys.platform != "linux" or any(name in os.environ for name in _BY_USER):
-        return
+        return False
     import ctypes
 
     try:
         set_option = ctypes.CDLL(None).mallopt
     except AttributeError:  # another C library
-        return
-    set_option(_M_TRIM_THRESHOLD, _MOST_KEPT)
-    set_option(_M_MMAP_THRESHOLD, _LARGEST_KEPT)
+        return False
+    done = [
+        set_option(_M_TRIM_THRESHOLD, _MOST_KEPT),
+        set_option(_M_MMAP_THRESHOLD, _LARGEST_KEPT),
+    ]
+    return all(done)

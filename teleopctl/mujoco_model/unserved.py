@@ -17,10 +17,9 @@ from teleopctl.mujoco_model.sensors.unserved_sensors import (
     OF_PLUGINS,
     OF_ROS,
     Tag,
-    is_so_anyway,
+    is_default_of_plugin,
     tags_of_sensor,
     told_of,
-    value_of,
     words,
 )
 from teleopctl.robot import (
@@ -30,7 +29,9 @@ from teleopctl.robot import (
     Table,
     gazebo_colour,
     gazebos_own,
+    is_default,
     tags_of_plugin,
+    value_of,
 )
 
 # Places that are listed of one kind of tag.
@@ -157,7 +158,7 @@ def _of_gazebo(gazebo: etree._Element, where: str, tables: list[Table]) -> Itera
         if not any(map(_has_direction, map(gazebo.find, _DIRECTIONS))):
             yield Tag(across, where, "<mu2>", _ACROSS)
     rolling, usual = gazebo.find(_ROLLING), gazebo.find(f"{_OF_SHAPES}/mu")
-    if rolling is not None and usual is not None and not is_so_anyway(rolling):
+    if rolling is not None and usual is not None and not is_default(rolling):
         yield Tag(rolling, where, "<rolling_friction>", _BULLETS)
     for material in gazebo.iterfind("material") if OF_LINKS in tables else ():
         script = value_of(material) or (material.findtext("script/name") or "").strip()
@@ -173,7 +174,7 @@ def _of_gazebo(gazebo: etree._Element, where: str, tables: list[Table]) -> Itera
 
 
 def _has_direction(tag: etree._Element | None) -> bool:
-    return tag is not None and not is_so_anyway(tag)
+    return tag is not None and not is_default(tag)
 
 
 def _is_same(one: etree._Element, other: etree._Element) -> bool:
@@ -196,7 +197,7 @@ def _of_controller(plugin: etree._Element) -> Iterator[Tag]:
     for tag in plugin:
         if known is None:
             yield Tag(tag, where, f"<{tag.tag}>", gazebos_own=True)
-        elif tag.tag not in known | OF_PLUGINS and not is_so_anyway(tag):
+        elif tag.tag not in known | OF_PLUGINS and not is_default_of_plugin(tag):
             yield Tag(tag, where, f"<{tag.tag}>", gazebos_own=tag.tag in GAZEBOS_OWN)
     obeyed = OF_ROS if "ft_sensor" in filename else words("namespace remapping")
     for tag in plugin.iterfind("ros/*"):

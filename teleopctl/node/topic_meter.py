@@ -14,11 +14,12 @@ if TYPE_CHECKING:
     from teleopctl.node.endpoints.subscription import Subscription
     from teleopctl.node.node import Node
 
-_SAMPLES = 6
+# Rates are those of this time; one that is looked at less often gets those between two looks.
+_WINDOW_S = 5.0
 
 
 class Traffic(NamedTuple):
-    """What went over a topic lately.
+    """Rate, bandwidth and age of a topic.
 
     Attributes:
         rate_hz: Messages per second.
@@ -32,10 +33,12 @@ class Traffic(NamedTuple):
 
 
 class TopicMeter:
-    """Counts what goes over topics.
+    """Rate, bandwidth and age of topics, for ``top`` and the page.
+
+    Messages that a publisher has kept from earlier are no traffic: they are not requested.
 
     Args:
-        node: Who listens.
+        node: Node that subscribes.
     """
 
     def __init__(self, node: Node) -> None:
@@ -45,7 +48,8 @@ class TopicMeter:
     def follow(self, topics: Iterable[str]) -> None:
         """Count the messages of these topics and of no others.
 
-        A topic is listened to once there are publishers, in the version of their type.
+        A topic is subscribed to once it has publishers, in each type and version that they have;
+        so call this again when the graph has changed.
         """
         graph = self._node.graph()
         wanted = {
@@ -59,7 +63,10 @@ class TopicMeter:
             self._counts[new] = _Count(self._node, *new)
 
     def sample(self) -> dict[str, Traffic]:
-        """Tell what was counted in the last five samples, to be taken about once a second."""
+        """Return the traffic of each topic that is subscribed to, over the last 5 s.
+
+        To be called about once a second: the rates are those since the call that was 5 s ago.
+        """
         now_s = time.monotonic()
         found: dict[str, Traffic] = {}
         for (topic, _, _), count in self._counts.items():
@@ -70,13 +77,13 @@ class TopicMeter:
 
 
 class _Count:
-    """Counts one type of one topic, on the transport's thread."""
+    """Counter of one type of one topic, fed by the transport's thread."""
 
     def __init__(self, node: Node, topic: str, type_name: str, type_hash: str) -> None:
         self.messages = 0
         self.bytes = 0
         self.last_s: float | None = None
-        self._samples: deque[tuple[float, int, int]] = deque(maxlen=_SAMPLES)
+        self._samples: deque[tuple[float, int, int]] = deque()
         self._samples.append((time.monotonic(), 0, 0))
         self.subscription: Subscription[Any] = node.create_subscription(
             undecoded(type_name, type_hash),
@@ -93,6 +100,8 @@ class _Count:
         self.last_s = time.monotonic()
 
     def sample(self, now_s: float) -> Traffic:
+        while len(self._samples) > 1 and now_s - self._samples[1][0] >= _WINDOW_S:
+            self._samples.popleft()
         since_s, messages, count = self._samples[0]
         self._samples.append((now_s, self.messages, self.bytes))
         passed_s = max(now_s - since_s, 1e-3)

@@ -112,7 +112,9 @@ if TYPE_CHECKING:
         Finding as Finding,
         Table as Table,
         gazebos_own as gazebos_own,
+        is_default as is_default,
         plain as plain,
+        value_of as value_of,
     )
     from teleopctl.robot.tags.urdf import unknown_tags as unknown_tags
     from teleopctl.robot.urdf import (
@@ -168,7 +170,7 @@ else:
             "sensors.sensor_names": "RosNames ros_topic",
             "sensors.sensor_tag": "Camera Noise Rays Sensor Sweep",
             "tags.gazebo": "OF_JOINTS OF_LINKS OF_ROBOTS of_sensors",
-            "tags.table": "Finding Table gazebos_own plain",
+            "tags.table": "Finding Table gazebos_own is_default plain value_of",
             "tags.urdf": "unknown_tags",
             "simulated_hardware": "SimulatedDescription simulated with_plugin_joints",
             "urdf": "Box Capsule Cylinder Geometry Joint Link Material Mesh Mimic Pose Sphere",

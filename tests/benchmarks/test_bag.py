@@ -15,10 +15,11 @@ from pathlib import Path
 import pytest
 from mcap.writer import CompressionType, Writer
 
-from teleopctl.bag import BagMessage, BagWriter, Compression, WriterOptions, keep_large_blocks
+from teleopctl.bag import BagMessage, BagWriter, Compression, WriterOptions
 from teleopctl.bag.mcap_file.chunk_builder import CHUNK_BYTES
 from teleopctl.bag.recorder.message_queue import MessageQueue
 from teleopctl.bag.recorder.writing import WritingThread
+from teleopctl.base.kept_memory import keep_freed_memory
 from tests.bag.bags import topic
 
 ROUNDS = 3
@@ -65,7 +66,7 @@ def cost_s(write: Callable[[], object]) -> float:
 @pytest.mark.parametrize("compression", Compression)
 @pytest.mark.parametrize("kind", KINDS)
 def test_recording_beside_the_library_alone(kind, compression, tmp_path, capsys):
-    keep_large_blocks()  # as the command does; the library alone gains by it as well
+    keep_freed_memory()  # as the command does; the library alone gains by it as well
     batch = messages(*KINDS[kind])
     bare: list[float] = []
     recorded: list[float] = []

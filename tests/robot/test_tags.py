@@ -25,7 +25,7 @@ from teleopctl.mujoco_model.surroundings.scene_spec import scene_spec
 from teleopctl.robot import RobotDescription, read_world, unknown_tags
 from teleopctl.robot.sensors.sensor_tag import read_sensor
 from teleopctl.robot.tags import gazebo, sdf
-from teleopctl.robot.tags.table import Entry, Table
+from teleopctl.robot.tags.table import Entry, Table, is_default
 
 # What a tag says where a number alone makes no sense; by the last two parts of its path, or one.
 VALUES = {
@@ -387,3 +387,23 @@ def test_what_no_world_has_is_named_wherever_it_stands(
         holder.append(etree.Element(name))
     told = built(file, root)[1]
     assert any(name in line and line.startswith(f"{file}:") for line in told)
+
+
+@pytest.mark.parametrize(
+    ("tag", "is_repeated"),
+    [
+        ("<a>0.0e0</a>", True),
+        ("<a>0 -0 0.0</a>", True),
+        ("<a>False</a>", True),
+        ("<a value='0'/>", True),
+        ("<a>true</a>", False),
+        ("<a>1e-9</a>", False),
+        ("<a/>", False),
+        ("<a><!-- none --><type>gaussian</type><mean>0</mean><stddev>0.0</stddev></a>", True),
+        ("<a><shadows>false</shadows></a>", False),
+    ],
+)
+def test_zero_and_false_are_the_default_of_a_tag_that_says_no_other(
+    tag: str, is_repeated: bool
+) -> None:
+    assert is_default(etree.fromstring(tag)) == is_repeated

@@ -9,7 +9,7 @@ from lxml import etree
 
 from teleopctl.mujoco_model.sensors.camera_topics import CAMERA_TYPES, PLUGIN_TOPIC_TAGS
 from teleopctl.plugins import SENSORS
-from teleopctl.robot import Finding, of_sensors, plain
+from teleopctl.robot import Finding, is_default, of_sensors, plain, value_of
 
 
 class Tag(NamedTuple):
@@ -55,6 +55,8 @@ def told_of(found: Finding, where: str) -> Tag:
 OF_PLUGINS = words("frame_name frameName camera_name hack_baseline hackBaseline")
 GAZEBOS_OWN = words("alwaysOn always_on rosDebugLevel serviceName")
 OF_ROS = words("remapping argument namespace")
+# Where they are neither zero nor false.
+_DEFAULTS_OF_PLUGINS = {"hold_joints": ("true", "1")}
 # What else the plug-in of a kind of sensor may say with effect.
 _OF_RAY_PLUGINS = words(
     "output_type outputType topicName topic_name radiation_type radiation min_range max_range "
@@ -106,23 +108,13 @@ def _of_plugin(plugin: etree._Element, sensor: str, said: set[str]) -> Iterator[
             yield Tag(tag, where, f"<{tag.tag}>")
     for tag in plugin:
         repeats = bool({value_of(tag), _number(tag.text)} & said)
-        if tag.tag not in served and not (is_so_anyway(tag) or repeats):
+        if tag.tag not in served and not (is_default_of_plugin(tag) or repeats):
             yield Tag(tag, where, f"<{tag.tag}>", gazebos_own=tag.tag in GAZEBOS_OWN)
 
 
-def is_so_anyway(tag: etree._Element) -> bool:
-    """Whether a plug-in's tag asks for what is the case without it: zero of something, for one."""
-    if len(tag):
-        return all(is_so_anyway(child) for child in tag if child.tag != "type")
-    value = value_of(tag).lower()
-    if tag.tag == "hold_joints":
-        return value in ("true", "1")
-    return value == "false" or (bool(value) and not value.strip("0. +-"))
-
-
-def value_of(tag: etree._Element) -> str:
-    """What a tag says, as text or as the attribute ``value``."""
-    return " ".join((tag.text or tag.get("value") or "").split())
+def is_default_of_plugin(tag: etree._Element) -> bool:
+    """Return whether a tag of a plug-in only repeats its default."""
+    return is_default(tag, _DEFAULTS_OF_PLUGINS.get(str(tag.tag), ()))
 
 
 def _number(text: str | None) -> str:

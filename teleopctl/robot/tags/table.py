@@ -8,9 +8,10 @@ A table is written as lines of a mark, the path of a tag, and what may stand in 
     * surface/contact/ode: max_vel=0.01
     > .: sensor@name@type
 
-``+`` has its effect, or whoever reads it tells what it lacks; ``-`` has none, and is told unless it
-says what is the case anyway: one of the texts behind ``=``, or zero; ``*`` likewise, and speaks to
-Gazebo's own window, drawing or solver alone; ``>`` is read, and what it holds is told, by others.
+``+`` has its effect, or the code that reads it reports what it lacks; ``-`` has none, and is
+reported unless it only repeats its default: one of the texts behind ``=``, or else zero or false;
+``*`` likewise, and concerns Gazebo's own window, drawing or solver alone; ``>`` is read, and its
+content is checked, by other code.
 Attributes have ``@`` in front, behind their tag or as words of their own. Of a tag that has its
 effect only the first counts, unless there is a ``*`` behind it. What a table does not have is
 unknown.
@@ -47,8 +48,8 @@ class Entry(NamedTuple):
 
     Attributes:
         fate: What becomes of it.
-        usual: Texts with which it says what is the case anyway; without any, zero does. A blank
-            in them is ``_``.
+        usual: Texts that are its default; without any, zero and false are. A blank in them is
+            ``_``.
         because: Why it has no effect; empty where that needs no words.
         many: Whether there may be several, side by side.
     """
@@ -169,7 +170,7 @@ class Table(Mapping[str, Entry]):
             elif entry.fate == "read by others":
                 if any(known.startswith(f"{here}@") for known in self._entries):
                     yield from self._of_attributes(child, here)
-            elif not says_what_is_so(child, entry.usual):
+            elif not is_default(child, entry.usual):
                 yield Finding(child, here, entry)
 
     def _of_attributes(self, element: etree._Element, path: str) -> Iterator[Finding]:
@@ -180,7 +181,7 @@ class Table(Mapping[str, Entry]):
                 yield Finding(element, here, None, self._alike(f"{path}@", plain(attribute)))
             elif entry is None:
                 continue
-            elif entry.fate == "no effect" and not _is_usual(
+            elif entry.fate == "no effect" and not _is_default_text(
                 str(element.get(attribute)), entry.usual
             ):
                 yield Finding(element, here, entry)
@@ -192,16 +193,29 @@ class Table(Mapping[str, Entry]):
         return next(iter(get_close_matches(name, names, n=1)), "")
 
 
-def says_what_is_so(element: etree._Element, usual: tuple[str, ...] = ()) -> bool:
-    """Whether a tag, with all that is in it, asks for what is the case without it.
+def is_default(element: etree._Element, usual: tuple[str, ...] = ()) -> bool:
+    """Return whether a tag, with all that is in it, asks for nothing but the default.
+
+    Of a tag that holds others each must be zero: a flag among them may be on by default. Their
+    ``<type>`` says which kind of thing the zeros are of, and does not count.
 
     Args:
         element: The tag.
-        usual: See `Entry`.
+        usual: The texts that are its default; see `Entry`.
     """
-    if len(element):
-        return all(says_what_is_so(child) for child in element)
-    return _is_usual(element.text or element.get("value") or "", usual)
+    children = [child for child in element if isinstance(child.tag, str)]
+    if not children:
+        return _is_default_text(value_of(element), usual)
+    return all(
+        is_default(child) and value_of(child).lower() != "false"
+        for child in children
+        if child.tag != "type"
+    )
+
+
+def value_of(tag: etree._Element) -> str:
+    """Return the text of a tag, or else its attribute ``value``, with single blanks."""
+    return " ".join((tag.text or tag.get("value") or "").split())
 
 
 def gazebos_own(tags: Mapping[str, list[int]]) -> str:
@@ -229,9 +243,9 @@ def plain(name: object) -> str:
     return str(name).rpartition("}")[2]
 
 
-def _is_usual(text: str, usual: tuple[str, ...]) -> bool:
+def _is_default_text(text: str, usual: tuple[str, ...]) -> bool:
     words = text.lower().split()
-    if " ".join(words) in usual:
+    if " ".join(words) in (usual or ("false",)):
         return True
     numbers = [to_number(word) for word in words]
     if None in numbers or not numbers:

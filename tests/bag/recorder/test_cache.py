@@ -1,12 +1,9 @@
 """What waits for the disk: the queue and its bound, the memory of snapshots, losses."""
 
-import platform
 import threading
 
-import pytest
 from hypothesis import given, strategies as st
 
-from teleopctl.bag import keep_large_blocks
 from teleopctl.bag.recorder.losses import LossCounter, described
 from teleopctl.bag.recorder.message_queue import MessageQueue
 from teleopctl.bag.recorder.snapshot import SnapshotBuffer
@@ -120,8 +117,3 @@ def test_losses_of_many_topics_stand_on_one_line_the_most_first():
     assert described(counts) == (
         "/topic_7 7, /topic_6 6, /topic_5 5, /topic_4 4, /topic_3 3, 2 more topics"
     )
-
-
-@pytest.mark.skipif(platform.libc_ver()[0] != "glibc", reason="only glibc can be told")
-def test_glibc_is_told_to_keep_large_blocks():
-    assert keep_large_blocks()

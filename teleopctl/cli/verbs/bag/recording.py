@@ -142,7 +142,8 @@ def run(
         RefusedError: There is something at the place of the bag already.
         SystemFailureError: The disk refused; what was written can be read.
     """
-    from teleopctl.bag import Recorder, default_folder, keep_large_blocks
+    from teleopctl.bag import Recorder, default_folder
+    from teleopctl.base.kept_memory import keep_freed_memory
     from teleopctl.node import get_logger, set_logger_level, severity_from_name
 
     folder = folder or default_folder()
@@ -150,7 +151,7 @@ def run(
         raise RefusedError(
             f"Output folder '{folder}' already exists.", hint="Name another one, or remove it."
         )
-    keep_large_blocks()
+    keep_freed_memory()
     set_logger_level("", severity_from_name(level))
     logger = get_logger(options.node_name)
     recorder: Recorder | None = None

@@ -261,7 +261,7 @@ class Top(App[None]):
             self.call_from_thread(self.notify, error.message, severity="error")
 
     def _open(self, screen: EchoScreen | PlotScreen | ParameterScreen) -> None:
-        self._topics.listen_to(set())
+        self._topics.measure(())
         self.push_screen(screen, lambda _: self.look())
 
     def _narrowed(self) -> str:
@@ -292,10 +292,9 @@ class Top(App[None]):
     def _listen(self) -> None:
         """Measure the topics that are on the screen."""
         seen = self.table.visible_keys() if self._tab == "topics" else set()
-        wanted = {
-            (row.name, row.type_name)
+        self._topics.measure(
+            row.name
             for row in self._topic_rows.values()
             if (row.name in seen and row.type_name not in HEAVY_TYPES)
             or (seen and row.name in self._chosen_heavy)
-        }
-        self._topics.listen_to(wanted)
+        )

@@ -88,7 +88,7 @@ def node_rows(nodes: Mapping[str, NodeRow], *, by_load: bool) -> list[Row]:
 
 def topic_rows(topics: Iterable[TopicRow], *, by_load: bool) -> list[Row]:
     """Topics by name, or those of the largest bandwidth first."""
-    ordered = sorted(topics, key=lambda t: (-t.bandwidth if by_load else 0.0, t.name))
+    ordered = sorted(topics, key=lambda t: (-t.bytes_per_s if by_load else 0.0, t.name))
     return [
         Row(
             topic.name,
@@ -134,6 +134,7 @@ def log_rows(lines: Sequence[tuple[int, LogLine]]) -> list[Row]:
 
 
 def _numbers(topic: TopicRow) -> tuple[str, str, str]:
-    if not topic.is_measured:
+    if topic.traffic is None:
         return ("m: look", "", "") if topic.type_name in HEAVY_TYPES else ("", "", "")
-    return text.rate(topic.rate), text.size(topic.bandwidth, "/s"), text.age(topic.age_s)
+    rate_hz, bytes_per_s, age_s = topic.traffic
+    return text.rate(rate_hz), text.size(bytes_per_s, "/s"), text.age(age_s)
