@@ -1,6 +1,7 @@
 """The house rules: imports point down the floors and never in a circle, files fit in one head."""
 
 import ast
+import os
 from collections.abc import Iterator
 from functools import cache
 from graphlib import CycleError, TopologicalSorter
@@ -127,6 +128,29 @@ def test_no_imports_run_in_a_circle():
         TopologicalSorter(graph).prepare()
     except CycleError as error:
         pytest.fail(" -> ".join(reversed(error.args[1])))
+
+
+def test_no_folders_import_each_other_in_a_circle():
+    """Not even by way of different files: a folder that needs another one lies above it."""
+    graphs: dict[str, dict[str, set[str]]] = {}
+    for module, path in modules().items():
+        if path.name == "__init__.py" or "compat.site" in module:
+            continue
+        for name in imported(module):
+            own, other = module.split("."), name.split(".")
+            depth = len(os.path.commonprefix([own, other]))
+            if depth >= min(len(own), len(other)):
+                continue
+            above = ".".join(own[:depth])
+            folders = [f"{above}.{parts[depth]}" for parts in (own, other)]
+            if depth > 1 and all(modules()[each].name == "__init__.py" for each in folders):
+                graphs.setdefault(above, {}).setdefault(folders[0], set()).add(folders[1])
+    assert "teleopctl.robot" in graphs
+    for above, graph in graphs.items():
+        try:
+            TopologicalSorter(graph).prepare()
+        except CycleError as error:
+            pytest.fail(f"{above}: {' -> '.join(reversed(error.args[1]))}")
 
 
 def test_domains_know_nothing_of_each_other():

@@ -121,12 +121,6 @@ if TYPE_CHECKING:
         try_shutdown as try_shutdown,
     )
     from teleopctl.node.node import Node as Node
-    from teleopctl.node.parameters.parameter import (
-        Parameter as Parameter,
-        ParameterType as ParameterType,
-        parameter_value_from_yaml as parameter_value_from_yaml,
-        why_no_parameter as why_no_parameter,
-    )
     from teleopctl.node.parameters.parameter_client import (
         AsyncParameterClient as AsyncParameterClient,
         ask_nodes as ask_nodes,
@@ -135,18 +129,6 @@ if TYPE_CHECKING:
         ParameterCallbackHandle as ParameterCallbackHandle,
         ParameterEventCallbackHandle as ParameterEventCallbackHandle,
         ParameterEventHandler as ParameterEventHandler,
-    )
-    from teleopctl.node.parameters.parameter_file import (
-        ParameterFile as ParameterFile,
-        flatten_parameters as flatten_parameters,
-        parameter_document as parameter_document,
-        parameter_messages as parameter_messages,
-        plain_parameter_value as plain_parameter_value,
-        read_parameter_file as read_parameter_file,
-    )
-    from teleopctl.node.parameters.value import (
-        AllowableParameterValue as AllowableParameterValue,
-        parameter_value_to_python as parameter_value_to_python,
     )
     from teleopctl.node.topic_meter import TopicMeter as TopicMeter, Traffic as Traffic
     from teleopctl.node.values.callback_groups import (
@@ -204,6 +186,24 @@ if TYPE_CHECKING:
         validate_name as validate_name,
         validate_namespace as validate_namespace,
         validate_node_name as validate_node_name,
+    )
+    from teleopctl.node.values.parameter import (
+        Parameter as Parameter,
+        ParameterType as ParameterType,
+        parameter_value_from_yaml as parameter_value_from_yaml,
+        why_no_parameter as why_no_parameter,
+    )
+    from teleopctl.node.values.parameter_file import (
+        ParameterFile as ParameterFile,
+        flatten_parameters as flatten_parameters,
+        parameter_document as parameter_document,
+        parameter_messages as parameter_messages,
+        plain_parameter_value as plain_parameter_value,
+        read_parameter_file as read_parameter_file,
+    )
+    from teleopctl.node.values.parameter_value import (
+        AllowableParameterValue as AllowableParameterValue,
+        parameter_value_to_python as parameter_value_to_python,
     )
     from teleopctl.node.values.qos import (
         BEST_AVAILABLE_NS as BEST_AVAILABLE_NS,
@@ -324,10 +324,10 @@ else:
             "get_logger_level reset_levels set_logger_level severity_from_name",
             "values.names": "absolute_namespace expand_name expand_unchecked "
             "validate_absolute_name validate_name validate_namespace validate_node_name",
-            "parameters.parameter": "Parameter ParameterType parameter_value_from_yaml "
+            "values.parameter": "Parameter ParameterType parameter_value_from_yaml "
             "why_no_parameter",
-            "parameters.value": "AllowableParameterValue parameter_value_to_python",
-            "parameters.parameter_file": "ParameterFile flatten_parameters parameter_document "
+            "values.parameter_value": "AllowableParameterValue parameter_value_to_python",
+            "values.parameter_file": "ParameterFile flatten_parameters parameter_document "
             "parameter_messages "
             "plain_parameter_value read_parameter_file",
             "values.qos": "BEST_AVAILABLE_NS DurabilityPolicy HistoryPolicy "

@@ -8,8 +8,8 @@ from teleopctl.base.typed import TYPE_CHECKING
 from teleopctl.node.builtins.node_options import next_options
 from teleopctl.node.context import Context
 from teleopctl.node.node_parameters import NodeParameters
-from teleopctl.node.parameters.parameter import Parameter
 from teleopctl.node.values.logging import set_logger_level
+from teleopctl.node.values.parameter import Parameter
 from teleopctl.node.values.qos import QoSProfile, qos_from, qos_profile_rosout_default
 
 if TYPE_CHECKING:

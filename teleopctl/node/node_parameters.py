@@ -7,18 +7,18 @@ from collections.abc import Iterable, Sequence
 from teleopctl.base.typed import TYPE_CHECKING, Literal, TypeAlias
 from teleopctl.interfaces import get_message
 from teleopctl.node.node_endpoints import NodeEndpoints
-from teleopctl.node.parameters.parameter import (
-    Parameter,
-    ParameterType,
-)
 from teleopctl.node.parameters.parameter_store import (
     OnSetCallback,
     ParameterStore,
     PostSetCallback,
     PreSetCallback,
 )
-from teleopctl.node.parameters.value import AllowableParameterValue, parameter_value_to_python
 from teleopctl.node.values.exceptions import ParameterAlreadyDeclaredException
+from teleopctl.node.values.parameter import (
+    Parameter,
+    ParameterType,
+)
+from teleopctl.node.values.parameter_value import AllowableParameterValue, parameter_value_to_python
 from teleopctl.node.values.qos import QoSProfile, qos_profile_parameter_events
 
 if TYPE_CHECKING:

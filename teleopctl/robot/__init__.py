@@ -16,24 +16,6 @@ if TYPE_CHECKING:
         xacro_arguments as xacro_arguments,
     )
     from teleopctl.robot.description import RobotDescription as RobotDescription
-    from teleopctl.robot.formats.mesh_pictures import picture_places as picture_places
-    from teleopctl.robot.formats.mjcf import Mjcf as Mjcf, load_mjcf as load_mjcf
-    from teleopctl.robot.formats.mjcf_actuators import (
-        JointActuator as JointActuator,
-        joint_actuators as joint_actuators,
-    )
-    from teleopctl.robot.formats.mjcf_sensors import sensor_tags as sensor_tags
-    from teleopctl.robot.formats.mjcf_sizes import (
-        check_mjcf as check_mjcf,
-        check_mjcf_text as check_mjcf_text,
-    )
-    from teleopctl.robot.formats.mjcf_urdf import ball_turns as ball_turns
-    from teleopctl.robot.formats.model_file import (
-        ModelKind as ModelKind,
-        model_kind as model_kind,
-        read_model as read_model,
-    )
-    from teleopctl.robot.formats.source_lines import in_files as in_files
     from teleopctl.robot.free_joints import JointSet as JointSet
     from teleopctl.robot.gazebo_colours import gazebo_colour as gazebo_colour
     from teleopctl.robot.gazebo_plugins.effects import GroundTruth as GroundTruth
@@ -53,7 +35,24 @@ if TYPE_CHECKING:
         RESET_FRAME as RESET_FRAME,
         STATES_TOPIC as STATES_TOPIC,
     )
-    from teleopctl.robot.mesh_units import collada_unit_m as collada_unit_m
+    from teleopctl.robot.meshes.textures import picture_places as picture_places
+    from teleopctl.robot.meshes.units import collada_unit_m as collada_unit_m
+    from teleopctl.robot.mjcf.actuators import (
+        JointActuator as JointActuator,
+        joint_actuators as joint_actuators,
+    )
+    from teleopctl.robot.mjcf.mjcf_as_urdf import ball_turns as ball_turns
+    from teleopctl.robot.mjcf.mjcf_file import Mjcf as Mjcf, load_mjcf as load_mjcf
+    from teleopctl.robot.mjcf.sensors import sensor_tags as sensor_tags
+    from teleopctl.robot.mjcf.size_limits import (
+        check_mjcf as check_mjcf,
+        check_mjcf_text as check_mjcf_text,
+    )
+    from teleopctl.robot.model_file import (
+        ModelKind as ModelKind,
+        model_kind as model_kind,
+        read_model as read_model,
+    )
     from teleopctl.robot.repair import repair_urdf as repair_urdf
     from teleopctl.robot.ros2_control_tag import (
         ComponentInfo as ComponentInfo,
@@ -75,15 +74,8 @@ if TYPE_CHECKING:
         ScenePose as ScenePose,
         SceneShape as SceneShape,
     )
-    from teleopctl.robot.scene.sdf_includes import gazebo_models as gazebo_models
     from teleopctl.robot.scene.surface import Surface as Surface
-    from teleopctl.robot.scene.world_file import (
-        World as World,
-        find_world as find_world,
-        is_world as is_world,
-        read_world as read_world,
-        read_world_text as read_world_text,
-    )
+    from teleopctl.robot.sdf.includes import gazebo_models as gazebo_models
     from teleopctl.robot.sensors.lens_tag import Lens as Lens
     from teleopctl.robot.sensors.plugin_tag import Plugin as Plugin
     from teleopctl.robot.sensors.sensor_names import (
@@ -130,13 +122,21 @@ if TYPE_CHECKING:
         Pose as Pose,
         Sphere as Sphere,
     )
-    from teleopctl.robot.xacro_file import (
+    from teleopctl.robot.world_file import (
+        World as World,
+        find_world as find_world,
+        is_world as is_world,
+        read_world as read_world,
+        read_world_text as read_world_text,
+    )
+    from teleopctl.robot.xacro.expansion import (
         ExpandedXacro as ExpandedXacro,
         bounded_xacro as bounded_xacro,
         expand_xacro as expand_xacro,
         over_budget as over_budget,
         read_xacro as read_xacro,
     )
+    from teleopctl.robot.xacro.source_lines import in_files as in_files
 else:
     from teleopctl.base.lazy import attach
 
@@ -147,13 +147,13 @@ else:
             "described_namespace described_remappings in_words with_mesh_paths "
             "xacro_arguments",
             "description": "RobotDescription",
-            "formats.mjcf": "Mjcf load_mjcf",
-            "formats.mjcf_sizes": "check_mjcf check_mjcf_text",
-            "formats.mjcf_actuators": "JointActuator joint_actuators",
-            "formats.mjcf_sensors": "sensor_tags",
-            "formats.mjcf_urdf": "ball_turns",
-            "formats.model_file": "ModelKind model_kind read_model",
-            "formats.source_lines": "in_files",
+            "mjcf.mjcf_file": "Mjcf load_mjcf",
+            "mjcf.size_limits": "check_mjcf check_mjcf_text",
+            "mjcf.actuators": "JointActuator joint_actuators",
+            "mjcf.sensors": "sensor_tags",
+            "mjcf.mjcf_as_urdf": "ball_turns",
+            "model_file": "ModelKind model_kind read_model",
+            "xacro.source_lines": "in_files",
             "free_joints": "JointSet",
             "gazebo_plugins.effects": "GroundTruth",
             "gazebo_plugins.table": "MotionPlugins motion_plugins tags_of_plugin",
@@ -161,8 +161,8 @@ else:
             "joints": "JointModel Joints",
             "kinematics": "SegmentTree",
             "lockstep_topics": "COMMANDS_TOPIC RESET_FRAME STATES_TOPIC",
-            "mesh_units": "collada_unit_m",
-            "formats.mesh_pictures": "picture_places",
+            "meshes.units": "collada_unit_m",
+            "meshes.textures": "picture_places",
             "repair": "repair_urdf",
             "ros2_control_tag": "ComponentInfo HardwareInfo InterfaceInfo",
             "sensors.lens_tag": "Lens",
@@ -179,8 +179,8 @@ else:
             "ScenePose SceneShape",
             "scene.loops": "Loop tree_and_loops loop_of",
             "scene.surface": "Surface",
-            "scene.sdf_includes": "gazebo_models",
-            "scene.world_file": "World find_world is_world read_world read_world_text",
-            "xacro_file": "ExpandedXacro bounded_xacro expand_xacro over_budget read_xacro",
+            "sdf.includes": "gazebo_models",
+            "world_file": "World find_world is_world read_world read_world_text",
+            "xacro.expansion": "ExpandedXacro bounded_xacro expand_xacro over_budget read_xacro",
         },
     )

@@ -15,9 +15,9 @@ from lxml import etree
 
 from teleopctl.robot.description import RobotDescription
 from teleopctl.robot.elements import parse, to_number
-from teleopctl.robot.formats.planar_joints import split_planar_joints
 from teleopctl.robot.gazebo_plugins.table import MotionPlugins, motion_plugins
 from teleopctl.robot.joints import Joints
+from teleopctl.robot.planar_joints import split_planar_joints
 from teleopctl.robot.scene.loops import loops_path
 
 SIMULATOR = "gz_ros2_control/GazeboSimSystem"

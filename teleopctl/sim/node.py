@@ -27,6 +27,7 @@ from teleopctl.sim.assembly import (
 from teleopctl.sim.cameras.model_topic import ModelPublisher
 from teleopctl.sim.entities.stage import Stage
 from teleopctl.sim.entities.standard import offer_standard_services
+from teleopctl.sim.gazebo_services.offers import GazeboServices
 from teleopctl.sim.lockstep import LockstepLoop
 from teleopctl.sim.loop_ports import Command
 from teleopctl.sim.performance import PerformancePublisher
@@ -69,6 +70,7 @@ class MujocoSim(Node):
         self._stage: Stage | None = None
         MujocoServices(self, lambda: self._stage)
         offer_standard_services(self, lambda: self._stage)
+        GazeboServices(self, lambda: self._stage)
         given = str(self.get_parameter("robot_description").value)
         if given:
             self._start(given)

@@ -13,13 +13,14 @@ if TYPE_CHECKING:
         Stage as Stage,
     )
     from teleopctl.viewer.displays.properties import Property as Property
+    from teleopctl.viewer.page.page import Page as Page
     from teleopctl.viewer.page.server import (
         DEFAULT_PORT as DEFAULT_PORT,
         PageError as PageError,
         open_server as open_server,
         page_address as page_address,
     )
-    from teleopctl.viewer.panels.base import Page as Page, Panel as Panel
+    from teleopctl.viewer.panels.base import Panel as Panel
     from teleopctl.viewer.remote.joint_targets import SLIDERS_TOPIC as SLIDERS_TOPIC
     from teleopctl.viewer.viewer import Viewer as Viewer, open_viewer as open_viewer
 else:
@@ -31,7 +32,8 @@ else:
             "displays.base": "ERROR OK WARN Display Stage",
             "displays.properties": "Property",
             "page.server": "DEFAULT_PORT PageError open_server page_address",
-            "panels.base": "Page Panel",
+            "page.page": "Page",
+            "panels.base": "Panel",
             "remote.joint_targets": "SLIDERS_TOPIC",
             "viewer": "Viewer open_viewer",
         },

@@ -19,13 +19,13 @@ from teleopctl.packages import resolve_uri
 from teleopctl.robot import RobotDescription, read_model
 from teleopctl.viewer.displays.robot_model import RobotModel
 from teleopctl.viewer.displays.robot_parts import shapes_of
-from teleopctl.viewer.page.html import escaped
+from teleopctl.viewer.html import escaped
 from teleopctl.viewer.remote.service_calls import ServiceCalls
 from teleopctl.viewer.scene.mesh_files import file_of
 from teleopctl.viewer.scene.shapes import mesh_uris
 
 if TYPE_CHECKING:
-    from teleopctl.viewer.panels.base import Page
+    from teleopctl.viewer.page.page import Page
 
 FILE_PARAMETER = "robot_description_file"
 ARGUMENTS_PARAMETER = "robot_description_arguments"

@@ -19,7 +19,7 @@ ROUNDS = 5
 BARE = """
 import sys, mujoco, zenoh
 from teleopctl.robot.description import RobotDescription
-from teleopctl.robot.xacro_file import expand_xacro
+from teleopctl.robot.xacro.expansion import expand_xacro
 from teleopctl.mujoco_model.model import build_model
 build_model(RobotDescription.from_urdf(expand_xacro(sys.argv[1], {})))
 """

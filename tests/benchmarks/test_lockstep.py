@@ -16,7 +16,7 @@ from teleopctl.mujoco_model.model import build_model
 from teleopctl.node import Context, Node
 from teleopctl.packages import package_share
 from teleopctl.robot.description import RobotDescription
-from teleopctl.robot.xacro_file import expand_xacro
+from teleopctl.robot.xacro.expansion import expand_xacro
 from teleopctl.sim.simulation import Simulation
 
 CONTROLLERS = package_share("teleop_controller") / "teleop_controllers.yaml"

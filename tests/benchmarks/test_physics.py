@@ -26,7 +26,7 @@ from teleopctl.node import Node, init
 from teleopctl.packages import package_share
 from teleopctl.robot import STATES_TOPIC, simulated
 from teleopctl.robot.description import RobotDescription
-from teleopctl.robot.xacro_file import expand_xacro
+from teleopctl.robot.xacro.expansion import expand_xacro
 from teleopctl.sim.lockstep import LockstepLoop
 from teleopctl.sim.loop_ports import Ports
 from teleopctl.sim.ports import TopicPorts

@@ -6,15 +6,15 @@ import pytest
 
 from teleopctl.interfaces.store import get_message, get_service
 from teleopctl.node import Node, Parameter
-from teleopctl.node.parameters.parameter import parameter_value_from_yaml
 from teleopctl.node.parameters.parameter_store import result
-from teleopctl.node.parameters.value import parameter_value_to_python
 from teleopctl.node.values.exceptions import (
     InvalidParameterTypeException,
     InvalidParameterValueException,
     ParameterAlreadyDeclaredException,
     ParameterNotDeclaredException,
 )
+from teleopctl.node.values.parameter import parameter_value_from_yaml
+from teleopctl.node.values.parameter_value import parameter_value_to_python
 
 
 @pytest.fixture

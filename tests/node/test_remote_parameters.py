@@ -12,10 +12,10 @@ from teleopctl.node import Node, Parameter, QoSProfile, ReliabilityPolicy
 from teleopctl.node.endpoints.qos_overrides import InvalidQosOverridesError, QoSOverridingOptions
 from teleopctl.node.parameters.parameter_client import AsyncParameterClient, ask_nodes
 from teleopctl.node.parameters.parameter_events import ParameterEventHandler
-from teleopctl.node.parameters.parameter_file import parameter_messages
 from teleopctl.node.parameters.parameter_store import result
-from teleopctl.node.parameters.value import parameter_value_to_python
 from teleopctl.node.values.exceptions import ParameterNotDeclaredException
+from teleopctl.node.values.parameter_file import parameter_messages
+from teleopctl.node.values.parameter_value import parameter_value_to_python
 
 STRING = get_message("std_msgs/msg/String")
 VALUE = get_message("rcl_interfaces/msg/ParameterValue")

@@ -4,7 +4,7 @@ import pytest
 
 from teleopctl.packages import package_share
 from teleopctl.robot.description import RobotDescription
-from teleopctl.robot.xacro_file import expand_xacro
+from teleopctl.robot.xacro.expansion import expand_xacro
 
 
 @pytest.fixture(scope="session")

@@ -8,7 +8,7 @@ import pytest
 from teleopctl.packages import package_share, resolve_uri
 from teleopctl.robot.description import RobotDescription
 from teleopctl.robot.urdf import Mesh, Mimic
-from teleopctl.robot.xacro_file import expand_xacro
+from teleopctl.robot.xacro.expansion import expand_xacro
 from tests.robot.independent import link_frames, pose_matrix
 
 QUARTER = math.pi / 2

@@ -7,7 +7,7 @@ from teleopctl.mujoco_model.model import build_model
 from teleopctl.packages import package_share
 from teleopctl.robot import read_world
 from teleopctl.robot.description import RobotDescription
-from teleopctl.robot.xacro_file import expand_xacro
+from teleopctl.robot.xacro.expansion import expand_xacro
 from teleopctl.sim.simulation import Simulation
 
 JOINTS = ["joint_1", "joint_2", "joint_3", "joint_4"]

@@ -8,7 +8,7 @@ import pytest
 from teleopctl.mujoco_model.model import RobotModel, build_model
 from teleopctl.packages import package_share
 from teleopctl.robot.description import RobotDescription
-from teleopctl.robot.xacro_file import expand_xacro
+from teleopctl.robot.xacro.expansion import expand_xacro
 from teleopctl.sim.simulation import Simulation
 from tests.robot.independent import link_frames
 from tests.sim.robots import INERTIAL, box, control, joint, link, model, pendulum

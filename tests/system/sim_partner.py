@@ -15,7 +15,7 @@ from teleopctl.node import (
     qos_profile_latched,
 )
 from teleopctl.packages import package_share
-from teleopctl.robot.xacro_file import expand_xacro
+from teleopctl.robot.xacro.expansion import expand_xacro
 from teleopctl.testing import LONGEST_WAIT_S
 
 JointState: Any = get_message("sensor_msgs/msg/JointState")

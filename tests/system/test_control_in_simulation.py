@@ -7,7 +7,7 @@ import pytest
 from teleopctl.interfaces.store import get_message, get_service
 from teleopctl.node import Context, Node, qos_profile_latched
 from teleopctl.packages import package_share
-from teleopctl.robot.xacro_file import expand_xacro
+from teleopctl.robot.xacro.expansion import expand_xacro
 from teleopctl.testing import LONGEST_WAIT_S
 
 MODEL = package_share("teleop_description") / "urdf" / "teleop.urdf.xacro"

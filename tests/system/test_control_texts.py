@@ -7,7 +7,7 @@ the manager says of a refusal stands below the verb's words; in ROS 2 it is in t
 import pytest
 
 from teleopctl.cli import main
-from teleopctl.robot.xacro_file import expand_xacro
+from teleopctl.robot.xacro.expansion import expand_xacro
 from tests.system.test_control import MODEL, Robot, start_manager
 
 ARM = "arm_controller          joint_trajectory_controller/JointTrajectoryController  active\n"

@@ -14,7 +14,7 @@ from teleopctl.node import (
     qos_profile_latched,
 )
 from teleopctl.packages import package_share
-from teleopctl.robot.xacro_file import expand_xacro
+from teleopctl.robot.xacro.expansion import expand_xacro
 from tests.robot.independent import link_frames
 
 MODEL = package_share("teleop_description") / "urdf" / "teleop.urdf.xacro"

@@ -6,7 +6,7 @@ from html.parser import HTMLParser
 from hypothesis import given, strategies
 
 from teleopctl.base.printable import printable_line
-from teleopctl.viewer.page.html import escaped, escaped_markdown
+from teleopctl.viewer.html import escaped, escaped_markdown
 
 
 class Reader(HTMLParser):

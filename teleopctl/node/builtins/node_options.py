@@ -11,7 +11,7 @@ from teleopctl.base.typed import TYPE_CHECKING
 if TYPE_CHECKING:
     from teleopctl.node.context import Context
     from teleopctl.node.node_parameters import NodeParameters
-    from teleopctl.node.parameters.parameter import Parameter
+    from teleopctl.node.values.parameter import Parameter
 
 
 class NodeOptions:

@@ -7,8 +7,8 @@ import struct
 from teleopctl.base.typed import TYPE_CHECKING
 from teleopctl.errors import InvalidMessageError
 from teleopctl.interfaces import NANOSECONDS_PER_SECOND, get_message
-from teleopctl.node.parameters.parameter import Parameter, ParameterType
 from teleopctl.node.parameters.parameter_store import result
+from teleopctl.node.values.parameter import Parameter, ParameterType
 from teleopctl.node.values.qos import qos_profile_clock
 
 if TYPE_CHECKING:

@@ -28,8 +28,8 @@ if TYPE_CHECKING:
     from teleopctl.node.endpoints.client import Client, ResponseFuture
     from teleopctl.node.endpoints.subscription import Subscription
     from teleopctl.node.node_endpoints import NodeEndpoints
-    from teleopctl.node.parameters.parameter import Parameter
     from teleopctl.node.values.future import Future
+    from teleopctl.node.values.parameter import Parameter
 
 # Called with the future of the response.
 DoneCallback: TypeAlias = Callable[["Future[ResponseT]"], object]
@@ -155,7 +155,7 @@ class AsyncParameterClient:
         self, names: Sequence[str], callback: DoneCallback[SetParameters.Response] | None = None
     ) -> ResponseFuture[SetParameters.Response]:
         """Take the values of parameters away, which only dynamically typed ones let happen."""
-        from teleopctl.node.parameters.parameter import Parameter
+        from teleopctl.node.values.parameter import Parameter
 
         return self.set_parameters([Parameter(name) for name in names], callback)
 
@@ -232,12 +232,12 @@ def ask_nodes(
 
 
 def _messages_of_file(path: str | Path, use_wildcard: bool) -> list[ParameterMessage]:
-    from teleopctl.node.parameters.parameter_file import parameter_messages
+    from teleopctl.node.values.parameter_file import parameter_messages
 
     return list(parameter_messages(path, use_wildcard).values())
 
 
 def _messages(parameters: Sequence[Parameter | ParameterMessage]) -> list[ParameterMessage]:
-    from teleopctl.node.parameters.parameter import Parameter
+    from teleopctl.node.values.parameter import Parameter
 
     return [p.to_parameter_msg() if isinstance(p, Parameter) else p for p in parameters]

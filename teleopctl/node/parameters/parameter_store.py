@@ -10,12 +10,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 
 from teleopctl.base.typed import TYPE_CHECKING, TypeAlias
 from teleopctl.interfaces import get_message
-from teleopctl.node.parameters.parameter import (
-    Parameter,
-    ParameterType,
-)
 from teleopctl.node.parameters.rules import is_listed, range_problem
-from teleopctl.node.parameters.value import AllowableParameterValue, parameter_value_to_python
 from teleopctl.node.values.exceptions import (
     InvalidParameterException,
     InvalidParameterTypeException,
@@ -25,6 +20,11 @@ from teleopctl.node.values.exceptions import (
     ParameterNotDeclaredException,
     ParameterUninitializedException,
 )
+from teleopctl.node.values.parameter import (
+    Parameter,
+    ParameterType,
+)
+from teleopctl.node.values.parameter_value import AllowableParameterValue, parameter_value_to_python
 
 if TYPE_CHECKING:
     from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult

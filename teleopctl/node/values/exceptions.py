@@ -7,7 +7,7 @@ from teleopctl.base.typed import TYPE_CHECKING, ClassVar
 from teleopctl.errors import TeleopctlError, UnavailableError
 
 if TYPE_CHECKING:
-    from teleopctl.node.parameters.parameter import Parameter
+    from teleopctl.node.values.parameter import Parameter
 
 
 class NotInitializedException(TeleopctlError):

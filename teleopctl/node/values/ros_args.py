@@ -101,7 +101,7 @@ class RosArguments(NamedTuple):
         overrides: dict[str, Any] = {}
         for source in self.parameters:
             if not isinstance(source, ParameterRule):
-                from teleopctl.node.parameters.parameter_file import read_parameter_file
+                from teleopctl.node.values.parameter_file import read_parameter_file
 
                 overrides.update(read_parameter_file(source).for_node(full_name))
             elif source.node in (None, node_name, full_name):
@@ -159,7 +159,7 @@ def _parameter_rule(text: str) -> ParameterRule:
             f"The value of parameter '{match['left']}' is not YAML: {shortened(match['right'])!r}: "
             f"{getattr(error, 'problem', None) or error}.",
         ) from error
-    from teleopctl.node.parameters.parameter import why_no_parameter
+    from teleopctl.node.values.parameter import why_no_parameter
 
     reason = why_no_parameter(value)
     if reason is not None:

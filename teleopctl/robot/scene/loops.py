@@ -15,8 +15,8 @@ from lxml import etree
 
 from teleopctl.errors import InvalidDescriptionError
 from teleopctl.robot.elements import child_text, describe, to_number
-from teleopctl.robot.formats.places import numbers, pose_text
 from teleopctl.robot.scene.scene import NOWHERE, SceneJoint, Vector3
+from teleopctl.robot.urdf_text import numbers, pose_text
 from teleopctl.tf import Transform, quaternion_from_rpy, rotate
 
 LoopKind = Literal["revolute", "continuous", "ball", "fixed"]

@@ -8,7 +8,7 @@ from typing import Any
 
 from lxml import etree
 
-from teleopctl.robot.formats.places import numbers
+from teleopctl.robot.urdf_text import numbers
 
 _TORSIONAL = "friction/torsional/coefficient"
 _PATCH = "friction/torsional/patch_radius"

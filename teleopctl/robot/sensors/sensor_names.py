@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from teleopctl.robot.formats.places import topic_name
+from teleopctl.robot.urdf_text import topic_name
 
 if TYPE_CHECKING:
     from teleopctl.robot.sensors.plugin_tag import Plugin

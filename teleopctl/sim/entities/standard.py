@@ -12,7 +12,6 @@ from teleopctl.sim.entities.push_service import offer_wrench_service
 from teleopctl.sim.entities.run_services import RunServices
 from teleopctl.sim.entities.spawn_services import SpawnServices
 from teleopctl.sim.entities.world_services import WorldServices
-from teleopctl.sim.gazebo_services.offers import GazeboServices
 
 if TYPE_CHECKING:
     from teleopctl.node import Node
@@ -22,7 +21,7 @@ _FAREWELL_S = 0.2
 
 
 def offer_standard_services(node: Node, find_stage: FindStage) -> None:
-    """Offer the services of simulation_interfaces, mujoco_ros2_control's pushes and gazebo_ros's.
+    """Offer the services of simulation_interfaces and mujoco_ros2_control's wrench service.
 
     Args:
         node: Whose they are.
@@ -41,4 +40,3 @@ def offer_standard_services(node: Node, find_stage: FindStage) -> None:
     WorldServices(desk)
     PoseServices(desk)
     RunServices(desk, end)
-    GazeboServices(node, find_stage)

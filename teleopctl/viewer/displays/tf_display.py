@@ -9,7 +9,7 @@ from teleopctl.base.printable import printable_line
 from teleopctl.tf import AHEAD_S
 from teleopctl.viewer.displays.base import OK, WARN, Display
 from teleopctl.viewer.displays.properties import Property
-from teleopctl.viewer.page.html import ago, escaped_markdown
+from teleopctl.viewer.html import ago, escaped_markdown
 from teleopctl.viewer.scene.frame_buffer import MOST_FRAMES, SILENT_S
 
 # Any stands for what YAML holds.

@@ -8,8 +8,9 @@ from typing import Any, ClassVar
 
 from teleopctl.interfaces import NANOSECONDS_PER_SECOND, get_message, to_nanoseconds
 from teleopctl.node import parameter_value_to_python, qos_profile_sensor_data
-from teleopctl.viewer.page.html import escaped
-from teleopctl.viewer.panels.base import Page, Panel
+from teleopctl.viewer.html import escaped
+from teleopctl.viewer.page.page import Page
+from teleopctl.viewer.panels.base import Panel
 from teleopctl.viewer.remote.service_calls import ServiceCalls
 
 _PACKAGE = "rosbag2_interfaces/srv"

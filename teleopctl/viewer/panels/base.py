@@ -6,54 +6,10 @@ a panel hands it over with `Page.on`.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import TYPE_CHECKING, ClassVar, Protocol
+from typing import TYPE_CHECKING, ClassVar
 
 if TYPE_CHECKING:
-    import viser
-
-    from teleopctl.node import Node
-    from teleopctl.viewer.displays.base import Stage
-    from teleopctl.viewer.picture import Picture
-    from teleopctl.viewer.scene.frames import Frames
-
-
-class Page(Protocol):
-    """What a panel works with; the viewer's node offers it."""
-
-    @property
-    def node(self) -> Node:
-        """The node, for its clock, clients and logger."""
-
-    @property
-    def stage(self) -> Stage:
-        """What displays work with."""
-
-    @property
-    def gui(self) -> viser.GuiApi:
-        """Where to add buttons and so on."""
-
-    @property
-    def frames(self) -> Frames:
-        """Where frames stand."""
-
-    def on(self, function: Callable[..., object]) -> Callable[..., None]:
-        """Make a function that viser calls one that runs on the node's thread instead.
-
-        Handed to ``on_click`` and ``on_update``; it gets viser's event.
-        """
-
-    def reset(self) -> None:
-        """Forget transforms and what displays have received, as RViz's Reset does."""
-
-    def notify(self, title: str, text: str = "", *, wrong: bool = False) -> None:
-        """Tell everybody who looks, for some seconds."""
-
-    # Any: what YAML holds.
-
-    @property
-    def picture(self) -> Picture:
-        """What is drawn: displays can be added and removed there."""
+    from teleopctl.viewer.page.page import Page
 
 
 class Panel:

@@ -13,10 +13,11 @@ import numpy as np
 
 from teleopctl.node import QoSProfile
 from teleopctl.pictures import COMPRESSED, RAW, Picture, PictureError
+from teleopctl.viewer.displays.picture_feed import PictureFeed, base_topic, put, type_by_name
 from teleopctl.viewer.displays.topic_qos import topic_qos
-from teleopctl.viewer.page.html import escaped_markdown
-from teleopctl.viewer.panels.base import Page, Panel
-from teleopctl.viewer.pictures.feed import PictureFeed, base_topic, put, type_by_name
+from teleopctl.viewer.html import escaped_markdown
+from teleopctl.viewer.page.page import Page
+from teleopctl.viewer.panels.base import Panel
 
 _NONE = "no camera"
 _NOTHING = np.zeros((1, 1, 3), np.uint8)

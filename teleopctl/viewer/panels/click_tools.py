@@ -14,14 +14,14 @@ from typing import TYPE_CHECKING, Any
 from teleopctl.interfaces import get_message
 from teleopctl.node import QoSProfile
 from teleopctl.tf import Transform, Vector3, quaternion_from_rpy
-from teleopctl.viewer.page.html import escaped_markdown
+from teleopctl.viewer.html import escaped_markdown
 from teleopctl.viewer.page.server import PageError
 from teleopctl.viewer.rviz_file import RvizFile, plain_class
 from teleopctl.viewer.scene.canvas import Canvas
 from teleopctl.viewer.scene.drawing import ArrowSize, Drawing, Rgba
 
 if TYPE_CHECKING:
-    from teleopctl.viewer.panels.base import Page
+    from teleopctl.viewer.page.page import Page
 
 # Any stands for messages, and for viser's events and handles.
 

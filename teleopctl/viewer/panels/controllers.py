@@ -6,8 +6,9 @@ from collections.abc import Callable
 from typing import Any, ClassVar
 
 from teleopctl.interfaces import from_seconds, get_message, set_stamp
-from teleopctl.viewer.page.html import escaped
-from teleopctl.viewer.panels.base import Page, Panel
+from teleopctl.viewer.html import escaped
+from teleopctl.viewer.page.page import Page
+from teleopctl.viewer.panels.base import Panel
 from teleopctl.viewer.remote.controller_managers import ControllerManagerWatch, controller_managers
 from teleopctl.viewer.remote.manager_errors import ManagerErrors
 from teleopctl.viewer.remote.service_calls import ServiceCalls

@@ -5,8 +5,9 @@ from __future__ import annotations
 from typing import Any, ClassVar
 
 from teleopctl.diagram import ros_graph, to_svg
-from teleopctl.viewer.page.html import escaped
-from teleopctl.viewer.panels.base import Page, Panel
+from teleopctl.viewer.html import escaped
+from teleopctl.viewer.page.page import Page
+from teleopctl.viewer.panels.base import Panel
 
 _SHOWN = {"Nodes and topics": "active", "Nodes only": "nodes", "All topics": "all"}
 # Laid out within about a second; and nobody finds anything in a larger one.

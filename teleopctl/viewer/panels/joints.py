@@ -15,8 +15,9 @@ from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces import to_nanoseconds
 from teleopctl.node import qos_profile_latched, qos_profile_sensor_data
 from teleopctl.robot import Joints, JointSet, RobotDescription
-from teleopctl.viewer.page.html import escaped
-from teleopctl.viewer.panels.base import Page, Panel
+from teleopctl.viewer.html import escaped
+from teleopctl.viewer.page.page import Page
+from teleopctl.viewer.panels.base import Panel
 from teleopctl.viewer.remote.joint_movers import Controllers, JointMover
 from teleopctl.viewer.remote.joint_targets import STATES_TOPIC, JointTargets
 

@@ -11,8 +11,9 @@ from collections import deque
 from typing import Any, ClassVar, NamedTuple
 
 from teleopctl.node import qos_profile_rosout_default
-from teleopctl.viewer.page.html import escaped, escaped_lines
-from teleopctl.viewer.panels.base import Page, Panel
+from teleopctl.viewer.html import escaped, escaped_lines
+from teleopctl.viewer.page.page import Page
+from teleopctl.viewer.panels.base import Panel
 
 MOST_LINES = 1000
 """Lines that are kept."""

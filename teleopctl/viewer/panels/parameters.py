@@ -7,9 +7,10 @@ from typing import Any, ClassVar
 
 from teleopctl.interfaces import get_message
 from teleopctl.node import Parameter, qos_profile_parameter_events
-from teleopctl.viewer.page.html import escaped
-from teleopctl.viewer.page.parameter_row import ParameterRow
-from teleopctl.viewer.panels.base import Page, Panel
+from teleopctl.viewer.html import escaped
+from teleopctl.viewer.page.page import Page
+from teleopctl.viewer.panels.base import Panel
+from teleopctl.viewer.panels.parameter_row import ParameterRow
 from teleopctl.viewer.remote.service_calls import ServiceCalls
 
 MOST_ROWS = 150

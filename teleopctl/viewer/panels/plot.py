@@ -7,8 +7,9 @@ from typing import Any, ClassVar
 
 from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces import NumericField
-from teleopctl.viewer.page.html import ago, escaped_markdown
-from teleopctl.viewer.panels.base import Page, Panel
+from teleopctl.viewer.html import ago, escaped_markdown
+from teleopctl.viewer.page.page import Page
+from teleopctl.viewer.panels.base import Panel
 from teleopctl.viewer.panels.plots.chart import COLORS, MOST_LINES, Chart, Line
 from teleopctl.viewer.panels.plots.files import Curve, to_csv, to_png
 from teleopctl.viewer.panels.plots.topic import PlottedTopic

@@ -9,9 +9,10 @@ from teleopctl import plugins
 from teleopctl.base.printable import printable_line
 from teleopctl.viewer.displays.base import ERROR, OK, Display
 from teleopctl.viewer.displays.properties import Property
-from teleopctl.viewer.page.html import escaped_markdown
+from teleopctl.viewer.html import escaped_markdown
+from teleopctl.viewer.page.page import Page
 from teleopctl.viewer.page.server import PageError
-from teleopctl.viewer.panels.base import Page, Panel
+from teleopctl.viewer.panels.base import Panel
 from teleopctl.viewer.panels.click_tools import ClickTools
 
 _ROOT = "(root)"

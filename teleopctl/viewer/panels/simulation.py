@@ -14,8 +14,9 @@ from teleopctl.node import (
     qos_profile_parameter_events,
     qos_profile_sensor_data,
 )
-from teleopctl.viewer.page.html import escaped
-from teleopctl.viewer.panels.base import Page, Panel
+from teleopctl.viewer.html import escaped
+from teleopctl.viewer.page.page import Page
+from teleopctl.viewer.panels.base import Panel
 from teleopctl.viewer.remote.service_calls import ServiceCalls
 
 _PACKAGE = "mujoco_ros2_control_msgs/srv"

@@ -9,8 +9,9 @@ from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces import message_to_yaml
 from teleopctl.node import TopicMeter, Traffic
 from teleopctl.viewer.displays.topic_qos import topic_qos
-from teleopctl.viewer.page.html import ago, escaped, escaped_lines
-from teleopctl.viewer.panels.base import Page, Panel
+from teleopctl.viewer.html import ago, escaped, escaped_lines
+from teleopctl.viewer.page.page import Page
+from teleopctl.viewer.panels.base import Panel
 
 MOST_ROWS = 200
 MOST_MEASURED = 100

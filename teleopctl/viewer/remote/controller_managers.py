@@ -10,7 +10,7 @@ from teleopctl.viewer.remote.service_calls import ServiceCalls
 
 if TYPE_CHECKING:
     from teleopctl.node import Node
-    from teleopctl.viewer.panels.base import Page
+    from teleopctl.viewer.page.page import Page
 
 _LIST = "list_controllers"
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 from teleopctl.interfaces import from_seconds, get_message, set_stamp
 from teleopctl.node import Clock, ClockType
 from teleopctl.robot import Joints, JointSet
-from teleopctl.viewer.page.html import escaped
+from teleopctl.viewer.html import escaped
 
 if TYPE_CHECKING:
     from teleopctl.node import Node

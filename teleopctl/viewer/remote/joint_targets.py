@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from teleopctl.robot import Joints, JointSet
-from teleopctl.viewer.page.html import escaped
+from teleopctl.viewer.html import escaped
 from teleopctl.viewer.remote.controller_managers import ControllerManagerWatch, controller_managers
 from teleopctl.viewer.remote.joint_movers import (
     Controllers,
@@ -17,7 +17,7 @@ from teleopctl.viewer.remote.joint_movers import (
 )
 
 if TYPE_CHECKING:
-    from teleopctl.viewer.panels.base import Page
+    from teleopctl.viewer.page.page import Page
 
 SLIDERS_TOPIC = "/joint_state_publisher_gui/joint_states"
 """Where sliders say what a ``joint_state_publisher`` shall publish (its ``source_list``)."""

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from teleopctl.node import qos_profile_rosout_default
 
 if TYPE_CHECKING:
-    from teleopctl.viewer.panels.base import Page
+    from teleopctl.viewer.page.page import Page
 
 _ERROR = 40
 _MOST = 50

@@ -13,7 +13,7 @@ from teleopctl.node import Clock, ClockType
 
 if TYPE_CHECKING:
     from teleopctl.node import Client, ResponseFuture
-    from teleopctl.viewer.panels.base import Page
+    from teleopctl.viewer.page.page import Page
 
 _PATIENCE_S = 5.0
 

@@ -10,7 +10,7 @@ from hypothesis import given, strategies
 
 from teleopctl.interfaces import get_message
 from teleopctl.node import Node, Parameter, ParameterType
-from teleopctl.viewer.page.parameter_row import (
+from teleopctl.viewer.panels.parameter_row import (
     ParameterRow,
     parameter_text,
     value_from_text,

@@ -13,9 +13,9 @@ from typing import Any, ClassVar
 from teleopctl.node import qos_profile_sensor_data
 from teleopctl.pictures import Picture
 from teleopctl.viewer.displays.base import WARN
+from teleopctl.viewer.displays.picture_feed import camera_info_topic, put
 from teleopctl.viewer.displays.properties import Property
 from teleopctl.viewer.displays.sensors.pictures import GREY_PROPERTIES, PictureDisplay
-from teleopctl.viewer.pictures.feed import camera_info_topic, put
 
 # Any stands for messages throughout: their classes are made at run time, from definitions.
 

@@ -13,6 +13,7 @@ from teleopctl.node import qos_profile_sensor_data
 from teleopctl.pictures import COMPRESSED, RAW, GreyRange, PictureError, depths_of, image_of
 from teleopctl.tf import stamp_of
 from teleopctl.viewer.displays.base import OK, WARN
+from teleopctl.viewer.displays.picture_feed import base_topic, camera_info_topic, type_by_name
 from teleopctl.viewer.displays.properties import Property
 from teleopctl.viewer.displays.sensors.cloud import Cloud, CloudError, kept_points, near
 from teleopctl.viewer.displays.sensors.points import (
@@ -21,7 +22,6 @@ from teleopctl.viewer.displays.sensors.points import (
     Job,
     PointsDisplay,
 )
-from teleopctl.viewer.pictures.feed import base_topic, camera_info_topic, type_by_name
 
 # Any stands for messages throughout: their classes are made at run time, from definitions.
 

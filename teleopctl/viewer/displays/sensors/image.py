@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from teleopctl.pictures import Picture
+from teleopctl.viewer.displays.picture_feed import put
 from teleopctl.viewer.displays.sensors.pictures import PictureDisplay
-from teleopctl.viewer.pictures.feed import put
 
 # Any stands for messages throughout: their classes are made at run time, from definitions.
 

@@ -13,6 +13,7 @@ from teleopctl.node import qos_profile_sensor_data
 from teleopctl.pictures import Picture
 from teleopctl.tf import Transform
 from teleopctl.viewer.displays.base import ERROR, OK, WARN, Display
+from teleopctl.viewer.displays.picture_feed import put
 from teleopctl.viewer.displays.properties import Property
 from teleopctl.viewer.displays.reading import pose_of
 from teleopctl.viewer.displays.sensors.map_cells import (
@@ -23,7 +24,6 @@ from teleopctl.viewer.displays.sensors.map_cells import (
     patch,
     to_png,
 )
-from teleopctl.viewer.pictures.feed import put
 
 # Any stands for messages throughout: their classes are made at run time, from definitions.
 

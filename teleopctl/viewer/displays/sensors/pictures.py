@@ -7,8 +7,8 @@ from typing import Any, ClassVar
 from teleopctl.node import QoSProfile
 from teleopctl.pictures import COMPRESSED, RAW, GreyRange, Picture, PictureError
 from teleopctl.viewer.displays.base import ERROR, OK, WARN, Display
+from teleopctl.viewer.displays.picture_feed import PictureFeed, type_by_name
 from teleopctl.viewer.displays.properties import Property
-from teleopctl.viewer.pictures.feed import PictureFeed, type_by_name
 
 # Any stands for messages throughout: their classes are made at run time, from definitions.
 

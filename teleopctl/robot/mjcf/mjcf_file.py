@@ -14,8 +14,8 @@ from typing import Any
 import mujoco
 
 from teleopctl.errors import InvalidDescriptionError
-from teleopctl.robot.formats.mjcf_sizes import check_mjcf
-from teleopctl.robot.formats.places import transform
+from teleopctl.robot.mjcf.size_limits import check_mjcf
+from teleopctl.robot.urdf_text import transform
 from teleopctl.tf import Transform
 
 WORLD = "world"

@@ -22,8 +22,8 @@ from teleopctl.robot.scene.scene import (
     SceneSensor,
     Vector3,
 )
-from teleopctl.robot.scene.sdf_frames import MODEL, Frames
-from teleopctl.robot.scene.sdf_reading import SdfFile, relative_to
+from teleopctl.robot.sdf.frames import MODEL, Frames
+from teleopctl.robot.sdf.reading import SdfFile, relative_to
 from teleopctl.robot.tags import sdf as tags
 from teleopctl.robot.urdf import Mimic
 from teleopctl.tf import Transform, conjugate, rotate

@@ -30,8 +30,8 @@ from teleopctl.base.printable import shortened
 from teleopctl.errors import InvalidDescriptionError, NotFoundError, TeleopctlError
 from teleopctl.packages import include_package_of, package_share
 from teleopctl.robot.any_robot import in_words, xacro_arguments
-from teleopctl.robot.formats.source_lines import Places, noting_lines, places_in
-from teleopctl.robot.formats.xacro_python import BoundedPython
+from teleopctl.robot.xacro.python_values import BoundedPython
+from teleopctl.robot.xacro.source_lines import Places, noting_lines, places_in
 
 SAFE = "TELEOPCTL_SAFE"
 """The variable that makes every process read descriptions in safe mode."""
@@ -290,7 +290,7 @@ def _only_arithmetic(xacro: ModuleType) -> Iterator[None]:
 
 @contextlib.contextmanager
 def _bounded_python(xacro: ModuleType) -> Iterator[None]:
-    """Let what a file computes end, see `teleopctl.robot.formats.xacro_python`."""
+    """Let what a file computes end, see `teleopctl.robot.xacro.python_values`."""
     python, within = vars(xacro)["safe_eval"], BoundedPython()
     inner = vars(vars(xacro)["substitution_args"])
     vars(xacro).update(safe_eval=within.safe_eval)

@@ -18,15 +18,15 @@ from lxml import etree
 from teleopctl.errors import InvalidDescriptionError, NotFoundError, UnknownFormatError
 from teleopctl.robot.description import RobotDescription
 from teleopctl.robot.elements import Element, parse, parse_file
-from teleopctl.robot.formats.model_file import model_kind
-from teleopctl.robot.formats.source_lines import Places
+from teleopctl.robot.model_file import model_kind
 from teleopctl.robot.repair import repair_urdf
 from teleopctl.robot.scene.scene import Scene
-from teleopctl.robot.scene.sdf import read_sdf, read_sdf_text
-from teleopctl.robot.scene.sdf_includes import find_file, model_file
-from teleopctl.robot.scene.sdf_reading import SDF_ROOTS
 from teleopctl.robot.scene.yaml_world import read_yaml_world
-from teleopctl.robot.xacro_file import read_xacro
+from teleopctl.robot.sdf.includes import find_file, model_file
+from teleopctl.robot.sdf.reading import SDF_ROOTS
+from teleopctl.robot.sdf.sdf_file import read_sdf, read_sdf_text
+from teleopctl.robot.xacro.expansion import read_xacro
+from teleopctl.robot.xacro.source_lines import Places
 
 _SOLIDS = ".//geometry/*"
 _SIZES = ("size", "radius", "length")

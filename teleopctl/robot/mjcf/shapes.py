@@ -9,9 +9,9 @@ import mujoco
 import numpy as np
 from lxml import etree
 
-from teleopctl.robot.formats.mesh_export import exported_stl, unit_ball
-from teleopctl.robot.formats.mjcf import Mjcf
-from teleopctl.robot.formats.places import add_origin, numbers, transform
+from teleopctl.robot.meshes.export import exported_stl, unit_ball
+from teleopctl.robot.mjcf.mjcf_file import Mjcf
+from teleopctl.robot.urdf_text import add_origin, numbers, transform
 from teleopctl.tf import Transform
 
 _Kind = mujoco.mjtGeom

@@ -11,9 +11,9 @@ from teleopctl.robot.scene.scene import (
     SceneBody,
     SceneModel,
 )
-from teleopctl.robot.scene.sdf_frames import MODEL, Frames
-from teleopctl.robot.scene.sdf_includes import find_file, model_file
-from teleopctl.robot.scene.sdf_joints import (
+from teleopctl.robot.sdf.frames import MODEL, Frames
+from teleopctl.robot.sdf.includes import find_file, model_file
+from teleopctl.robot.sdf.joints import (
     Joints,
     frame_of_joint,
     moved,
@@ -21,8 +21,8 @@ from teleopctl.robot.scene.sdf_joints import (
     with_gearboxes,
     within,
 )
-from teleopctl.robot.scene.sdf_reading import Remarks, SdfFile, parse_sdf
-from teleopctl.robot.scene.sdf_shapes import read_inertial, read_shape
+from teleopctl.robot.sdf.reading import Remarks, SdfFile, parse_sdf
+from teleopctl.robot.sdf.shapes import read_inertial, read_shape
 from teleopctl.robot.tags import sdf as tags
 from teleopctl.tf import Transform
 

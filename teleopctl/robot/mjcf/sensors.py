@@ -12,9 +12,9 @@ import math
 import mujoco
 from lxml import etree
 
-from teleopctl.robot.formats.mjcf import WORLD, Mjcf, sensor_type
-from teleopctl.robot.formats.mjcf_cameras import camera_tags
-from teleopctl.robot.formats.places import add_origin, numbers, pose_text, topic_name, transform
+from teleopctl.robot.mjcf.cameras import camera_tags
+from teleopctl.robot.mjcf.mjcf_file import WORLD, Mjcf, sensor_type
+from teleopctl.robot.urdf_text import add_origin, numbers, pose_text, topic_name, transform
 from teleopctl.tf import Transform, quaternion_from_rpy
 
 _Kind = mujoco.mjtSensor

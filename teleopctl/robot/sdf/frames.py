@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 from teleopctl.errors import InvalidDescriptionError
 from teleopctl.robot.scene.scene import NOWHERE, SceneModel
-from teleopctl.robot.scene.sdf_reading import SdfFile, relative_to
+from teleopctl.robot.sdf.reading import SdfFile, relative_to
 from teleopctl.tf import Transform
 
 MODEL = "__model__"

@@ -19,9 +19,7 @@ from typing import Any
 from lxml import etree
 
 from teleopctl.errors import InvalidDescriptionError
-from teleopctl.robot.formats.mesh_export import unit_ball
-from teleopctl.robot.formats.places import add_origin, numbers, pose_text
-from teleopctl.robot.formats.source_lines import places_in
+from teleopctl.robot.meshes.export import unit_ball
 from teleopctl.robot.repair import REMARK
 from teleopctl.robot.scene.loops import add_loop, loop_of, tree_and_loops
 from teleopctl.robot.scene.scene import (
@@ -31,10 +29,12 @@ from teleopctl.robot.scene.scene import (
     SceneSensor,
     SceneShape,
 )
-from teleopctl.robot.scene.sdf import read_sdf
 from teleopctl.robot.scene.surface import Across, add_surface
+from teleopctl.robot.sdf.sdf_file import read_sdf
 from teleopctl.robot.urdf import UNLIMITED
-from teleopctl.robot.xacro_file import ExpandedXacro
+from teleopctl.robot.urdf_text import add_origin, numbers, pose_text
+from teleopctl.robot.xacro.expansion import ExpandedXacro
+from teleopctl.robot.xacro.source_lines import places_in
 from teleopctl.tf import Transform, rotate
 
 _NO_FORM = frozenset({"plane", "heightmap"})

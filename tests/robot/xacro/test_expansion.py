@@ -6,7 +6,7 @@ import pytest
 
 from teleopctl.errors import InvalidDescriptionError, TeleopctlError
 from teleopctl.packages import package_share
-from teleopctl.robot.xacro_file import expand_xacro, read_xacro
+from teleopctl.robot.xacro.expansion import expand_xacro, read_xacro
 from tests.packages.prefix import install
 
 NAMESPACE = 'xmlns:xacro="http://www.ros.org/wiki/xacro"'

@@ -6,14 +6,14 @@ import math
 from typing import Any
 
 from teleopctl.errors import InvalidDescriptionError, NotFoundError
-from teleopctl.robot.formats.mesh_export import unit_cone
-from teleopctl.robot.formats.places import towards
 from teleopctl.robot.gazebo_colours import gazebo_colour
+from teleopctl.robot.meshes.export import unit_cone
 from teleopctl.robot.scene.scene import Rgba, SceneInertial, SceneShape, ShapeKind, Vector3
-from teleopctl.robot.scene.sdf_includes import find_file
-from teleopctl.robot.scene.sdf_reading import SdfFile
 from teleopctl.robot.scene.surface import Across, Surface, expressed_in, read_surface
+from teleopctl.robot.sdf.includes import find_file
+from teleopctl.robot.sdf.reading import SdfFile
 from teleopctl.robot.tags import sdf as tags
+from teleopctl.robot.urdf_text import towards
 from teleopctl.tf import Transform, rotate
 
 # What Gazebo draws where nobody has said a colour.

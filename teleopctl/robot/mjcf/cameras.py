@@ -12,8 +12,8 @@ from typing import Any
 import mujoco
 from lxml import etree
 
-from teleopctl.robot.formats.mjcf import Mjcf
-from teleopctl.robot.formats.places import numbers, pose_text, topic_name, transform
+from teleopctl.robot.mjcf.mjcf_file import Mjcf
+from teleopctl.robot.urdf_text import numbers, pose_text, topic_name, transform
 from teleopctl.tf import Transform
 
 # The sensor's axes in the camera's, x y z w.

@@ -102,7 +102,7 @@ def read_parameter_file(path: Path) -> ParameterFile:
         InvalidFileError: The file cannot be read, is not YAML or has another layout.
     """
     from teleopctl.base import ros_yaml
-    from teleopctl.node.parameters.parameter import why_no_parameter
+    from teleopctl.node.values.parameter import why_no_parameter
 
     text = read_text(path)
     with ros_yaml.faults_of(path):
@@ -126,7 +126,7 @@ def read_parameter_file(path: Path) -> ParameterFile:
 def _line_of_fault(text: str) -> str:
     """The line of the first value that no parameter can have, as ``:line``; empty if unknown."""
     from teleopctl.base import ros_yaml
-    from teleopctl.node.parameters.parameter import why_no_parameter
+    from teleopctl.node.values.parameter import why_no_parameter
 
     for node, value in ros_yaml.values_below(text, _PARAMETERS):
         if why_no_parameter(value) is not None:
@@ -156,7 +156,7 @@ def parameter_messages(
         InvalidFileError: The file cannot be read or is no parameter file, or a node has no section.
         TypeError: A value is none that parameters can have.
     """
-    from teleopctl.node.parameters.parameter import Parameter
+    from teleopctl.node.values.parameter import Parameter
 
     sections = read_parameter_file(Path(path)).sections
     targets = [f"/{name.strip('/')}" for name in target_nodes or ()]
@@ -198,7 +198,7 @@ def _is_meant(section: str, node: str) -> bool:
 # Any: a value of YAML, of whatever type; the message is a ParameterValue.
 def plain_parameter_value(value: Any) -> Any:
     """Return what a ``ParameterValue`` holds, with bytes as numbers; None when it is not set."""
-    from teleopctl.node.parameters.value import parameter_value_to_python
+    from teleopctl.node.values.parameter_value import parameter_value_to_python
 
     found = parameter_value_to_python(value)
     if isinstance(found, list):
@@ -216,7 +216,7 @@ def parameter_document(
         parameters: Names, sorted, and their ``ParameterValue``.
         plain: Have numbers for bytes, which JSON lacks.
     """
-    from teleopctl.node.parameters.value import parameter_value_to_python
+    from teleopctl.node.values.parameter_value import parameter_value_to_python
 
     tree: dict[str, Any] = {}
     for name, value in parameters:

@@ -15,7 +15,7 @@ from teleopctl.node import (
 )
 
 if TYPE_CHECKING:
-    from teleopctl.viewer.panels.base import Page
+    from teleopctl.viewer.page.page import Page
 
 _STEPS = 1000
 _MOST_DIGITS = 12

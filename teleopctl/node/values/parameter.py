@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from teleopctl.base.printable import shortened
 from teleopctl.base.typed import TYPE_CHECKING, Any
 from teleopctl.interfaces import get_message
-from teleopctl.node.parameters.value import (
+from teleopctl.node.values.parameter_value import (
     VALUE_FIELDS,
     AllowableParameterValue,
     parameter_value_to_python,

@@ -19,9 +19,9 @@ from teleopctl.robot.scene.scene import (
     SceneShape,
     Vector3,
 )
-from teleopctl.robot.scene.sdf_frames import MODEL, Frames
-from teleopctl.robot.scene.sdf_model import Reading
-from teleopctl.robot.scene.sdf_reading import SdfFile, parse_sdf, relative_to
+from teleopctl.robot.sdf.frames import MODEL, Frames
+from teleopctl.robot.sdf.model import Reading
+from teleopctl.robot.sdf.reading import SdfFile, parse_sdf, relative_to
 from teleopctl.robot.tags import sdf as tags
 from teleopctl.robot.tags.table import plain
 from teleopctl.tf import Transform

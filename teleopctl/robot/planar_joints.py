@@ -12,8 +12,8 @@ from collections.abc import Mapping
 
 from lxml import etree
 
-from teleopctl.robot.formats.places import numbers, towards
 from teleopctl.robot.urdf import Joint
+from teleopctl.robot.urdf_text import numbers, towards
 from teleopctl.tf import rotate
 
 # What is felt by nothing, and MuJoCo does not take for zero.

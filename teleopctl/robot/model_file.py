@@ -13,7 +13,7 @@ from typing import Literal
 from lxml import etree
 
 from teleopctl.packages import include_package_of
-from teleopctl.robot.xacro_file import ExpandedXacro, read_xacro
+from teleopctl.robot.xacro.expansion import ExpandedXacro, read_xacro
 
 ModelKind = Literal["urdf", "mjcf", "sdf"]
 
@@ -68,11 +68,11 @@ def read_model(
     """
     kind = model_kind(path)
     if kind == "mjcf":
-        from teleopctl.robot.formats.mjcf_urdf import mjcf_as_urdf
+        from teleopctl.robot.mjcf.mjcf_as_urdf import mjcf_as_urdf
 
         return mjcf_as_urdf(Path(path))
     if kind == "sdf":
-        from teleopctl.robot.scene.sdf_urdf import sdf_as_urdf
+        from teleopctl.robot.sdf.sdf_as_urdf import sdf_as_urdf
 
         return sdf_as_urdf(Path(path))
     plain = _plain_urdf(Path(path))

@@ -15,20 +15,20 @@ from typing import Any
 import mujoco
 from lxml import etree
 
-from teleopctl.robot.formats.mjcf import WORLD, Mjcf, free_joint, joints_of, load_mjcf
-from teleopctl.robot.formats.mjcf_actuators import (
+from teleopctl.robot.mjcf.actuators import (
     SINGLE_AXIS,
     JointActuator,
     file_mimics,
     joint_actuators,
 )
-from teleopctl.robot.formats.mjcf_sensors import sensor_tags
-from teleopctl.robot.formats.mjcf_shapes import add_shapes
-from teleopctl.robot.formats.places import add_origin, numbers, transform
+from teleopctl.robot.mjcf.mjcf_file import WORLD, Mjcf, free_joint, joints_of, load_mjcf
+from teleopctl.robot.mjcf.sensors import sensor_tags
+from teleopctl.robot.mjcf.shapes import add_shapes
 from teleopctl.robot.repair import REMARK
 from teleopctl.robot.simulated_hardware import SIMULATOR
 from teleopctl.robot.urdf import Mimic
-from teleopctl.robot.xacro_file import ExpandedXacro
+from teleopctl.robot.urdf_text import add_origin, numbers, transform
+from teleopctl.robot.xacro.expansion import ExpandedXacro
 from teleopctl.tf import Transform, quaternion_from_axis_angle
 
 _SYSTEM = "MjcfSystem"

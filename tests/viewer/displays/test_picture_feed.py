@@ -10,7 +10,7 @@ from PIL import Image as Pil
 
 from teleopctl.interfaces import get_message
 from teleopctl.pictures import GreyRange, PictureError, picture_of
-from teleopctl.viewer.pictures.feed import base_topic, camera_info_topic, type_by_name
+from teleopctl.viewer.displays.picture_feed import base_topic, camera_info_topic, type_by_name
 
 IMAGE = get_message("sensor_msgs/msg/Image")
 COMPRESSED = get_message("sensor_msgs/msg/CompressedImage")

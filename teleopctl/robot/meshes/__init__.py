@@ -1,0 +1,1 @@
+"""Mesh files: units, textures, and meshes that are written."""

@@ -1,0 +1,1 @@
+"""MJCF files: read, checked, and described as URDF."""
