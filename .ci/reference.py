@@ -9,9 +9,9 @@ from mkdocs.config.defaults import MkDocsConfig
 from mkdocs.structure.files import File, Files
 
 ROOT = Path(__file__).parents[1]
-# The front doors that programs, tests and plug-ins may rely on; the others are internal.
-PACKAGES = ("", "testing")
-# Of these, every public name.
+# What programs, tests and plug-ins may rely on; all other names are internal.
+PUBLIC_NAMES = (ROOT / "tests" / "public_names.txt").read_text(encoding="utf-8").split()
+# Of these modules, every public name.
 MODULES = ("cli.console", "cli.verb", "errors", "plugins")
 
 
@@ -19,10 +19,9 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
     """Add the generated pages."""
     start = (ROOT / "README.md").read_text(encoding="utf-8").replace("(docs/", "(")
     files.append(File.generated(config, "index.md", content=start))
-    for package in PACKAGES:
-        name = ".".join(filter(None, ("teleopctl", package)))
-        page = f"reference/{package or 'teleopctl'}.md"
-        files.append(File.generated(config, page, content=_reference(name)))
+    for package in dict.fromkeys(name.rpartition(".")[0] for name in PUBLIC_NAMES):
+        page = f"reference/{package.removeprefix('teleopctl.')}.md"
+        files.append(File.generated(config, page, content=_reference(package)))
     for module in MODULES:
         options = "{heading_level: 1, show_root_full_path: true}"
         text = f"::: teleopctl.{module}\n    options: {options}\n"
@@ -39,7 +38,7 @@ def _reference(package: str) -> str:
         for statement in ast.walk(door)
         if isinstance(statement, ast.ImportFrom) and statement.module != "teleopctl.base.typed"
         for alias in statement.names
-        if alias.asname
+        if f"{package}.{alias.name}" in PUBLIC_NAMES
     }
     text = (ast.get_docstring(door) or "").partition("PYTEST_DONT_REWRITE")[0]
     lines = [f"# {package}", "", text, ""]
