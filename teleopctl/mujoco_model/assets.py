@@ -15,9 +15,10 @@ import mujoco
 from teleopctl.errors import TeleopctlError
 from teleopctl.mujoco_model.convex import can_decompose, convex_pieces, hull_of, split, touching
 from teleopctl.mujoco_model.cutting import cut_ahead
-from teleopctl.mujoco_model.mesh_content import read_mesh, unreadable
+from teleopctl.mujoco_model.mesh_content import load_mesh_content
 from teleopctl.mujoco_model.paint import Picture, add_pictures, drawn_by, paint
 from teleopctl.packages import resolve_uri
+from teleopctl.robot import InvalidMeshError, check_mesh_file
 
 _READ_BY_MUJOCO = frozenset({".stl", ".obj", ".msh"})
 
@@ -44,7 +45,7 @@ def resolve_meshes(
         uri: str = mesh.file
         if not uri:
             continue  # it has its corners
-        reason = _use_file(spec, mesh, folder or Path(), pictures, try_each=try_each)
+        reason = _use_file(spec, mesh, folder or Path(), pictures, warnings, try_each=try_each)
         if reason is None:
             if touching(spec, mesh):
                 usable.append((mesh, uri, (folder or Path()) / resolve_uri(uri)))
@@ -78,9 +79,15 @@ def _touch(spec: mujoco.MjSpec, mesh: Any, path: Path, *, may_cut: bool) -> str:
 
 
 def _use_file(
-    spec: mujoco.MjSpec, mesh: Any, folder: Path, pictures: list[Picture], *, try_each: bool
+    spec: mujoco.MjSpec,
+    mesh: Any,
+    folder: Path,
+    pictures: list[Picture],
+    warnings: list[str],
+    *,
+    try_each: bool,
 ) -> str | None:
-    """Give a mesh its file or its vertices, and the list its pictures.
+    """Give a mesh its file or its vertices, and the lists its pictures and what is left out of it.
 
     Returns:
         Why that was not possible, or None.
@@ -88,16 +95,16 @@ def _use_file(
     uri: str = mesh.file
     try:
         path = folder / resolve_uri(uri)
-        fault_of_file = unreadable(path)
+        if path.suffix.lower() != ".msh":  # MuJoCo's own
+            check_mesh_file(path)
+    except InvalidMeshError as error:
+        return f"{path} {error.message}"
     except TeleopctlError as error:
         return error.message
-    except (OSError, ValueError) as error:
-        reason = error.strerror if isinstance(error, OSError) else str(error)
-        return f"{uri} cannot be read: {reason}"
+    except ValueError as error:
+        return f"{uri} cannot be read: {error}"
     if not path.is_file():
         return f"{path} is no file"
-    if fault_of_file is not None:
-        return fault_of_file
     refusal, is_read = None, False
     if path.suffix.lower() in _READ_BY_MUJOCO:
         mesh.file = str(path.absolute())
@@ -105,9 +112,10 @@ def _use_file(
         is_read = refusal is None
         if is_read and not (drawn_by(spec, mesh) and _names_materials(path)):
             return None
-    content = read_mesh(path)
-    if isinstance(content, str):
-        return None if is_read else refusal or content
+    try:
+        content = load_mesh_content(path)
+    except InvalidMeshError as error:
+        return None if is_read else f"{path} {error.message}"
     if not is_read:
         mesh.file = ""
         mesh.uservert = content.vertices.ravel().tolist()
@@ -115,6 +123,7 @@ def _use_file(
         fault = _refusal(mesh) if try_each else None
         if fault is not None:
             return refusal or fault
+    warnings += [f"Mesh '{uri}': {path} {fault}" for fault in content.faults]
     if content.parts and drawn_by(spec, mesh):
         pictures += paint(spec, mesh, content.parts, lambda part: not (try_each and _refusal(part)))
     return None

@@ -22,7 +22,8 @@ import numpy as np
 import numpy.typing as npt
 
 from teleopctl.base.folders import cache_dir
-from teleopctl.mujoco_model.mesh_content import read_mesh
+from teleopctl.mujoco_model.mesh_content import load_mesh_content
+from teleopctl.robot import InvalidMeshError
 
 # A hull with so many times a mesh's volume fills what is hollow; below it is the mesh, nearly.
 _HOLLOW = 1.5
@@ -187,8 +188,9 @@ def touching(spec: mujoco.MjSpec, mesh: Any) -> list[Any]:
 def _trimesh(path: Path) -> Any:
     import trimesh
 
-    content = read_mesh(path)
-    if isinstance(content, str):
+    try:
+        content = load_mesh_content(path)
+    except InvalidMeshError:
         return None
     return trimesh.Trimesh(content.vertices, content.faces)
 

@@ -21,9 +21,8 @@ import numpy.typing as npt
 
 from teleopctl.base.budget import BudgetError
 from teleopctl.base.folders import cache_dir
-from teleopctl.base.text_file import absence
 from teleopctl.mujoco_model.paint import Part, parts_of
-from teleopctl.robot import collada_unit_m, picture_places
+from teleopctl.robot import check_mesh_file, read_mesh
 
 try:
     import fcntl
@@ -34,14 +33,10 @@ else:
 
 _log = logging.getLogger(__name__)
 
-# What MuJoCo's own reader of STL takes.
-_FAR_M = 2.0**30
-# What is read at all: a hundred times what MuJoCo takes of an STL file, in bytes.
-_LARGEST = 1_000_000_000
 # Files that say everything themselves; others name files of colours and pictures.
 _WHOLE = frozenset({".dae", ".glb", ".stl"})
 # Goes up when what is kept would be read otherwise than before.
-_EDITION = b"2"
+_EDITION = b"3"
 
 
 @dataclass(frozen=True)
@@ -52,11 +47,13 @@ class MeshContent:
         vertices: Corners, (n, 3), in metres.
         faces: Triangles as numbers of corners, (m, 3).
         parts: The same by materials; none where the file says nothing of colours.
+        faults: What was left out, each as what follows the file's name in a sentence.
     """
 
     vertices: npt.NDArray[np.float32]
     faces: npt.NDArray[np.int32]
     parts: tuple[Part, ...]
+    faults: tuple[str, ...] = ()
 
     @property
     def has_pictures(self) -> bool:
@@ -64,24 +61,14 @@ class MeshContent:
         return any(part.picture is not None for part in self.parts)
 
 
-def unreadable(path: Path) -> str | None:
-    """Why a mesh file is not to be read, too large or not there yet; None for others.
+def load_mesh_content(path: Path) -> MeshContent:
+    """Read a mesh file, or find what was kept of it.
 
     Raises:
-        OSError: It is not there.
+        InvalidMeshError: It cannot be read; see `teleopctl.robot.read_mesh`.
     """
-    size = path.stat().st_size
-    if size <= _LARGEST:
-        why = absence(path)
-        return f"{path} {why}" if why else None
-    return f"{path} has {size / 1e9:.1f} GB; at most {_LARGEST / 1e9:.0f} GB are read"
-
-
-def read_mesh(path: Path) -> MeshContent | str:
-    """Read a mesh file; returns its content, or why that is not possible."""
+    check_mesh_file(path)
     try:
-        if (reason := unreadable(path)) is not None:
-            return reason
         kept = _kept_at(path)
     except OSError:
         kept = None
@@ -99,9 +86,10 @@ def _found(kept: Path | None) -> MeshContent | None:
         return None
 
 
-def _read_and_kept(path: Path, kept: Path | None) -> MeshContent | str:
+def _read_and_kept(path: Path, kept: Path | None) -> MeshContent:
     content = _read(path)
-    if kept is not None and isinstance(content, MeshContent) and not content.has_pictures:
+    # Pictures are files of their own, and one that is missing may come.
+    if kept is not None and not content.has_pictures and not content.faults:
         _keep(kept, content)
     return content
 
@@ -134,61 +122,27 @@ def _kept_at(path: Path) -> Path | None:
     return Path(cache_dir()) / "meshes" / f"{digest.hexdigest()}.npz"
 
 
-def _read(path: Path) -> MeshContent | str:
-    scene = _scene(path)
-    if isinstance(scene, str):
-        return scene
-    try:
-        whole: Any = scene.to_mesh()
-    except Exception as error:  # noqa: BLE001 - trimesh's readers raise whatever their parsers do
-        return f"{path} cannot be read: {error}"
-    unit_m = _unit_m(path, scene)
-    whole.apply_scale(unit_m)
-    if len(whole.faces) == 0:
-        return f"{path} holds no triangles"
-    # A comparison with NaN is false.
-    if not (np.abs(whole.vertices) < _FAR_M).all():
-        return f"{path} has coordinates that are no numbers, or too large"
-    whole.merge_vertices()
-    try:
-        parts = parts_of(scene, unit_m, is_gltf=path.suffix.lower() in (".glb", ".gltf"))
-    except BudgetError as error:
-        _log.warning("%s is drawn without its picture: %s", path, error)
-        parts = []
-    except Exception:  # noqa: BLE001 - as above; then it has no colours, and all of its shape
-        parts = []
-    return MeshContent(
-        whole.vertices.astype(np.float32), whole.faces.astype(np.int32), tuple(parts)
-    )
-
-
-# Any: what trimesh has read.
-def _scene(path: Path) -> Any:
+def _read(path: Path) -> MeshContent:
+    mesh = read_mesh(path)
+    corners, triangles = mesh.triangles()
     import trimesh
-    from trimesh.resolvers import FilePathResolver
 
-    class Pictures(FilePathResolver):
-        """Finds pictures outside of the mesh's folder too, where Gazebo's models have them."""
-
-        def get(self, name: str) -> bytes:
-            for place in picture_places(path, name.strip()):
-                if place.is_file():
-                    return place.read_bytes()
-            raise FileNotFoundError(name)
-
-    # A picture that is not there makes trimesh log a traceback.
-    logging.getLogger("trimesh").setLevel(logging.CRITICAL)
-    try:
-        # Left to itself it takes triangles without a word whose corners are no numbers.
-        return trimesh.load_scene(path, resolver=Pictures(str(path)), process=False)
-    except Exception as error:  # noqa: BLE001 - trimesh's readers raise whatever their parsers do
-        return f"{path} cannot be read: {error}"
-
-
-def _unit_m(path: Path, scene: Any) -> float:
-    if path.suffix.lower() != ".dae":
-        return 1.0
-    return collada_unit_m(part.metadata for part in scene.geometry.values())
+    whole = trimesh.Trimesh(corners, triangles, process=False)
+    whole.merge_vertices()
+    parts: list[Part] = []
+    if mesh.scene is not None:
+        try:
+            parts = parts_of(mesh.scene, is_gltf=path.suffix.lower() in (".glb", ".gltf"))
+        except BudgetError as error:
+            _log.warning("%s is drawn without its picture: %s", path, error)
+        except Exception:  # noqa: BLE001, S110 - trimesh raises anything; the shape is there
+            pass
+    return MeshContent(
+        whole.vertices.astype(np.float32),
+        whole.faces.astype(np.int32),
+        tuple(parts),
+        tuple(mesh.faults),
+    )
 
 
 def _keep(file: Path, content: MeshContent) -> None:

@@ -65,19 +65,17 @@ class Picture(NamedTuple):
 
 # Any stands for trimesh's results, whose types do not hold for every kind of file, and for
 # MuJoCo's elements, which have none.
-def parts_of(scene: Any, unit_m: float, *, is_gltf: bool) -> list[Part]:
+def parts_of(scene: Any, *, is_gltf: bool) -> list[Part]:
     """The parts of a file by their materials; none where it says nothing of colours.
 
     Args:
-        scene: What trimesh has read.
-        unit_m: The file's unit of length.
+        scene: trimesh's scene, in metres.
         is_gltf: Whether its colours are amounts of light.
     """
     found: dict[object, list[Part]] = {}
     for mesh in scene.dump(concatenate=False):
         if not len(getattr(mesh, "faces", ())):
             continue
-        mesh.apply_scale(unit_m)
         for key, part in _parts_of_mesh(mesh, is_gltf=is_gltf):
             found.setdefault(key, []).append(part)
     parts = [_joined(alike) for alike in found.values()]

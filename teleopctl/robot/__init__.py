@@ -35,8 +35,16 @@ if TYPE_CHECKING:
         RESET_FRAME as RESET_FRAME,
         STATES_TOPIC as STATES_TOPIC,
     )
-    from teleopctl.robot.meshes.textures import picture_places as picture_places
-    from teleopctl.robot.meshes.units import collada_unit_m as collada_unit_m
+    from teleopctl.robot.meshes.reader import (
+        MESH_SUFFIXES as MESH_SUFFIXES,
+        InvalidMeshError as InvalidMeshError,
+        check_mesh_file as check_mesh_file,
+        read_mesh as read_mesh,
+    )
+    from teleopctl.robot.meshes.textures import (
+        MOST_TEXTURE_BYTES as MOST_TEXTURE_BYTES,
+        check_picture as check_picture,
+    )
     from teleopctl.robot.mjcf.actuators import (
         JointActuator as JointActuator,
         joint_actuators as joint_actuators,
@@ -161,8 +169,8 @@ else:
             "joints": "JointModel Joints",
             "kinematics": "SegmentTree",
             "lockstep_topics": "COMMANDS_TOPIC RESET_FRAME STATES_TOPIC",
-            "meshes.units": "collada_unit_m",
-            "meshes.textures": "picture_places",
+            "meshes.reader": "MESH_SUFFIXES InvalidMeshError check_mesh_file read_mesh",
+            "meshes.textures": "MOST_TEXTURE_BYTES check_picture",
             "repair": "repair_urdf",
             "ros2_control_tag": "ComponentInfo HardwareInfo InterfaceInfo",
             "sensors.lens_tag": "Lens",

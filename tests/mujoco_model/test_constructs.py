@@ -13,8 +13,8 @@ import trimesh
 
 from teleopctl.mujoco_model import RobotModel, build_model, convex, mesh_content
 from teleopctl.mujoco_model.cutting import cut_ahead
-from teleopctl.mujoco_model.mesh_content import MeshContent, read_mesh
-from teleopctl.robot import RobotDescription, simulated, unknown_tags
+from teleopctl.mujoco_model.mesh_content import load_mesh_content
+from teleopctl.robot import InvalidMeshError, RobotDescription, simulated, unknown_tags
 from teleopctl.sim import Simulation
 from teleopctl.testing import LONGEST_WAIT_S
 from tests.sim.robots import INERTIAL, box, control, joint, link, robot
@@ -169,17 +169,20 @@ def test_a_converted_mesh_is_read_once_until_it_changes(
 ) -> None:
     file = tmp_path / "part.dae"
     trimesh.creation.box((1, 2, 3)).export(file)
-    first = read_mesh(file)
-    monkeypatch.setattr(mesh_content, "_scene", lambda path: "it was read again")
-    second = read_mesh(file)
+
+    def fail(_path: Path) -> None:
+        raise InvalidMeshError("it was read again")
+
+    first = load_mesh_content(file)
+    monkeypatch.setattr(mesh_content, "read_mesh", fail)
+    second = load_mesh_content(file)
     file.write_text(file.read_text() + "\n")
 
-    assert isinstance(first, MeshContent)
-    assert isinstance(second, MeshContent)
     assert second.vertices.tolist() == first.vertices.tolist()
     assert second.faces.tolist() == first.faces.tolist()
     assert len(second.parts) == len(first.parts)
-    assert read_mesh(file) == "it was read again"
+    with pytest.raises(InvalidMeshError, match="it was read again"):
+        load_mesh_content(file)
 
 
 def test_a_mesh_that_another_process_is_reading_is_waited_for(
@@ -190,7 +193,6 @@ def test_a_mesh_that_another_process_is_reading_is_waited_for(
     kept = mesh_content._kept_at(file)
     content = mesh_content._read(file)
     assert kept is not None
-    assert isinstance(content, MeshContent)
     waits = threading.Event()
     fcntl = pytest.importorskip("fcntl", reason="Windows has no such locks")
     lock = fcntl.flock
@@ -202,11 +204,10 @@ def test_a_mesh_that_another_process_is_reading_is_waited_for(
     with ThreadPoolExecutor() as threads, mesh_content._alone(kept):
         monkeypatch.setattr(fcntl, "flock", told)
         monkeypatch.setattr(mesh_content, "_read", lambda path: "it was read twice")
-        read = threads.submit(read_mesh, file)
+        read = threads.submit(load_mesh_content, file)
         assert waits.wait(LONGEST_WAIT_S)
         mesh_content._keep(kept, content)
     found = read.result(LONGEST_WAIT_S)
-    assert isinstance(found, MeshContent)
     assert found.vertices.tolist() == content.vertices.tolist()
     assert not kept.with_suffix(".lock").exists()
 

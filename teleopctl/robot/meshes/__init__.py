@@ -1,1 +1,1 @@
-"""Mesh files: units, textures, and meshes that are written."""
+"""Mesh files: the one reader, the files that they name, and meshes that are written."""

@@ -1,9 +1,21 @@
-"""Where the pictures are that mesh files name, for all who read meshes: picture and physics."""
+"""Files that mesh files name, materials and pictures, found and checked before they are read."""
 
 from __future__ import annotations
 
+import io
+import warnings
 from pathlib import Path
 from urllib.parse import unquote
+
+from PIL import Image
+from trimesh.resolvers import Resolver
+
+from teleopctl.base.budget import check_pixels
+from teleopctl.errors import TeleopctlError
+from teleopctl.packages import resolve_uri
+
+MOST_TEXTURE_BYTES = 100_000_000
+_PICTURES = frozenset(Image.registered_extensions()) - {".pdf"}
 
 
 def picture_places(mesh: Path, name: str) -> list[Path]:
@@ -25,3 +37,72 @@ def picture_places(mesh: Path, name: str) -> list[Path]:
     if last:
         places += [folder / last, folder.parent / "materials" / "textures" / last]
     return places
+
+
+class NamedFiles(Resolver):
+    """The files that a mesh file names: materials, textures, buffers.
+
+    Args:
+        path: The mesh file.
+
+    Attributes:
+        faults: Why files that the mesh file names are not used, by name.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self.faults: dict[str, str] = {}
+
+    def get(self, key: str) -> bytes:
+        """Read one of the files; called by trimesh.
+
+        Raises:
+            FileNotFoundError: It cannot be had; so trimesh goes on without it.
+        """
+        name = key.strip()
+        try:
+            path = self._find(name)
+            if path.stat().st_size > MOST_TEXTURE_BYTES:
+                raise FileNotFoundError(f"is larger than {MOST_TEXTURE_BYTES / 1e6:.0f} MB")
+            content = path.read_bytes()
+            if path.suffix.lower() in _PICTURES:
+                check_picture(content)
+        except (OSError, ValueError, TeleopctlError) as error:
+            reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
+            if isinstance(error, FileNotFoundError) and error.strerror:
+                reason = "is not there"
+            self.faults[name] = reason
+            raise FileNotFoundError(name) from error
+        return content
+
+    def _find(self, name: str) -> Path:
+        if "://" in name:
+            return resolve_uri(name)
+        places = picture_places(self._path, name)
+        return next((place for place in places if place.is_file()), places[0])
+
+    def keys(self) -> list[str]:
+        """Return no names: trimesh would guess a material among them."""
+        return []
+
+    def write(self, name: str, data: object) -> None:
+        """Refuse: mesh files are only read."""
+        raise NotImplementedError(name, data)
+
+    def namespaced(self, namespace: str) -> NamedFiles:
+        """Return the files of a folder below."""
+        return NamedFiles(self._path.parent / namespace / self._path.name)
+
+
+def check_picture(content: bytes) -> None:
+    """Refuse a picture that cannot be shown, before it is unpacked.
+
+    Raises:
+        ValueError: It is no picture, or has too many pixels.
+    """
+    try:
+        with warnings.catch_warnings(action="ignore", category=Image.DecompressionBombWarning):
+            image = Image.open(io.BytesIO(content))
+    except (OSError, SyntaxError, Image.DecompressionBombError) as error:
+        raise ValueError(f"is no picture that can be shown: {error}") from error
+    check_pixels(*image.size)

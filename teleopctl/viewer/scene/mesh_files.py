@@ -6,6 +6,7 @@ materials and textures. As in RViz, a COLLADA file's unit counts and its upward 
 
 from __future__ import annotations
 
+import contextlib
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -18,12 +19,6 @@ if TYPE_CHECKING:
     import numpy.typing as npt
 
     from teleopctl.tf import Vector3
-
-# What is read takes up to fourteen times its size in memory for COLLADA, and eleven for STL:
-# measured with 1.3 million triangles.
-_MOST_BYTES = {".dae": 60_000_000}
-_MOST_BYTES_OF_OTHERS = 100_000_000
-MESH_SUFFIXES = frozenset({".stl", ".obj", ".dae", ".glb", ".gltf", ".ply"})
 
 
 class MeshError(TeleopctlError):
@@ -69,14 +64,9 @@ def load_mesh(uri: str, folder: Path | None = None, *, bare: bool = False) -> Me
     except (TeleopctlError, ValueError, RuntimeError) as error:
         raise MeshError(f"Mesh '{uri}': {error}") from error
     named = f"Mesh {path}" if str(path) == uri else f"Mesh '{uri}': {path}"
-    try:
+    stamp = (0, 0)
+    with contextlib.suppress(OSError, ValueError):  # the reader says what is wrong
         stamp = stamp_of_file(path)
-        is_file = path.is_file()
-    except (OSError, ValueError) as error:
-        reason = error.strerror if isinstance(error, OSError) else str(error)
-        raise MeshError(f"{named} cannot be read: {reason}") from error
-    if not is_file:
-        raise MeshError(f"{named} is no file")
     return _read(named, path, None, stamp, bare=bare)
 
 
@@ -99,26 +89,15 @@ def load_embedded_mesh(name: str, data: bytes, *, bare: bool = False) -> MeshFil
 def _read(
     named: str, path: Path, data: bytes | None, stamp: tuple[int, int], *, bare: bool
 ) -> MeshFile:
-    suffix = path.suffix.lower()
-    if suffix not in MESH_SUFFIXES:
-        known = ", ".join(sorted(MESH_SUFFIXES))
-        raise MeshError(f"{named} is of no kind that is shown: {known}")
-    most = _MOST_BYTES.get(suffix, _MOST_BYTES_OF_OTHERS)
-    if stamp[0] > most:
-        raise MeshError(
-            f"{named} has {stamp[0] / 1e6:.0f} MB; at most {most / 1e6:.0f} MB are shown"
-        )
-    from teleopctl.viewer.scene.mesh_reading import read_mesh
+    from teleopctl.viewer.scene.mesh_reading import drawn_mesh
 
     try:
-        content = read_mesh(path, data, bare=bare)
+        content = drawn_mesh(path, data, bare=bare)
     except TeleopctlError as error:
         raise MeshError(f"{named} {error.message}") from error
-    except ImportError as error:
-        raise MeshError(f"{named}: {suffix} files need {error.name}") from error
     except Exception as error:
-        kind = type(error).__name__
-        reason = " ".join(f"{kind}: {str(error).removeprefix(f'{kind}: ')}".split())[:200]
+        # trimesh writes what it has read, materials and all, and may stumble over it.
+        reason = " ".join(f"{type(error).__name__}: {error}".split())[:200]
         raise MeshError(f"{named} cannot be read: {reason}") from error
     faults = tuple(f"{named} {fault}" for fault in content.faults)
     return MeshFile(path, content.glb, content.vertices, content.faces, content.box, faults, stamp)

@@ -45,13 +45,13 @@ def load_texture(uri: str, folder: Path | None = None) -> Texture:
     Raises:
         TextureError: There is none, or it cannot be read.
     """
-    from teleopctl.viewer.scene.textures import MOST_BYTES
+    from teleopctl.robot import MOST_TEXTURE_BYTES
 
     try:
         path = file_of(uri, folder)
         stamp = stamp_of_file(path)
-        if stamp[0] > MOST_BYTES:
-            raise ValueError(f"it is larger than {MOST_BYTES / 1e6:.0f} MB")
+        if stamp[0] > MOST_TEXTURE_BYTES:
+            raise ValueError(f"it is larger than {MOST_TEXTURE_BYTES / 1e6:.0f} MB")
         content = path.read_bytes()
     except (TeleopctlError, OSError, ValueError, RuntimeError) as error:
         reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)

@@ -1,27 +1,21 @@
-"""The pictures on meshes: found where a mesh file names them, and made to fit a browser."""
+"""The pictures on meshes, made to fit a browser."""
 
 from __future__ import annotations
 
 import io
 import warnings
 from collections.abc import Iterable
-from pathlib import Path
 from typing import Any
 
 from PIL import Image
-from trimesh.resolvers import Resolver
 
 from teleopctl.base.budget import check_pixels
-from teleopctl.errors import TeleopctlError
-from teleopctl.packages import resolve_uri
-from teleopctl.robot import picture_places
+from teleopctl.robot import check_picture
 from teleopctl.viewer.scene.drawing import Rgba
 
 # Phones refuse larger textures, and they are sent whole.
 _LARGEST_SIDE = 2048
-MOST_BYTES = 100_000_000
 _MEAN = Image.Resampling.BOX
-_PICTURES = frozenset(Image.registered_extensions()) - {".pdf"}
 _SLOTS = (
     "image",
     "baseColorTexture",
@@ -30,75 +24,6 @@ _SLOTS = (
     "occlusionTexture",
     "metallicRoughnessTexture",
 )
-
-
-class Neighbours(Resolver):
-    """The files that a mesh file names: materials, textures, buffers.
-
-    Args:
-        path: The mesh file.
-
-    Attributes:
-        faults: Why files that were asked for are not used, by name.
-    """
-
-    def __init__(self, path: Path) -> None:
-        self._path = path
-        self.faults: dict[str, str] = {}
-
-    def get(self, key: str) -> bytes:
-        """Read one; called by trimesh.
-
-        Raises:
-            FileNotFoundError: It cannot be had; so trimesh goes on without it.
-        """
-        name = key.strip()
-        try:
-            path = self._find(name)
-            if path.stat().st_size > MOST_BYTES:
-                raise FileNotFoundError(f"is larger than {MOST_BYTES / 1e6:.0f} MB")
-            content = path.read_bytes()
-            if path.suffix.lower() in _PICTURES:
-                _check_picture(content)
-        except (OSError, ValueError, TeleopctlError) as error:
-            reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
-            if isinstance(error, FileNotFoundError) and error.strerror:
-                reason = "is not there"
-            self.faults[name] = reason
-            raise FileNotFoundError(name) from error
-        return content
-
-    def _find(self, name: str) -> Path:
-        if "://" in name:
-            return resolve_uri(name)
-        places = picture_places(self._path, name)
-        return next((place for place in places if place.is_file()), places[0])
-
-    def keys(self) -> list[str]:
-        """The names of all; trimesh asks for them where nothing names a material."""
-        return []
-
-    def write(self, name: str, data: object) -> None:
-        """Write one: nothing is written."""
-        raise NotImplementedError(name, data)
-
-    def namespaced(self, namespace: str) -> Neighbours:
-        """What is in a folder below."""
-        return Neighbours(self._path.parent / namespace / self._path.name)
-
-
-def _check_picture(content: bytes) -> None:
-    """Refuse what cannot be shown before anybody unpacks it.
-
-    Raises:
-        ValueError: It is no picture, or has too many pixels.
-    """
-    try:
-        with warnings.catch_warnings(action="ignore", category=Image.DecompressionBombWarning):
-            image = Image.open(io.BytesIO(content))
-    except (OSError, SyntaxError, Image.DecompressionBombError) as error:
-        raise ValueError(f"is no picture that can be shown: {error}") from error
-    check_pixels(*image.size)
 
 
 # Any stands for trimesh's meshes and materials.
@@ -169,7 +94,7 @@ def picture_for_browsers(content: bytes) -> tuple[bytes, str, bool, Rgba]:
         OSError: It cannot be read.
         ValueError: It is no picture, or too large.
     """
-    _check_picture(content)
+    check_picture(content)
     with warnings.catch_warnings(action="ignore", category=Image.DecompressionBombWarning):
         image = Image.open(io.BytesIO(content))
     stored = _stored_smaller(image)

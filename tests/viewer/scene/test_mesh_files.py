@@ -11,7 +11,7 @@ import trimesh
 from hypothesis import HealthCheck, given, settings, strategies
 from PIL import Image
 
-from teleopctl.viewer.scene import mesh_files, mesh_reading
+from teleopctl.robot.meshes import reader
 from teleopctl.viewer.scene.glb import dressed
 from teleopctl.viewer.scene.mesh_files import MeshError, load_embedded_mesh, load_mesh
 
@@ -51,7 +51,7 @@ def exported(folder: Path, kind: str, box=None) -> Path:
 
 def binary_stl(triangles, claimed=None) -> bytes:
     corners = np.asarray(triangles, np.float32).reshape(-1, 3, 3)
-    rows = np.zeros(len(corners), mesh_reading._STL_TRIANGLE)
+    rows = np.zeros(len(corners), reader._STL_TRIANGLE)
     rows["corners"] = corners
     count = len(corners) if claimed is None else claimed
     return b"solid made by CAD".ljust(80) + struct.pack("<I", count) + rows.tobytes()
@@ -126,12 +126,12 @@ def test_an_address_that_leads_nowhere_is_named(uri):
 def test_what_is_no_mesh_is_not_opened(tmp_path):
     path = tmp_path / "bomb.zae"
     path.write_bytes(b"PK")
-    with pytest.raises(MeshError, match="no kind that is shown"):
+    with pytest.raises(MeshError, match="no kind that is read"):
         load_mesh(str(path))
 
 
 def test_a_file_that_is_too_large_is_not_read(tmp_path, monkeypatch):
-    monkeypatch.setitem(mesh_files._MOST_BYTES, ".stl", 100)
+    monkeypatch.setitem(reader._MOST_BYTES, ".stl", 100)
     with pytest.raises(MeshError, match="at most"):
         load_mesh(str(exported(tmp_path, "stl")))
 
@@ -179,7 +179,7 @@ def test_triangles_with_impossible_corners_are_left_out(tmp_path):
 @given(strategies.lists(strategies.integers(-3, 3), min_size=9, max_size=9 * 40))
 def test_joined_corners_are_those_that_were_there(numbers):
     corners = np.array(numbers[: len(numbers) // 9 * 9], np.float32).reshape(-1, 3) * 0.1
-    vertices, faces = mesh_reading._joined(corners)
+    vertices, faces = reader._joined(corners)
     assert np.array_equal(vertices[faces.ravel()], corners)
     assert len(np.unique(vertices, axis=0)) == len(vertices)
 
