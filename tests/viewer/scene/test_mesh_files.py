@@ -170,7 +170,7 @@ def test_triangles_with_impossible_corners_are_left_out(tmp_path):
     path.write_bytes(binary_stl([good, bad]))
     mesh = load_mesh(str(path))
     assert faces_of(mesh) == 1
-    assert "1 triangles are left out" in mesh.faults[0]
+    assert "1 triangle is left out" in mesh.faults[0]
     path.write_bytes(binary_stl([bad]))
     with pytest.raises(MeshError, match=r"nan\.stl holds no triangles"):
         load_mesh(str(path))
