@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+import itertools
 import re
 from typing import Any
 
 import pytest
 
-from teleopctl.interfaces import get_message
+from teleopctl.interfaces import get_message, get_service
 from teleopctl.node import Node, qos_profile_latched
-from teleopctl.testing import serial_robot
+from teleopctl.testing import LONGEST_WAIT_S, serial_robot
 from teleopctl.viewer.panels.simulation import SimulationPanel
 
+GetParameters = get_service("rcl_interfaces/srv/GetParameters")
 String = get_message("std_msgs/msg/String")
 JointState = get_message("sensor_msgs/msg/JointState")
 URDF = serial_robot(1, plugin="gz_ros2_control/GazeboSimSystem", initial=(0.5,))
@@ -42,6 +44,16 @@ def simulated_s(panel: Any) -> float:
     return float(found[1]) if found else 0.0
 
 
+def take_what_is_under_way(live):
+    """Receive what the simulator had published before it answers a request of now."""
+    client = live.node.create_client(GetParameters, "/mujoco_sim/get_parameters")
+    assert client.wait_for_service(LONGEST_WAIT_S)
+    answer = client.call_async(GetParameters.Request())
+    live.until(answer.done)
+    rounds = itertools.count()
+    live.until(lambda: next(rounds) > 50)
+
+
 def press(live, panel, what):
     live.choose(panel._time, what)
 
@@ -62,6 +74,7 @@ def test_time_is_played_paused_stepped_and_paced(live, panel, simulator):
     press(live, panel, "Pause")
     live.until(lambda: "paused" in text(panel))
     live.until(lambda: panel.measured_factor() == 0.0)
+    take_what_is_under_way(live)
     stood = simulated_s(panel)
     # A millisecond each.
     live.choose(panel._steps, 50)
