@@ -76,7 +76,7 @@ class BagFile:
 
 @dataclass(frozen=True)
 class BagMetadata:
-    """What a bag holds.
+    """Metadata of a bag: files, topics, message counts and custom data.
 
     Attributes:
         files: In the order of their times.
@@ -100,7 +100,7 @@ class BagMetadata:
 
     @property
     def message_count(self) -> int:
-        """How many messages all files have."""
+        """Number of messages in all files."""
         return sum(file.message_count for file in self.files)
 
     @property

@@ -35,14 +35,14 @@ def service_of(topic: str, type_name: str) -> tuple[str, str]:
 
 
 class ServiceCounts(NamedTuple):
-    """How many requests and responses a service had."""
+    """Numbers of requests and responses of a service."""
 
     requests: int = 0
     responses: int = 0
 
 
 class ServiceCounter:
-    """Counts requests and responses of services; an event that client and server tell counts once.
+    """Counts the requests and responses of services, each once, by their introspection events.
 
     Args:
         topics: Names of the topics with their events.
@@ -54,7 +54,7 @@ class ServiceCounter:
         self._responses: dict[str, set[tuple[bytes, int]]] = {name: set() for name in names}
 
     def add(self, message: BagMessage) -> None:
-        """Count a message, whatever its topic; what is too short for an event is none."""
+        """Count a service event; other messages are ignored."""
         if message.topic not in self._requests:
             return
         data = message.data

@@ -11,7 +11,7 @@ from teleopctl.launch.starting import run_in_background
 
 
 def main() -> int:
-    """Launch what the file that the command line names asks for."""
+    """Run the launch request whose file is named on the command line."""
     try:
         interrupts.take()
         outlive_output(log_file=take_log_file())

@@ -100,7 +100,7 @@ def argument_names(file: Path) -> list[str]:
 
 
 def undeclared_arguments(file: Path, arguments: Mapping[str, str]) -> list[str]:
-    """Say which arguments a launch file that cannot be evaluated does not declare.
+    """Return a sentence for each undeclared argument of a launch file that fails to evaluate.
 
     For a file that can be, the plan's warnings say so.
     """

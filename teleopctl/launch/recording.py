@@ -24,7 +24,7 @@ _FINISHED_WITHIN_S = 30.0
 
 
 def bag_folder(file: Path, arguments: dict[str, str]) -> Path | None:
-    """Take the argument out, and return the folder of the bag that it asks for.
+    """Remove the argument ``record`` and return the folder of the requested bag, or None.
 
     ``true`` is a folder in the working directory named after the launch file and the time,
     ``false`` none; everything else is the folder.

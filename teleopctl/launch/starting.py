@@ -162,7 +162,7 @@ def run_here(request: LaunchRequest, *, on_terminal: bool = False, coloured: boo
 
 @_own_temporary_files()
 def run_in_background(request_file: Path) -> int:
-    """Launch what a request asks for, as a process of its own does, and return the exit status.
+    """Run a launch request in this background process, and return the exit status.
 
     Who waits for it is told by files in the request's folder what the plan is, or why there is
     none.
@@ -229,7 +229,7 @@ def start_in_background(
     timeouts: StartTimeouts,
     show: Callable[[str], None],
 ) -> ProcessRecord:
-    """Launch in a process of its own, and return once everything is up.
+    """Start a launch in a background process, and return once everything is up.
 
     Args:
         request: What is wanted.

@@ -55,7 +55,7 @@ def subscribe_undecoded(
     qos: QoSProfile | None = None,
     depth: int = 10,
 ) -> Subscription[Any]:  # Any: of any type
-    """Subscribe to a topic whose type need not be known here.
+    """Subscribe to the CDR bytes of a topic, whose type need not be known to this program.
 
     Args:
         node: The node that listens.
@@ -80,7 +80,7 @@ def subscribe_undecoded(
 def learn_type_from(
     node: NodeEndpoints, type_name: str, graph: Graph, longest_s: float = 5.0
 ) -> None:
-    """Make a type known that this program lacks, by asking a node that uses it.
+    """Add a type unknown to this program, from the description that a node of the graph serves.
 
     Where no node explains it, it stays unknown, and who needs it says so.
 
@@ -115,7 +115,7 @@ def ask_for_description(
     version: str,
     longest_s: float = _WAIT_FOR_ONE_S,
 ) -> TypeDescription | None:
-    """Ask a node how it defines a type; None where it does not say.
+    """Request the description of a type from a node; return None if it serves none.
 
     Args:
         node: The node that asks; it needs no executor for this.

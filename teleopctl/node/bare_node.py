@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 class BareNode(NodeEndpoints):
-    """A participant of the graph that has what is made with it, and nothing besides (ours).
+    """Node without parameters, /rosout and /clock, for commands that need it once (ours).
 
     Starts in half the time of a `Node`, for what a command does once. It answers no question about
     parameters, publishes no log and does not follow ``/clock``.

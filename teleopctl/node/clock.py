@@ -41,7 +41,7 @@ class Clock:
 
     @property
     def handle(self) -> Handle:
-        """What programs enter while they use the clock; it is never destroyed."""
+        """Handle of the clock as rclpy has it; the clock is never destroyed."""
         return Handle(self)
 
     @property
@@ -54,7 +54,7 @@ class Clock:
 
     @property
     def clock_type(self) -> ClockType:
-        """Which clock this is."""
+        """Type of the clock: ROS, system or steady time."""
         return self._clock_type
 
     def nanoseconds(self) -> int:
@@ -83,7 +83,7 @@ class Clock:
         pre_callback: Callable[[], object] | None = None,
         post_callback: Callable[[TimeJump], object] | None = None,
     ) -> JumpHandle:
-        """Have jumps of this clock told; only a `ROSClock` jumps.
+        """Register callbacks for time jumps; only a `ROSClock` has jumps.
 
         The callbacks run where the clock is set, on the transport's thread for ``/clock``: they
         should be quick.
@@ -106,11 +106,11 @@ class Clock:
         )
 
     def add_jump_handle(self, handle: JumpHandle) -> None:
-        """Tell a handle of jumps (ours); handles add themselves."""
+        """Register a jump handle (ours); handles register themselves."""
         self._jump_handles = (*self._jump_handles, handle)
 
     def remove_jump_handle(self, handle: JumpHandle) -> None:
-        """Tell a handle no more (ours)."""
+        """Unregister a jump handle (ours)."""
         self._jump_handles = tuple(other for other in self._jump_handles if other is not handle)
 
     def sleep_until(self, until: Time, context: Context | None = None) -> bool:
@@ -129,7 +129,7 @@ class Clock:
         return self._sleep(self.nanoseconds, until.nanoseconds, context)
 
     def sleep_for(self, duration: Duration, context: Context | None = None) -> bool:
-        """Sleep for a span of time, whatever becomes of the system's time meanwhile.
+        """Sleep for a duration of this clock, unaffected by changes of the system time.
 
         Returns:
             As `sleep_until`.
@@ -163,7 +163,7 @@ class Clock:
 
 
 class ROSClock(Clock):
-    """The clock of nodes: the system's time, or the simulation's once ``/clock`` drives it.
+    """Clock of nodes: system time, or simulated time once ``/clock`` is received.
 
     Before the first message of ``/clock`` simulated time is 0, as in ROS 2.
     """

@@ -19,7 +19,7 @@ class ClockChange(IntEnum):
 
 
 class JumpThreshold:
-    """From which size on a jump is told.
+    """Smallest size of a time jump for which callbacks are called.
 
     Args:
         min_forward: A positive duration; None for no jump forwards.
@@ -48,7 +48,7 @@ class JumpThreshold:
         self.on_clock_change = on_clock_change
 
     def is_exceeded_by(self, jump: TimeJump) -> bool:
-        """Tell whether a jump is told (ours)."""
+        """Return whether a time jump exceeds the threshold (ours)."""
         if jump.clock_change in (ClockChange.ROS_TIME_ACTIVATED, ClockChange.ROS_TIME_DEACTIVATED):
             return self.on_clock_change
         if jump.delta.nanoseconds < 0:
@@ -75,23 +75,23 @@ class TimeJump:
 
     @property
     def clock_change(self) -> ClockChange:
-        """What it changed."""
+        """Change of the time source that the jump belongs to."""
         return self._clock_change
 
     @property
     def delta(self) -> Duration:
-        """How far the clock went."""
+        """Difference between the times after and before the jump."""
         return self._delta
 
 
 class Jumping(Protocol):
-    """What tells of jumps: a clock."""
+    """Interface of clocks that call jump handles."""
 
     def add_jump_handle(self, handle: JumpHandle) -> None:
-        """Tell a handle from now on."""
+        """Register a jump handle."""
 
     def remove_jump_handle(self, handle: JumpHandle) -> None:
-        """Tell it no more."""
+        """Unregister a jump handle."""
 
 
 class JumpHandle:
@@ -133,12 +133,12 @@ class JumpHandle:
             clock.remove_jump_handle(self)
 
     def begin(self, jump: TimeJump) -> None:
-        """Tell of a jump that is about to happen (ours)."""
+        """Call the pre-callback for a jump that is about to happen (ours)."""
         if self._pre_callback is not None and self._threshold.is_exceeded_by(jump):
             self._pre_callback()
 
     def end(self, jump: TimeJump) -> None:
-        """Tell of a jump that has happened (ours)."""
+        """Call the post-callback for a jump that has happened (ours)."""
         if self._post_callback is not None and self._threshold.is_exceeded_by(jump):
             self._post_callback(jump)
 

@@ -35,7 +35,7 @@ _LONGEST_LEAVE_S = 0.1
 
 
 class Context:
-    """What ``init()`` starts and ``shutdown()`` ends.
+    """State of ROS in a process between ``init()`` and ``shutdown()``, with its Zenoh session.
 
     The session is opened when the first node needs it. One process normally has one context,
     `default`.
@@ -168,7 +168,7 @@ class Context:
 
     @property
     def session_is_open(self) -> bool:
-        """True while there is a session to undeclare things from."""
+        """Whether the Zenoh session is open."""
         return self._session is not None and not self._session.is_closed()
 
     @property
@@ -194,7 +194,7 @@ class Context:
             raise
 
     def withdraw(self, token: LivelinessToken, text: str) -> None:
-        """Take a token back; who asks the graph in this process does not see it from now on."""
+        """Undeclare a liveliness token, and remove it from this process's graph at once."""
         self._announced.pop(text, None)
         token.undeclare()
         if self._watcher is not None:
@@ -252,7 +252,7 @@ class Context:
         return self.wait_for_change(lambda: predicate(watcher.snapshot()), timeout_s)
 
     def wait_for_change(self, predicate: Callable[[], bool], timeout_s: float | None) -> bool:
-        """The same for a predicate that looks at the watcher itself, and need not see all of it."""
+        """Wait until a predicate of the graph watcher holds; cheaper than `wait_for_graph`."""
         _ = self.watcher
         with self._graph_changed:
             return (
@@ -284,7 +284,7 @@ class Context:
                 self._on_shutdown.remove(callback)
 
     def add_node_logger(self, name: str) -> None:
-        """Let library code log as this node, from the first one of the context until its end."""
+        """Route the log records of Python libraries to a node's logger."""
         if not self._initialize_logging:
             return
         with self._lock:
@@ -306,7 +306,7 @@ class Context:
 
     @property
     def handle(self) -> Handle:
-        """What programs enter while they use the context."""
+        """Handle of the context as rclpy has it."""
         return Handle(self)
 
     @property
@@ -369,7 +369,7 @@ class Context:
             library_logs.close()
 
     def end_by_signal(self) -> None:
-        """Mark the context as ended and tell everybody, leaving the session open.
+        """Mark the context as ended by a signal and call its shutdown callbacks.
 
         Whoever spins destroys the nodes and shuts down for good. What is told takes locks that
         the interrupted thread may hold, so a thread of its own tells it.

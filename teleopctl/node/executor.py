@@ -86,7 +86,7 @@ class Executor:
     # -- nodes -----------------------------------------------------------------------------------
 
     def add_node(self, node: NodeEndpoints) -> bool:
-        """Serve a node from now on; the executor that served it before lets it go.
+        """Add a node, and remove it from the executor that served it before.
 
         Returns:
             False when it was served already.
@@ -127,21 +127,21 @@ class Executor:
     # -- from other threads ----------------------------------------------------------------------
 
     def schedule(self, waitable: Schedulable) -> None:
-        """Have the arrivals of something taken by whoever spins; any thread may call this."""
+        """Queue an entity whose arrivals the spinning thread takes; any thread may call this."""
         if waitable not in self._queued:
             self._queued.add(waitable)
             self._queue.put(waitable)
 
     def enqueue(self, work: Callable[[], object]) -> None:
-        """Have something done by whoever spins; any thread may call this."""
+        """Queue a function that the spinning thread will call; any thread may call this."""
         self._queue.put(work)
 
     def fail(self, error: BaseException) -> None:
-        """Have whoever spins raise an exception; any thread may call this."""
+        """Raise an exception in the spinning thread; any thread may call this."""
         self._queue.put(error)
 
     def wake(self) -> None:
-        """Have whoever spins look again at timers, shutdown and what it waits for."""
+        """Wake the spinning thread, so that it checks timers, shutdown and futures again."""
         if not self._wake_queued:
             self._wake_queued = True
             self._queue.put(_LOOK_AGAIN)
@@ -178,7 +178,7 @@ class Executor:
         self._raise_if_ended_by_signal()
 
     def spin_once(self, timeout_sec: float | None = None) -> None:
-        """Wait for one callback and run it.
+        """Wait for one callback to be ready, and run it.
 
         Args:
             timeout_sec: Longest wait in seconds of wall time; None or negative waits for ever.
@@ -196,7 +196,7 @@ class Executor:
         nodes: object = None,  # noqa: ARG002 -- rclpy has it
         condition: Callable[[], bool] = lambda: False,
     ) -> Ready:
-        """Wait for one callback, for an executor of one's own to call.
+        """Wait for one callback to be ready and return it unexecuted, for users' own executors.
 
         Args:
             timeout_sec: Longest wait in seconds of wall time; None or negative waits for ever.
@@ -231,7 +231,7 @@ class Executor:
     def spin_until_future_complete(
         self, future: Future[ResultT], timeout_sec: float | None = None
     ) -> None:
-        """Run callbacks until a future has ended or the time is over; 0 still runs a ready one."""
+        """Run callbacks until a future is done or the time is over; 0 runs a ready one."""
         deadline = _deadline(timeout_sec)
         with self._spinner.until(future, self.wake):
             while self._context.ok() and not future.ended() and not self._is_shutdown:
@@ -241,7 +241,7 @@ class Executor:
         self._raise_if_ended_by_signal()
 
     def shutdown(self, timeout_sec: float | None = None) -> bool:  # noqa: ARG002 (rclpy has it)
-        """Stop spinning and let go of the nodes."""
+        """Stop spinning and remove all nodes."""
         self._is_shutdown = True
         for node in self._nodes:
             self.remove_node(node)

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 class SingleThreadedExecutor(Executor):
-    """Runs callbacks in the thread that spins, one after the other."""
+    """Runs callbacks one after the other, in the thread that spins."""
 
     _hands_over = False
 

@@ -58,7 +58,7 @@ class FanOut:
 
 
 class Share:
-    """What one subscription has of a subscriber.
+    """One subscription's share of a Zenoh subscriber that several subscriptions use.
 
     Args:
         fan_out: Where it is from.

@@ -35,7 +35,7 @@ class GraphView(abc.ABC):
         return self._context.watcher.snapshot()
 
     def add_graph_callback(self, callback: Callable[[], None]) -> None:
-        """Call ``callback`` after each change of the graph, on a thread of its own (ours)."""
+        """Call a function after each change of the graph, on a thread of its own (ours)."""
         self._graph_callbacks.append(callback)
         self._context.on_graph_change(callback)
 

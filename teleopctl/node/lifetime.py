@@ -48,7 +48,7 @@ def init(
 
 
 def ok(*, context: Context | None = None) -> bool:
-    """Tell whether a context runs."""
+    """Return whether a context is initialized and not shut down."""
     return (context or Context.default()).ok()
 
 

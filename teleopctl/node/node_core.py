@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 
 class NodeCore(GraphView):
-    """What the endpoints of a node need to know of it.
+    """Name, namespace, context and executor of a node, for its endpoints.
 
     Args:
         node_name: Its name, unless ``__node`` is remapped.
@@ -129,7 +129,7 @@ class NodeCore(GraphView):
 
     @property
     def context(self) -> Context:
-        """Where the node lives."""
+        """Context of the node."""
         return self._context
 
     def get_name(self) -> str:
@@ -172,7 +172,7 @@ class NodeCore(GraphView):
         return resolved
 
     def fail(self, error: BaseException) -> None:
-        """Have whoever spins the node, now or later, raise what one of its threads met (ours)."""
+        """Raise the exception of one of the node's threads where the node is spun (ours)."""
         self.failure = error
         if self.executor is not None:
             self.executor.fail(error)

@@ -282,7 +282,7 @@ class NodeEndpoints(NodeTimers):
             return [endpoint for endpoint in self._endpoints if isinstance(endpoint, class_)]
 
     def keep(self, endpoint: _EndpointT) -> _EndpointT:
-        """Have an endpoint served and destroyed with the node (ours); returns it."""
+        """Register and return an endpoint, to be served and destroyed with the node (ours)."""
         with self._endpoints_lock:
             self._endpoints.append(endpoint)
         if isinstance(endpoint, Waitable):
@@ -359,7 +359,7 @@ class NodeEndpoints(NodeTimers):
 
     @property
     def handle(self) -> Handle:
-        """What programs enter while they use the node."""
+        """Handle of the node as rclpy has it."""
         return Handle(self, self.get_name())
 
     @property

@@ -151,7 +151,7 @@ class NodeParameters(NodeEndpoints):
         self._parameters.undeclare(name)
 
     def has_parameter(self, name: str) -> bool:
-        """Tell whether a parameter was declared."""
+        """Return whether a parameter is declared."""
         return self._parameters.has(name)
 
     # -- reading ---------------------------------------------------------------------------------
@@ -177,7 +177,7 @@ class NodeParameters(NodeEndpoints):
         return Parameter(name) if alternative_value is None else alternative_value
 
     def get_parameters_by_prefix(self, prefix: str) -> dict[str, Parameter]:
-        """Return the parameters below a prefix, named by what follows it."""
+        """Return the parameters below a prefix, by their names without it."""
         return self._parameters.by_prefix(prefix)
 
     def get_parameter_overrides(self) -> dict[str, Parameter]:
@@ -278,15 +278,15 @@ class NodeParameters(NodeEndpoints):
         return self._parameters.set_together(parameter_list, check=self._parameters.check_declared)
 
     def add_pre_set_parameters_callback(self, callback: PreSetCallback) -> None:
-        """Let ``callback`` change the list of parameters before it is checked."""
+        """Register a callback that may change the list of parameters before they are checked."""
         self._parameters.pre_set_callbacks.insert(0, callback)
 
     def add_on_set_parameters_callback(self, callback: OnSetCallback) -> None:
-        """Let ``callback`` accept or refuse parameters; the newest is asked first."""
+        """Register a callback that accepts or rejects parameters; the newest is called first."""
         self._parameters.on_set_callbacks.insert(0, callback)
 
     def add_post_set_parameters_callback(self, callback: PostSetCallback) -> None:
-        """Tell ``callback`` of parameters that have been set."""
+        """Register a callback that is called after parameters have been set."""
         self._parameters.post_set_callbacks.insert(0, callback)
 
     def remove_pre_set_parameters_callback(self, callback: PreSetCallback) -> None:

@@ -46,7 +46,7 @@ class TopicMeter:
         self._counts: dict[tuple[str, str, str], _Count] = {}
 
     def follow(self, topics: Iterable[str]) -> None:
-        """Count the messages of these topics and of no others.
+        """Set the topics whose messages are counted, in place of the previous ones.
 
         A topic is subscribed to once it has publishers, in each type and version that they have;
         so call this again when the graph has changed.

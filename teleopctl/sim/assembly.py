@@ -115,7 +115,7 @@ class Assembly(NamedTuple):
     sensors: SensorPublisher
 
     def loop(self, node: Node, ports: Ports | None = None) -> LockstepLoop:
-        """Return the loop that runs it.
+        """Return the loop that runs the simulation in lockstep.
 
         Args:
             node: Has the parameters.
@@ -134,7 +134,7 @@ class Assembly(NamedTuple):
 
 
 def build_robot(node: Node, urdf: str) -> SimulatedRobot:
-    """Build the simulation of a robot as a node's parameters ask.
+    """Build the simulation of a robot from a node's parameters.
 
     Raises:
         InvalidDescriptionError: The robot or the world cannot be simulated.

@@ -169,7 +169,7 @@ class Drives:
         self._apply_modes()
 
     def moved_to(self, model: mujoco.MjModel, data: mujoco.MjData, others: Iterable[str]) -> Drives:
-        """Return the same drives, with all that they were told, in another model of the robot.
+        """Return these drives with their state, for another model of the same robot.
 
         Args:
             model: The other ``mujoco.MjModel``, whose gains change while running.
@@ -186,7 +186,7 @@ class Drives:
         return moved
 
     def save(self) -> dict[str, Array]:
-        """What the drives remember, by name."""
+        """Return the internal state of the drives, by name."""
         return {f"drives{name}": np.array(getattr(self, name), float) for name in _STATE}
 
     def restore(self, saved: Mapping[str, Array]) -> None:
@@ -253,7 +253,7 @@ class Drives:
             self.cut.append(cut_command(joint, interface, asked, possible, limits, interface))
 
     def hold(self) -> None:
-        """Nobody commands any more: every joint stays where it is or was last sent."""
+        """Hold every joint at its present or last commanded position, without commands."""
         self.settled = False
         self._set_modes([_POSITION] * len(self._mode))
 

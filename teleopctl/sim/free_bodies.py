@@ -18,7 +18,7 @@ Array = npt.NDArray[np.float64]
 
 @dataclass(frozen=True)
 class LinkPose:
-    """Where a link's frame is in the world.
+    """Pose of a link's frame in the world.
 
     Attributes:
         position: Of its origin, (3,), in metres.

@@ -21,7 +21,7 @@ INSTALL_HINT = (
 
 
 def choose_backend() -> str:
-    """Set ``MUJOCO_GL`` for drawing without a window, unless the user has set it.
+    """Set ``MUJOCO_GL`` for rendering without a window, unless the user has set it.
 
     Returns:
         The backend: ``egl``, ``osmesa`` or whatever the user asked for; empty where the
@@ -54,7 +54,7 @@ def missing_library(reason: object) -> TeleopctlError:
 
 
 def check_drawing() -> None:
-    """Import mujoco with the backend that was chosen and open it once, to know that it works.
+    """Import mujoco with the chosen backend and open a context, to check that it works.
 
     Importing it is not enough: a library without a driver is only found out by a context.
 

@@ -91,18 +91,18 @@ class LockstepLoop:
             self._changed.notify_all()
 
     def set_partner(self, present: bool) -> None:
-        """Say whether there is a controller to wait for."""
+        """Set whether there is a controller to wait for."""
         with self._changed:
             self._partner = present
             self._changed.notify_all()
 
     def set_viewed(self, viewed: bool) -> None:
-        """Say whether anybody looks at the pose."""
+        """Set whether the pose has subscribers."""
         with self._changed:
             self._viewed = viewed
 
     def set_heard(self, *, clock: bool, ticks: bool) -> None:
-        """Say what anybody takes; all of it unless said otherwise.
+        """Set which outputs have subscribers; all of them by default.
 
         Args:
             clock: Whether the simulated time is to be told.
@@ -114,7 +114,7 @@ class LockstepLoop:
             self._attended = ticks
 
     def set_paused(self, paused: bool, timeout_s: float) -> bool:
-        """Stop time at the next control tick, or let it go on; steps to come are given up.
+        """Pause at the next control tick, or resume; pending steps are cancelled.
 
         Returns:
             Whether the loop has got there within ``timeout_s``.
@@ -157,7 +157,7 @@ class LockstepLoop:
 
     @property
     def stepping(self) -> bool:
-        """Whether steps that somebody has asked for are still to come."""
+        """Whether requested steps are pending."""
         return bool(self._steps)
 
     def call(self, request: Callable[[], None], timeout_s: float) -> bool:
@@ -185,7 +185,7 @@ class LockstepLoop:
         return done.wait()  # what has begun is seen to its end
 
     def post(self, request: Callable[[], None]) -> None:
-        """Have a function run on the loop's thread between two steps, without waiting for it."""
+        """Queue a function that the loop's thread calls between two steps."""
         with self._changed:
             self._requests.append(request)
             self._called = True

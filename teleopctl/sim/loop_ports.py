@@ -9,7 +9,7 @@ from typing import Protocol
 
 @dataclass(frozen=True)
 class Command:
-    """What a controller wants of the joints, see `Simulation.apply`.
+    """Joint commands of a controller; see `Simulation.apply`.
 
     Attributes:
         stamp_ns: The time of the state that it answers; 0 for a sender that keeps no step.
@@ -28,7 +28,7 @@ class Command:
 
 @dataclass(eq=False)
 class Steps:
-    """Physics steps that somebody has asked for.
+    """Requested physics steps.
 
     Attributes:
         left: How many are still to be made.
@@ -40,10 +40,10 @@ class Steps:
 
 
 class Ports(Protocol):
-    """Where the loop's results go. Called on the loop's thread."""
+    """Interface of the loop's outputs. Called on the loop's thread."""
 
     def publish_clock(self, time_ns: int) -> None:
-        """Tell the simulated time."""
+        """Publish the simulated time."""
 
     def publish_state(self, time_ns: int) -> None:
         """Send the state of a control tick to the controller."""
@@ -67,17 +67,17 @@ class Ports(Protocol):
         """Joints were commanded more than they can do, for the first time; a sentence for each."""
 
     def put_back(self, time_ns: int, things: Sequence[str]) -> None:
-        """Physics of things broke down, and they alone were set back to their start."""
+        """Report that the physics of objects became unstable, and that these were reset."""
 
 
 class Sampler(Protocol):
-    """What measures at times of its own. Called on the loop's thread."""
+    """Interface of sensors, which measure at times of their own. Called on the loop's thread."""
 
     def next_ns(self) -> int | None:
-        """The simulated time of the next measurement, or None while there is none to come."""
+        """Return the simulated time of the next measurement; None if there is none."""
 
     def sample(self, time_ns: int) -> None:
         """Measure what is due at this time."""
 
     def show(self, time_ns: int) -> None:
-        """Publish the simulation's state once more, which somebody has changed or asks for."""
+        """Publish the present state again, after a change or on request."""

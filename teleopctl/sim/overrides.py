@@ -56,7 +56,7 @@ def refuse_bodies(simulation: Simulation, states: Sequence[Any]) -> str:
 
 
 def reset_to(simulation: Simulation, overrides: Any, keyframe: str = "") -> None:
-    """Set a simulation back, or to a keyframe, then take over what a SimulationState says."""
+    """Reset a simulation, or load a keyframe, and then apply a SimulationState."""
     joints = overrides.joint_states
     simulation.reset_state(
         dict(zip(joints.name, joints.position, strict=False)),
@@ -67,7 +67,7 @@ def reset_to(simulation: Simulation, overrides: Any, keyframe: str = "") -> None
 
 
 def put_bodies(simulation: Simulation, states: Sequence[Any]) -> None:
-    """Put free bodies where FreeJointStates say, the frames being where they are now."""
+    """Set the poses and velocities of free bodies from FreeJointStates."""
     frames = {
         header.frame_id: simulation.link_pose(header.frame_id)
         for state in states

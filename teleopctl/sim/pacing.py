@@ -18,7 +18,7 @@ _MEASURED_S, _LOOK_S = 1.0, 0.05
 
 
 class ReachedFactor:
-    """Simulated seconds in the last second of wall time; may be asked for from any thread."""
+    """Measures the real-time factor over the last second of wall time; thread-safe."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
@@ -26,7 +26,7 @@ class ReachedFactor:
         self._marks: deque[tuple[float, int]] = deque()
 
     def restart(self) -> None:
-        """Forget what has been, as when time goes on after standing still."""
+        """Drop the past measurements, as when time resumes after a pause."""
         with self._lock:
             self._marks.clear()
 
@@ -79,7 +79,7 @@ class Pacer:
         self.anchor(sim_ns)
 
     def anchor(self, sim_ns: int) -> None:
-        """Let this simulated time be due now, and everything later in relation to it."""
+        """Make a simulated time due now, and all later ones relative to it."""
         self._wall_s = time.monotonic()
         self._sim_ns = sim_ns
 
@@ -90,7 +90,7 @@ class Pacer:
         self.reached.note(sim_ns)
 
     def remaining_s(self, sim_ns: int) -> float:
-        """Seconds of wall time until a simulated time is due, or the first minute of them.
+        """Return the seconds of wall time until a simulated time is due, at most a minute.
 
         Not positive when it is due.
         """
@@ -100,7 +100,7 @@ class Pacer:
         return min(due - time.monotonic(), _LONGEST_WAIT_S)
 
     def give_up_lag(self, sim_ns: int) -> float:
-        """Start anew from here when hopelessly late; returns the seconds given up, or 0."""
+        """Restart the pace here if it is hopelessly late; return the seconds given up, or 0."""
         self.reached.note(sim_ns)
         lag = -self.remaining_s(sim_ns)
         if lag < _GIVE_UP_S:
@@ -110,7 +110,7 @@ class Pacer:
 
 
 class Beat:
-    """Something that is due at the multiples of a period of simulated time.
+    """A period of simulated time, whose multiples are due.
 
     Args:
         rate_hz: How often per simulated second.
@@ -126,7 +126,7 @@ class Beat:
         return self._count * self._period_ns
 
     def restart(self) -> None:
-        """Begin again at time zero, as after a restart of whoever counts the time."""
+        """Restart at time zero."""
         self._count = 0
 
     def take(self, now_ns: int) -> bool:

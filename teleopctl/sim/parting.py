@@ -47,7 +47,7 @@ class Parting:
         return np.array([self._pairs.index(pair) for pair in self._waiting], float)
 
     def restore(self, waiting: npt.NDArray[np.float64]) -> None:
-        """Let only those pairs wait whose numbers `save` returned."""
+        """Restore the waiting pairs whose numbers `save` returned."""
         self.reset()
         numbers = dict.fromkeys(int(number) for number in waiting)
         self._waiting = deque(self._pairs[n] for n in numbers if 0 <= n < len(self._pairs))
@@ -57,7 +57,7 @@ class Parting:
 
     @property
     def waits(self) -> bool:
-        """Whether there are pairs to look at."""
+        """Whether pairs are waiting to be apart."""
         return bool(self._waiting)
 
     def moved_to(self, model: mujoco.MjModel, data: mujoco.MjData) -> Parting:
@@ -78,7 +78,7 @@ class Parting:
         return moved
 
     def check(self) -> None:
-        """Let the next pair touch from now on if it is apart."""
+        """Enable contacts of the next pair if its shapes are apart."""
         # Where the shapes are now: they are a physics step old, unless somebody asked.
         mujoco.mj_kinematics(self._m, self._d)
         pair = self._waiting.popleft()
@@ -111,7 +111,7 @@ class _Pair:
         ]
 
     def overlaps(self, model: mujoco.MjModel, data: mujoco.MjData) -> bool:
-        """Whether any shape of the one is not yet apart from one of the other."""
+        """Return whether any two shapes of the pair are not yet apart."""
         for number, (one, other) in enumerate(self._geoms):
             # MuJoCo answers with the longest distance of interest for all beyond.
             if mujoco.mj_geomDistance(model, data, one, other, _APART_M, None) < _APART_M:

@@ -18,7 +18,7 @@ _PERIOD_S = 1.0
 
 
 class PerformancePublisher:
-    """Publishes the real-time factor that is reached, while somebody listens.
+    """Publishes the measured real-time factor, while it has subscribers.
 
     Args:
         node: Who publishes.

@@ -93,7 +93,7 @@ class TopicPorts:
         self.bodies_changed()
 
     def bodies_changed(self) -> None:
-        """Things have come or gone."""
+        """Update the publishers of free bodies after some were added or removed."""
         if self._bodies is not None:
             self._bodies.renew()
         elif self._simulation.free_bodies.bodies:
@@ -105,28 +105,28 @@ class TopicPorts:
             self._bodies.show_base(shown)
 
     def has_controller(self) -> bool:
-        """Whether somebody listens to the states of the control ticks."""
+        """Return whether the states of control ticks have a subscriber."""
         return self._state_publisher.get_subscription_count() > 0
 
     def has_clock(self) -> bool:
-        """Whether somebody listens to the simulated time."""
+        """Return whether /clock has a subscriber."""
         return self._clock_publisher.get_subscription_count() > 0
 
     def is_viewed(self) -> bool:
-        """Whether somebody looks at the pose."""
+        """Return whether a topic with poses has a subscriber."""
         if self._view_publisher.get_subscription_count() > 0:
             return True
         return self._bodies is not None and self._bodies.is_viewed()
 
     def subscriptions(self) -> dict[str, int]:
-        """How many subscriptions there are to each topic of the state, but for the controller's."""
+        """Return the numbers of subscriptions of the state topics, but for the controller's."""
         publishers = [self._clock_publisher, self._view_publisher]
         if self._bodies is not None:
             publishers += self._bodies.publishers()
         return {each.topic_name: each.get_subscription_count() for each in publishers}
 
     def publish_clock(self, time_ns: int) -> None:
-        """Tell the simulated time."""
+        """Publish the simulated time."""
         set_stamp(self._time.clock, time_ns)
         self._clock_publisher.publish(self._time)
 
@@ -181,7 +181,7 @@ class TopicPorts:
             self._logger.warning(sentence)
 
     def put_back(self, time_ns: int, things: Sequence[str]) -> None:
-        """Report that physics of things broke down."""
+        """Report that the physics of objects became unstable, and that these were reset."""
         names = ", ".join(f"'{thing}'" for thing in dict.fromkeys(things))
         self._logger.error(
             f"Physics of {names} became unstable before {to_seconds(time_ns):.3f} s: put back to "
@@ -265,7 +265,7 @@ class FreeBodyPorts:
         self.renew()
 
     def renew(self) -> None:
-        """Begin anew with the bodies that the simulation has now."""
+        """Restart with the bodies that the simulation has now."""
         self._bodies = bodies = self._simulation.free_bodies
         self._states = _FreeJointStateArray(
             free_joints=[_FreeJointState(name=body.link) for body in bodies.bodies]
@@ -289,12 +289,12 @@ class FreeBodyPorts:
             self._broadcaster = TransformBroadcaster(self._node)
 
     def is_viewed(self) -> bool:
-        """Whether somebody listens."""
+        """Return whether any of the topics has a subscriber."""
         return any(publisher.get_subscription_count() > 0 for publisher in self.publishers())
 
     # Any: messages, whose classes are made at run time.
     def publishers(self) -> list[Publisher[Any]]:
-        """What publishes where they are."""
+        """Return the publishers of the bodies' poses."""
         if self._shown and self._broadcaster is not None:
             return [self._publisher, self._broadcaster.pub_tf]
         return [self._publisher]

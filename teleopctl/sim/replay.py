@@ -110,7 +110,7 @@ def run_in_lockstep(
     answer: Callable[[int, JointState], JointState | None],
     goes_on: Callable[[int], bool],
 ) -> None:
-    """Run a simulation with whoever answers its states, as fast as the machine allows.
+    """Run a simulation in lockstep with a function that answers its states, at full speed.
 
     Args:
         simulation: At its start.
@@ -150,7 +150,7 @@ class _SilentPorts:
         """Do nothing: what became of it is in the states."""
 
     def commands_cut(self, sentences: Sequence[str]) -> None:
-        """Do nothing: it was told then too."""
+        """Do nothing: it was reported during the recording."""
 
     def put_back(self, time_ns: int, things: Sequence[str]) -> None:
         """Do nothing: likewise."""
@@ -254,7 +254,7 @@ class _Ports(_SilentPorts):
         self._state: JointState = get_message("sensor_msgs/msg/JointState")(name=names)
 
     def publish_state(self, time_ns: int) -> None:
-        """Show the state, and answer it."""
+        """Update the state message and apply the answer's command."""
         state, simulation = self._state, self._simulation
         set_stamp(state.header.stamp, time_ns)
         state.position = simulation.positions[self._reported]
@@ -268,7 +268,7 @@ class _Ports(_SilentPorts):
             self.loop.stop()
 
     def publish_clock(self, time_ns: int) -> None:
-        """Do nothing: nobody else has a clock here."""
+        """Do nothing: the replay has no /clock."""
 
     def publish_view(self, time_ns: int) -> None:
-        """Do nothing: nobody looks."""
+        """Do nothing: the replay has no viewers."""

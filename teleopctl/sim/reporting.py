@@ -12,19 +12,19 @@ if TYPE_CHECKING:
 
 
 class Logger(Protocol):
-    """What a node's logger can do."""
+    """Interface of the log methods that are used."""
 
     def info(self, message: str, /) -> object:
-        """Say what is as it should be."""
+        """Log at level INFO."""
         ...
 
     def warning(self, message: str, /) -> object:
-        """Say what may be wrong."""
+        """Log at level WARN."""
         ...
 
 
 def report_robot(logger: Logger, description: RobotDescription, model: RobotModel) -> None:
-    """Say what can be driven and read, as ROS 2's simulators do at their start.
+    """Log a robot's command and state interfaces, as ROS 2's simulators do at their start.
 
     Args:
         logger: Who says it.

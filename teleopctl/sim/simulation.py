@@ -105,7 +105,7 @@ class Simulation:
         self._others = [thing.name for thing in model.things]
 
     def take(self, model: RobotModel) -> None:
-        """Go on with another model of the same robot; what is in both goes on as it was.
+        """Replace the model, keeping the states of all parts that both models have.
 
         Args:
             model: With more around the robot than the one so far, or with less.
@@ -138,7 +138,7 @@ class Simulation:
 
     @property
     def steps_to_tick(self) -> int:
-        """Physics steps from now to the next control tick, at least one."""
+        """Number of physics steps until the next control tick, at least one."""
         return self.steps_per_period - self._steps % self.steps_per_period
 
     def steps_until(self, time_ns: int) -> int:
@@ -255,7 +255,7 @@ class Simulation:
         self.refresh()
 
     def save(self) -> dict[str, Array]:
-        """All that decides how it goes on, but for topics that move it."""
+        """Return the complete state of the simulation, without that of topics that move bodies."""
         return {
             **physics_state(self._m, self._d),
             **self._drives.save(),
@@ -266,7 +266,7 @@ class Simulation:
         }
 
     def restore(self, saved: Mapping[str, Array]) -> None:
-        """Go on from what `save` returned of a simulation of the same parts; time begins anew.
+        """Restore a state from `save`; the models must have the same parts; time restarts.
 
         Raises:
             RefusedError: A push makes no sense; nothing is changed.
@@ -312,7 +312,7 @@ class Simulation:
         return cut
 
     def hold(self) -> None:
-        """Nobody commands any more: every joint stays where it is or was last sent."""
+        """Hold every joint at its present or last commanded position, without commands."""
         self._drives.hold()
         self._file_actuators.hold()
 
@@ -336,7 +336,7 @@ class Simulation:
         return self._m, self._observer.observe(self._d, self.time_ns * 1e-9, moving=moving)
 
     def has_link(self, name: str) -> bool:
-        """Whether there is a link of a name."""
+        """Return whether there is a link of this name."""
         return bool(mujoco.mj_name2id(self._m, mujoco.mjtObj.mjOBJ_BODY, name) >= 0)
 
     @property
@@ -368,7 +368,7 @@ class Simulation:
             wake(self._m, self._d)
 
     def push(self, push: Push) -> None:
-        """Let a force and a torque act on a body for a while."""
+        """Apply a force and a torque to a body for a duration."""
         self._pushes.add(push)
         wake(self._m, self._d)
 
@@ -387,12 +387,12 @@ class Simulation:
         wake(self._m, self._d)
 
     def begin_world(self) -> None:
-        """Start anew, with the gravity that the world asks for; time goes on."""
+        """Reset the states, and set the gravity of the world; time continues."""
         self.set_gravity(self.model.mj_model.opt.gravity)
         self.reset_state()
 
     def link_pose(self, link: str) -> LinkPose:
-        """Where a link's frame is in the world."""
+        """Return the pose of a link's frame in the world."""
         mujoco.mj_kinematics(self._m, self._d)
         body = self._d.body(link)
         return LinkPose(np.array(body.xpos), np.array(body.xquat), body.xmat.reshape(3, 3).copy())

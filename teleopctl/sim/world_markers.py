@@ -36,7 +36,7 @@ _UNSET_RGBA = np.array([0.5, 0.5, 0.5, 1.0], np.float32)
 
 
 class WorldMarkers:
-    """Publishes a world's shapes while there are any.
+    """Publishes the world's shapes as markers, while there are any.
 
     Args:
         node: Who publishes.
@@ -64,7 +64,7 @@ class WorldMarkers:
         self._publisher.publish(self._message)
 
     def look(self) -> None:
-        """Send it again to readers that have come, since not all ask for what is kept."""
+        """Publish the markers again if there are new subscribers."""
         if self._publisher is None:
             return
         before, self._readers = self._readers, self._publisher.get_subscription_count()

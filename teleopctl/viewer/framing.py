@@ -46,7 +46,7 @@ def view_of(description: RobotDescription, meshes: Mapping[str, MeshFile]) -> tu
 
 
 def seen_from(cameras: Iterable[viser.CameraHandle]) -> Transform | None:
-    """Where the camera that has moved last stands: x ahead, y left, z up; None without any."""
+    """Return the pose of the camera that moved last (x ahead, y left, z up), or None."""
     camera = max(cameras, key=lambda one: one.update_timestamp, default=None)
     if camera is None:
         return None

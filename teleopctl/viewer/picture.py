@@ -133,7 +133,7 @@ class Picture:
             display.end()
 
     def begin(self) -> None:
-        """Draw: somebody looks."""
+        """Start drawing: a browser shows the page."""
         self._drawn = True
         for display in self.displays:
             if display.is_enabled:
@@ -179,12 +179,12 @@ class Picture:
                 display.set("Marker Scale", round_number(radius))
 
     def look_from(self, view: View) -> None:
-        """Have those who open the page see it so."""
+        """Set the camera pose of browsers that open the page from now on."""
         self._server.initial_camera.position = view.eye
         self._server.initial_camera.look_at = view.focus
 
     def camera(self) -> Transform | None:
-        """From where somebody looks; see `Stage.camera`."""
+        """Return the camera's pose; see `Stage.camera`."""
         return seen_from(client.camera for client in self._server.get_clients().values())
 
     def text(self, camera: viser.CameraHandle | None = None) -> str:

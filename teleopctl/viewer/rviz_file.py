@@ -38,11 +38,11 @@ Lines = dict[tuple[int, Any], int]
 
 
 class RvizFileError(TeleopctlError):
-    """A file is no ``.rviz`` file; the message names it."""
+    """A file is no valid ``.rviz`` file; the message names it."""
 
 
 class View(NamedTuple):
-    """Where the picture is seen from, in the view's target frame; metres.
+    """Position and focal point of the camera, in the view's target frame; metres.
 
     Attributes:
         eye: Where the camera is.
@@ -103,13 +103,13 @@ class RvizFile:
         return cls(document, lines)
 
     def text(self) -> str:
-        """The file, as RViz reads it."""
+        """Return the file's YAML, as RViz reads it."""
         import yaml
 
         return yaml.safe_dump(self.document, sort_keys=False, allow_unicode=True)
 
     def line_of(self, mapping: dict[str, Any], key: str) -> int | None:
-        """The line of the file in which a key of one of its mappings stands, if it was there."""
+        """Return the line of a key in one of the file's mappings, or None."""
         return self._lines.get((id(mapping), key))
 
     # --- displays -----------------------------------------------------------------------------
@@ -127,7 +127,7 @@ class RvizFile:
         self._displays().append(given)
 
     def remove(self, given: dict[str, Any]) -> None:
-        """Take a display out, in whatever group it is."""
+        """Remove a display from the file, in whatever group it is."""
         _remove(self._displays(), given)
 
     def _displays(self) -> list[Any]:
@@ -159,19 +159,19 @@ class RvizFile:
         return red, green, blue
 
     def tools(self) -> list[dict[str, Any]]:
-        """What the file says of tools."""
+        """Return the tools of the file."""
         tools = self._manager.get("Tools")
         return [one for one in tools if isinstance(one, dict)] if isinstance(tools, list) else []
 
     @property
     def current_view(self) -> dict[str, Any]:
-        """What the file says of where the picture is seen from."""
+        """The current view of the file, as a mapping."""
         current = _inner(self._manager, "Views").get("Current")
         return current if isinstance(current, dict) else {}
 
     @property
     def view(self) -> View | None:
-        """Where the picture is seen from; None if the file does not say."""
+        """Return the camera's position and focal point; None if the file has no view."""
         return _view(self.current_view) if self.current_view else None
 
     @view.setter

@@ -23,7 +23,7 @@ class _Wish:
 
 
 class UnknownTypes:
-    """Learns types, and begins what waits for them.
+    """Requests the definitions of unknown message types, and then starts what needs them.
 
     Args:
         node: Who asks.
@@ -68,7 +68,7 @@ class UnknownTypes:
         return end
 
     def look(self) -> None:
-        """Ask those who use a type, if others do than last time; called when the graph changes."""
+        """Request missing definitions from new users of a type; called on graph changes."""
         if not self._wishes:
             return
         graph = self._node.graph()

@@ -113,7 +113,7 @@ class Viewer(Node):
     def subscribe(
         self, topic: str, type_name: str, callback: Callable[[Any], object], qos: QoSProfile
     ) -> Callable[[], None]:
-        """Listen to a topic; the function that is returned ends it.
+        """Subscribe to a topic; return a function that ends the subscription.
 
         A type that is not known on this machine is learned first; see `Stage.knows`.
         """
@@ -131,17 +131,17 @@ class Viewer(Node):
         return begin() if self.knows(type_name) else self._types.when_known(type_name, begin)
 
     def knows(self, type_name: str) -> bool:
-        """Whether a type is known on this machine; see `Stage.knows`."""
+        """Return whether a type is known on this machine; see `Stage.knows`."""
         return known_types().find(type_name) is not None
 
     @property
     def robot_folder(self) -> Path | None:
-        """Where the robot's description is from, as far as that is known."""
+        """Folder of the robot's description file; None if unknown."""
         path = self.robot_file.path
         return None if path is None else path.parent
 
     def camera(self) -> Transform | None:
-        """From where somebody looks; see `Stage.camera`."""
+        """Return the camera's pose; see `Stage.camera`."""
         return self.picture.camera()
 
     def work(self, task: Callable[[], Any], then: Callable[[Any], object]) -> None:
@@ -175,7 +175,7 @@ class Viewer(Node):
         self.picture.reset()
 
     def notify(self, title: str, text: str = "", *, wrong: bool = False) -> None:
-        """Tell everybody who looks, for some seconds."""
+        """Show a notification in all browsers, for some seconds."""
         for client in self.server.get_clients().values():
             client.add_notification(
                 title, text, color="red" if wrong else None, auto_close_seconds=8.0
@@ -276,7 +276,7 @@ def open_viewer(
     panels: list[str] | None = None,
     cli_args: Sequence[str] | None = None,
 ) -> tuple[Viewer, Address]:
-    """Open a page and make the node that serves it.
+    """Open the page's server and make the node that serves it.
 
     Args:
         host: See `open_server`, as for ``port``.

@@ -8,7 +8,7 @@ from teleopctl.bag.metadata import BagMetadata
 
 
 def disagreements(said: BagMetadata, found: BagMetadata) -> Iterator[str]:
-    """Yield a sentence for each thing that is otherwise.
+    """Yield a sentence for each difference between ``metadata.yaml`` and the files.
 
     Args:
         said: By ``metadata.yaml``.

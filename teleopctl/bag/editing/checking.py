@@ -20,7 +20,7 @@ from teleopctl.interfaces import deserialize, hash_of_text
 
 
 class Finding(NamedTuple):
-    """Something that is wrong with a bag.
+    """A fault of a bag.
 
     Attributes:
         place: The file, or the topic.
@@ -101,7 +101,7 @@ class _TopicCheck:
                 self._fault = error.message
 
     def findings_of_type(self) -> Iterator[Finding]:
-        """What is wrong with its definition."""
+        """Yield the faults of the topic's type definition."""
         topic = self._topic
         if not topic.type_name:
             yield Finding(topic.name, "it has no type")
@@ -132,7 +132,7 @@ class _TopicCheck:
             self._reason = self._reason or f"at {message.log_time_ns}: {error.message}"
 
     def findings(self, count: int) -> Iterator[Finding]:
-        """What is wrong with its messages.
+        """Yield the faults of the topic's messages.
 
         Args:
             count: How many the bag says that it has.

@@ -53,7 +53,7 @@ def copy_bags(
     told: Told = lambda _done: None,
     left_out: Callable[[str], object] | None = None,
 ) -> list[dict[str, int]]:
-    """Write bags from bags; attachments, records, profiles, hashes and definitions go with them.
+    """Write bags from bags, with attachments, records, QoS profiles, hashes and definitions.
 
     What was written so far is removed where it cannot be ended.
 

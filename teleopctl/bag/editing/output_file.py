@@ -112,7 +112,7 @@ class _Entry:
             self._take(key, value)
 
     def output(self) -> Output:
-        """What is to be written."""
+        """Return the options of the bag to write."""
         values = self._values
         if not values.get("uri"):
             raise InvalidFileError(f"{self._path}:{self._line}: an output has no 'uri'")

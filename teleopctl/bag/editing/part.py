@@ -46,7 +46,7 @@ class BagPart:
         return [message for message in found if message.log_time_ns >= self._start_ns]
 
     def attachments(self) -> Iterator[BagAttachment]:
-        """Yield the files inside it."""
+        """Yield the attachments of the bag."""
         return self._bag.attachments()
 
     def records(self) -> Iterator[tuple[str, dict[str, str]]]:

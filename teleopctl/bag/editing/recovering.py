@@ -26,7 +26,7 @@ from teleopctl.interfaces import deserialize
 
 
 class Recovery(NamedTuple):
-    """What was done to a bag.
+    """Result of the recovery of a bag.
 
     Attributes:
         path: Where the whole bag is.

@@ -13,7 +13,7 @@ from teleopctl.errors import InvalidFileError, NotFoundError
 
 
 def reindex(folder: Path) -> BagMetadata:
-    """Make ``metadata.yaml`` anew, and give files that were not finished their end.
+    """Rewrite ``metadata.yaml``, and finish files that were not closed.
 
     What the old one has of the person's own data is kept, where it can be read.
 

@@ -16,7 +16,7 @@ class Sequences:
 
     @property
     def lost(self) -> int:
-        """How many are missing between the first and the last."""
+        """Return the number of missing messages between the first and the last."""
         return 0 if self._first is None else self._last - self._first + 1 - self._count
 
     def add(self, number: int) -> bool:

@@ -12,7 +12,7 @@ from teleopctl.errors import RefusedError
 
 
 class Sources:
-    """Bags that are open, as one.
+    """Several open bags, read as one.
 
     Args:
         bags: The bags; they stay whoever opened them's to close.
@@ -42,12 +42,12 @@ class Sources:
 
     @property
     def distribution(self) -> str:
-        """The ROS 2 distribution of the first bag that names one."""
+        """ROS 2 distribution of the first bag that has one."""
         return next(filter(None, (bag.metadata.distribution for bag in self._bags)), "")
 
     @property
     def custom_data(self) -> dict[str, str]:
-        """What people added; of equal keys the first bag's counts."""
+        """Custom data of all bags; of equal keys the first bag's counts."""
         merged: dict[str, str] = {}
         for bag in reversed(self._bags):
             merged |= bag.metadata.custom_data

@@ -47,7 +47,7 @@ class PlottedField(NamedTuple):
 
     @property
     def full_name(self) -> str:
-        """As rqt_plot writes it: ``/joint_states/position[0]``."""
+        """Name of the field in rqt_plot's spelling: ``/joint_states/position[0]``."""
         return f"{self.topic}/{self.path.replace('.', '/')}"
 
 

@@ -103,7 +103,7 @@ class Decoder:
 
 # Any: as above.
 def class_of(topic: BagTopic) -> type[Any]:
-    """The class of the messages of a topic, by the bag's definition of it.
+    """Return the message class of a topic, by the bag's definition of the type.
 
     Where the bag has none, the type of that name is taken, if this process knows one.
 

@@ -24,7 +24,7 @@ _BT709, _BT601_MATRIX = 1, 6
 
 
 class Film:
-    """A film that gets one frame after the other.
+    """Video file to which frames are added one by one, each with its time.
 
     Each frame has its own time, so that a film is as long as what it shows, whatever the rate of
     the camera was; frames of the same time follow each other by one tick.

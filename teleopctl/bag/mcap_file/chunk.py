@@ -75,7 +75,7 @@ def read_chunk(stream: BinaryIO, index: ChunkIndex) -> list[Schema | Channel | M
 def read_latest(
     stream: BinaryIO, index: ChunkIndex, channels: Iterable[int], end_ns: int, most: int
 ) -> list[Message]:
-    """Return the last messages of channels before a log time, and read no others.
+    """Return the last messages of channels before a log time, by the chunk's message indexes.
 
     Args:
         stream: The file; it is left somewhere.
@@ -106,7 +106,7 @@ def read_latest(
 
 
 def read_message_index(stream: BinaryIO, offset: int) -> MessageIndex:
-    """Read the message index there.
+    """Read the message index at an offset.
 
     Raises:
         Exception: One of `BROKEN`: there is none.
@@ -121,7 +121,7 @@ def read_message_index(stream: BinaryIO, offset: int) -> MessageIndex:
 
 
 def message_indexes(stream: BinaryIO, index: ChunkIndex) -> list[MessageIndex]:
-    """Make the message indexes of a chunk anew from its content.
+    """Rebuild the message indexes of a chunk from its content.
 
     Args:
         stream: The file; it is left somewhere.
@@ -153,7 +153,7 @@ def read_record(kind: type[_Record], data: bytes) -> _Record:
 
 
 def read_message(data: bytes, start: int, end: int) -> Message:
-    """Read the message whose content stands there."""
+    """Parse the message record between two offsets."""
     channel, sequence, log_ns, publish_ns = MESSAGE_HEAD.unpack_from(data, start)
     return Message(channel, log_ns, data[start + MESSAGE_HEAD.size : end], publish_ns, sequence)
 

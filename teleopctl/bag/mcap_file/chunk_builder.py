@@ -35,7 +35,7 @@ _LEAST_GAIN = 0.02
 
 
 class Compression(enum.Enum):
-    """How chunks are compressed: most room for ``none``, most time for ``zstd``."""
+    """Compression of chunks."""
 
     NONE = "none"
     LZ4 = "lz4"
@@ -43,7 +43,7 @@ class Compression(enum.Enum):
 
 
 class CompressionLevel(enum.Enum):
-    """How much time compressing may take, under rosbag2's names."""
+    """Level of compression, under rosbag2's names."""
 
     FASTEST = "Fastest"
     FAST = "Fast"
@@ -58,7 +58,7 @@ _LZ4_LEVELS = dict(zip(CompressionLevel, (-1, 0, 0, 10, 12), strict=True))
 
 
 class ChunkSettings(NamedTuple):
-    """How chunks are made.
+    """Size and compression of chunks.
 
     Attributes:
         compression: Of what they hold.
@@ -76,7 +76,7 @@ class ChunkSettings(NamedTuple):
 
 
 class ChunkBuilder:
-    """Gathers records, and makes chunks of them.
+    """Collects records and makes chunks of them.
 
     Args:
         settings: How.
@@ -95,7 +95,7 @@ class ChunkBuilder:
 
     @property
     def has_messages(self) -> bool:
-        """Whether there is something that a chunk is worth."""
+        """Whether messages were collected since the last chunk."""
         return bool(self._indexes)
 
     def add_record(self, data: bytes) -> None:
@@ -120,7 +120,7 @@ class ChunkBuilder:
         self.size += _MESSAGE.size + length
 
     def take(self, offset: int) -> tuple[list[bytes], ChunkIndex]:
-        """Return the chunk with its message indexes, and begin the next one.
+        """Return the chunk with its message indexes, and start a new chunk.
 
         Args:
             offset: Where in the file it is going to be.

@@ -50,7 +50,7 @@ class CutChunk(NamedTuple):
 
 
 def read_cut_chunk(stream: BinaryIO, found: Scan) -> CutChunk | None:
-    """Return what there is of a chunk behind the last whole record; None where that is nothing.
+    """Return the readable part of a chunk at the end of a cut file; None for nothing.
 
     Args:
         stream: The file; it is left somewhere.

@@ -41,7 +41,7 @@ _log_time_ns = attrgetter("log_time_ns")
 
 
 class Salvage(NamedTuple):
-    """How messages of a broken chunk are taken over, where its broken part is not the whole.
+    """Policy for the messages of a broken chunk.
 
     Attributes:
         takes: Whether a message is taken: what it says may have changed.
@@ -91,7 +91,7 @@ class McapFileReader:
 
     @property
     def description(self) -> BagFile:
-        """What ``metadata.yaml`` says of it."""
+        """Entry of the file for ``metadata.yaml``."""
         statistics = self._summary.statistics
         if statistics is None or not statistics.message_count:
             return BagFile(self.path.name)
@@ -159,7 +159,7 @@ class McapFileReader:
         return found
 
     def attachments(self) -> Iterator[BagAttachment]:
-        """Yield the files inside it."""
+        """Yield the attachments of the file."""
         for index in self._summary.attachment_indexes:
             data = self._content_at(index.offset, Opcode.ATTACHMENT)
             try:

@@ -102,7 +102,7 @@ class McapFileWriter:
 
     @property
     def description(self) -> BagFile:
-        """What ``metadata.yaml`` says of it."""
+        """Entry of the file for ``metadata.yaml``."""
         if self._first_ns is None:
             return BagFile(self.path.name)
         duration_ns = self._last_ns - self._first_ns
@@ -183,7 +183,7 @@ class McapFileWriter:
         self._try(self._stream.flush)
 
     def sync(self) -> None:
-        """Have the operating system write to the disk what it was handed over, and wait for it.
+        """Flush the written data to the disk, and wait until that is done (fsync).
 
         For another thread than the one that writes: it may take seconds.
         """

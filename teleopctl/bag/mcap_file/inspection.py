@@ -24,7 +24,7 @@ _JITTER_NS = 10_000_000
 
 
 class Fault(NamedTuple):
-    """Something that is wrong with a file.
+    """A fault of an MCAP file.
 
     Attributes:
         what: In one sentence.
@@ -143,7 +143,7 @@ class _Clock:
         self._latest[index.channel_id] = latest
 
     def faults(self) -> Iterator[Fault]:
-        """What is wrong with them; nothing has to be repaired for it."""
+        """Yield a sentence about messages whose times are out of order."""
         if self._count:
             yield Fault(
                 f"the times of {self._count} messages are before those of earlier ones of their"

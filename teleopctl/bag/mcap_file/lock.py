@@ -14,7 +14,7 @@ else:
 
 
 def hold(stream: io.IOBase) -> bool:
-    """Hold a file until it is closed; False where another program holds it.
+    """Lock a file until it is closed; return False if another program has locked it.
 
     The operating system lets go of it when the program dies, however it does.
     """

@@ -16,7 +16,7 @@ from teleopctl.errors import InvalidFileError, RefusedError, SystemFailureError
 
 
 class Repair(NamedTuple):
-    """What was done to a file.
+    """Result of the repair of a file.
 
     Attributes:
         message_count: How many messages it has.

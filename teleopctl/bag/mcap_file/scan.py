@@ -61,7 +61,7 @@ _CHUNK = re.compile(rb"\x06.{36}(?:\x04\0\0\0zstd|\x03\0\0\0lz4|\0\0\0\0)", re.D
 
 @dataclass
 class Scan:
-    """What a walk has found.
+    """Result of a scan over all records of a file.
 
     Attributes:
         summary: As a finished file has it, with its statistics.
@@ -131,7 +131,7 @@ def scan(path: Path) -> Scan:
 
 
 class Times(NamedTuple):
-    """How many messages, and from when to when, in nanoseconds since the epoch."""
+    """Number of messages, and their first and last time in nanoseconds since the epoch."""
 
     messages: int
     first_ns: int

@@ -28,7 +28,7 @@ _INDEX_LENGTH = struct.Struct("<Q")
 
 
 def read_summary(stream: BinaryIO) -> Summary | None:
-    """Return the summary; None where there is none, or none that can be believed.
+    """Return the summary section; None if there is no consistent one.
 
     Args:
         stream: The file; it is left somewhere.

@@ -19,7 +19,7 @@ _QOS = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
 
 
 class ClockOutput:
-    """Publishes playback time, at a rate or with messages; nothing where nobody asked for it.
+    """Publishes the playback time on /clock, at a rate or with messages of given topics.
 
     Args:
         node: The node that publishes.
@@ -49,12 +49,12 @@ class ClockOutput:
             self._thread.start()
 
     def before(self, topic: str) -> None:
-        """Publish the time if a message of this topic is to come with it."""
+        """Publish the time if messages of this topic are to come with it."""
         if self._topics is None or topic in self._topics:
             self.publish()
 
     def publish(self) -> None:
-        """Publish the time, if anybody asked for it."""
+        """Publish the time, if /clock was requested."""
         if self._publisher is not None:
             stamp = Time(nanoseconds=self._line.now_ns()).to_msg()
             self._publisher.publish(self._class(clock=stamp))

@@ -17,7 +17,7 @@ STATIC_TRANSFORMS_KEPT = 100
 
 
 def offer_for(topic: BagTopic) -> QoSProfile | None:
-    """Return the profile that was recorded, or None where publishers offered different ones.
+    """Return the recorded QoS profile; None if the publishers offered different ones.
 
     Only what decides who can understand whom has to be the same: not history, depth and lifespan.
     """
@@ -38,7 +38,7 @@ def offer_for(topic: BagTopic) -> QoSProfile | None:
 
 
 def default_offer() -> QoSProfile:
-    """The profile for a topic whose publishers offered different ones."""
+    """Return the QoS profile for a topic whose publishers offered different ones."""
     return QoSProfile(depth=_DEPTH)
 
 
@@ -61,7 +61,7 @@ def keeping_all(offer: QoSProfile) -> QoSProfile:
 
 
 def latched_messages(topic: BagTopic) -> int:
-    """How many of its last messages a late subscriber has to have; 0 of one that is not latched."""
+    """Return how many last messages a late subscriber must receive; 0 for volatile topics."""
     if not topic.is_latched:
         return 0
     return STATIC_TRANSFORMS_KEPT if topic.type_name == STATIC_TRANSFORMS else 1

@@ -15,7 +15,7 @@ RequestSource = Literal["service_introspection", "client_introspection"]
 
 @dataclass(frozen=True)
 class PlayOptions:
-    """How a bag is played; the defaults are those of ``ros2 bag play``.
+    """Options of a player; the defaults are those of ``ros2 bag play``.
 
     Attributes:
         rate: Seconds of the bag per second.

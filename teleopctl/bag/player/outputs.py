@@ -59,7 +59,7 @@ class Outputs:
 
     @property
     def topics(self) -> Collection[str]:
-        """The names of the topics that are played, as the bag has them."""
+        """Names of the played topics, as in the bag."""
         return self._sends.keys()
 
     def send(self, message: BagMessage) -> bool:

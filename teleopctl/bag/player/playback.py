@@ -123,7 +123,7 @@ class Playback:
         return True
 
     def play_from(self, start_ns: int, duration_ns: int | None, until_ns: int | None) -> bool:
-        """Begin to play another part than the options say; False while it plays.
+        """Play another part than that of the options; return False while the player plays.
 
         Args:
             start_ns: From here on, in nanoseconds behind the bag's start.
@@ -145,12 +145,12 @@ class Playback:
         return True
 
     def pause(self) -> None:
-        """Let playback time stand still."""
+        """Pause the playback time."""
         self._line.pause()
         self._log.info("Pausing play.")
 
     def resume(self) -> None:
-        """Let playback time run on."""
+        """Resume the playback time."""
         self._line.resume()
         self._log.info("Resuming play.")
 
@@ -263,11 +263,11 @@ class Playback:
 
     @property
     def position_ns(self) -> int:
-        """The time of the last message that was sent, or of the jump after it."""
+        """Time of the last published message, or of the jump after it."""
         return self._tape.position_ns
 
     def close(self) -> None:
-        """Stop, close the bags, and destroy what the node has for them."""
+        """Stop, close the bags, and destroy the player's publishers and services."""
         self._node.context.forget_on_shutdown(self._leave)
         self._leave()
         if self._thread is not None and self._thread.ident is not None:

@@ -51,7 +51,7 @@ class Player(Playback):
         self._services = PlayerServices(node, self)
 
     def close(self) -> None:
-        """Stop, close the bags, and destroy what the node has for them."""
+        """Stop, close the bags, and destroy the player's publishers and services."""
         self._services.close()
         super().close()
 

@@ -46,7 +46,7 @@ class ReadAhead:
         self._thread.start()
 
     def first(self) -> BagMessage | None:
-        """Return the oldest message that waits, which stays; None where there is none now.
+        """Return the oldest message without removing it; None if there is none yet.
 
         Raises:
             TeleopctlError: The bag could not be read any further.

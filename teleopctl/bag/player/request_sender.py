@@ -19,7 +19,7 @@ _EVENTS = {"client_introspection": 0, "service_introspection": 1}
 
 
 class RequestSender:
-    """Sends the requests that events of one service tell of.
+    """Sends the requests that recorded service events contain.
 
     Args:
         node: The node that asks.
@@ -44,7 +44,7 @@ class RequestSender:
         )
 
     def send(self, message: BagMessage) -> bool:
-        """Send the request of an event; False where it has none, or nobody serves it."""
+        """Send the request of an event; return False if it has none or there is no server."""
         try:
             event = deserialize(message.data, self._event_class)
         except InvalidMessageError as error:

@@ -19,7 +19,7 @@ _ACTION_TOPIC = re.compile(
 
 
 class TopicKind(enum.Enum):
-    """What a topic belongs to."""
+    """Kind of a topic: message topic, service event or action."""
 
     TOPIC = enum.auto()
     SERVICE = enum.auto()
@@ -38,7 +38,7 @@ def kind_of(name: str, type_name: str) -> tuple[TopicKind, str]:
 
 @dataclass(frozen=True)
 class PlaySelection:
-    """What is played and what is not; an empty one plays everything.
+    """Selection of the topics, services and actions to play; by default all.
 
     What is excluded is never played. Of each kind, all are played if neither names of that kind
     nor an expression are given; else those that have one of the names or fit the expression.

@@ -17,7 +17,7 @@ from teleopctl.errors import UsageError
 
 
 class Split(NamedTuple):
-    """Where a file of a bag ends and the next one begins; its time in nanoseconds since epoch."""
+    """Boundary between two files of a bag; its time in nanoseconds since the epoch."""
 
     time_ns: int
     closed_file: Path

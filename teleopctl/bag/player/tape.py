@@ -14,7 +14,7 @@ from teleopctl.bag.records import BagMessage
 
 
 class Tape:
-    """Messages in their order from any time on; one thread uses it.
+    """Cursor over the messages of bags, in time order; used by one thread.
 
     Args:
         source: The bags.
@@ -76,7 +76,7 @@ class Tape:
             self._send(message)
 
     def next(self) -> tuple[BagMessage | None, bool]:
-        """The next message, which stays; and where there is none now, whether none will come.
+        """Return the next message without removing it, and whether no more will come.
 
         Raises:
             TeleopctlError: The bag could not be read any further.
@@ -100,7 +100,7 @@ class Tape:
         return self._send(message)
 
     def time_of(self, message: BagMessage) -> int:
-        """When a message is due, in nanoseconds since the epoch."""
+        """Return the time at which a message is due, in nanoseconds since the epoch."""
         return message.publish_time_ns if self._is_by_sent_time else message.log_time_ns
 
     def close(self) -> None:

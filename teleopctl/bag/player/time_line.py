@@ -10,7 +10,7 @@ from teleopctl.interfaces import NANOSECONDS_PER_SECOND
 
 
 class SteadyTime(Protocol):
-    """A clock that never jumps, and waiting by it; tests have one of their own."""
+    """Steady clock to wait by; tests provide their own."""
 
     def now_ns(self) -> int:
         """The time in nanoseconds, from any origin."""
@@ -79,13 +79,13 @@ class TimeLine:
             return self._now_ns()
 
     def pause(self) -> None:
-        """Let it stand still. Idempotent."""
+        """Pause the time. Idempotent."""
         with self._changed:
             self._set(self._now_ns())
             self._is_paused = True
 
     def resume(self) -> None:
-        """Let it run on. Idempotent."""
+        """Resume the time. Idempotent."""
         with self._changed:
             self._set(self._now_ns())
             self._is_paused = False
@@ -105,7 +105,7 @@ class TimeLine:
             self._set(time_ns)
 
     def wake(self) -> None:
-        """End the wait that is going on, or else the next one."""
+        """End the present wait, or the next one if there is none."""
         with self._changed:
             self._is_woken = True
             self._changed.notify_all()

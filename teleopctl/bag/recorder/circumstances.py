@@ -55,7 +55,7 @@ _LIBRARIES = ("mujoco", "numpy", "eclipse-zenoh", "rosbags", "mcap")
 
 
 class Circumstances:
-    """Gathers versions, the launch, robot descriptions and parameters, on a thread of its own.
+    """Collects versions, the launch, robot descriptions and parameters for the bag's metadata.
 
     What is there is written at once, since a recorder may be killed; what comes later, and what a
     node has otherwise once it has settled, when that is so, and at the latest at the end.
@@ -102,7 +102,7 @@ class Circumstances:
         self._thread.join(2 * _LONGEST_END_S)
 
     def join(self) -> None:
-        """Wait until nothing is asked any more, after `close`."""
+        """Wait until all pending requests have ended, after `close`."""
         self._thread.join()
 
     def _run(self) -> None:

@@ -30,7 +30,7 @@ class Definitions:
         self._found: dict[tuple[str, str], TypeText] = {}
 
     def find_here(self, type_name: str, version: str) -> TypeText | None:
-        """A definition that is known already; None where another node has to be asked."""
+        """Return a type's definition if this process has it; None if a node must be asked."""
         key = (type_name, version)
         if key not in self._found:
             found = known_definition(type_name, version)

@@ -26,7 +26,7 @@ _MOST_BYTES = 64 * 2**20
 
 
 class EarlyMessages:
-    """Listens to every topic of the domain, and keeps what comes until somebody asks for it.
+    """Subscribes to all topics of the domain, and keeps messages until they are fetched.
 
     Args:
         node: Whose session listens.

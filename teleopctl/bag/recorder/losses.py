@@ -32,7 +32,7 @@ class Losses(NamedTuple):
 
 
 class LossCounter:
-    """Counts losses; the transport's threads tell it of them."""
+    """Counts lost messages; thread-safe."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
@@ -56,7 +56,7 @@ class LossCounter:
             return Losses(dict(self._in_recorder), dict(self._in_transport))
 
     def since_last_time(self) -> Losses:
-        """The losses since this was last asked for."""
+        """Return the losses since the previous call."""
         now, before = self.so_far(), self._told
         self._told = now
         return Losses(
@@ -66,7 +66,7 @@ class LossCounter:
 
 
 def described(counts: Mapping[str, int]) -> str:
-    """How many messages of which topics, on one line, the most first."""
+    """Return the numbers of messages by topic on one line, the largest first."""
     ordered = sorted(counts.items(), key=lambda item: (-item[1], item[0]))
     parts = [f"{topic} {count}" for topic, count in ordered[:_MOST_TOPICS]]
     if len(ordered) > _MOST_TOPICS:

@@ -46,7 +46,7 @@ class MessageQueue:
         return self._is_closed
 
     def put(self, message: BagMessage) -> bool:
-        """Add a message, from any thread; False when there is no room for it."""
+        """Add a message from any thread; return False if the queue is full."""
         size = len(message.data)
         with self._lock:
             if self._is_closed or (self._bytes and self._bytes + size > self._most_bytes):

@@ -21,7 +21,7 @@ _HIGHEST_RATE_HZ = 1000.0
 
 @dataclass(frozen=True)
 class RecorderOptions:
-    """How a recorder works.
+    """Options of a recorder.
 
     Attributes:
         selection: Which topics, services and actions are recorded.

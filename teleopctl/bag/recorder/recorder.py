@@ -109,12 +109,12 @@ class Recorder:
 
     @property
     def options(self) -> RecorderOptions:
-        """What is recorded, and how."""
+        """Options of the recorder."""
         return self._options
 
     @property
     def is_recording(self) -> bool:
-        """Whether there is a bag that is being written, paused or not."""
+        """Whether a bag is open, paused or not."""
         return self._session is not None
 
     @property
@@ -145,7 +145,7 @@ class Recorder:
 
     @property
     def losses(self) -> Losses:
-        """What was not recorded of the present bag or the last one, though it was sent."""
+        """Losses of the present bag, or of the last one."""
         session = self._session or self._last_session
         return Losses({}, {}) if session is None else session.losses.so_far()
 
@@ -180,7 +180,7 @@ class Recorder:
                 logger.info("Recording...")
 
     def stop(self) -> None:
-        """Finish the bag; `record` begins another one. Idempotent.
+        """Finish the bag; `record` starts another one. Idempotent.
 
         Raises:
             SystemFailureError: The disk refused, now or before.

@@ -18,7 +18,7 @@ _ACTION_TOPIC = re.compile(
 
 @dataclass(frozen=True)
 class Selection:
-    """Which topics, services and actions are recorded.
+    """Selection of the topics, services and actions to record.
 
     Services are recorded by the events that introspection publishes of them, actions by their
     feedback, their status and the events of their services. A regular expression is searched for
@@ -79,7 +79,7 @@ class Selection:
     def with_absolute_names(
         self, topic: Callable[[str], str], service: Callable[[str], str]
     ) -> Selection:
-        """The same selection with names as the graph has them.
+        """Return the selection with fully qualified names.
 
         Args:
             topic: Resolves the name of a topic.
@@ -116,7 +116,7 @@ class Selection:
         ) and type_name not in self.exclude_topic_types
 
     def takes_hidden(self, topic: str, type_name: str) -> bool:
-        """Whether a topic is recorded as far as hiding is concerned."""
+        """Return whether the rules for hidden topics let a topic be recorded."""
         is_own_kind = _ACTION_TOPIC.fullmatch(topic) or is_service_event(topic, type_name)
         return bool(self.include_hidden_topics or is_own_kind) or not is_hidden_name(topic)
 

@@ -26,11 +26,11 @@ _LONGEST_S = 60.0
 
 
 class Controls(Protocol):
-    """What the services call: a `Recorder`."""
+    """The methods of a `Recorder` that its services call."""
 
     @property
     def is_recording(self) -> bool:
-        """Whether there is a bag that is being written."""
+        """Whether a bag is open."""
 
     @property
     def is_paused(self) -> bool:
@@ -44,7 +44,7 @@ class Controls(Protocol):
         """Begin a bag."""
 
     def stop(self) -> None:
-        """Finish it."""
+        """Finish the bag."""
 
     def pause(self) -> None:
         """Leave out what comes."""

@@ -121,7 +121,7 @@ class Session:
         return self.writing.split()
 
     def take_snapshot(self) -> Future[bool]:
-        """Write what is in memory; False where nothing is kept there."""
+        """Write the snapshot buffer; the result is False in a recording without one."""
         return self.writing.take_snapshot()
 
     def close(self) -> None:
@@ -142,7 +142,7 @@ class Session:
         self.writing.close()
 
     def join(self) -> None:
-        """Wait for what still asks other nodes; short where the context has ended."""
+        """Wait for pending requests to other nodes; briefly if the context has ended."""
         if self._circumstances is not None:
             self._circumstances.join()
 

@@ -50,7 +50,7 @@ class SnapshotBuffer:
             self._fallen_out[oldest.topic] += 1
 
     def take(self) -> list[BagMessage]:
-        """Return what is kept, the latched messages first, and begin anew."""
+        """Return and remove the buffered messages, the latched ones first."""
         messages, self._messages, self._bytes = self._messages, deque(), 0
         if not messages:
             return []

@@ -35,7 +35,7 @@ _DEFAULT_DEPTH = 10
 
 
 class Gate:
-    """Whether messages pass; the transport's threads look at it.
+    """Decides whether messages are recorded: not while the recorder is paused.
 
     Attributes:
         is_open: False while the recorder is paused.
@@ -116,7 +116,7 @@ class Topics:
         return sorted(self._topics)
 
     def follow(self, graph: Graph) -> None:
-        """Subscribe to what is new, and describe what can be described without asking."""
+        """Subscribe to new topics, and add the type definitions that are known."""
         named = graph.topic_names_and_types(include_hidden=True)
         # The log first: what the recorder says while it begins with the others is in it.
         for name, types in sorted(named, key=lambda topic: topic[0] != _LOG):
@@ -133,7 +133,7 @@ class Topics:
                 self._describe(topic, graph)
 
     def ask_for_a_definition(self, graph: Graph) -> bool:
-        """Ask other nodes for one definition that is missing; False where none is."""
+        """Request one missing type definition from other nodes; return False if none is missing."""
         topic = next((topic for topic in self._topics.values() if not topic.is_described), None)
         if topic is None:
             return False
@@ -147,7 +147,7 @@ class Topics:
         return True
 
     def record_what_was_kept(self) -> None:
-        """Record what latched topics last said while the recorder was paused: it still holds."""
+        """Record the last messages of latched topics that were received while paused."""
         now_ns = self._node.get_clock().nanoseconds()
         for topic in tuple(self._topics.values()):
             for publisher in tuple(topic.kept):

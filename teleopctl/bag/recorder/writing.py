@@ -32,7 +32,7 @@ ResultT = TypeVar("ResultT")
 
 
 class WritingThread:
-    """Writes the messages of a queue into a bag, on a thread of its own.
+    """Writes the messages of a queue to a bag, on a thread of its own.
 
     Messages of a topic whose definition is still being asked for are held until `add_topic`.
 
@@ -100,7 +100,7 @@ class WritingThread:
         return self.ask(lambda writer: writer.split())
 
     def take_snapshot(self) -> Future[bool]:
-        """Write what is in memory, as a file of its own; False where nothing is kept."""
+        """Write the snapshot buffer to a file of its own; the result is False without one."""
         return self.ask(self._write_snapshot)
 
     def close(self) -> None:

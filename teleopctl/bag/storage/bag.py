@@ -78,7 +78,7 @@ class Bag(Protocol):
         """
 
     def attachments(self) -> Iterator[BagAttachment]:
-        """Yield the files inside it."""
+        """Yield the attachments of the bag."""
 
     def records(self) -> Iterator[tuple[str, dict[str, str]]]:
         """Yield the names and values of its records of metadata."""
@@ -174,7 +174,7 @@ def bag_files(path: Path) -> list[Path]:
 
 
 def stored_files(folder: Path) -> list[Path]:
-    """The files of a bag that are in its folder, whatever ``metadata.yaml`` says, by number."""
+    """Return the bag's files in its folder, by number, whatever ``metadata.yaml`` lists."""
     found = {file for file in folder.iterdir() if _suffix(file) in _SUFFIXES}
     # Beside a file that was decompressed by hand may stand the one that it was made of.
     return sorted(

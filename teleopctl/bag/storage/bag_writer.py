@@ -46,7 +46,7 @@ _LEAST_DATABASE_BYTES = 86_016
 
 @dataclass(frozen=True)
 class WriterOptions:
-    """How a bag is written.
+    """Options of a bag writer.
 
     Attributes:
         compression: Of the chunks.
@@ -95,7 +95,7 @@ class WriterOptions:
 
     @property
     def chunks(self) -> ChunkSettings:
-        """How chunks are made."""
+        """Size and compression of chunks."""
         return ChunkSettings(
             self.compression,
             self.chunk_bytes,
@@ -161,7 +161,7 @@ class BagWriter:
 
     @property
     def metadata(self) -> BagMetadata:
-        """What the bag holds so far."""
+        """Metadata of what was written so far."""
         return BagMetadata(
             files=tuple(file.description for file in (*self._finished, self._file)),
             topics=tuple((t, self.message_counts[t.name]) for t in self._topics.values()),

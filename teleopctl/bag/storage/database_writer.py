@@ -107,7 +107,7 @@ class DatabaseWriter:
 
     @property
     def description(self) -> BagFile:
-        """What ``metadata.yaml`` says of it."""
+        """Entry of the file for ``metadata.yaml``."""
         if self._first_ns is None:
             return BagFile(self.path.name)
         duration_ns = self._last_ns - self._first_ns
@@ -159,7 +159,7 @@ class DatabaseWriter:
         """Do nothing: a database has no place for files."""
 
     def add_record(self, name: str, values: Mapping[str, str]) -> None:
-        """Add what rosbag2 says of the bag; there is no place for other records."""
+        """Store rosbag2's metadata; the format has no place for other records."""
         if name == "rosbag2":
             row = (VERSION, values["serialized_metadata"])
             with self._told():
@@ -178,7 +178,7 @@ class DatabaseWriter:
             self._pages_bytes = self._count_pages()
 
     def sync(self) -> None:
-        """Have the operating system write to the disk what it was handed over, and wait for it.
+        """Flush the write-ahead log to the disk, and wait until that is done (fsync).
 
         For another thread than the one that writes. Of the database itself SQLite takes care:
         whoever opens and closes it in this process takes SQLite's locks from it.

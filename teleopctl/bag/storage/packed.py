@@ -40,7 +40,7 @@ def require_zstd(name: str) -> None:
 
 
 def unpack_file(path: Path, folder: Path) -> tuple[Path, str]:
-    """Decompress a file, as far as it can be.
+    """Decompress a file as far as possible.
 
     Args:
         path: The file.

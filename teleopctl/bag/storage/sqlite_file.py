@@ -97,7 +97,7 @@ class SqliteFileReader:
 
     @property
     def description(self) -> BagFile:
-        """What ``metadata.yaml`` says of it."""
+        """Entry of the file for ``metadata.yaml``."""
         parts = self._summary.values()
         count = sum(part[0] for part in parts)
         if not count:
@@ -178,7 +178,7 @@ class SqliteFileReader:
             yield "rosbag2", {"serialized_metadata": text}
 
     def check(self) -> Iterator[str]:
-        """Yield a sentence for each thing that is damaged; all of it is read."""
+        """Read everything; yield a sentence for each damage."""
         try:
             found = [str(row[0]) for row in self._database.rows("PRAGMA quick_check(5)")]
         except sqlite3.Error as error:
@@ -386,7 +386,7 @@ class _Database:
             raise sqlite3.DatabaseError(f"database is malformed ({error})") from error
 
     def close(self) -> None:
-        """Close it."""
+        """Close the database."""
         self._connection.close()
 
 

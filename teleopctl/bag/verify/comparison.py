@@ -26,7 +26,7 @@ _LONGEST_END_NS = 1_000_000_000
 
 
 class Kind(StrEnum):
-    """How a recording differs from the run."""
+    """Kind of difference between a recording and its replay."""
 
     VALUE = "value"
     MISSING = "missing"
@@ -35,7 +35,7 @@ class Kind(StrEnum):
 
 
 class Difference(NamedTuple):
-    """One thing that is otherwise than it was recorded.
+    """A difference between a recorded and a replayed message.
 
     Attributes:
         topic: The topic.
@@ -55,7 +55,7 @@ class Difference(NamedTuple):
 
     @property
     def size(self) -> float:
-        """How far apart the two are; infinite where they are not both numbers."""
+        """Absolute difference of two numbers; infinite for other values."""
         if not (_is_number(self.recorded) and _is_number(self.replayed)):
             return math.inf
         distance = abs(float(self.recorded or 0) - float(self.replayed or 0))
@@ -95,7 +95,7 @@ class Recorded(NamedTuple):
 
 @dataclass
 class Stream:
-    """What one publisher sent on a topic in the order of simulated time, as it was and as it is.
+    """Messages of one publisher, recorded and replayed, in order of simulated time.
 
     Attributes:
         topic: The topic.
@@ -157,11 +157,11 @@ class Stream:
         return not self.difference_count
 
     def at(self, time_ns: int) -> Recorded | None:
-        """The recorded message of a time, if there is one that was not compared yet."""
+        """Return the recorded message of a time, if it was not yet compared."""
         return self._left.get(time_ns)
 
     def take(self, time_ns: int, data: bytes) -> Recorded | None:
-        """Compare the message that is published now; return the recorded one.
+        """Compare a replayed message with the recorded one of its time, and return that.
 
         Messages before the first recorded one are passed over, since whoever recorded or published
         came later; so are those after the last one, until `close`.
@@ -177,7 +177,7 @@ class Stream:
         return recorded
 
     def lack(self, time_ns: int) -> None:
-        """Take note that the recording has no message of a time at which there is one now."""
+        """Record that a replayed message has no recorded one."""
         if self.may_skip and self._is_whole_around(time_ns):
             self.skipped_ns.append(time_ns)
         else:
@@ -237,7 +237,7 @@ class Stream:
 
 
 class Verdict:
-    """How a run compares with the recording.
+    """Result of a comparison of a recording with its replay.
 
     Args:
         tolerance: What two numbers may be apart; 0 asks for the same bits.
@@ -262,7 +262,7 @@ class Verdict:
 
     @property
     def messages(self) -> int:
-        """How many messages were compared."""
+        """Number of compared messages."""
         return sum(stream.compared for stream in self.streams)
 
     @property
@@ -272,7 +272,7 @@ class Verdict:
 
     @property
     def first(self) -> list[Difference]:
-        """What differs at the first time at which anything does."""
+        """Return the differences at the earliest time at which there are any."""
         listed = [each for stream in self.streams for each in stream.differences]
         first_ns = min((each.time_ns for each in listed), default=0)
         return [each for each in listed if each.time_ns == first_ns]

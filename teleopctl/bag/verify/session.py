@@ -64,7 +64,7 @@ class RecordedTopic(NamedTuple):
 
 @dataclass(frozen=True)
 class Commands:
-    """What answered the states of the control ticks.
+    """Recorded commands that answered the states of control ticks.
 
     Attributes:
         by_time: The command that the simulator took for the state of a time in nanoseconds.
@@ -79,7 +79,7 @@ class Commands:
 
 @dataclass(frozen=True)
 class Session:
-    """A simulated run, as a bag has it.
+    """The recorded simulation: robot, topics, parameters and commands.
 
     Attributes:
         robot_description: URDF of the robot that was simulated.
@@ -97,7 +97,7 @@ class Session:
 
 
 def read_session(bag: Bag) -> Session:
-    """Read what a bag says of the run that it has recorded.
+    """Read the recorded simulation from a bag.
 
     Raises:
         InvalidFileError: The bag has no robot description.
@@ -124,7 +124,7 @@ def read_session(bag: Bag) -> Session:
 
 
 def read_topics(bag: Bag, names: Collection[str]) -> dict[str, RecordedTopic]:
-    """Read the messages of topics, undecoded, with the times that they have in them.
+    """Read the undecoded messages of topics, with the time stamp in each.
 
     Raises:
         InvalidFileError: A message is too short to have one.
@@ -240,7 +240,7 @@ def _refuse_restart(topic: RecordedTopic) -> None:
 
 
 def read_parameters(bag: Bag) -> dict[str, dict[str, object]]:
-    """Return the parameters of nodes, as far as a bag has them, by full name and dotted name.
+    """Return the recorded parameters of nodes, by node name and dotted name.
 
     A node publishes each parameter when it declares it. Where the recorder came too late for that,
     it has asked the node.

@@ -23,7 +23,7 @@ _RENAMED = {"ns": "namespace", "package": "pkg", "parameters": "param", "remappi
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LoadComponents(Action):
-    """``load_composable_node``: loads components into a container, once it is there.
+    """``load_composable_node``: loads components into a container, once that is there.
 
     Attributes:
         container: The container's name.
@@ -76,7 +76,7 @@ class _Planned(Action):
     take: Callable[[ComponentPlan], None]
 
     def evaluate(self, launch: Launch) -> None:
-        """Hand it over, or refuse it."""
+        """Add the component to the launch, or refuse it."""
         plan = launch.component(self.part)
         if self.is_looked_for:
             try:
@@ -112,7 +112,7 @@ class NodeContainer(Action):
         return cls(node=Node.parse(entity), components=tuple(_components(entity)))
 
     def evaluate(self, launch: Launch) -> Iterable[Action]:
-        """Start it, and load what is in it."""
+        """Start the container, and return the action that loads its components."""
         plan = launch.start(self.node)
         assert plan.node_name is not None, "it has a name"
         return (LoadComponents(container=literal(plan.node_name), components=self.components),)

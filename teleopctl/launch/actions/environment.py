@@ -102,7 +102,7 @@ class ResetEnvironment(Action):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ReplaceEnvironment(Action):
-    """``rep_env``: the environment is these variables and no others."""
+    """``rep_env``: replaces the whole environment by the given variables."""
 
     keys = ("env",)
 
@@ -114,7 +114,7 @@ class ReplaceEnvironment(Action):
         return cls(variables=entity.pairs("env", "name", "value"))
 
     def evaluate(self, launch: Launch) -> None:
-        """Remove the variables that are there, and set these."""
+        """Remove all environment variables and set the given ones."""
         given = [(launch.text(name), launch.text(value)) for name, value in self.variables]
         environment = launch.scope.environment
         environment.update(dict.fromkeys((*os.environ, *environment)))

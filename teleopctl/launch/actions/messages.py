@@ -31,7 +31,7 @@ class Log(Action):
         return cls(level=level, message=entity.required("message"))
 
     def evaluate(self, launch: Launch) -> None:
-        """Say it."""
+        """Log the message."""
         level = launch.text(self.level).upper()
         if level == "WARN":
             level = "WARNING"

@@ -17,7 +17,7 @@ from teleopctl.packages import resolve_uri
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Group(Action):
-    """``group``: steps under one condition and, where scoped, with settings of their own.
+    """``group``: steps under one condition, with launch settings of their own if scoped.
 
     Attributes:
         scoped: Whether what the steps set ends with them.
@@ -88,7 +88,7 @@ class Timer(Action):
         launch.after(seconds, self.steps, self.is_cancelled, outlives_shutdown=not cancel)
 
     def settings(self, launch: Launch) -> tuple[float, bool]:
-        """Return the period in seconds, and whether the end of the launch cancels it."""
+        """Return the period in seconds, and whether the end of the launch cancels the timer."""
         with values.at_key("period"):
             seconds = values.number(launch.text(self.period))
         cancel = True
@@ -127,7 +127,7 @@ class Include(Action):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class IncludeSteps(Action):
-    """What a program has put together as a launch file of its own, with arguments."""
+    """Inclusion of steps that a program has made, as if they were a launch file."""
 
     steps: tuple[Step, ...]
     arguments: tuple[tuple[Template, Template], ...]

@@ -40,7 +40,7 @@ def parameter(entity: Entity, prefix: str = "") -> Parameter:
 
 
 def parameters(element: Element | None, prefix: str = "") -> Iterator[Parameter | ParameterFile]:
-    """Read a list of parameters and parameter files; nothing where there is none."""
+    """Yield the parameters and parameter files of a list; nothing for None."""
     if element is None:
         return
     for item in element.items("a list of 'name: …, value: …' or 'from: FILE'"):

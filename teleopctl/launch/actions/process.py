@@ -31,7 +31,7 @@ _PROCESS_KEYS = (
 
 
 class StartProcess(Process, Action):
-    """What ``node`` and ``executable`` share."""
+    """Base of ``node`` and ``executable``."""
 
     __slots__ = ()
 

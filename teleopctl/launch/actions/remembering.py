@@ -12,7 +12,7 @@ class PushConfigurations(Action):
     """Remembers launch variables, namespace, parameters and remappings."""
 
     def evaluate(self, launch: Launch) -> None:
-        """Remember them."""
+        """Save the launch configurations, for ``pop_launch_configurations``."""
         launch.scope.remember()
 
 
@@ -30,7 +30,7 @@ class PushEnvironment(Action):
     """Remembers the environment."""
 
     def evaluate(self, launch: Launch) -> None:
-        """Remember it."""
+        """Save the environment, for ``pop_environment``."""
         launch.scope.remember_environment()
 
 

@@ -16,7 +16,7 @@ _LOOK_EVERY_S = 0.2
 
 
 class RosTimer(Timer):
-    """``ros_timer``: a timer in ROS time: that of ``/clock`` where the launch follows it."""
+    """``ros_timer``: a timer in ROS time, which ``/clock`` drives if the launch uses it."""
 
     __slots__ = ()
 
@@ -61,11 +61,11 @@ class _SimulatedTimer:
         self._ended = threading.Event()
 
     def begin(self, report: Callable[[TeleopctlError | None], None]) -> None:
-        """Begin to wait, on a thread of its own."""
+        """Start waiting on a thread of its own."""
         threading.Thread(target=self._wait, args=(report,), name="ros_timer", daemon=True).start()
 
     def foreseen(self) -> tuple[str, tuple[Step, ...]]:
-        """Say when the steps are taken."""
+        """Return a description of the timer and its steps, for a dry run."""
         return f"after {self._seconds:g} s of /clock", self._steps
 
     def answers(self, event: object, launch: Launch) -> bool:  # noqa: ARG002 -- a handler's form

@@ -43,7 +43,7 @@ class DeclareArgument(Action):
 
     @property
     def in_words(self) -> str:
-        """What it is for, and what it may be."""
+        """Return the argument's description and choices, as ``--show-args`` prints them."""
         if not self.choices:
             return self.description or "no description given"
         choices = str(list(self.choices))
@@ -52,7 +52,7 @@ class DeclareArgument(Action):
         return f"{self.description.removesuffix('.')}. Valid choices are: {choices}"
 
     def evaluate(self, launch: Launch) -> None:
-        """Set the variable to the default where nobody gave it a value."""
+        """Set the argument's default if no value was given."""
         launch.declare(self.name)
         variables = launch.scope.variables
         if self.name not in variables:
@@ -86,7 +86,7 @@ class DeclareBoolean(DeclareArgument):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Let(NameAndValue):
-    """``let``: sets a launch variable."""
+    """``let``: sets a launch configuration."""
 
     def evaluate(self, launch: Launch) -> None:
         """Set the variable."""
@@ -100,7 +100,7 @@ class Unset(Action):
     name: Template
 
     def evaluate(self, launch: Launch) -> None:
-        """Forget it."""
+        """Remove the launch configuration."""
         launch.scope.variables.pop(launch.text(self.name), None)
 
 

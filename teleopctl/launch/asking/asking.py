@@ -26,7 +26,7 @@ _numbers = itertools.count(1)
 
 
 class Asking:
-    """Asks one thing after the other; a launch's work, and a handler of its events.
+    """Calls services of nodes one after the other, beside the launch's processes.
 
     It waits for nodes that are not there yet. It is given up when the launch ends, or when the
     process that it asks has ended for good.
@@ -45,11 +45,11 @@ class Asking:
         self._context: Context | None = None
 
     def describe(self) -> Iterable[str]:
-        """Yield lines that say what is going to be asked for."""
+        """Yield lines that describe the calls, for a dry run."""
         raise NotImplementedError
 
     def ask(self, node: Node) -> None:
-        """Ask, by `call` and from the thread; `node` is the launch's own.
+        """Make the calls, on a thread of their own; `node` is the launch's node.
 
         Raises:
             GivenUpError: What `call` raises.
@@ -57,7 +57,7 @@ class Asking:
         raise NotImplementedError
 
     def ended(self) -> None:
-        """Take in that nothing is asked any more."""
+        """Handle the end of the last call."""
 
     def begin(self, report: Callable[[TeleopctlError | None], None]) -> None:
         """Begin, and report the end."""
@@ -65,14 +65,14 @@ class Asking:
         threading.Thread(target=self._work, args=(report,), name="asking", daemon=True).start()
 
     def foreseen(self) -> None:
-        """Say nothing: it leads to no more processes."""
+        """Return None: no processes follow from the calls."""
 
     def answers(self, _event: object, _launch: Launch) -> bool:
-        """Say no: it answers for nobody else."""
+        """Return False: no other handler's events are answered."""
         return False
 
     def respond(self, event: object, launch: Launch) -> tuple[Step, ...]:
-        """Give up where that is due, and show what the thread has to say."""
+        """Stop calling when the launch or the called process ends, and log the thread's lines."""
         if isinstance(event, _Said) and event.asking is self:
             launch.say(event.level, event.text, event.logger)
         elif isinstance(event, ShutdownBegan) or (
@@ -155,21 +155,21 @@ class Asking:
 
 
 class GivenUpError(TeleopctlError):
-    """Nobody is left to be asked."""
+    """The called node has ended for good."""
 
     def __init__(self) -> None:
         super().__init__("given up")
 
 
 class Activation(Asking):
-    """Configures a lifecycle node and activates it."""
+    """Configures and activates a lifecycle node."""
 
     def describe(self) -> Iterable[str]:
-        """Yield lines that say what is going to be asked for."""
+        """Yield lines that describe the calls, for a dry run."""
         yield f"then {self.node_name} is configured and activated"
 
     def ask(self, node: Node) -> None:
-        """Ask for it."""
+        """Call the services that configure and activate the node."""
         self.activate(node, self.node_name)
 
 

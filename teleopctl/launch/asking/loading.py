@@ -22,7 +22,7 @@ _turns: WeakKeyDictionary[Launch, dict[str, threading.Event]] = WeakKeyDictionar
 
 
 class Loading(Asking):
-    """Loads components into a container, once it is there.
+    """Loads components into a container, once that is there.
 
     Args:
         container: Full name of its node.
@@ -42,7 +42,7 @@ class Loading(Asking):
         self._is_done = turns[container] = threading.Event()
 
     def describe(self) -> Iterator[str]:
-        """Yield lines that say what is going to be loaded, as a command line would."""
+        """Yield the components as command lines, for a dry run."""
         for each in self.components:
             words = [each.package, each.plugin]
             if each.name:
@@ -81,7 +81,7 @@ class Loading(Asking):
                 )
 
     def ended(self) -> None:
-        """Let the next one begin."""
+        """Let the next load request of the container start."""
         self._is_done.set()
 
 

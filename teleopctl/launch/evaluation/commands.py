@@ -30,7 +30,7 @@ def find_command(name: str, path: str | None) -> str | None:
 
 
 def with_ours(words: Sequence[str], path: str | None) -> list[str]:
-    """Return a command line, with our program as its first words where there is no other."""
+    """Return a command line with teleopctl's own program, if the command is not installed."""
     name = words[0] if words else ""
     if name not in COMMANDS or shutil.which(name, path=path):
         return list(words)

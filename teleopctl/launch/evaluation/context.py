@@ -26,7 +26,7 @@ _SEMANTIC = re.compile("<(?:group|group_state|end_effector|virtual_joint|disable
 
 
 class Moment(NamedTuple):
-    """Where an evaluation stood.
+    """Scope and launch file at one point of an evaluation.
 
     Attributes:
         scope: Launch variables, environment, namespace and so on: the same object, so that what is
@@ -76,7 +76,7 @@ class LaunchContext:
         self._anonymous: dict[str, str] = {}
 
     def copy(self) -> LaunchContext:
-        """Return an independent copy that knows what this one has read."""
+        """Return an independent copy, with the files read so far."""
         other = copy.copy(self)
         other.scope = self.scope.copy()
         other.declared = set(self.declared)
@@ -105,7 +105,7 @@ class LaunchContext:
             self.file = outer
 
     def moment(self) -> Moment:
-        """Return where the evaluation stands, to come back to it."""
+        """Return the present point of the evaluation, to return to it later."""
         return Moment(self.scope, self.file)
 
     @contextmanager
@@ -120,7 +120,7 @@ class LaunchContext:
 
     @contextmanager
     def answering(self, event: object) -> Iterator[None]:
-        """Let an event be what is being answered, for the block."""
+        """Set the event that substitutions refer to within the block."""
         outer, self.event = self.event, event
         try:
             yield
@@ -141,7 +141,7 @@ class LaunchContext:
             raise LaunchError(message, hint=error.hint) from error
 
     def environment(self) -> dict[str, str]:
-        """Return the environment as the processes will see it."""
+        """Return the environment that processes will have."""
         merged = {**os.environ, **self.scope.environment}
         return {name: value for name, value in merged.items() if value is not None}
 
@@ -221,13 +221,13 @@ class LaunchContext:
         return self._expanded(file, mappings).files
 
     def node_is_running(self, name: str) -> bool:
-        """Ask the live graph, once for the whole launch, whether a node of that name is there."""
+        """Return whether a node runs in the graph, which is queried once per launch."""
         if self._live_nodes is None:
             self._live_nodes = _query_nodes()
         return name in self._live_nodes
 
     def take_names(self, other: LaunchContext) -> None:
-        """Know the anonymous names that another one has made, and the nodes that it has seen."""
+        """Copy the anonymous names and the running nodes from another context."""
         self._anonymous = other._anonymous
         self._live_nodes = other._live_nodes
 

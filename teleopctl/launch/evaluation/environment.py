@@ -12,7 +12,7 @@ from collections.abc import Mapping
 
 
 class ShownEnvironment:
-    """Changes ``os.environ``, and knows what it was before."""
+    """Changes ``os.environ`` temporarily, and restores it."""
 
     def __init__(self) -> None:
         self._before: dict[str, str | None] = {}
@@ -21,7 +21,7 @@ class ShownEnvironment:
         self._depth = 0
 
     def show(self, changed: Mapping[str, str | None]) -> None:
-        """Let ``os.environ`` differ by some variables, of which None removes one, and no others."""
+        """Set ``os.environ`` to its original state with these changes (None removes a variable)."""
         for name in self._before.keys() - changed.keys():
             self._set(name, self._before.pop(name))
         for name, value in changed.items():
@@ -29,7 +29,7 @@ class ShownEnvironment:
             self._set(name, value)
 
     def begin_calling_out(self, changed: dict[str, str | None]) -> None:
-        """Let code of others change ``os.environ`` from now on, until `end_calling_out`."""
+        """Allow a launch file's own code to change ``os.environ``, until `end_calling_out`."""
         if self._depth:
             self._take_in(changed)
         self.show(changed)

@@ -115,7 +115,7 @@ class Later(NamedTuple):
 
 
 class Evaluation:
-    """A launch that is evaluated as it goes: the whole files first, and then event by event.
+    """Evaluates a launch step by step: first the whole files, then event by event.
 
     It is the `Launch` that actions work with and the `Respondent` that the supervisor asks.
 
@@ -151,7 +151,7 @@ class Evaluation:
 
     @property
     def scope(self) -> Scope:
-        """Launch variables, environment, namespace and so on, as the next step sees them."""
+        """Launch configurations, environment and namespace for the next step."""
         return self.context.scope
 
     @property
@@ -161,7 +161,7 @@ class Evaluation:
 
     @property
     def event(self) -> object | None:
-        """What has happened and is being answered; None in the first walk over the files."""
+        """The event being handled; None during the first walk over the files."""
         return self.context.event
 
     def text(self, text: Template) -> str:
@@ -197,16 +197,16 @@ class Evaluation:
                 self.say("WARNING", f"left out: {error.message}", "launch")
 
     def show_environment(self) -> None:
-        """Let ``os.environ`` be what processes would see, as long as something is evaluated."""
+        """Set ``os.environ`` to the environment of the processes, during the evaluation."""
         self._shown.show(self.scope.environment)
 
     def begin_calling_out(self) -> None:
-        """Let code of a launch file change ``os.environ``; `calling_out` ends that again."""
+        """Allow a launch file's code to change ``os.environ``; `calling_out` ends this."""
         self._shown.begin_calling_out(self.scope.environment)
 
     @contextmanager
     def calling_out(self) -> Iterator[None]:
-        """Let what a launch file's code changes in ``os.environ`` be changed for what follows."""
+        """Apply a launch file's changes of ``os.environ`` in the block to the following steps."""
         self.begin_calling_out()
         try:
             yield
@@ -263,7 +263,7 @@ class Evaluation:
         return plan
 
     def plan_of(self, process: Process) -> ProcessPlan:
-        """What a process would be, without a place among those to start."""
+        """Return the plan of a process without adding the process to the launch."""
         return self._builder.copy(self.context).build(process)
 
     def component(self, part: ComponentPart) -> ComponentPlan:
@@ -293,16 +293,16 @@ class Evaluation:
         self._further.timers.append((timer.seconds, timer))
 
     def work(self, work: Work) -> None:
-        """Let something go on beside the processes."""
+        """Start work that runs beside the processes, such as service calls."""
         self._further.works.append(work)
 
     def register(self, handler: Handler, *, last: bool = False) -> None:
-        """Let a handler answer events from now on: before those that are there, or after them."""
+        """Register an event handler: before the present ones, or after them."""
         place = len(self._handlers) if last else 0
         self._handlers.insert(place, _Registered(handler, self.context.moment()))
 
     def unregister(self, handler: Handler) -> None:
-        """Let a handler answer no more events.
+        """Unregister an event handler.
 
         Raises:
             ValueError: It is not registered.
@@ -324,7 +324,7 @@ class Evaluation:
             self._happened(event)
 
     def shut_down(self, reason: str) -> None:
-        """End the launch; any thread may ask for that."""
+        """End the launch; any thread may call this."""
         if self._happened is None or self._evaluates == threading.get_ident():
             self._further.shutdown = reason
         else:
@@ -354,11 +354,11 @@ class Evaluation:
 
     @property
     def wants_output(self) -> bool:
-        """Whether anybody wants to be told of what processes write."""
+        """Whether any handler receives the output of processes."""
         return any(entry.handler.wants_output for entry in self._handlers)
 
     def answer(self, event: object) -> Further:
-        """Say what is to be done now that something has happened."""
+        """Return the steps that follow from an event."""
         if isinstance(event, ShutdownBegan):
             self.is_ending = True
         with self._evaluating(), self.context.answering(event):
@@ -377,7 +377,7 @@ class Evaluation:
         return self.take()
 
     def fire(self, timer: Timer) -> Further:
-        """Say what is to be done now that a timer's time has come."""
+        """Return the steps that follow from a timer."""
         assert isinstance(timer, Later)
         if not timer.is_cancelled():
             with self._evaluating(), self.context.at(timer.moment):
@@ -391,7 +391,7 @@ class Evaluation:
         return further
 
     def foreseen(self, further: Further) -> Iterator[Foreseen]:
-        """Evaluate what waits for a timer or an event, as far as that can be done now.
+        """Evaluate the steps of timers and events in advance, as far as possible.
 
         Args:
             further: What was returned last.

@@ -10,7 +10,7 @@ from teleopctl.launch.model.plan import Further
 
 
 class Foreseen(NamedTuple):
-    """What a launch is going to do on an event, as far as that can be told before.
+    """Steps that an event will cause, as far as they can be evaluated in advance.
 
     Attributes:
         when: The event in words.
@@ -37,7 +37,7 @@ def faults(foreseen: Iterable[Foreseen]) -> Iterator[TeleopctlError]:
 
 
 def undeclared(arguments: Iterable[str], declared: Collection[str]) -> list[str]:
-    """Say which of some launch arguments nobody declares."""
+    """Return a sentence for each launch argument that no file declares."""
     known = ", ".join(sorted(declared)) or "none"
     return [
         f"launch argument '{name}' is not declared by the launch file (declared: {known})"

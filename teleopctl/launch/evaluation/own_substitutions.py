@@ -109,7 +109,7 @@ def _first_words(parameters: Mapping[str, object]) -> Iterator[str]:
 
 
 def configures_any(file: ParameterFile) -> bool:
-    """Whether a file gives the type of any controller, in whatever namespace."""
+    """Return whether a parameter file defines the type of any controller."""
     return any(
         name == "type" or name.endswith(_TYPE)
         for _, parameters in file.sections

@@ -48,7 +48,7 @@ Value = TypeVar("Value")
 
 
 class ProcessBuilder:
-    """Makes the processes of a launch, and knows what each was made from.
+    """Builds the process plans of a launch from its actions.
 
     Args:
         context: What substitutions look at.
@@ -68,7 +68,7 @@ class ProcessBuilder:
         self._request = request
 
     def copy(self, context: LaunchContext) -> ProcessBuilder:
-        """Return one that goes on from here with another context."""
+        """Return a builder with the same processes and another context."""
         other = ProcessBuilder(context, self._request)
         other.actions.update(self.actions)
         other._plans.update(self._plans)
@@ -166,14 +166,14 @@ class ProcessBuilder:
         return next((p for p in self._plans.values() if p.node_name == full_name), None)
 
     def tell(self, event: ProcessEvent) -> None:
-        """Tell who wants to know it first what has happened to a process."""
+        """Call the event callback of the action that a process was made from."""
         # A recorder is none of the launch file's.
         action = self.actions.get(event.plan.name)
         if action is not None and action.told is not None:
             action.told(event)
 
     def signals(self, event: SignalRequested) -> list[SignalPlan]:
-        """Return the signals for the processes that somebody means."""
+        """Return the signals for the processes that an event selects."""
         return [
             SignalPlan(name, event.number)
             for name, action in self.actions.items()

@@ -70,7 +70,7 @@ def _simulated_robot(words: Sequence[str], context: LaunchContext) -> str:
 
 
 def with_hardware(words: Sequence[str], context: LaunchContext) -> tuple[str, tuple[str, ...]]:
-    """Return a description with the hardware that is wanted, and what was changed for that."""
+    """Return a robot description with the requested hardware, and remarks on the changes."""
     from teleopctl.robot import simulated
 
     file, hardware, *mappings = words

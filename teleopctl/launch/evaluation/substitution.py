@@ -83,7 +83,7 @@ def render(template: Template, context: LaunchContext) -> str:
 
 
 def words_of(word: Template, context: LaunchContext) -> list[str]:
-    """Evaluate one word of a command line, which is several where a substitution says so.
+    """Evaluate one word of a command line; some substitutions give several words.
 
     Raises:
         TeleopctlError: As for `render`.

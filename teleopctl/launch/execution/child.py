@@ -72,28 +72,28 @@ class Child:
 
     @property
     def exit_status(self) -> int | None:
-        """What the process ended with, negative for a signal; None while it runs."""
+        """Exit status of the process, negative for a signal; None while it runs."""
         return None if self._process is None else self._process.returncode
 
     @property
     def ended_at(self) -> float:
-        """When the process ended, in seconds since the Unix epoch; 0 before."""
+        """Time at which the process ended, in seconds since the Unix epoch; 0 before."""
         return self._ended_at
 
     @property
     def was_signalled(self) -> bool:
-        """Whether the launch asked the process to end."""
+        """Whether the launch sent the process a signal to end."""
         return bool(self._signals_sent)
 
     @property
     def is_ready(self) -> bool:
-        """Whether the process has said that it is up, in so many words."""
+        """Whether the process has reported in its progress file that it is ready."""
         said = progress.read(self.log_file)
         return said is not None and said.state == progress.READY
 
     @property
     def ended_well(self) -> bool:
-        """Whether the process ended with status 0, or because somebody asked it to."""
+        """Whether the process ended with status 0 or because it was signalled to end."""
         status = self.exit_status
         if status == 0 or status in _ENDED_BY_INTERRUPT:
             return True
@@ -186,7 +186,7 @@ class Child:
 
 
 def reason_of(error: OSError | ValueError) -> str:
-    """Say why a process cannot be started."""
+    """Return the reason why a process cannot be started."""
     if isinstance(error, OSError) and error.strerror:
         return f"{error.strerror}: {error.filename}" if error.filename else error.strerror
     return str(error)

@@ -27,7 +27,7 @@ class Ending:
         self._screen = screen
 
     def ask(self, child: Child) -> None:
-        """Ask a process to end, and arrange for harder ways; one that was asked is left alone."""
+        """Send a process SIGINT, and SIGTERM and SIGKILL if it does not end in time."""
         if not child.was_signalled:
             child.signal(STEPS[0])
             self._loop.after(
@@ -50,7 +50,7 @@ class Ending:
             self._loop.after(child.plan.sigkill_timeout, harder)
 
     def send(self, request: SignalPlan, child: Child) -> None:
-        """Send a process the signal that somebody wants it to get."""
+        """Send a process the signal that an event requests."""
         if request.number is None:
             self.ask(child)
             return

@@ -28,11 +28,11 @@ class EventLoop:
         return self._events.empty()
 
     def put(self, function: Callable[[], None]) -> None:
-        """Have a function called soon; threads and signal handlers may do this."""
+        """Queue a function; threads and signal handlers may call this."""
         self._events.put(function)
 
     def after(self, seconds: float, function: Callable[[], None]) -> None:
-        """Have a function called later; the loop's own thread may do this."""
+        """Call a function after a delay; only the loop's own thread may call this."""
         due = time.monotonic() + seconds
         heapq.heappush(self._timers, (due, next(self._numbers), function))
 

@@ -66,7 +66,7 @@ class Interrupts:
 
     @contextmanager
     def stopping_what_takes_long(self) -> Iterator[None]:
-        """Leave the block at a signal: a launch file's own code runs in it."""
+        """Allow a signal to leave the block, in which a launch file's own code runs."""
         try:
             self._is_asking = True
             yield

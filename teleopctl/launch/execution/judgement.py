@@ -28,7 +28,7 @@ _OUTLIVES_AFTER_S = 1.0
 
 
 class Up(NamedTuple):
-    """The processes that are up, and those that are as far as they get alone.
+    """Processes that are up, and those that wait for a topic without publishers.
 
     Attributes:
         names: Those that are up or have done their work, with their nodes' names where known.
@@ -40,7 +40,7 @@ class Up(NamedTuple):
 
 
 class Failure(NamedTuple):
-    """What went wrong: when, in seconds since the Unix epoch, with which process, and why."""
+    """Time, process and reason of a failure."""
 
     time: float
     name: str
@@ -50,7 +50,7 @@ class Failure(NamedTuple):
 def what_is_up(
     statuses: Sequence[ProcessStatus], new_nodes: Mapping[str, list[str]], graph: Graph
 ) -> Up:
-    """Tell which processes are up.
+    """Return which processes are up, by their nodes in the graph and their progress files.
 
     Args:
         statuses: All processes of the launch.
@@ -129,7 +129,7 @@ def signs_of_progress(log_file: Path) -> object:
 
 
 def present_work(log_file: Path) -> str:
-    """Return what a process that starts says that it does or waits for; empty where it does not."""
+    """Return what a starting process reports that it does or waits for; empty for nothing."""
     said = progress.read(log_file)
     if said is None or not said.detail:
         return ""
@@ -167,12 +167,12 @@ def first_failure(statuses: Sequence[ProcessStatus]) -> Failure | None:
 
 
 def refusal_text(error: TeleopctlError) -> str:
-    """Return the line by which a launch in the background says why it has started nothing."""
+    """Return the line with which a launch in the background is refused."""
     return f"[ERROR] [launch]: {error}\n"
 
 
 def how_it_ended(exit_status: int | None) -> str:
-    """Say how a process ended: ``exited 1``, ``killed by SIGSEGV``."""
+    """Return how a process ended, such as ``exited 1`` or ``killed by SIGSEGV``."""
     if exit_status is None:
         return "killed"
     if exit_status >= 0:

@@ -22,7 +22,7 @@ _LEVELS = {"DEBUG": 10, "INFO": 20, "WARNING": 30, "ERROR": 40, "CRITICAL": 50}
 
 
 class LineFormat:
-    """A format of lines, which is that of ROS 2's launch until somebody chooses another one.
+    """Format of log lines: ROS 2's, unless an environment variable sets another.
 
     Args:
         names: Formats that have a name; the first is ``default``.
@@ -43,7 +43,7 @@ class LineFormat:
 
     @property
     def is_default(self) -> bool:
-        """Whether nobody has chosen another one."""
+        """Whether the format is the default."""
         return self._text == self._names["default"]
 
     def choose(self, text: str, style: Style | None = None) -> None:
@@ -66,7 +66,7 @@ class LineFormat:
         self._formatter = None if self.is_default else _formatter(self._text, style or "{")
 
     def formatter(self) -> Formatter:
-        """Return it as Python's loggers need it."""
+        """Return the format as a formatter of Python's logging."""
         return self._formatter or _formatter(self._text, "{")
 
     def line(self, level: str, name: str, message: str) -> str:

@@ -14,13 +14,13 @@ _TRY_AGAIN_AFTER_S = 1.0
 
 
 class Launched(Protocol):
-    """Who knows how a launch stands."""
+    """Interface of a running launch, for its status file."""
 
     def statuses(self) -> list[ProcessStatus]:
-        """What became of the processes so far."""
+        """Return the state of each process."""
 
     def pending(self) -> int:
-        """How many timers are still to lead to something soon."""
+        """Return the number of timers that are due soon."""
 
 
 class PublishedStatus:

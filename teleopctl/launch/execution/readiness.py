@@ -90,16 +90,16 @@ class NewNodes:
 
 
 class Launch(Protocol):
-    """A launch that runs in this process; any thread may ask and tell."""
+    """Interface of a launch that runs in this process; all methods are thread-safe."""
 
     def statuses(self) -> list[ProcessStatus]:
-        """What became of its processes so far."""
+        """Return the state of each process."""
 
     def pending(self) -> int:
-        """How many timers are still to lead to something soon."""
+        """Return the number of timers that are due soon."""
 
     def tell(self, level: str, text: str, shown: str | None = None) -> None:
-        """Show a line; see `Supervisor.tell`."""
+        """Log a line; an error makes the launch fail; see `Supervisor.tell`."""
 
 
 class _Settled:
@@ -109,7 +109,7 @@ class _Settled:
         self._since: float | None = None
 
     def holds(self, condition: bool) -> bool:
-        """Tell whether the condition holds, and has held long enough."""
+        """Return whether a condition has held long enough."""
         now = time.monotonic()
         if not condition:
             self._since = None
@@ -135,7 +135,7 @@ class _Wait:
         self._shown_at_s = 0.0
 
     def look(self, signs: object, pids: Iterable[int], starting: Iterable[str]) -> str:
-        """Look how things stand; return why not to wait any longer, or an empty text.
+        """Update the progress; return the reason to stop waiting, or an empty text.
 
         Args:
             signs: See `ProgressMonitor.update`.
@@ -353,7 +353,7 @@ def _with_work(name: str, work: str) -> str:
 
 @contextmanager
 def tell_when_up(new_nodes: NewNodes, launch: Launch) -> Iterator[None]:
-    """While the block runs, say once what is up, or what keeps it from being so.
+    """Report once, while the block runs, what is up or what keeps it from being up.
 
     Args:
         new_nodes: Made before the start.

@@ -19,14 +19,14 @@ _LAUNCH = "launch"
 
 
 class Watcher(Protocol):
-    """Knows what processes are made from, and asks for their restart when that is saved."""
+    """Interface of the watcher that requests restarts when sources are saved."""
 
     def take_in(self, plans: Iterable[ProcessPlan]) -> None:
         """Watch what further processes are made from."""
 
 
 class Restarts:
-    """Starts processes again as if they had not ended: no event tells of it.
+    """Restarts processes without exit events, so that ``respawn`` and handlers do not act.
 
     So neither ``respawn`` nor ``on_exit`` nor a handler of the launch file answers a restart. What
     dies after one waits for the next save, since the last one may have broken it.
@@ -82,19 +82,19 @@ class Restarts:
         self._made.clear()
 
     def call(self, function: Callable[[], None]) -> None:
-        """Have a function called on the loop while the launch goes on; any thread may do this."""
+        """Call a function on the event loop while the launch runs; any thread may call this."""
         self._loop.put(lambda: None if self._watcher is None else function())
 
     def say(self, level: str, text: str) -> None:
-        """Show a line of the launch's own."""
+        """Log a line in the launch's name."""
         self._screen.say(level, _LAUNCH, text)
 
     def evaluating(self) -> AbstractContextManager[None]:
-        """Let a signal end the block: a launch file's own code runs in it."""
+        """Allow a signal to leave the block, in which a launch file's own code runs."""
         return self._interrupts.stopping_what_takes_long()
 
     def plans(self) -> list[ProcessPlan]:
-        """What the processes of the launch are."""
+        """Return the plans of the launch's processes."""
         return [child.plan for child in self._children]
 
     def restart(self, plan: ProcessPlan) -> None:
@@ -112,7 +112,7 @@ class Restarts:
             self._begin(child, plan)
 
     def answers_end_of(self, child: Child) -> bool:
-        """Start a process again if that is why it has ended; tell whether that is so."""
+        """Start a process again if it ended for a restart; return whether that is so."""
         plan = self._due.pop(child, None)
         if plan is None:
             return False
@@ -127,7 +127,7 @@ class Restarts:
         return True
 
     def keep_launch(self) -> bool:
-        """Whether the launch goes on although everything has ended."""
+        """Return whether the launch continues, to wait for saved sources, with no process left."""
         if self._watcher is None:
             return False
         if not self._said_what_it_waits_for:

@@ -99,7 +99,7 @@ def died(folder: Path | None = None) -> list[Running]:
 
 
 def forget_died(entry: Running) -> None:
-    """Let what has died be forgotten; of a launch that still runs, once that is stopped."""
+    """Remove the records of an ended process or launch."""
     record = entry.launch or entry.record
     if not background.is_alive(record):
         background.forget(record)
@@ -170,7 +170,7 @@ def find_running(
 
 
 def how_to_end(node_names: Collection[str]) -> str:
-    """Say how nodes that run can be ended, as the end of a sentence: ``with …``, ``where …``."""
+    """Return how running nodes can be stopped, as the end of a sentence."""
     owners = {
         owner.pid: owner
         for entry in running(include_foreground=True)
@@ -201,7 +201,7 @@ def stop_running(record: ProcessRecord) -> None:
 
 @contextmanager
 def started_in_background(start: Callable[[], ProcessRecord]) -> Iterator[ProcessRecord]:
-    """Start a process, and take it back where Ctrl-C comes meanwhile or in the block.
+    """Start a process in the background, and stop it again on Ctrl-C in the block.
 
     Args:
         start: Starts it and returns at once.

@@ -76,7 +76,7 @@ class Screen:
 
 
 def in_short(argument: str) -> str:
-    """Return an argument of a command line as one wants to read it, say not a whole robot."""
+    """Return an argument of a command line, shortened if it is as long as a robot description."""
     if len(argument) <= _LONGEST_ARGUMENT:
         return argument
     begin = " ".join(argument[:_BEGIN].split())

@@ -32,7 +32,7 @@ State = Literal["waiting", "running", "finished", "stopped", "died"]
 
 
 class ProcessStatus(NamedTuple):
-    """What became of one process of a launch.
+    """State of one process of a launch, as its status file has it.
 
     Attributes:
         name: ``exec-N``.
@@ -98,7 +98,7 @@ def status_of(child: Child, start: Start) -> ProcessStatus:
 
 
 def write(folder: Path, statuses: Iterable[ProcessStatus], pending: int) -> None:
-    """Replace the status file of a launch; nobody reads half of it.
+    """Replace the status file of a launch atomically.
 
     Args:
         folder: The launch's log folder.
@@ -114,7 +114,7 @@ def write(folder: Path, statuses: Iterable[ProcessStatus], pending: int) -> None
 
 
 def read(folder: Path) -> list[ProcessStatus] | None:
-    """Read what became of the processes of a launch; None while it has told nothing."""
+    """Read the status file of a launch; None if there is none yet."""
     try:
         entries = _document(folder)["processes"]
         return [ProcessStatus(**{**entry, "start": Start(*entry["start"])}) for entry in entries]
@@ -137,7 +137,7 @@ def _document(folder: Path) -> dict[str, Any]:
 
 
 def write_warnings(folder: Path, warnings: list[str]) -> None:
-    """Note what the evaluation of a launch found odd, for whoever waits for it."""
+    """Write the warnings of a launch's evaluation for the command that waits for the launch."""
     write_private(folder / _WARNINGS_FILE, json.dumps(warnings))
 
 
@@ -151,7 +151,7 @@ def read_warnings(folder: Path) -> list[str]:
 
 
 def write_refusal(folder: Path, error: TeleopctlError) -> None:
-    """Note why a launch cannot be evaluated, for whoever waits for it."""
+    """Write the reason why a launch cannot be evaluated, for the command that waits for it."""
     told = {
         "class": type(error).__name__,
         "message": error.message,
@@ -163,7 +163,7 @@ def write_refusal(folder: Path, error: TeleopctlError) -> None:
 
 
 def read_refusal(folder: Path) -> TeleopctlError | None:
-    """Read why a launch cannot be evaluated; None where nobody has said so."""
+    """Read the reason why a launch cannot be evaluated; None if it can."""
     try:
         told = json.loads((folder / _REFUSAL_FILE).read_text(encoding="utf-8"))
         kind: type[TeleopctlError] = getattr(errors, told["class"], TeleopctlError)
@@ -187,21 +187,21 @@ def mark_stopped(folder: Path, name: str) -> None:
 
 
 def is_marked_stopped(folder: Path, name: str) -> bool:
-    """Tell whether a person stopped a process."""
+    """Return whether a user stopped a process."""
     return (folder / f"{_STOP_PREFIX}{name}").exists()
 
 
 def mark_told(folder: Path, name: str) -> None:
-    """Note that a person has been told why a process died."""
+    """Mark that the user has seen why a process died."""
     with contextlib.suppress(OSError):
         (folder / f"{_TOLD_PREFIX}{name}").touch()
 
 
 def is_told(folder: Path, name: str) -> bool:
-    """Tell whether a person has been told why a process died."""
+    """Return whether the user has seen why a process died."""
     return (folder / f"{_TOLD_PREFIX}{name}").exists()
 
 
 def command_text(command: Iterable[str]) -> str:
-    """Return a command line as one would type it."""
+    """Return a command line with shell quoting."""
     return shlex.join(command)

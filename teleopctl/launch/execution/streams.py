@@ -24,13 +24,13 @@ class Stream:
         self._read: int | None = read
 
     def read(self) -> IO[bytes]:
-        """Return what the process writes; the caller closes it."""
+        """Return the read end of the pipe; the caller closes it."""
         assert self._read is not None
         read, self._read = self._read, None
         return os.fdopen(read, "rb")
 
     def close(self) -> None:
-        """Close the process's end, and the other one where nobody has taken it."""
+        """Close the write end of the pipe, and the read end unless it was taken."""
         os.close(self.written)
         if self._read is not None:
             os.close(self._read)

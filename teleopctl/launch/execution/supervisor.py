@@ -104,18 +104,18 @@ class Supervisor:
         self._failed = self._failed_itself = False
 
     def statuses(self) -> list[ProcessStatus]:
-        """What became of the processes so far; any thread may ask."""
+        """Return the state of each process; any thread may call this."""
         return [
             status.status_of(child, self._starts.get(index, Start()))
             for index, child in enumerate(tuple(self._children))
         ]
 
     def pending(self) -> int:
-        """How many timers are still to lead to something soon; any thread may ask."""
+        """Return the number of timers that are due soon; any thread may call this."""
         return self._timers.pending()
 
     def tell(self, level: str, text: str, shown: str | None = None) -> None:
-        """Show a line of the launch's own; any thread may call this. An error makes it fail.
+        """Log a line in the launch's name; any thread may call this. An error makes it fail.
 
         Args:
             level: Its level.
@@ -155,7 +155,7 @@ class Supervisor:
 
     @property
     def ros2_exit_status(self) -> int:
-        """What ``ros2 launch`` ends with, which tells nothing of its processes.
+        """Exit status as of ``ros2 launch``, which does not depend on its processes.
 
         1 when the launch itself failed, or a signal other than Ctrl-C ended it; otherwise 0.
         """

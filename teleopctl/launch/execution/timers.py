@@ -50,7 +50,7 @@ class Timers:
         return bool(self._due or self._works)
 
     def pending(self) -> int:
-        """How many timers are still to lead to something soon, and what nodes are still asked.
+        """Return the number of timers that are due soon and of pending service calls.
 
         Any thread may ask.
         """

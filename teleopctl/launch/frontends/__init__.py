@@ -12,7 +12,7 @@ from teleopctl.launch.model.element import Element
 
 
 def read_launch_file(path: Path) -> LaunchFile:
-    """Read a launch file, in the language that its ending says.
+    """Read a launch file in the language of its suffix.
 
     Raises:
         TeleopctlError: It cannot be read or does not follow the vocabulary. The message names file
@@ -30,7 +30,7 @@ def read_launch_file(path: Path) -> LaunchFile:
 
 
 def parse_text(text: str, path: Path, language: str) -> tuple[str, Element]:
-    """Return the outermost entry of a text: its name and what belongs to it.
+    """Parse a launch description; return its outermost entry's name and content.
 
     Args:
         text: The text.

@@ -20,7 +20,7 @@ _NO_NAMES: Mapping[str, str] = MappingProxyType({})
 
 
 class Entity:
-    """What belongs to an action, by known keys.
+    """Attributes and children of an action, read by known keys.
 
     Args:
         element: What stands below the action's name, or is the action's tag.
@@ -109,7 +109,7 @@ class Entity:
 
 
 class Action:
-    """What an entry of a launch file does; there is a subclass for each kind.
+    """Base of launch actions; there is a subclass for each kind of entry.
 
     An action is plain data with unevaluated texts. A text front end reads it by `parse`, a Python
     launch file makes it by its constructor; neither is known to `evaluate`.
@@ -180,7 +180,7 @@ class Launch(Protocol):
 
     @property
     def scope(self) -> Scope:
-        """Launch variables, environment, namespace and so on, as the next step sees them."""
+        """Launch configurations, environment and namespace for the next step."""
 
     @property
     def file(self) -> Path:
@@ -196,7 +196,7 @@ class Launch(Protocol):
 
     @property
     def event(self) -> object | None:
-        """What has happened and is being answered; None in the first walk over the files."""
+        """The event being handled; None during the first walk over the files."""
 
     def text(self, text: Template) -> str:
         """Evaluate the substitutions of a text."""
@@ -245,13 +245,13 @@ class Launch(Protocol):
         """Run steps later, as if they stood here, unless they have been cancelled by then."""
 
     def work(self, work: Work) -> None:
-        """Let something go on beside the processes."""
+        """Start work that runs beside the processes, such as service calls."""
 
     def register(self, handler: Handler, *, last: bool = False) -> None:
-        """Let a handler answer events from now on: before those that are there, or after them."""
+        """Register an event handler: before the present ones, or after them."""
 
     def unregister(self, handler: Handler) -> None:
-        """Let a handler answer no more events.
+        """Unregister an event handler.
 
         Raises:
             ValueError: It is not registered.
@@ -264,7 +264,7 @@ class Launch(Protocol):
         """Make something happen, which handlers answer once this is done; from any thread."""
 
     def shut_down(self, reason: str) -> None:
-        """End the launch; any thread may ask for that."""
+        """End the launch; any thread may call this."""
 
 
 class Handler(Protocol):
@@ -276,13 +276,13 @@ class Handler(Protocol):
 
     @property
     def wants_output(self) -> bool:
-        """Whether it wants to be told of what processes write."""
+        """Whether the handler receives the output of processes."""
 
     def foreseen(self) -> tuple[str, tuple[Step, ...]] | None:
-        """Say when it acts and what it does then, as far as that is known before; else None."""
+        """Return when the handler acts and its steps, for a dry run; None if unknown."""
 
     def answers(self, event: object, launch: Launch) -> bool:
         """Whether it would respond to an event."""
 
     def respond(self, event: object, launch: Launch) -> Iterable[Step]:
-        """Return what is to be done on an event; nothing where it is none of its own."""
+        """Return the steps that follow from an event; none if it does not concern the handler."""

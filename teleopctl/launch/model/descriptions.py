@@ -10,7 +10,7 @@ from teleopctl.launch.model.template import Template
 
 @dataclass(frozen=True, slots=True)
 class Place:
-    """Where in a file something stands.
+    """File and line of a launch description's part.
 
     Attributes:
         file: The launch file.
@@ -76,7 +76,7 @@ Words = Template | tuple[Template, ...]
 
 @dataclass(frozen=True, slots=True)
 class NodePart:
-    """What a ``node`` has beyond an ``executable``.
+    """The attributes of ``node`` beyond those of ``executable``.
 
     Attributes:
         package: Package that offers the program; None where ``executable`` is a command.

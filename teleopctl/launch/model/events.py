@@ -12,7 +12,7 @@ from teleopctl.launch.model.plan import ProcessPlan
 
 @dataclass(frozen=True, slots=True)
 class ProcessEvent:
-    """Something that happened to a process.
+    """Base of events of a process.
 
     Attributes:
         plan: What was started.
@@ -37,7 +37,7 @@ class ProcessStarted(ProcessEvent):
 
 @dataclass(frozen=True, slots=True)
 class ProcessExited(ProcessEvent):
-    """A process has ended, and everything that it wrote has been told.
+    """A process has ended, and all of its output was handled.
 
     Attributes:
         exit_status: What it ended with; negative for a signal.
@@ -74,7 +74,7 @@ class ShutdownBegan:
 
 @dataclass(frozen=True, slots=True)
 class ShutdownRequested:
-    """Somebody beside the launch's own steps wants it to end.
+    """A request, from outside the launch's steps, to end the launch.
 
     Attributes:
         reason: Why.
@@ -85,7 +85,7 @@ class ShutdownRequested:
 
 @dataclass(frozen=True, slots=True)
 class SignalRequested:
-    """Somebody wants a signal sent to some of the processes.
+    """A request to send a signal to some of the processes.
 
     Attributes:
         matches: Tells of a process whether it is meant.

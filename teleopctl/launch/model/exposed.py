@@ -19,7 +19,7 @@ exposed_substitutions: dict[str, Callable[[Call], Template]] = {}
 
 @cache
 def look_for_strangers() -> None:
-    """Let the installed distributions that extend ROS 2's launch expose what they have, once.
+    """Load, once, the launch extensions of installed distributions.
 
     It takes tens of milliseconds to look for them, so that is done when a name is not known.
     """

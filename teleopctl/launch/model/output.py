@@ -20,7 +20,7 @@ _DESTINATIONS = frozenset({"screen", "log", "own_log"})
 
 
 class Output(NamedTuple):
-    """Where one stream of a process goes, beside the log that each process has.
+    """Destinations of one output stream of a process, beside the process's log.
 
     Attributes:
         screen: Whether the person in front of the terminal sees it.

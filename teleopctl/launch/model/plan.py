@@ -107,19 +107,19 @@ class SignalPlan:
 
 
 class Timer(Protocol):
-    """What waits for its time."""
+    """A timer of a launch."""
 
     @property
     def is_cancelled(self) -> Callable[[], bool]:
-        """Tells whether it is not waited for any more."""
+        """Function that returns whether the timer is cancelled."""
 
     @property
     def outlives_shutdown(self) -> bool:
-        """Whether the end of the launch waits for it."""
+        """Whether the end of the launch waits for the timer."""
 
 
 class Work(Protocol):
-    """What goes on beside the processes, such as a coroutine; a launch ends after it."""
+    """Work beside the processes, such as a coroutine; the launch waits for its end."""
 
     def begin(self, report: Callable[[TeleopctlError | None], None]) -> None:
         """Begin it, and report its end, with an error where it failed, from any thread."""
@@ -127,7 +127,7 @@ class Work(Protocol):
 
 @dataclass(slots=True, kw_only=True)
 class Further:
-    """What has to be done next.
+    """The next steps of a launch: processes, files, timers, messages.
 
     Attributes:
         messages: Lines for the person in front of the terminal, as level, logger and text.
@@ -175,7 +175,7 @@ class LaunchPlan:
 
     @property
     def processes(self) -> list[ProcessPlan]:
-        """What to start at the start, in order."""
+        """Processes to start at the beginning, in order."""
         return self.start.processes
 
     def write_files(self) -> None:
@@ -185,21 +185,21 @@ class LaunchPlan:
 
 
 class Respondent(Protocol):
-    """Who knows what is to be done on events."""
+    """Interface that returns the steps for an event or a timer."""
 
     @property
     def wants_output(self) -> bool:
-        """Whether anybody wants to be told of what processes write."""
+        """Whether any handler receives the output of processes."""
 
     def connect(self, happened: Callable[[object], None]) -> None:
         """Take what is to be called, from any thread, when something has happened elsewhere."""
 
     def answer(self, event: object) -> Further:
-        """Say what is to be done now that something has happened.
+        """Return the steps that follow from an event.
 
         Raises:
             TeleopctlError: It cannot be evaluated; the message has file and line.
         """
 
     def fire(self, timer: Timer) -> Further:
-        """Say what is to be done now that a timer's time has come; raises as `answer` does."""
+        """Return the steps that follow from a timer; raises as `answer` does."""

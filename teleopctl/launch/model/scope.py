@@ -14,7 +14,7 @@ _NAMESPACE = "ros_namespace"
 
 @dataclass(slots=True)
 class Scope:
-    """What a scoped group restores when it ends.
+    """Settings that a scoped group restores at its end.
 
     Attributes:
         variables: Launch variables (arguments and ``let``) by name, and the namespace.
@@ -49,7 +49,7 @@ class Scope:
 
     @property
     def has_namespace(self) -> bool:
-        """Whether somebody has said which namespace it is."""
+        """Return whether a namespace was set."""
         return _NAMESPACE in self.variables
 
     def copy(self) -> Scope:

@@ -51,7 +51,7 @@ class Call:
 
 
 class ComputedText(Protocol):
-    """A substitution that evaluates itself, as a front end with a language of its own has them."""
+    """Interface of substitutions that evaluate themselves."""
 
     @property
     def source(self) -> str:

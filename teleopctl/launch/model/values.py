@@ -100,7 +100,7 @@ def typed(text: str) -> object:
 
 
 def words(text: str) -> list[str]:
-    """Split a command line as a shell splits it.
+    """Split a command line as a shell does.
 
     Raises:
         LaunchError: When a quotation is left open.

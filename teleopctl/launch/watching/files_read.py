@@ -48,7 +48,7 @@ def files_read() -> Iterator[set[Path]]:
 
 
 def is_of_user(path: Path) -> bool:
-    """Whether somebody may work on a file: it is none of Python's, of a library or of ours."""
+    """Return whether a file is the user's: not Python's, a library's or teleopctl's."""
     return path.name not in _OF_PACKAGES and not any(map(path.is_relative_to, _others()))
 
 

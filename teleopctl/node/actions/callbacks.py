@@ -11,14 +11,14 @@ from teleopctl.node.actions.server_goal import ServerGoalHandle
 
 
 class GoalResponse(enum.Enum):
-    """What a goal callback says."""
+    """Answer of a goal callback: accept or reject the goal."""
 
     REJECT = 1
     ACCEPT = 2
 
 
 class CancelResponse(enum.Enum):
-    """What a cancel callback says."""
+    """Answer of a cancel callback: accept or reject the request to cancel."""
 
     REJECT = 1
     ACCEPT = 2
@@ -46,5 +46,5 @@ def default_goal_callback(goal_request: GoalT) -> GoalResponse:  # noqa: ARG001 
 def default_cancel_callback(
     cancel_request: ServerGoalHandle[GoalT, ResultT, FeedbackT],  # noqa: ARG001 (whichever it is)
 ) -> CancelResponse:
-    """Let no goal be cancelled."""
+    """Reject every request to cancel a goal."""
     return CancelResponse.REJECT

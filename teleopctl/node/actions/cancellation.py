@@ -23,7 +23,7 @@ _NO_ID = bytes(16)
 
 
 class KnownGoal(Protocol):
-    """A goal of a server, as far as it matters here."""
+    """The id, state and acceptance time of a server's goal, for a cancel request."""
 
     @property
     def key(self) -> bytes:
@@ -31,7 +31,7 @@ class KnownGoal(Protocol):
 
     @property
     def stamp_ns(self) -> int:
-        """When it was accepted, in nanoseconds."""
+        """Time at which the server accepted the goal, in nanoseconds since the epoch."""
 
     @property
     def state(self) -> GoalState:
@@ -44,7 +44,7 @@ KnownGoalT = TypeVar("KnownGoalT", bound=KnownGoal)
 def goals_to_cancel(
     goals: Iterable[KnownGoalT], key: bytes, stamp_ns: int
 ) -> tuple[int, list[KnownGoalT]]:
-    """Return the code of the answer and the goals that are asked to be cancelled.
+    """Return the goals that a cancel request selects, with the return code of the answer.
 
     Args:
         goals: All that the server knows, the oldest first.

@@ -113,13 +113,13 @@ class ActionClient(Generic[GoalT, ResultT, FeedbackT]):
         return self._feedback.topic_name.removesuffix("/_action/feedback")
 
     def get_num_entities(self) -> NumberOfEntities:
-        """Return how many things an executor waits for here."""
+        """Return the numbers of entities that an executor waits for, as rclpy counts them."""
         return NumberOfEntities(num_subs=2, num_clients=3)
 
     # -- servers ---------------------------------------------------------------------------------
 
     def server_is_ready(self) -> bool:
-        """Tell whether a server of this name and type is in the graph, as a whole."""
+        """Return whether an action server of the client's name and type is in the graph."""
         return self._is_served(self._node.graph())
 
     def wait_for_server(self, timeout_sec: float | None = None) -> bool:
@@ -229,7 +229,7 @@ class ActionClient(Generic[GoalT, ResultT, FeedbackT]):
             )
 
     def cancel(self, goal_id: UUID) -> ResponseFuture[CancelGoal.Response]:
-        """Ask the server to cancel a goal, whoever sent it (ours)."""
+        """Request the cancellation of a goal, of this client or of another one (ours)."""
         request = self._action_type.Impl.CancelGoalService.Request()
         request.goal_info.goal_id = goal_id
         future: ResponseFuture[CancelGoal.Response] = self._cancels.call_async(request)
@@ -238,7 +238,7 @@ class ActionClient(Generic[GoalT, ResultT, FeedbackT]):
     def ask_for_result(
         self, goal_id: UUID, *, at_once: bool = False
     ) -> ResponseFuture[ResultResponse[ResultT]]:
-        """Ask the server for the end state and the result of a goal, whoever sent it (ours).
+        """Request the final status and result of a goal, of this client or of another one (ours).
 
         Args:
             goal_id: Its id.

@@ -16,29 +16,29 @@ if TYPE_CHECKING:
 
 
 class GoalResponseMessage(Protocol):
-    """What a server answers to a goal."""
+    """Response of an action server to a goal request."""
 
     accepted: bool
 
     @property
     def stamp(self) -> Time:
-        """When it was accepted."""
+        """Time at which the server accepted the goal."""
 
 
 class GoalClient(Protocol[ResultT]):
-    """What a goal has to know of its client."""
+    """The requests of an action client that goal handles send."""
 
     def cancel(self, goal_id: UUID) -> ResponseFuture[CancelGoal.Response]:
-        """Ask the server to cancel a goal."""
+        """Send a request to cancel a goal."""
 
     def ask_for_result(
         self, goal_id: UUID, *, at_once: bool = False
     ) -> ResponseFuture[ResultResponse[ResultT]]:
-        """Ask the server for the result of a goal."""
+        """Send a request for the result of a goal."""
 
 
 class ClientGoalHandle(Generic[ResultT]):
-    """A goal that was sent, and what its server answered; clients make these.
+    """Client's handle of a goal that was sent, with the server's response.
 
     Args:
         action_client: Who sent it.
@@ -77,25 +77,25 @@ class ClientGoalHandle(Generic[ResultT]):
 
     @property
     def stamp(self) -> Time:
-        """When it was accepted."""
+        """Time at which the server accepted the goal."""
         return self._response.stamp
 
     @property
     def accepted(self) -> bool:
-        """Whether the server has taken it."""
+        """Whether the server accepted the goal."""
         return self._response.accepted
 
     @property
     def status(self) -> int:
-        """Its state as the server last told it, a number of action_msgs/msg/GoalStatus."""
+        """Last reported status of the goal, a number of action_msgs/msg/GoalStatus."""
         return int(self._state)
 
     def follow(self, state: GoalState) -> None:
-        """Take note of what the server tells of it (ours)."""
+        """Store the status that the server reports for the goal (ours)."""
         self._state = state
 
     def cancel_goal_async(self) -> ResponseFuture[CancelGoal.Response]:
-        """Ask the server to cancel it.
+        """Send a request to cancel the goal.
 
         Returns:
             A future of the answer; the goal is being cancelled if ``goals_canceling`` holds it.
@@ -103,7 +103,7 @@ class ClientGoalHandle(Generic[ResultT]):
         return self._client.cancel(self._goal_id)
 
     def cancel_goal(self) -> CancelGoal.Response | None:
-        """Ask the server to cancel it, and wait for the answer.
+        """Send a request to cancel the goal, and wait for the response.
 
         Raises:
             ExternalShutdownException: The context was shut down meanwhile.
@@ -111,7 +111,7 @@ class ClientGoalHandle(Generic[ResultT]):
         return self.cancel_goal_async().wait_until_answered()
 
     def get_result_async(self) -> ResponseFuture[ResultResponse[ResultT]]:
-        """Ask the server for the end state and the result.
+        """Send a request for the goal's final status and result.
 
         Returns:
             A future of the answer, which comes when the goal has ended and the callbacks of the

@@ -27,7 +27,7 @@ class Executions:
         self._guard = node.create_guard_condition(self._begin_next, ReentrantCallbackGroup())
 
     def add(self, begin: Callable[[], Coroutine[object, None, None]]) -> None:
-        """Have the executor run the coroutine that a function makes; any thread may call this."""
+        """Queue a function whose coroutine the executor will run; any thread may call this."""
         self._waiting.append(begin)
         self._guard.trigger()
 

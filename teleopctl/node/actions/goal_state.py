@@ -37,7 +37,7 @@ class GoalState(enum.IntEnum):
 
 
 class GoalEvent(enum.Enum):
-    """What happens to a goal."""
+    """Events of the goal state machine: execute, cancel, succeed, abort, canceled."""
 
     EXECUTE = 1
     CANCEL_GOAL = 2

@@ -156,7 +156,7 @@ class ActionServer(Generic[GoalT, ResultT, FeedbackT]):
         return self._feedback.topic_name.removesuffix("/_action/feedback")
 
     def get_num_entities(self) -> NumberOfEntities:
-        """Return how many things an executor waits for here."""
+        """Return the numbers of entities that an executor waits for, as rclpy counts them."""
         return NumberOfEntities(num_timers=1, num_services=len(self._services))
 
     # -- callbacks -------------------------------------------------------------------------------
@@ -265,7 +265,7 @@ class ActionServer(Generic[GoalT, ResultT, FeedbackT]):
         return self._node.get_clock().elapsed_ns()
 
     def publish_status(self) -> None:
-        """Tell the states of all goals that are known, the oldest first (ours)."""
+        """Publish the status array of all goals, the oldest first (ours)."""
         with self.lock:
             if self._destroyed:
                 return

@@ -31,7 +31,7 @@ ExecuteCallback: TypeAlias = Callable[
 
 
 class GoalServer(Protocol[GoalT, ResultT, FeedbackT]):
-    """What a goal has to know of its server."""
+    """The methods of an action server that its goal handles call."""
 
     lock: threading.RLock
 
@@ -40,7 +40,7 @@ class GoalServer(Protocol[GoalT, ResultT, FeedbackT]):
         """The class of the action."""
 
     def publish_status(self) -> None:
-        """Tell the states of all goals."""
+        """Publish the status array of all goals."""
 
     def publish_feedback(self, goal_id: UUID, feedback: FeedbackT) -> None:
         """Send feedback of a goal."""
@@ -63,7 +63,7 @@ class GoalServer(Protocol[GoalT, ResultT, FeedbackT]):
 
 
 class ServerGoalHandle(Generic[GoalT, ResultT, FeedbackT]):
-    """A goal that the server has accepted; servers make these.
+    """Server's handle of an accepted goal.
 
     Args:
         action_server: Its server.
@@ -141,7 +141,7 @@ class ServerGoalHandle(Generic[GoalT, ResultT, FeedbackT]):
     def execute(
         self, execute_callback: ExecuteCallback[GoalT, ResultT, FeedbackT] | None = None
     ) -> None:
-        """Have the executor call the server's execute callback, or another one.
+        """Schedule the execute callback of the server, or the given one, for the goal.
 
         A goal that is being cancelled already stays so, and its callback is called all the same.
 
@@ -153,7 +153,7 @@ class ServerGoalHandle(Generic[GoalT, ResultT, FeedbackT]):
         self._server.notify_execute(self, execute_callback)
 
     def publish_feedback(self, feedback: FeedbackT) -> None:
-        """Send feedback to whoever follows the goal.
+        """Publish feedback about the goal.
 
         Raises:
             TypeError: It is of another type.
@@ -164,7 +164,7 @@ class ServerGoalHandle(Generic[GoalT, ResultT, FeedbackT]):
             self._server.publish_feedback(self.goal_id, feedback)
 
     def executing(self) -> None:
-        """Tell that the work begins, where no execute callback does it.
+        """Set the goal's status to executing, for servers without an execute callback.
 
         Raises:
             InvalidGoalTransitionError: It runs or has ended already.
@@ -185,7 +185,7 @@ class ServerGoalHandle(Generic[GoalT, ResultT, FeedbackT]):
         self._end(GoalEvent.ABORT, response)
 
     def canceled(self, response: ResultT | None = None) -> None:
-        """End because that was asked for; see `succeed`.
+        """End the goal as canceled, with a result; see `succeed`.
 
         Raises:
             InvalidGoalTransitionError: It was not asked for.
@@ -199,7 +199,7 @@ class ServerGoalHandle(Generic[GoalT, ResultT, FeedbackT]):
         self._response.cancel()
 
     def begin_cancel(self) -> bool:
-        """Have it cancelled; False when it has ended meanwhile (ours)."""
+        """Set the goal's status to canceling; return False if the goal has ended already (ours)."""
         try:
             self._update(GoalEvent.CANCEL_GOAL)
         except InvalidGoalTransitionError:
@@ -207,7 +207,7 @@ class ServerGoalHandle(Generic[GoalT, ResultT, FeedbackT]):
         return True
 
     def finish(self, result: ResultT | None) -> None:
-        """Give the result to whoever asked for it; the first one counts (ours)."""
+        """Answer the pending result requests; only the first result counts (ours)."""
         if self._response.ended():
             return
         response = self._server.action_type.Impl.GetResultService.Response()

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class NodeOptions:
-    """Options of the next node that is made in a block, whatever its constructor passes on.
+    """Options of the next node made in a block, added to its constructor's arguments.
 
     A component's class often has a constructor without arguments, which names its node itself.
 
@@ -52,7 +52,7 @@ class NodeOptions:
 
     @contextmanager
     def given(self) -> Iterator[None]:
-        """Have the next node that this thread makes in the block take them."""
+        """Apply the options to the next node that this thread constructs in the block."""
         outer = next_options()
         _given.options = self
         try:
@@ -65,7 +65,7 @@ class NodeOptions:
         return [*self.arguments, *(["--", *own] if own else ())]
 
     def flag(self, name: str, own: bool) -> bool:
-        """Return whether the node has something, which its own code may want or not."""
+        """Return the value of a flag: the option if given, else the node's own choice."""
         return self.flags.get(name, own)
 
 

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class RosoutPublisher:
-    """Publishes what the node's logger lets through."""
+    """Publishes the log messages of a node on /rosout."""
 
     def __init__(self, node: NodeEndpoints, qos: QoSProfile) -> None:
         self._log = get_message("rcl_interfaces/msg/Log")

@@ -20,7 +20,7 @@ _PARAMETER = "start_type_description_service"
 
 
 def start_type_description_service(node: NodeParameters) -> None:
-    """Declare the parameter and, unless it says no, the service."""
+    """Start the ~/get_type_description service, unless its parameter disables it."""
     descriptor = get_message("rcl_interfaces/msg/ParameterDescriptor")(
         description="Start the ~/get_type_description service for this node.", read_only=True
     )

@@ -26,7 +26,7 @@ _LONGEST_HOLD_S = 30.0
 
 
 class KeepLast(Generic[ItemT]):
-    """As many arrivals as a depth says; the oldest falls out.
+    """Queue of the newest arrivals, limited in depth; the oldest is dropped.
 
     Attributes:
         counts_bytes: Whether it asks how many bytes an arrival holds.
@@ -48,19 +48,19 @@ class KeepLast(Generic[ItemT]):
         return True
 
     def take(self) -> ItemT | None:
-        """Return the oldest arrival; None when there is none."""
+        """Remove and return the oldest arrival; None if the queue is empty."""
         try:
             return self._items.popleft()
         except IndexError:
             return None
 
     def close(self) -> None:
-        """Forget what is there."""
+        """Drop all arrivals."""
         self._items.clear()
 
 
 class KeepAll(Generic[ItemT]):
-    """All arrivals, up to a bound in number and bytes; then whoever brings one waits for room.
+    """Queue of all arrivals, limited in number and bytes; senders block while the queue is full.
 
     The one who waits is the thread that reads the sender's connection, so that the sender is held
     up in turn: the back-pressure that ROS 2 has for reliable endpoints that keep all. Everything
@@ -108,7 +108,7 @@ class KeepAll(Generic[ItemT]):
             return True
 
     def take(self) -> ItemT | None:
-        """Return the oldest arrival; None when there is none."""
+        """Remove and return the oldest arrival; None if the queue is empty."""
         with self._changed:
             self._taker = threading.get_ident()
             if not self._items:
@@ -120,7 +120,7 @@ class KeepAll(Generic[ItemT]):
             return item
 
     def close(self) -> None:
-        """Forget what is there and let go of whoever waits."""
+        """Drop all arrivals and release blocked senders."""
         with self._changed:
             self._is_closed = True
             self._items.clear()

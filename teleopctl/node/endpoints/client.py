@@ -56,12 +56,12 @@ class ResponseFuture(Future[ResultT]):
 
     @transport_callback
     def reached_nobody(self) -> None:
-        """Tell who waits in `wait_for_response` that no server will answer (ours)."""
+        """Record that no server will respond, and wake waiting threads (ours)."""
         self._settled.set()
         self._tell_if_unanswered()
 
     def wait_until_settled(self, timeout_sec: float | None = None) -> bool:
-        """Block this thread until a response is there or nobody is left to give it (ours).
+        """Block this thread until there is a response or no server is left to send one (ours).
 
         Returns:
             False when the time, in seconds of wall time, ran out; the request goes on then.
@@ -69,7 +69,7 @@ class ResponseFuture(Future[ResultT]):
         return self._wait_for(self._settled.wait, timeout_sec)
 
     def is_settled(self) -> bool:
-        """Whether a response is there, or nobody is left to give it (ours)."""
+        """Whether there is a response, or no server is left to send one (ours)."""
         return self._settled.is_set()
 
     def when_unanswered(self, listener: Callable[[], object]) -> None:
@@ -91,7 +91,7 @@ class ResponseFuture(Future[ResultT]):
         self._client.call_back(functools.partial(callback, self))
 
     def wait_for_response(self, timeout_sec: float | None = None) -> ResultT | None:
-        """Block this thread until the response is there, or nobody is left to give it (ours).
+        """Block this thread until there is a response; raise if no server is left (ours).
 
         For commands, which say who is missing; `Client.call` waits as rclpy does.
 
@@ -114,7 +114,7 @@ class ResponseFuture(Future[ResultT]):
         return None
 
     def wait_until_answered(self, timeout_sec: float | None = None) -> ResultT | None:
-        """Block this thread until the response is there, whoever gives it (ours).
+        """Block this thread until there is a response, even while there is no server (ours).
 
         Args:
             timeout_sec: Longest wait in seconds of wall time; None waits for ever.
@@ -184,7 +184,7 @@ class Client(ServiceEnd, Waitable, Generic[RequestT, ResponseT]):
         return self.name
 
     def service_is_ready(self) -> bool:
-        """Tell whether a server of this name and type is in the graph."""
+        """Return whether a server of the client's name and type is in the graph."""
         return bool(self.node.matched(EntityKind.SS, self.name, self.type_name))
 
     def wait_for_service(self, timeout_sec: float | None = None) -> bool:
@@ -196,7 +196,7 @@ class Client(ServiceEnd, Waitable, Generic[RequestT, ResponseT]):
         return self.node.wait_for_match(EntityKind.SS, self.name, self.type_name, 1, timeout_sec)
 
     def is_server_frozen(self) -> bool:
-        """Whether there are servers, but all their processes do nothing at all (ours).
+        """Return whether all servers are in the graph but suspended, such as by SIGSTOP (ours).
 
         One that is stopped by a signal stays in the graph and answers nothing. Takes about a
         second then, else milliseconds.
@@ -277,7 +277,7 @@ class Client(ServiceEnd, Waitable, Generic[RequestT, ResponseT]):
         return future
 
     def call_back(self, callback: Callable[[], object]) -> None:
-        """Have the executor of the node call a function, now or when the node gets one."""
+        """Schedule a function on the executor of the node, or on its next one."""
         self._callbacks.append(callback)
         self.tell_executor()
 

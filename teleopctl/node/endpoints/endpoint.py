@@ -23,7 +23,7 @@ LARGE_MESSAGE = 256 * 1024
 
 
 def expect_large_messages() -> None:
-    """Prepare this process for more of them, now that there was one."""
+    """Prepare the allocator of this process for large messages, after the first one."""
     # Imported here because hardly any command meets one.
     from teleopctl.base.kept_memory import keep_freed_memory
 
@@ -89,7 +89,7 @@ class Endpoint(abc.ABC):
 
     @property
     def handle(self) -> Handle:
-        """What programs enter while they use the endpoint."""
+        """Handle of the endpoint as rclpy has it."""
         return Handle(self, self.name)
 
     @property
@@ -104,7 +104,7 @@ class Endpoint(abc.ABC):
 
     @property
     def event_handlers(self) -> list[EventHandler]:
-        """What tells callbacks of events."""
+        """Event handlers of the endpoint."""
         return list(self.events)
 
     def _announce(self) -> None:

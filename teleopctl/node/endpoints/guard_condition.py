@@ -37,7 +37,7 @@ class GuardCondition(Waitable):
 
     @property
     def handle(self) -> Handle:
-        """What programs enter while they use it."""
+        """Handle of the guard condition as rclpy has it."""
         return Handle(self)
 
     @property

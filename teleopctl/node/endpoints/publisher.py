@@ -64,7 +64,7 @@ class Publisher(Endpoint, Generic[MessageT]):
         self._announce()
 
     def watch(self, callbacks: PublisherEventCallbacks, group: CallbackGroup) -> None:
-        """Have callbacks told of events."""
+        """Register event callbacks."""
         from teleopctl.node.endpoints.events.deadline import DeadlineHandler
         from teleopctl.node.endpoints.events.graph import IncompatibleTypeHandler, MatchedHandler
         from teleopctl.node.endpoints.events.liveliness import LivelinessLostHandler
@@ -167,7 +167,7 @@ class Publisher(Endpoint, Generic[MessageT]):
         return len(self.node.matched(EntityKind.MS, self.name, self.type_name))
 
     def wait_for_all_acked(self, timeout: Duration | None = None) -> bool:  # noqa: ARG002 (rclpy's)
-        """Return True: the transport acknowledges nothing, so there is nothing to wait for."""
+        """Return True at once: Zenoh has no acknowledgements to wait for."""
         return True
 
     def assert_liveliness(self) -> None:

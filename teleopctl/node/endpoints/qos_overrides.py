@@ -62,12 +62,12 @@ _DURATIONS = (
 
 
 class InvalidQosOverridesError(TeleopctlError):
-    """An override is refused, or names a policy that there is not."""
+    """A QoS override is rejected, or names an unknown policy."""
 
 
 @dataclasses.dataclass(frozen=True)
 class QoSOverridingOptions:
-    """Which policies parameters may override.
+    """The QoS policies of an endpoint that parameters may override.
 
     Attributes:
         policy_kinds: The policies.
@@ -100,7 +100,7 @@ def overridden(
     topic: str,
     declare: Declare,
 ) -> QoSProfile:
-    """Return a profile with what parameters say of it.
+    """Return a QoS profile with the overrides that the node's parameters give.
 
     Args:
         profile: What the program says.

@@ -116,7 +116,7 @@ class Service(ServiceEnd, Waitable, Generic[RequestT, ResponseT]):
 
     @property
     def handle(self) -> ServiceHandle:
-        """What programs enter while they use the service, and take requests from."""
+        """Handle of the service as rclpy has it, from which requests can be taken."""
         return ServiceHandle(self, self.name)
 
     def pending(self) -> int:

@@ -18,14 +18,14 @@ if TYPE_CHECKING:
 
 
 class RequestId(NamedTuple):
-    """Which request it is: the client's identity, and the number of the request there."""
+    """Identity of a request: the client's GID and the request's sequence number."""
 
     writer_guid: bytes
     sequence_number: int
 
 
 class ServiceInfo(NamedTuple):
-    """What is known of a request or a response besides its content; times in ns since the epoch.
+    """Metadata of a request or a response; times in nanoseconds since the epoch.
 
     Attributes:
         attachment: As it came.
@@ -39,12 +39,12 @@ class ServiceInfo(NamedTuple):
 
     @property
     def source_timestamp(self) -> int:
-        """When it was sent."""
+        """Time at which the request or response was sent, in nanoseconds since the epoch."""
         return self.attachment.time_ns
 
     @property
     def request_id(self) -> RequestId:
-        """Of the request, also for its response."""
+        """Identity of the request, for a response that of its request."""
         return RequestId(self.attachment.gid, self.attachment.sequence)
 
 

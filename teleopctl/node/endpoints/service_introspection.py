@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class ServiceIntrospectionState(enum.IntEnum):
-    """How much is told of each call."""
+    """Level of service introspection: off, metadata or contents."""
 
     OFF = 0
     METADATA = 1
@@ -60,7 +60,7 @@ class ServiceIntrospection:
             )
 
     def request_sent(self, client_gid: bytes, sequence: int, request: object) -> None:
-        """Tell that the client has sent a request.
+        """Publish the event "the client sent a request".
 
         Args:
             client_gid: Identity of the client; so the next three.
@@ -70,15 +70,15 @@ class ServiceIntrospection:
         self._tell(_REQUEST_SENT, client_gid, sequence, request=request)
 
     def request_received(self, client_gid: bytes, sequence: int, request: object) -> None:
-        """Tell that the server has taken a request."""
+        """Publish the event "the server received a request"."""
         self._tell(_REQUEST_RECEIVED, client_gid, sequence, request=request)
 
     def response_sent(self, client_gid: bytes, sequence: int, response: object) -> None:
-        """Tell that the server has answered."""
+        """Publish the event "the server sent a response"."""
         self._tell(_RESPONSE_SENT, client_gid, sequence, response=response)
 
     def response_received(self, client_gid: bytes, sequence: int, response: object) -> None:
-        """Tell that the client has the answer."""
+        """Publish the event "the client received a response"."""
         self._tell(_RESPONSE_RECEIVED, client_gid, sequence, response=response)
 
     def _tell(

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 
 class ContentFilterOptions(NamedTuple):
-    """Which messages are wanted, for middleware that filters where they are sent; Zenoh does not.
+    """Content filter of a subscription; Zenoh does not filter, so filters have no effect.
 
     Attributes:
         filter_expression: Such as ``position > %0``.
@@ -40,7 +40,7 @@ class ContentFilterOptions(NamedTuple):
 
 
 class MessageInfo(TypedDict):
-    """What is known of a message besides its content; times in ns since the epoch."""
+    """Metadata of a received message; times in nanoseconds since the epoch."""
 
     source_timestamp: int
     received_timestamp: int
@@ -128,7 +128,7 @@ class Subscription(Endpoint, Waitable, Generic[MessageT]):
         self._announce()
 
     def measure(self, saw: Callable[[int | None], None], stop: Callable[[], object]) -> None:
-        """Have a function told when each message that is handed over was sent (ours).
+        """Set a function that receives the source time of each message that is taken (ours).
 
         Args:
             saw: Told in nanoseconds since the epoch; None where it is not known.
@@ -137,7 +137,7 @@ class Subscription(Endpoint, Waitable, Generic[MessageT]):
         self._measure, self._stop_measuring = saw, stop
 
     def watch(self, callbacks: SubscriptionEventCallbacks, group: CallbackGroup) -> None:
-        """Have callbacks told of events."""
+        """Register event callbacks."""
         from teleopctl.node.endpoints.events.deadline import DeadlineHandler
         from teleopctl.node.endpoints.events.graph import IncompatibleTypeHandler, MatchedHandler
         from teleopctl.node.endpoints.events.liveliness import LivelinessChangedHandler
@@ -225,7 +225,7 @@ class Subscription(Endpoint, Waitable, Generic[MessageT]):
 
     @property
     def handle(self) -> SubscriptionHandle:
-        """What programs enter while they use the subscription, and take messages from."""
+        """Handle of the subscription as rclpy has it, from which messages can be taken."""
         return SubscriptionHandle(self, self.name)
 
     def get_publisher_count(self) -> int:

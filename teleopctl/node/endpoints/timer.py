@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class PeriodicTimer:
-    """Is due each period of a clock, and counts as called when somebody says so.
+    """Timer without a callback: due once per period of a clock, until `call` marks it as called.
 
     Periods are spans as `Clock.elapsed_ns` counts them: of simulated time where a ROS clock follows
     ``/clock``, else of the steady clock. Late calls are made up once, not piled up: after a late
@@ -53,7 +53,7 @@ class PeriodicTimer:
 
     @property
     def handle(self) -> TimerHandle:
-        """What programs enter while they use the timer, and wait for by hand."""
+        """Handle of the timer as rclpy has it, which can be waited for."""
         return TimerHandle(self)
 
     @property
@@ -62,7 +62,7 @@ class PeriodicTimer:
         return self._destroyed
 
     def is_ready(self) -> bool:
-        """Tell whether a call is due."""
+        """Return whether a call is due."""
         return not self._cancelled and self.clock.elapsed_ns() >= self._next_call_ns
 
     def pending(self) -> int:
@@ -70,7 +70,7 @@ class PeriodicTimer:
         return int(self.is_ready())
 
     def is_canceled(self) -> bool:
-        """Tell whether it was cancelled."""
+        """Return whether the timer is cancelled."""
         return self._cancelled
 
     def cancel(self) -> None:
@@ -78,12 +78,12 @@ class PeriodicTimer:
         self._cancelled = True
 
     def restart(self, period_ns: int) -> None:
-        """Start anew with another period in nanoseconds (ours)."""
+        """Restart the timer with another period, in nanoseconds (ours)."""
         self.timer_period_ns = period_ns
         self.reset()
 
     def reset(self) -> None:
-        """Start anew: the next call is one period from now."""
+        """Restart the period: the next call is due one period from now."""
         self._cancelled = self._destroyed
         self._last_call_ns = self.clock.elapsed_ns()
         self._next_call_ns = self._last_call_ns + self._period_ns
@@ -139,7 +139,7 @@ class PeriodicTimer:
             self.tell_executor()
 
     def tell_executor(self) -> None:
-        """Have whoever waits look at the time anew."""
+        """Notify the wait set, if any, that the timer's next call has changed."""
         if (listener := self.listener) is not None:
             listener()
 
@@ -150,7 +150,7 @@ class TimerHandle(Handle):
     entity: PeriodicTimer
 
     def is_timer_ready(self) -> bool:
-        """Tell whether a call is due."""
+        """Return whether a call is due."""
         return self.entity.is_ready()
 
     def call_timer(self) -> None:
@@ -167,11 +167,11 @@ class TimerHandle(Handle):
         self.entity.cancel()
 
     def is_timer_canceled(self) -> bool:
-        """Tell whether it was cancelled."""
+        """Return whether the timer is cancelled."""
         return self.entity.is_canceled()
 
     def reset_timer(self) -> None:
-        """Start anew: the next call is due one period from now."""
+        """Restart the period: the next call is due one period from now."""
         self.entity.reset()
 
     def time_since_last_call(self) -> int:
@@ -223,14 +223,14 @@ class Timer(PeriodicTimer):
         return self.callback if self.count_call() else None
 
     def tell_executor(self) -> None:
-        """Have the executor look at the time anew, and whoever waits by hand."""
+        """Notify the executor and the wait set that the timer's next call has changed."""
         super().tell_executor()
         if (executor := self._node.executor) is not None:
             executor.wake()
 
 
 class Rate:
-    """Sleeps to a steady rate; another thread must spin the node meanwhile."""
+    """Sleeps at a fixed rate, while another thread spins the node."""
 
     def __init__(self, timer: Timer, context: Context) -> None:
         self.timer = timer
@@ -255,6 +255,6 @@ class Rate:
             raise ROSInterruptException
 
     def destroy(self) -> None:
-        """Stop the timer and wake whoever sleeps."""
+        """Destroy the timer and wake sleeping threads."""
         self.timer.destroy()
         self._tick.set()

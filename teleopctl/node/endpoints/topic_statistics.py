@@ -109,7 +109,7 @@ class TopicStatistics:
             self._last_ns = now_ns
 
     def publish(self) -> None:
-        """Publish the window, and begin the next one."""
+        """Publish the statistics of the current window, and start a new one."""
         now_ns = time.time_ns()
         with self._lock:
             measured = (("message_age", self._age_ms), ("message_period", self._period_ms))

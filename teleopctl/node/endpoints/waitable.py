@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 class NumberOfEntities:
-    """How many things of each kind an executor waits for on somebody's behalf."""
+    """Numbers of entities of each kind that an executor waits for."""
 
     def __init__(
         self,
@@ -41,7 +41,7 @@ class NumberOfEntities:
 
 
 class Waitable:
-    """Base of what queues arrivals on any thread until its node's executor takes them.
+    """Base of entities that queue arrivals on any thread until the node's executor takes them.
 
     An arrival is queued first and then told with `tell_executor`; an executor that gets the
     node later asks `pending`. So none is missed, whichever comes first.
@@ -62,7 +62,7 @@ class Waitable:
         raise NotImplementedError
 
     def tell_executor(self) -> None:
-        """Have the executor take what has arrived, if the node has one."""
+        """Notify the node's executor, or the wait set, of an arrival."""
         if self.listener is not None:
             self.listener()
         elif (executor := self.node.executor) is not None:

@@ -47,7 +47,7 @@ class ManagedEntity:
 
 
 class SimpleManagedEntity(ManagedEntity):
-    """One that only knows whether it is activated."""
+    """Managed entity that only keeps track of whether it is activated."""
 
     def __init__(self) -> None:
         self._enabled = False

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 class LifecycleStateMachine(StateMachine):
-    """The state machine of a node, with the endpoints by which others see and drive it.
+    """Life cycle state machine of a node, with its services and its transition-event topic.
 
     The attributes ``service_…`` and ``current_state`` are those that rclpy's has.
 

@@ -17,7 +17,7 @@ from teleopctl.node.values.exceptions import RCLError
 
 
 class TransitionNotPossibleError(RCLError):
-    """A transition was asked for that does not begin in the present state.
+    """The requested life cycle transition does not start in the present state.
 
     Args:
         asked: Number or label of the transition.
@@ -36,7 +36,7 @@ class TransitionNotPossibleError(RCLError):
 
 
 class StateMachine:
-    """The present state, and the transitions from it.
+    """Life cycle state machine: the present state and the transitions from it.
 
     A transition has two steps: `begin` goes to the state in which its callback runs, `end` goes on
     from there as the callback's outcome says. Any thread may begin one; while one is under way no

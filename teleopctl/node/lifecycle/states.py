@@ -21,7 +21,7 @@ class PrimaryState(IntEnum):
 
     @property
     def label(self) -> str:
-        """The state as ROS 2 writes it."""
+        """Label of the state in ROS 2's spelling."""
         return self.name.lower()
 
 
@@ -37,7 +37,7 @@ class TransitionState(IntEnum):
 
     @property
     def label(self) -> str:
-        """The state as ROS 2 writes it."""
+        """Label of the state in ROS 2's spelling."""
         return self.name.lower()
 
 
@@ -54,7 +54,7 @@ class TransitionCallbackReturn(Enum):
 
 
 class LifecycleState(NamedTuple):
-    """A state by label and number, as callbacks get it."""
+    """Life cycle state by label and id, as transition callbacks receive it."""
 
     label: str
     state_id: int

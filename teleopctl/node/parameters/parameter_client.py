@@ -48,7 +48,7 @@ _UNLIMITED_DEPTH = 0
 
 
 class AsyncParameterClient:
-    """Asks another node for its parameters, and sets them.
+    """Client of the parameter services of another node.
 
     Each request returns a future of the service's response; a ``callback`` is called with that
     future once it has ended.
@@ -89,7 +89,7 @@ class AsyncParameterClient:
         return [self._client(type_) for type_ in PARAMETER_SERVICES]
 
     def services_are_ready(self) -> bool:
-        """Tell whether the other node offers all of its parameter services."""
+        """Return whether the other node serves all parameter services."""
         return all(client.service_is_ready() for client in self._clients)
 
     def wait_for_services(self, timeout_sec: float | None = None) -> bool:
@@ -107,7 +107,7 @@ class AsyncParameterClient:
         depth: int | None = None,
         callback: DoneCallback[ListParameters.Response] | None = None,
     ) -> ResponseFuture[ListParameters.Response]:
-        """Ask for the names below prefixes, down to a depth (None: without limit)."""
+        """Request the names below prefixes, down to a depth; None is without limit."""
         return self._send(
             "ListParameters",
             callback,
@@ -118,13 +118,13 @@ class AsyncParameterClient:
     def get_parameters(
         self, names: Sequence[str], callback: DoneCallback[GetParameters.Response] | None = None
     ) -> ResponseFuture[GetParameters.Response]:
-        """Ask for values."""
+        """Request the values of parameters."""
         return self._send("GetParameters", callback, names=list(names))
 
     def get_parameter_types(
         self, names: Sequence[str], callback: DoneCallback[GetParameterTypes.Response] | None = None
     ) -> ResponseFuture[GetParameterTypes.Response]:
-        """Ask for types."""
+        """Request the types of parameters."""
         return self._send("GetParameterTypes", callback, names=list(names))
 
     def describe_parameters(
@@ -132,7 +132,7 @@ class AsyncParameterClient:
         names: Sequence[str],
         callback: DoneCallback[DescribeParameters.Response] | None = None,
     ) -> ResponseFuture[DescribeParameters.Response]:
-        """Ask for descriptors."""
+        """Request the descriptors of parameters."""
         return self._send("DescribeParameters", callback, names=list(names))
 
     def set_parameters(
@@ -154,7 +154,7 @@ class AsyncParameterClient:
     def delete_parameters(
         self, names: Sequence[str], callback: DoneCallback[SetParameters.Response] | None = None
     ) -> ResponseFuture[SetParameters.Response]:
-        """Take the values of parameters away, which only dynamically typed ones let happen."""
+        """Request that dynamically typed parameters lose their values."""
         from teleopctl.node.values.parameter import Parameter
 
         return self.set_parameters([Parameter(name) for name in names], callback)
@@ -210,7 +210,7 @@ def ask_nodes(
     question: Callable[[AsyncParameterClient], ResponseFuture[ResponseT]],
     timeout_sec: float,
 ) -> dict[str, ResponseT | UnavailableError]:
-    """Ask many nodes at once and wait until each has answered or the time is up.
+    """Send a parameter request to many nodes at once, and wait for the responses or a timeout.
 
     Example:
         ``ask_nodes(node, ["/arm", "/base"], lambda remote: remote.list_parameters(), 5.0)``

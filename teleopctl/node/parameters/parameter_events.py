@@ -125,11 +125,11 @@ class ParameterEventHandler:
         return handle
 
     def remove_parameter_callback(self, handle: ParameterCallbackHandle) -> None:
-        """Take a callback back; raises RuntimeError when it is not there."""
+        """Unregister a parameter callback; raise RuntimeError if it is not registered."""
         self._remove(self._of_parameter, handle)
 
     def remove_parameter_event_callback(self, handle: ParameterEventCallbackHandle) -> None:
-        """Take a callback back; raises RuntimeError when it is not there."""
+        """Unregister an event callback; raise RuntimeError if it is not registered."""
         self._remove(self._of_all, handle)
 
     def _remove(self, handles: list[Any], handle: Any) -> None:

@@ -97,7 +97,7 @@ class ParameterStore:
         return names, sorted({name.rpartition(".")[0] for name in names if "." in name})
 
     def check_declared(self, parameters: Iterable[Parameter]) -> None:
-        """Check that parameters may be set as far as their names are concerned.
+        """Raise if a parameter is undeclared and undeclared ones are not allowed.
 
         Raises:
             ParameterNotDeclaredException: Some were not declared, and that is not allowed.
@@ -107,7 +107,7 @@ class ParameterStore:
             raise ParameterNotDeclaredException(unknown)
 
     def has(self, name: str) -> bool:
-        """Tell whether a parameter was declared."""
+        """Return whether a parameter is declared."""
         return name in self._parameters
 
     def declare(
@@ -221,18 +221,18 @@ class ParameterStore:
         return parameter
 
     def is_uninitialized(self, name: str) -> bool:
-        """Tell whether a declared parameter has a static type and no value yet."""
+        """Return whether a declared parameter has a static type and no value yet."""
         return (
             self._parameters[name].type_ == ParameterType.NOT_SET
             and not self._descriptors[name].dynamic_typing
         )
 
     def peek(self, name: str) -> Parameter | None:
-        """Return a parameter if it was declared, whatever its state."""
+        """Return a declared parameter, initialized or not; None if it is undeclared."""
         return self._parameters.get(name)
 
     def by_prefix(self, prefix: str) -> dict[str, Parameter]:
-        """Return the parameters below a prefix, named by what follows it."""
+        """Return the parameters below a prefix, by their names without it."""
         start = f"{prefix}." if prefix else ""
         return {
             name[len(start) :]: parameter
@@ -285,7 +285,7 @@ class ParameterStore:
         parameters: Sequence[Parameter],
         check: Callable[[Iterable[Parameter]], None] = lambda _: None,
     ) -> SetParametersResult:
-        """Set all of the parameters or none of them.
+        """Set all of the parameters, or none if one is rejected.
 
         Args:
             parameters: What was asked for.

@@ -42,11 +42,11 @@ class CallbackGroup:
         self.entities.add(ref(entity, self.entities.discard))
 
     def has_entity(self, entity: Any) -> bool:
-        """Tell whether something was added and is still there."""
+        """Return whether an entity is in the group."""
         return ref(entity) in self.entities
 
     def can_execute(self, entity: Any) -> bool:
-        """Tell whether a callback of an entity may begin now."""
+        """Return whether a callback of an entity may start now."""
         raise NotImplementedError
 
     def beginning_execution(self, entity: Any) -> bool:
@@ -58,7 +58,7 @@ class CallbackGroup:
         raise NotImplementedError
 
     def run(self, work: Work, submit: Submit) -> None:
-        """Have ``submit`` run the work, now or when the rule of the group allows it."""
+        """Submit a callback, now or when the group's rule allows it."""
         submit(work)
 
 
@@ -74,7 +74,7 @@ class ReentrantCallbackGroup(CallbackGroup):
         return True
 
     def ending_execution(self, entity: Any) -> None:
-        """Nothing waits for it."""
+        """Do nothing: callbacks of the group never wait for each other."""
 
 
 class MutuallyExclusiveCallbackGroup(CallbackGroup):
@@ -88,7 +88,7 @@ class MutuallyExclusiveCallbackGroup(CallbackGroup):
         self._waiting: collections.deque[tuple[Work, Submit]] = collections.deque()
 
     def can_execute(self, entity: Any) -> bool:
-        """Tell whether none of its callbacks runs."""
+        """Return whether no callback of the group is running."""
         with self._lock:
             assert ref(entity) in self.entities
             return self._active is None
@@ -103,13 +103,13 @@ class MutuallyExclusiveCallbackGroup(CallbackGroup):
             return True
 
     def ending_execution(self, entity: Any) -> None:
-        """Let the next one begin."""
+        """Mark the running callback as ended, so that the next one may start."""
         with self._lock:
             assert self._active is entity
             self._active = None
 
     def run(self, work: Work, submit: Submit) -> None:
-        """Run the work after all that came before it."""
+        """Submit a callback once all earlier ones of the group have ended."""
         with self._lock:
             self._waiting.append((work, submit))
             if self._busy:

@@ -11,7 +11,7 @@ from teleopctl.wire import EndpointToken, EntityKind, format_token, gid
 
 
 class TopicEndpointTypeEnum(enum.IntEnum):
-    """Which side of a topic or service an endpoint is."""
+    """Kind of an endpoint: publisher, subscription, client or server."""
 
     INVALID = 0
     PUBLISHER = 1
@@ -29,7 +29,7 @@ _TYPE_OF_KIND = {
 
 
 class TopicEndpointInfo:
-    """One publisher, subscription, client or server, as its liveliness token announces it.
+    """An endpoint of the graph, as its liveliness token describes it.
 
     Args:
         node_name: Name of the node that owns it.
@@ -72,7 +72,7 @@ class TopicEndpointInfo:
 
     @classmethod
     def of(cls, token: EndpointToken) -> TopicEndpointInfo:
-        """Return what a token tells."""
+        """Return the endpoint that a liveliness token describes."""
         return cls(
             node_name=token.node,
             node_namespace=token.namespace,

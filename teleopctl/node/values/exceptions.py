@@ -45,7 +45,7 @@ class InvalidHandle(Exception):
 
 
 class RCLError(RuntimeError):
-    """What rclpy's C library raises where it refuses: base of those that have a name here."""
+    """Base of the errors that rclpy's C library raises."""
 
 
 class ContextInvalidError(RCLError):
@@ -56,7 +56,7 @@ class ContextInvalidError(RCLError):
 
 
 class ContextEndedError(ContextInvalidError, ExternalShutdownException):
-    """The same after a signal has ended the context, as that ends a spin: no fault of a program."""
+    """A signal has ended the context; ends a program quietly, as it ends a spin."""
 
 
 class TimerCancelledError(RCLError):
@@ -64,11 +64,11 @@ class TimerCancelledError(RCLError):
 
 
 class NodeNameNonExistentError(RCLError):
-    """A node is asked about that is not in the graph."""
+    """A node is not in the graph."""
 
 
 class ServiceUnavailableError(UnavailableError):
-    """A request has no answer: nobody serves the name, or the server went away."""
+    """A request gets no response: there is no server, or it has left the graph."""
 
 
 class NameValidationException(TeleopctlError):
@@ -140,7 +140,7 @@ class ParameterException(TeleopctlError):
 
 
 class ParameterNotDeclaredException(ParameterException):
-    """A parameter was used that nobody declared."""
+    """A parameter is undeclared."""
 
     def __init__(self, parameters: str | list[str]) -> None:
         super().__init__("Invalid access to undeclared parameter(s)", parameters)

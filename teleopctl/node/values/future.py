@@ -37,19 +37,19 @@ class Future(Generic[ResultT]):
         self._listeners: list[Callable[[], object]] = []
 
     def done(self) -> bool:
-        """Tell whether it has ended by value or exception; cancelled is not done, as in rclpy."""
+        """Return whether the future has a result or an exception, which cancelled ones lack."""
         return self._finished.is_set() and not self._cancelled
 
     def ended(self) -> bool:
-        """Tell whether it has ended, by value, exception or cancellation (ours)."""
+        """Return whether the future has a result or an exception, or is cancelled (ours)."""
         return self._finished.is_set()
 
     def cancelled(self) -> bool:
-        """Tell whether it was cancelled."""
+        """Return whether the future is cancelled."""
         return self._cancelled
 
     def result(self) -> ResultT | None:
-        """Return the value, None while there is none.
+        """Return the result; None while there is none.
 
         Raises:
             BaseException: The one that it ended with.
@@ -63,7 +63,7 @@ class Future(Generic[ResultT]):
         return self._exception
 
     def set_result(self, result: ResultT) -> None:
-        """End with a value; one that has ended takes it as well, and calls nobody back again."""
+        """Set the result; if the future has ended already, no callback is called again."""
         with self._lock:
             self._result = result
             self._cancelled = False
@@ -222,7 +222,7 @@ class Task(Future[ResultT]):
             self.step()
 
     def executing(self) -> bool:
-        """Tell whether it is running at this moment."""
+        """Return whether the task is running at this moment."""
         return self._executing
 
     def step(self) -> None:

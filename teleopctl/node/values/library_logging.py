@@ -25,7 +25,7 @@ _untouched: list[tuple[logging.Logger, int, bool]] = []
 
 
 class LibraryLogs:
-    """Lets library code log as the nodes of a context, from now until `close`.
+    """Routes log records of Python libraries to the nodes of a context, until `close`.
 
     Attributes:
         nodes: Names of the nodes' loggers; the first one speaks.

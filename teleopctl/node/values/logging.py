@@ -29,7 +29,7 @@ _RESET = "\033[0m"
 
 
 class LoggingSeverity(enum.IntEnum):
-    """How grave a message is."""
+    """Severity of a log message."""
 
     UNSET = 0
     DEBUG = 10
@@ -191,7 +191,7 @@ class Instant(Protocol):
 
 
 class TimeSource(Protocol):
-    """A clock, as far as throttling is concerned."""
+    """Clock by which throttled log calls measure time."""
 
     def now(self) -> Instant:
         """Return the present time."""
@@ -209,7 +209,7 @@ class RcutilsLogger:
         self._seen: dict[tuple[str, int, str], int] = {}
 
     def get_child(self, name: str) -> RcutilsLogger:
-        """Return the logger below this one.
+        """Return the logger whose name is this one's and the given one, with a dot between.
 
         Raises:
             ValueError: The name is empty.
@@ -219,7 +219,7 @@ class RcutilsLogger:
         return RcutilsLogger(f"{self.name}.{name}" if self.name else name)
 
     def set_level(self, level: int) -> None:
-        """Let only messages of this severity and above through."""
+        """Set the lowest severity that is logged."""
         set_logger_level(self.name, level)
 
     def get_effective_level(self) -> LoggingSeverity:
@@ -227,7 +227,7 @@ class RcutilsLogger:
         return effective_level(self.name)
 
     def is_enabled_for(self, severity: int) -> bool:
-        """Tell whether a message of this severity would come through."""
+        """Return whether a message of this severity would be logged."""
         return severity >= effective_level(self.name)
 
     def _passes(

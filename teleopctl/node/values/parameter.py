@@ -79,7 +79,7 @@ class ParameterType(enum.IntEnum):
         raise TypeError(f"The elements of a parameter must be of one type, got {names}.")
 
     def check(self, value: object) -> bool:
-        """Tell whether a value may be held by this type."""
+        """Return whether a value is of this parameter type."""
         try:
             actual = ParameterType.from_parameter_value(value)
         except TypeError:

@@ -25,7 +25,7 @@ _EVERY_NODE = "/**"
 
 
 class ParameterFile(NamedTuple):
-    """The sections of a parameter file, in the order in which they stand there.
+    """Sections of a parameter file, in the file's order.
 
     Attributes:
         sections: Pairs of a section's name, with its leading slash, and its flat parameters.
@@ -35,7 +35,7 @@ class ParameterFile(NamedTuple):
     sections: tuple[tuple[str, dict[str, Any]], ...]
 
     def for_node(self, full_name: str, use_wildcard: bool = True) -> dict[str, Any]:
-        """Return the parameters of a node; later sections win over earlier ones.
+        """Return the parameters of a node; later sections override earlier ones.
 
         Args:
             full_name: The node's name.

@@ -85,7 +85,7 @@ class DurabilityPolicy(_Policy):
 
 
 class HistoryPolicy(_Policy):
-    """How many messages are kept."""
+    """QoS policy: number of messages kept, the last ones or all."""
 
     SYSTEM_DEFAULT = 0
     KEEP_LAST = 1
@@ -94,7 +94,7 @@ class HistoryPolicy(_Policy):
 
 
 class LivelinessPolicy(_Policy):
-    """How a publisher shows that it is alive."""
+    """QoS policy: way in which a publisher asserts its liveliness."""
 
     SYSTEM_DEFAULT = 0
     AUTOMATIC = 1
@@ -200,7 +200,7 @@ class QoSProfile:
 
     @property
     def queue_depth(self) -> int | None:
-        """Messages that a receive queue keeps; None for all of them."""
+        """Depth of the receive queue; None if unlimited."""
         if self.history == HistoryPolicy.KEEP_ALL:
             return None
         return self.depth or RMW_DEFAULT_DEPTH
@@ -220,7 +220,7 @@ class QoSProfile:
 
     @classmethod
     def from_wire(cls, qos: EndpointQos) -> QoSProfile:
-        """Return the profile that a token tells of."""
+        """Return the profile that a liveliness token describes."""
         return cls(
             history=HistoryPolicy(qos.history),
             depth=qos.depth,
@@ -318,7 +318,7 @@ qos_profile_clock = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFOR
 
 
 class QoSPresetProfiles(enum.Enum):
-    """rclpy's presets under their names there."""
+    """QoS presets under rclpy's names."""
 
     UNKNOWN = qos_profile_unknown
     DEFAULT = qos_profile_default
@@ -332,7 +332,7 @@ class QoSPresetProfiles(enum.Enum):
 
     @classmethod
     def short_keys(cls) -> list[str]:
-        """Names of the presets, as the command line has them."""
+        """Return the names of the presets as the command line spells them."""
         return [preset.name.lower() for preset in cls if preset is not cls.UNKNOWN]
 
     @classmethod

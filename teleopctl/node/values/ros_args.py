@@ -39,12 +39,12 @@ class RemapRule(NamedTuple):
     replacement: str
 
     def applies_to(self, node_name: str) -> bool:
-        """Tell whether the rule is for this node."""
+        """Return whether the rule applies to a node."""
         return self.node in (None, node_name)
 
 
 class ParameterRule(NamedTuple):
-    """``[NODE:]NAME:=VALUE``, the value as YAML read it."""
+    """Parameter assignment ``[NODE:]NAME:=VALUE``, with the value parsed as YAML."""
 
     node: str | None
     name: str
@@ -52,7 +52,7 @@ class ParameterRule(NamedTuple):
 
 
 class RosArguments(NamedTuple):
-    """What a command line asked of ROS."""
+    """Parsed ``--ros-args`` of a command line."""
 
     remaps: tuple[RemapRule, ...] = ()
     # Files and single parameters in the order of the command line: later ones win.

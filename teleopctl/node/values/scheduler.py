@@ -9,7 +9,7 @@ from teleopctl.node.values.callback_groups import CallbackGroup
 
 
 class Schedulable(Protocol):
-    """What queues arrivals until whoever spins takes them."""
+    """An entity that queues arrivals until an executor takes them."""
 
     callback_group: CallbackGroup
 
@@ -36,16 +36,16 @@ class Scheduler(Protocol):
         """Stop serving a node."""
 
     def schedule(self, waitable: Schedulable) -> None:
-        """Have the arrivals of something taken by whoever spins."""
+        """Queue an entity whose arrivals the spinning thread will take."""
 
     def enqueue(self, work: Callable[[], object]) -> None:
-        """Have something done by whoever spins."""
+        """Queue a function that the spinning thread will call."""
 
     def fail(self, error: BaseException) -> None:
-        """Have whoever spins raise an exception."""
+        """Raise an exception in the spinning thread."""
 
     def wake(self) -> None:
-        """Have whoever spins look again at timers, shutdown and what it waits for."""
+        """Wake the spinning thread, so that it checks timers, shutdown and futures again."""
 
     def create_task(
         self, callback: Callable[..., object], *args: object, **kwargs: object

@@ -20,17 +20,17 @@ else:
 
 
 class Endable(Protocol):
-    """A context, as far as a signal is concerned."""
+    """Interface of contexts that signals end."""
 
     def ok(self) -> bool:
         """Whether it runs."""
 
     def end_by_signal(self) -> None:
-        """End it."""
+        """End the context because of a signal."""
 
 
 class SignalHandlerOptions(enum.IntEnum):
-    """Which signals a context heeds, as ``rclpy.signals`` names them."""
+    """Signals that end a context, as in ``rclpy.signals``."""
 
     NO = 0
     SIGINT = 1
@@ -62,7 +62,7 @@ def heed(context: Endable, options: SignalHandlerOptions) -> None:
 
 
 def forget(context: Endable) -> None:
-    """Take a context back; with the last one goes the handler."""
+    """Stop ending a context by signals; the handlers go with the last context."""
     for number, contexts in _contexts.items():
         contexts.discard(context)
         if (

@@ -15,7 +15,7 @@ _INFINITE_NS = 2**63 - 1
 
 
 class ClockType(enum.IntEnum):
-    """What a clock counts; times of different clocks do not compare."""
+    """Kind of time of a clock; times of different kinds cannot be compared."""
 
     UNINITIALIZED = 0
     ROS_TIME = 1

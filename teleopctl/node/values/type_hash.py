@@ -21,7 +21,7 @@ class TypeHash:
 
     @classmethod
     def from_text(cls, text: str) -> TypeHash:
-        """Return what a text such as ``RIHS01_…`` says; an invalid hash for any other text."""
+        """Parse a type hash such as ``RIHS01_…``; other texts give an invalid hash."""
         version, _, digits = text.removeprefix("RIHS").partition("_")
         try:
             return cls(int(version), bytes.fromhex(digits))

@@ -28,7 +28,7 @@ class _NeverHappens(Waitable):
         return 0
 
     def tell_executor(self) -> None:
-        """Tell nobody."""
+        """Do nothing: the event never occurs."""
 
     def status(self) -> NamedTuple:
         return IncompatibleQoSInfo(0, 0, QoSPolicyKind.INVALID)

@@ -45,7 +45,7 @@ class LooseGuardCondition(_Loose):
         self.is_destroyed = False
 
     def trigger(self) -> None:
-        """End the wait of whoever waits, now or the next time."""
+        """Trigger the guard condition: the current or the next wait ends."""
         with self._lock:
             self._triggered = True
         self.tell_executor()
@@ -55,18 +55,18 @@ class LooseGuardCondition(_Loose):
         return int(self._triggered)
 
     def take(self) -> Callable[[], object] | None:
-        """Forget a trigger; nothing is to be done for it."""
+        """Reset the trigger; there is no callback to return."""
         with self._lock:
             self._triggered = False
         return None
 
     def destroy(self) -> None:
-        """End nobody's wait any more."""
+        """Destroy the guard condition: it ends no wait any more."""
         self.is_destroyed = True
 
 
 class GuardHandle(Handle):
-    """A guard condition of its own (rclpy: of the C library)."""
+    """Guard condition that belongs to no node (in rclpy: of the C library)."""
 
     entity: LooseGuardCondition
 
@@ -75,7 +75,7 @@ class GuardHandle(Handle):
         super().__init__(LooseGuardCondition())
 
     def trigger_guard_condition(self) -> None:
-        """End the wait of whoever waits, now or the next time."""
+        """Trigger the guard condition: the current or the next wait ends."""
         self.entity.trigger()
 
 
@@ -102,7 +102,7 @@ class _LooseClient(_Loose, Client[RequestT, ResponseT]):
 
 
 class ClientHandle(Handle):
-    """A client of its own, whose responses a program takes itself."""
+    """Service client whose responses the program takes itself, without an executor."""
 
     # Any, here and below: requests and responses of the service's type.
     entity: _LooseClient[Any, Any]
@@ -113,7 +113,7 @@ class ClientHandle(Handle):
         return self.name
 
     def service_server_is_available(self) -> bool:
-        """Tell whether a server of this name and type is in the graph."""
+        """Return whether a server of the client's name and type is in the graph."""
         return self.entity.service_is_ready()
 
     def send_request(self, request: Any) -> int:
@@ -137,7 +137,7 @@ def call_loosely(
     name: str,
     qos: QoSProfile,
 ) -> ClientHandle:
-    """Return a client whose responses wait until they are taken from it.
+    """Return a client whose responses wait until the program takes them.
 
     Raises:
         InvalidServiceNameException: The name breaks a rule.
@@ -155,7 +155,7 @@ def serve_loosely(
     name: str,
     qos: QoSProfile,
 ) -> ServiceHandle:
-    """Return a service whose requests wait until they are taken from it.
+    """Return a service whose requests wait until the program takes them.
 
     Raises:
         InvalidServiceNameException: The name breaks a rule.
@@ -177,7 +177,7 @@ def tick_loosely(clock: Clock, period_ns: int, *, autostart: bool = True) -> Tim
 def subscribe_loosely(
     node: NodeCore, msg_type: type[MessageT], topic: str, qos: QoSProfile
 ) -> SubscriptionHandle:
-    """Return a subscription whose messages wait until they are taken from it.
+    """Return a subscription whose messages wait until the program takes them.
 
     Raises:
         InvalidTopicNameException: The name breaks a rule.

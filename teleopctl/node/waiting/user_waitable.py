@@ -46,7 +46,7 @@ class Waitable:
         self._futures.remove(future)
 
     def is_ready(self, wait_set: WaitSet) -> bool:
-        """Tell whether `execute` is to be called."""
+        """Return whether `execute` is due."""
         raise NotImplementedError("Must be implemented by subclass")
 
     def take_data(self) -> Any:
@@ -96,7 +96,7 @@ class ServedWaitable(NodeWaitable):
         self._is_due = True
 
     def look(self) -> None:
-        """Have the executor look at it."""
+        """Schedule a check of the waitable by the executor."""
         self._is_due = True
         self.tell_executor()
 

@@ -20,7 +20,7 @@ Entity: TypeAlias = Waitable | PeriodicTimer
 
 
 class WaitSet:
-    """What is waited for, and what of it is ready.
+    """Wait set as rclpy has it: entities to wait for, and those that are ready.
 
     Whoever waits takes: meanwhile an executor is not told of what arrives. A timer of a node is
     called by its executor all the same.
@@ -73,7 +73,7 @@ class WaitSet:
         self._ready = set()
 
     def listen(self, listener: Callable[[], None] | None) -> None:
-        """Have a function told of arrivals in the place of an executor; None gives them back."""
+        """Direct the entities' arrivals to a listener, or back to the executor for None."""
         for entities in self._entities.values():
             for entity in entities:
                 entity.listener = listener
@@ -85,7 +85,7 @@ class WaitSet:
         return [one for one in self._entities["timer"] if isinstance(one, PeriodicTimer)]
 
     def has_arrivals(self) -> bool:
-        """Tell whether anything is ready now."""
+        """Return whether any entity has an arrival."""
         return any(one.pending() for entities in self._entities.values() for one in entities)
 
     def look(self) -> bool:

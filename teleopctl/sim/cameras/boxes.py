@@ -45,7 +45,7 @@ def new_boxes(frame_id: str) -> Any:
 
 
 def fill_boxes(message: Any, boxes: list[Box]) -> None:
-    """Fill a Detection2DArray; pixel (0, 0) is the centre of the upper left one."""
+    """Fill a Detection2DArray; pixel (0, 0) is the centre of the upper left pixel."""
     detection = get_message("vision_msgs/msg/Detection2D")
     result = get_message("vision_msgs/msg/ObjectHypothesisWithPose")
     message.detections = []

@@ -113,11 +113,11 @@ class CameraChannel:
 
     @property
     def draws(self) -> bool:
-        """Whether somebody wants what has to be drawn."""
+        """Whether a subscribed topic needs a rendered picture."""
         return not self.wanted <= _INFOS
 
     def look(self) -> None:
-        """See what somebody listens to; called when the graph has changed."""
+        """Update the subscribed topics; called when the graph has changed."""
         self.wanted = frozenset(
             what
             for what, publisher in self._publishers.items()

@@ -44,7 +44,7 @@ _LARGEST = 2.0
 def distorted(
     x: Array, y: Array, lens: tuple[float, float, float, float, float]
 ) -> tuple[Array, Array]:
-    """Where points at x = X/Z, y = Y/Z are with a lens k1, k2, p1, p2, k3."""
+    """Return the image coordinates of points X/Z, Y/Z after distortion by k1, k2, p1, p2, k3."""
     k1, k2, p1, p2, k3 = lens
     r2 = x * x + y * y
     radial = 1.0 + r2 * (k1 + r2 * (k2 + r2 * k3))
@@ -112,7 +112,7 @@ class Face:
 
 
 def view_of(camera: CameraModel) -> View:
-    """How a camera's picture is drawn."""
+    """Return the projection with which a camera is rendered."""
     if camera.lens is not None:
         return _cube(camera, camera.lens)
     fx, _, cx, _, fy, cy, *_ = camera.intrinsics
@@ -221,7 +221,7 @@ def _edges(width: int, height: int, fx: float, fy: float, cx: float, cy: float) 
 
 
 def undistorted(camera: CameraModel) -> tuple[Array, Array, npt.NDArray[np.bool_]]:
-    """Which points X/Z and Y/Z each pixel shows, and whether it shows any; by Newton's method."""
+    """Return the coordinates X/Z, Y/Z of each pixel and whether it has any, by Newton's method."""
     fx, _, cx, _, fy, cy, *_ = camera.intrinsics
     columns, rows = np.meshgrid(np.arange(float(camera.width)), np.arange(float(camera.height)))
     wanted_x, wanted_y = (columns - cx) / fx, (rows - cy) / fy

@@ -48,7 +48,7 @@ def pixels_of(image: Any, kind: type[np.generic], parts: int = 1) -> npt.NDArray
 
 
 def new_info(camera: CameraModel) -> Any:
-    """What sensor_msgs/CameraInfo says of a camera, without a stamp."""
+    """Return the sensor_msgs/CameraInfo of a camera, without a stamp."""
     lens = camera.lens
     info = _CameraInfo(
         height=camera.height,
@@ -135,7 +135,7 @@ def new_points(camera: CameraModel) -> Any:
 
 
 class Rectifier:
-    """Where the pixels of a camera look.
+    """Viewing directions of a camera's pixels.
 
     Args:
         camera: Which camera.

@@ -30,7 +30,7 @@ _Bytes = get_message("std_msgs/msg/UInt8MultiArray")
 
 
 class ModelPublisher:
-    """Publishes the model for those who draw it.
+    """Publishes the compiled model, for camera processes.
 
     Args:
         node: Who publishes.

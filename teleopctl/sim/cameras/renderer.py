@@ -27,7 +27,7 @@ _SKY = 0.7
 
 @dataclass(frozen=True)
 class Quality:
-    """How pictures are drawn.
+    """Rendering quality: antialiasing, shadows and reflections.
 
     Attributes:
         name: What it is called in the log.

@@ -47,7 +47,7 @@ class Refusal(Exception):
 
 
 class Desk:
-    """Offers the services of simulation_interfaces, and answers while there is no robot.
+    """Offers the services of simulation_interfaces, and refuses calls while there is no robot.
 
     Args:
         node: Whose services they are.
@@ -60,7 +60,7 @@ class Desk:
 
     @property
     def stage(self) -> Stage:
-        """What the services work with.
+        """Return the simulation that the services act on.
 
         Raises:
             Refusal: There is no robot yet.
@@ -135,12 +135,12 @@ def offer_in_words(
 
 
 def words_of(error: TeleopctlError) -> str:
-    """What an error says, with what to do."""
+    """Return an error's message with its hint."""
     return f"{error.message} ({error.hint})" if error.hint else error.message
 
 
 def told(node: Node, error: Exception) -> str:
-    """What whoever asked is told; what nobody has foreseen is in the log with its traceback."""
+    """Return the message for the client of a failed call; log unexpected errors."""
     if isinstance(error, TeleopctlError):
         return words_of(error)
     node.get_logger().error("".join(traceback.format_exception(error)))

@@ -25,7 +25,7 @@ _TOLD = 30
 
 @dataclass(frozen=True)
 class Entity:
-    """The robot, or a thing around it.
+    """A named thing of the simulation: the robot, or an object of the world.
 
     Attributes:
         name: What it is called.
@@ -43,7 +43,7 @@ class Entity:
 
 
 class Motion(NamedTuple):
-    """Where a frame is and how it moves, all in the world.
+    """Pose, velocity and acceleration of a frame in the world.
 
     Attributes:
         pose: Position (m) and rotation (w x y z), (7,).
@@ -57,7 +57,7 @@ class Motion(NamedTuple):
 
 
 def entities(simulation: Simulation) -> dict[str, Entity]:
-    """All that is in a simulation by name, the robot first."""
+    """Return all entities of a simulation by name, the robot first."""
     model, bodies = simulation.model, simulation.free_bodies
     things = {thing.name: thing for thing in model.things}
     robot = model.name if model.name and model.name not in things else _ROBOT
@@ -89,7 +89,7 @@ def find(simulation: Simulation, name: str) -> Entity:
 
 
 def motion_of(simulation: Simulation, entity: Entity, seen: Observed | None = None) -> Motion:
-    """Where an entity is and how it moves.
+    """Return the motion of an entity.
 
     Args:
         simulation: Where it is.

@@ -33,7 +33,7 @@ _INVALID_POSE = get_service("simulation_interfaces/srv/SetEntityState").Response
 
 
 def offer_entity_services(desk: Desk) -> None:
-    """Offer the services that ask for entities and move them.
+    """Offer the services that list entities and get or set their states.
 
     Args:
         desk: Where they are offered.

@@ -52,7 +52,7 @@ except (re.error, OverflowError, RecursionError) as error:
 
 
 async def matching(pattern: str, names: Sequence[str], longest_s: float = _LONGEST_S) -> list[str]:
-    """Those of some names in which an expression is found; others run meanwhile.
+    """Return the names that a regular expression matches, within a time limit.
 
     Args:
         pattern: As Python has them, and with the classes of POSIX.

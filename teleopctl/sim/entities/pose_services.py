@@ -23,7 +23,7 @@ _Vector3 = get_message("geometry_msgs/msg/Vector3")
 
 
 class PoseServices:
-    """Offers the services that tell of places with names.
+    """Offers the services for named poses.
 
     Args:
         desk: Where they are offered.

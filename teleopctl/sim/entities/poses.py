@@ -31,7 +31,7 @@ def no_sense(numbers: npt.ArrayLike) -> str:
 
 
 def frame_of(simulation: Simulation, name: str) -> LinkPose | None:
-    """Where a frame is; None for the world, which an empty name means too.
+    """Return the pose of a frame in the world; None for the world itself.
 
     Raises:
         NotFoundError: There is no link of that name.

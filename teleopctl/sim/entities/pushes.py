@@ -48,7 +48,7 @@ class Pushes:
         return bool(self._active)
 
     def add(self, push: Push) -> None:
-        """Let a push act from the next physics step on."""
+        """Apply a push from the next physics step on."""
         self._active.append(push)
 
     # Any stands for MuJoCo's model and data, which have no types.

@@ -55,7 +55,7 @@ _FORMATS = ("sdf", "urdf", "mjcf")
 
 
 class RunServices:
-    """Offers the services that say how the simulation runs.
+    """Offers the services that play, pause, step and reset the simulation.
 
     Args:
         desk: Where they are offered.

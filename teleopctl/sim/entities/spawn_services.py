@@ -36,7 +36,7 @@ _NAMESPACE = re.compile(r"(/?[A-Za-z_]\w*)(/[A-Za-z_]\w*)*/?")
 
 
 class SpawnServices:
-    """Offers the services that bring things in and take them out.
+    """Offers the services that spawn and delete entities.
 
     Args:
         desk: Where they are offered.
@@ -149,7 +149,7 @@ def _read(request: Any) -> World:
 
 
 def meshes_left_out(warnings: Sequence[str]) -> list[str]:
-    """Those of the warnings about a model that tell of a mesh without which it is made."""
+    """Return the warnings about meshes that were left out of a model."""
     return [warning for warning in warnings if re.search(r"Mesh '.*' is left out: ", warning)]
 
 
@@ -168,7 +168,7 @@ def _judge(warnings: Sequence[str]) -> None:
 
 
 def name_for(stage: Stage, world: World, wanted: str, *, renames: bool) -> str:
-    """Return the name that a thing gets.
+    """Return a name for a new entity: the requested one, or a free one if allowed.
 
     Args:
         stage: Where it comes.

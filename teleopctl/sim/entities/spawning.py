@@ -28,7 +28,7 @@ class _Waiting(NamedTuple):
 
 
 class Spawning:
-    """Puts things into a model that nobody else changes meanwhile.
+    """Adds entities to the model on a thread of its own, several at a time.
 
     Args:
         present: Returns the model so far.
@@ -48,7 +48,7 @@ class Spawning:
         self._at_work: list[_Waiting] = []
 
     def add(self, name: str, read: Callable[[], Coming]) -> Future[Coming]:
-        """Put in a thing soon, on another thread.
+        """Add an entity soon, on another thread.
 
         Args:
             name: What it is to be called.
@@ -67,7 +67,7 @@ class Spawning:
         return done
 
     def awaits(self, name: str) -> bool:
-        """Whether a thing of a name is on its way."""
+        """Return whether an entity of this name is being added."""
         with self._lock:
             return any(name == each.name for each in (*self._at_work, *self._waiting))
 

@@ -25,7 +25,7 @@ Array = npt.NDArray[np.float64]
 
 
 class Stage:
-    """What the services of a simulator work with.
+    """The running simulation with the operations that services perform on it.
 
     What changes the model is worked out beforehand, while the simulation runs; it stands still
     only to take it. What fails has changed nothing.
@@ -72,7 +72,7 @@ class Stage:
         self._on_restart = on_restart
 
     def ask(self, what: Callable[[], T]) -> T:
-        """Return what a function returns between two steps; what it raises is raised here.
+        """Call a function between two physics steps and return its result.
 
         Raises:
             UnavailableError: The simulation did not react in time.
@@ -93,7 +93,7 @@ class Stage:
         return results[0]
 
     def change(self, what: Callable[[], T]) -> T:
-        """As `ask`, of a function that puts something elsewhere; it is shown there at once.
+        """Call a function that moves entities, as `ask` does, and publish their new poses.
 
         Raises:
             UnavailableError: The simulation did not react in time.
@@ -119,7 +119,7 @@ class Stage:
         own_pose: bool = False,
         judge: Callable[[tuple[str, ...]], None] = lambda _: None,
     ) -> Future[Coming]:
-        """Put a thing into the world, together with others that come meanwhile.
+        """Add an entity to the world; those requested at the same time are added together.
 
         Args:
             world: The thing, as a world of its own.
@@ -143,7 +143,7 @@ class Stage:
         return self._spawning.add(name, read)
 
     def delete(self, name: str) -> None:
-        """Take a thing out of the world, or all that a file brought under a name.
+        """Remove an entity from the world.
 
         Raises:
             NotFoundError: There is nothing of that name.
@@ -179,7 +179,7 @@ class Stage:
         source: str = "",
         judge: Callable[[tuple[str, ...]], None] = lambda _: None,
     ) -> tuple[str, ...]:
-        """Change the world for another one, and stop at the start; what was spawned goes.
+        """Replace the world, with everything that was spawned, and stop at the start.
 
         Args:
             world: The world; None for nothing but the ground.
@@ -227,7 +227,7 @@ class Stage:
             raise RefusedError("The steps were ended: the simulation was played, paused or stopped")
 
     def play(self) -> None:
-        """Let time go on.
+        """Start or resume the simulation.
 
         Raises:
             UnavailableError: The simulation did not react in time.
@@ -236,7 +236,7 @@ class Stage:
         self.stopped = False
 
     def pause(self) -> None:
-        """Let time stand still.
+        """Pause the simulation.
 
         Raises:
             UnavailableError: The simulation did not react in time.
@@ -245,7 +245,7 @@ class Stage:
         self.stopped = False
 
     def stop(self) -> None:
-        """Go back to the start, and stand still there.
+        """Reset the simulation and hold it at the start.
 
         Raises:
             UnavailableError: The simulation did not react in time.
@@ -279,7 +279,7 @@ class Stage:
         self.change(change)
 
     def begin_anew(self) -> None:
-        """Tell all that time has begun anew; on the loop's thread, by `ask`."""
+        """Report that time has restarted; on the loop's thread, by `ask`."""
         self.loop.restart()
         self._on_restart()
 

@@ -24,7 +24,7 @@ _TEXT = "resource_string"
 
 
 class WorldServices:
-    """Offers the services that tell of worlds and change them.
+    """Offers the services that list, load and unload worlds.
 
     Args:
         desk: Where they are offered.

@@ -47,7 +47,7 @@ class Odometry(Sensor):
         self._random = np.random.default_rng(0)
 
     def add_to(self, spec: mujoco.MjSpec) -> None:
-        """See that the links are there.
+        """Check that the links exist.
 
         Raises:
             InvalidDescriptionError: One of them is not.
@@ -104,7 +104,7 @@ class Odometry(Sensor):
 
 
 class OdometryTransform(Odometry):
-    """The same as a transform.
+    """Publishes a link's true pose as a transform on /tf.
 
     Args:
         truth: Which link's, and how it is told.
@@ -135,7 +135,7 @@ class OdometryTransform(Odometry):
 
 
 def ground_truth(truths: Sequence[GroundTruth]) -> list[Sensor]:
-    """What publishes the odometry that plug-ins ask for.
+    """Return the sensors that publish the true odometry requested by plug-ins.
 
     Args:
         truths: What they ask for.

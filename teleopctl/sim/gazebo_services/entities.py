@@ -71,7 +71,7 @@ def delete_entity(stage: Stage, request: Any, response: Any, warn: Callable[[str
 def get_entity_state(
     stage: Stage, request: Any, response: Any, warn: Callable[[str], None]
 ) -> None:
-    """Tell where an entity or a link is and how it moves, as seen from a frame."""
+    """Return the pose and twist of an entity or link, relative to a frame."""
     del warn
 
     def look() -> None:

@@ -25,7 +25,7 @@ _ENDLESS = 1 << 62
 def apply_link_wrench(
     stage: Stage, request: Any, response: Any, warn: Callable[[str], None]
 ) -> None:
-    """Let a force and a torque act on a link for a while."""
+    """Apply a force and a torque to a link for a duration."""
     del warn
 
     def apply() -> bool:

@@ -61,7 +61,7 @@ def entity_of(simulation: Simulation, name: str) -> Entity:
 
 
 def motion_of_link(simulation: Simulation, link: str) -> tuple[Array, Array]:
-    """Where a link is and how its frame's origin moves, in the world.
+    """Return the pose of a link and the velocity of its frame's origin, in the world.
 
     Args:
         simulation: Where it is.

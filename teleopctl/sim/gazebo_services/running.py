@@ -11,13 +11,13 @@ if TYPE_CHECKING:
 
 # Any, here and below: messages, whose classes are made at run time.
 def pause_physics(stage: Stage, request: Any, response: Any, warn: Callable[[str], None]) -> None:
-    """Let time stand still."""
+    """Pause the simulation."""
     del request, response, warn
     stage.pause()
 
 
 def unpause_physics(stage: Stage, request: Any, response: Any, warn: Callable[[str], None]) -> None:
-    """Let time go on."""
+    """Resume the simulation."""
     del request, response, warn
     stage.play()
 
@@ -25,12 +25,12 @@ def unpause_physics(stage: Stage, request: Any, response: Any, warn: Callable[[s
 def reset_simulation(
     stage: Stage, request: Any, response: Any, warn: Callable[[str], None]
 ) -> None:
-    """Begin anew, time too; what was spawned stays, as in Gazebo."""
+    """Reset everything including time; spawned entities stay, as in Gazebo."""
     del request, response, warn
     stage.reset(time=True, state=True, spawned=False)
 
 
 def reset_world(stage: Stage, request: Any, response: Any, warn: Callable[[str], None]) -> None:
-    """Put everything back to where it was at the start; time goes on."""
+    """Reset the states of all entities; time continues."""
     del request, response, warn
     stage.reset(time=False, state=True, spawned=False)

@@ -50,7 +50,7 @@ class FileActuators:
         return joint in self._parts
 
     def hold_here(self) -> None:
-        """Let what can hold a joint hold it where it is."""
+        """Set the actuators that can hold a joint to its present position."""
         for joint, parts in self._parts.items():
             position = float(self._d.joint(joint).qpos[0])
             for interface, number, actuator in parts:
@@ -87,7 +87,7 @@ class FileActuators:
                     self._d.ctrl[number] = _control(actuator, 0.0)
 
     def hold(self) -> None:
-        """Nobody commands any more: what pushes stops, and positions stay."""
+        """Stop actuators without commands; position actuators keep their targets."""
         self.apply((), (), (), ())
 
 

@@ -78,7 +78,7 @@ class Rangefinder(_OfFile):
 
 
 class AsItIs(_OfFile):
-    """What MuJoCo's sensor measures: a number, a vector, a point, a rotation, or several numbers.
+    """Sensor that publishes the values of a MuJoCo sensor of an MJCF file.
 
     Args:
         description: What the tag says; its ``<message>`` is the type of the message.

@@ -94,7 +94,7 @@ class Sensor:
 
     @property
     def topic(self) -> str:
-        """Where it is published, as from Gazebo.
+        """Name of the sensor's topic, as from Gazebo.
 
         What its plug-in is remapped to; else ``<topic>``, else the plug-in's own topic, else the
         sensor's name.
@@ -108,7 +108,7 @@ class Sensor:
 
     @property
     def frame_id(self) -> str:
-        """The frame of the measurement: what the description says, or the link."""
+        """Frame of the measurement: that of the description, else the link."""
         named = self.names.setting("frame_name", "frameName", "frame_id")
         return self.description.frame or named or self.description.link
 
@@ -130,14 +130,14 @@ class Sensor:
     def velocity(
         self, model: mujoco.MjModel, data: mujoco.MjData
     ) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
-        """How fast the site of `add_site` moves, in m/s along the axes of the world, (3,)."""
+        """Return the linear velocity of the sensor's site in the world, in m/s, (3,)."""
         twist = np.zeros(6)
         site = model.site(self.name).id
         mujoco.mj_objectVelocity(model, data, mujoco.mjtObj.mjOBJ_SITE, site, twist, 0)
         return twist[3:]
 
     def add_site(self, spec: mujoco.MjSpec) -> mujoco.MjsSite:
-        """Add a site with the sensor's pose to its link and return it.
+        """Add a site with the sensor's pose to its link, and return the site.
 
         Raises:
             InvalidDescriptionError: The robot has no such link.

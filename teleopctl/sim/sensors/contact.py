@@ -55,7 +55,7 @@ class Contact(Sensor):
 
     @property
     def frame_id(self) -> str:
-        """The world's, unless the plug-in says otherwise."""
+        """Frame of the contacts: the world, unless the plug-in sets another."""
         return self.names.setting("frame_name", "frameName") or "world"
 
     def add_to(self, spec: mujoco.MjSpec) -> None:
@@ -93,7 +93,7 @@ class Contact(Sensor):
 
 
 class SceneContacts(Contact):
-    """All that touches anything, each pair of shapes once.
+    """Sensor of all contacts in the world, each pair of shapes once.
 
     Args:
         rate_hz: How often it is published, in simulated time.

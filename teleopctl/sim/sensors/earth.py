@@ -20,7 +20,7 @@ class GeoPoint(NamedTuple):
     altitude_m: float = 0.0
 
     def moved(self, east: float, north: float, up: float) -> GeoPoint:
-        """The place that is so many metres away, along axes that are tangent to the earth here."""
+        """Return the point at a distance of so many metres to the east, north and up."""
         lat, lon = math.radians(self.latitude), math.radians(self.longitude)
         radius = _across(lat)
         # From the earth's centre, along its own axes (ECEF).

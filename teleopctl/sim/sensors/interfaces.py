@@ -64,11 +64,11 @@ class SensorInterfaces:
 
     @property
     def sensors(self) -> list[Sensor]:
-        """What measures, each once."""
+        """The sensors behind the interfaces, each once."""
         return [read.sensor for read in self._reads]
 
     def kept(self, sensors: Sequence[Sensor]) -> SensorInterfaces:
-        """The same without those that are not among these sensors."""
+        """Return only the interfaces of the given sensors."""
         return SensorInterfaces([read for read in self._reads if read.sensor in sensors])
 
     def read(self, model: mujoco.MjModel, data: mujoco.MjData) -> list[float]:

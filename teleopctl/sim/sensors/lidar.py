@@ -91,7 +91,7 @@ class Lidar(Sensor):
 
     @property
     def topic(self) -> str:
-        """As of any sensor; the points of a lidar without a plug-in are below it."""
+        """Name of the topic; the point cloud of a lidar without plug-in is at TOPIC/points."""
         below = self._wanted == _CLOUD and not self.names.has_plugin
         return f"{super().topic}/points" if below else super().topic
 

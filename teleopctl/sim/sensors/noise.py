@@ -41,7 +41,7 @@ class NoiseSource:
 
     @property
     def variance(self) -> float:
-        """Of the white part, for covariances; 0 without noise."""
+        """Variance of the white noise, for covariances; 0 without noise."""
         return self._noise.stddev**2
 
     def disturb(self, values: Array, time_s: float) -> Array:

@@ -30,7 +30,7 @@ def make_sensors(
     seed: int = 0,
     origin: GeoPoint = _SOMEWHERE,
 ) -> list[Sensor]:
-    """Make the sensors of a robot; of those that cannot be made, say why.
+    """Make the sensors of a robot; report each that cannot be made.
 
     Args:
         descriptions: The ``<sensor>`` tags.
@@ -84,7 +84,7 @@ class SensorPublisher:
         ]
 
     def look(self) -> None:
-        """See which sensors somebody listens to; called when the graph has changed."""
+        """Update which sensors have subscribers; called when the graph has changed."""
         for channel in self._channels:
             channel.watched = channel.publisher.get_subscription_count() > 0
 
@@ -94,7 +94,7 @@ class SensorPublisher:
             channel.beat.restart()
 
     def next_ns(self) -> int | None:
-        """When the next sensor is due, or None while nobody listens to any."""
+        """Return the simulated time at which the next subscribed sensor is due, or None."""
         return min((c.beat.next_ns for c in self._channels if c.running), default=None)
 
     def sample(self, time_ns: int) -> None:
@@ -107,7 +107,7 @@ class SensorPublisher:
         self._publish(shown, time_ns)
 
     def subscriptions(self) -> dict[str, int]:
-        """How many subscriptions there are to each topic of the simulation's state."""
+        """Return the numbers of subscriptions of the topics with the simulation's state."""
         return {
             one.publisher.topic_name: one.publisher.get_subscription_count()
             for one in self._channels

@@ -19,7 +19,7 @@ _FIXED_BASE = {"auto": None, "true": True, "false": False}
 
 
 class SensorSettings(TypedDict):
-    """What `simulate` takes for its sensors; see there."""
+    """The sensor arguments of `simulate`."""
 
     seed: int
     gps_origin: Sequence[float]
@@ -46,7 +46,7 @@ def sensor_settings(node: Node) -> SensorSettings:
 
 
 class BaseSettings(TypedDict):
-    """What `build_model` takes for the robot's root link; see there."""
+    """The root link arguments of `build_model`."""
 
     fixed_base: bool | None
     spawn_pose: Pose
@@ -100,7 +100,7 @@ def numbers_of(node: Node, name: str, *parts: str) -> list[float]:
 
 
 def checked_numbers(parameter: Parameter, *parts: str) -> list[float]:
-    """The same of a parameter that has not been set yet.
+    """Return the checked numbers of a parameter that is not yet set.
 
     Raises:
         InvalidParameterError: It is something else.

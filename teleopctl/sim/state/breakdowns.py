@@ -56,7 +56,7 @@ class Breakdowns:
         return bool(numbers[position] or numbers[velocity] or numbers[acceleration])
 
     def step(self, count: int) -> list[str]:
-        """Advance by physics steps, after which `broken` tells whether the robot broke down.
+        """Advance by physics steps; return the objects that became unstable and were reset.
 
         Returns:
             The things that broke down, and have spent these steps from their start.

@@ -57,7 +57,7 @@ def put_physics_state(model: Any, data: Any, saved: Mapping[str, Array]) -> None
 
 
 def part_names(model: Any) -> list[str]:
-    """What a state is of: the parts of the model in their order."""
+    """Return the names of a model's parts, in order, to compare saved states by."""
     return [
         f"{word} '{mujoco.mj_id2name(model, kind, number) or number}'"
         for word, (kind, count) in _NAMED.items()
@@ -66,7 +66,7 @@ def part_names(model: Any) -> list[str]:
 
 
 def wake(model: Any, data: Any) -> None:
-    """Let what sleeps notice that something around it has changed.
+    """Update sleeping bodies after something around them has changed.
 
     MuJoCo works out only once where things stand, as long as it lets others sleep.
     """
@@ -76,7 +76,7 @@ def wake(model: Any, data: Any) -> None:
 
 @contextmanager
 def nothing_asleep(model: Any) -> Iterator[None]:
-    """Let nothing sleep meanwhile."""
+    """Disable sleeping within the block."""
     asleep = model.opt.enableflags & mujoco.mjtEnableBit.mjENBL_SLEEP
     model.opt.enableflags &= ~int(mujoco.mjtEnableBit.mjENBL_SLEEP)
     try:

@@ -32,7 +32,7 @@ _LONGEST_FILE = 32_000_000
 
 @dataclass(frozen=True)
 class SavedState:
-    """How a simulation was at a time.
+    """State of a simulation at one time, which can be saved in a file.
 
     Attributes:
         parts: What it is of, in words: a state fits the same parts only.
@@ -66,7 +66,7 @@ class SavedState:
             raise InvalidFileError(f"{path} is no state that a simulator has saved") from error
 
     def write(self, path: Path) -> None:
-        """Write it into a file, which takes the place of one that is there.
+        """Write the state to a file, replacing an existing one.
 
         Raises:
             InvalidFileError: It cannot be written, or is something else than a file.
@@ -84,7 +84,7 @@ class SavedState:
             raise InvalidFileError(f"Cannot write {path}: {error.strerror}") from error
 
     def put(self, simulation: Simulation) -> None:
-        """Let a simulation go on from here.
+        """Set a simulation to this state.
 
         Raises:
             RefusedError: It is of another model, or makes no sense; nothing is changed.

@@ -55,7 +55,7 @@ def way_there(
 
 
 def fed_speed(speed: float, fed_before: float, expected: float, most_more: float) -> float:
-    """What of a set-point's speed is fed forward, to a new position that this period reaches.
+    """Return the part of a set-point's speed that is fed forward, for the next position.
 
     All of it where positions follow one another as a path, so that the joint does not lag, but no
     more than the periods before let expect: a path's first position may as well be a jump. In
@@ -78,7 +78,7 @@ def fed_speed(speed: float, fed_before: float, expected: float, most_more: float
 
 
 def lost_distance(change: float, lag_s: float, acceleration: float) -> float:
-    """How far a joint falls behind while it takes up another speed.
+    """Return the distance by which a joint lags while it changes its speed.
 
     It does so as a first-order system, or, where that asks for more than all of its effort, at the
     acceleration of that until the rest of the change is within it.
@@ -112,7 +112,7 @@ def kept_lead(lead: float, pull: float, effort: float, stiffness: float) -> floa
 
 
 def within_stops(speed: float, lower: float, upper: float, period_s: float) -> float:
-    """A speed that ends at the joint's limits, not beyond them.
+    """Return a speed limited such that the joint stops at its limits.
 
     Args:
         speed: The one that is wanted.

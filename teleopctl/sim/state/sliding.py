@@ -88,7 +88,7 @@ class Physics:
         self._taking_up = round(_TAKEN_UP_S / model.opt.timestep)
 
     def begin_period(self, *, changing: bool) -> None:
-        """Say whether the robot's drives change their speeds in the control period that begins."""
+        """Set whether the drives change their speeds in the control period that begins."""
         if changing:
             self._seen, self._unseen = self._taking_up, 0
 
@@ -121,7 +121,7 @@ class Physics:
             count -= 1
 
     def save(self) -> Array:
-        """What it remembers from one step to the next."""
+        """Return the internal state, for `restore`."""
         return np.array([self._seen, self._unseen], float)
 
     def restore(self, saved: Array) -> None:
@@ -156,7 +156,7 @@ class _Contacts:
         self._known: dict[bytes, list[tuple[int, int, int, float, float]]] = {}
 
     def keep_down(self, data: Any) -> float:
-        """Take from the reference of each contact's normal what sliding adds to it.
+        """Subtract from each contact's normal reference what sliding adds to it.
 
         Returns:
             The most of it (m/s²).

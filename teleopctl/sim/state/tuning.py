@@ -40,7 +40,7 @@ def drive_rates(takes_position: npt.NDArray[np.bool_], period_s: float, step_s: 
 
 
 class MovedInertia:
-    """What drives move, while all other joints stand still.
+    """Inertia that each drive moves while all other joints stand still.
 
     The diagonal of the mass matrix, and with it that of the joints that follow one.
 

@@ -32,7 +32,7 @@ ERROR = "error"
 
 
 class Stage(Protocol):
-    """What a display works with; the viewer's node offers it."""
+    """The parts of the viewer's node that displays use."""
 
     @property
     def node(self) -> Node:
@@ -40,22 +40,22 @@ class Stage(Protocol):
 
     @property
     def scene(self) -> viser.SceneApi:
-        """Where to draw."""
+        """The viser scene to draw in."""
 
     @property
     def gui(self) -> viser.GuiApi:
-        """Where to add windows, for what is no part of the picture."""
+        """The viser GUI, for windows beside the 3D view."""
 
     @property
     def frames(self) -> Frames:
-        """Where frames stand."""
+        """The tf frames and their poses."""
 
     @property
     def robot_folder(self) -> Path | None:
-        """Where the robot's description is from, as far as that is known."""
+        """Folder of the robot's description file; None if unknown."""
 
     def camera(self) -> Transform | None:
-        """From where somebody looks, in the fixed frame: x ahead, y left, z up.
+        """Return the camera's pose in the fixed frame (x ahead, y left, z up), or None.
 
         Of several people it is the one who has turned the view last; None while nobody has looked.
         """
@@ -66,7 +66,7 @@ class Stage(Protocol):
     def subscribe(
         self, topic: str, type_name: str, callback: Callable[[Any], object], qos: QoSProfile
     ) -> Callable[[], None]:
-        """Listen to a topic; the function that is returned ends it."""
+        """Subscribe to a topic; return a function that ends the subscription."""
 
     def knows(self, type_name: str) -> bool:
         """Whether a type is known on this machine.
@@ -210,12 +210,12 @@ class Display:
         """Draw a message."""
 
     def changed(self, name: str) -> None:  # noqa: ARG002 -- for those who ask which one
-        """Draw anew after a property has been set; by default as at the start."""
+        """Redraw after a property was set; by default by stopping and starting the display."""
         self.stopped()
         self.started()
 
     def tick(self) -> None:
-        """Follow what has moved; called once for each picture while somebody looks."""
+        """Update poses; called once per picture while a browser shows the page."""
 
     def time_jumped_back(self) -> None:
         """Forget what is of a time that is yet to come.
@@ -230,11 +230,11 @@ class Display:
             self.started()
 
     def parts(self) -> dict[str, bool]:
-        """What can be shown or not one by one, such as namespaces: whether each is, by name."""
+        """Return the parts that can be shown one by one, by name, with their visibility."""
         return {}
 
     def parts_text(self) -> str:
-        """What is to be read beside the parts, as Markdown; empty for nothing."""
+        """Return Markdown shown beside the parts; empty for none."""
         return ""
 
     def show_part(self, name: str, *, shown: bool) -> None:
@@ -243,7 +243,7 @@ class Display:
     # --- what it uses -------------------------------------------------------------------------
 
     def type_of_topic(self) -> str:
-        """What it listens to on its topic: what is published there, of those that it shows."""
+        """Return the type to subscribe to: that of the topic, if the display supports it."""
         known = (self.message_type, *self.other_types)
         if self.other_types:
             offered = [
@@ -253,7 +253,7 @@ class Display:
         return known[0]
 
     def qos(self) -> QoSProfile:
-        """What it asks of its topic: what the file says, as far as publishers offer it."""
+        """Return the QoS of the subscription: the file's, as far as publishers offer it."""
         from teleopctl.viewer.displays.topic_qos import topic_qos
 
         return topic_qos(self.stage.node, self.topic, self.values.given, latched=self.latched)

@@ -23,7 +23,7 @@ class DrawnDisplay(StampedDisplay):
         self._stale = False
 
     def drawing(self, message: Any) -> Drawing:
-        """What a message looks like, in the frame of its header."""
+        """Return the drawing of a message, in the frame of its header."""
         raise NotImplementedError
 
     def placed(self, message: Any, pose: Transform) -> None:
@@ -41,7 +41,7 @@ class DrawnDisplay(StampedDisplay):
             self.canvas.show(self.whole())
 
     def whole(self) -> Drawing:
-        """All that is drawn, in the fixed frame."""
+        """Return the drawing of all messages, in the fixed frame."""
         return merged(self._drawings)
 
     def emptied(self) -> None:

@@ -59,12 +59,12 @@ class PictureFeed:
         return (len(arrivals) - 1) / span
 
     def take(self, message: Any) -> None:
-        """Take a message; the next `tick` may show it."""
+        """Store a message, to be shown at a later `tick`."""
         self._newest = message
         self._arrivals.append(time.monotonic())
 
     def again(self) -> None:
-        """Show the last message anew, after something about it has been set."""
+        """Show the last message again, after a property was set."""
         if self._newest is None:
             self._newest = self._last
 
@@ -100,7 +100,7 @@ class PictureFeed:
 
 # Any: viser's handles of pictures in a panel, in the scene and in a frustum share no class.
 def put(handle: Any, picture: Picture) -> None:
-    """Show a picture where viser shows one.
+    """Set the picture of a viser image handle, without encoding it again.
 
     viser would take an array of pixels and encode it, on the thread that asks. What is encoded
     already goes into the properties that it would set.
@@ -121,10 +121,10 @@ def base_topic(topic: str) -> str:
 
 
 def type_by_name(topic: str) -> str:
-    """What a topic of images carries, by its name alone, as image_transport names them."""
+    """Return the message type of an image topic by its name, as image_transport names topics."""
     return RAW if base_topic(topic) == topic else COMPRESSED
 
 
 def camera_info_topic(topic: str) -> str:
-    """Where the camera says how it sees, beside its images."""
+    """Return the CameraInfo topic beside an image topic."""
     return f"{base_topic(topic).rpartition('/')[0]}/camera_info"

@@ -19,7 +19,7 @@ Value = bool | int | float | str | Color
 
 @dataclass(frozen=True, slots=True)
 class Property:
-    """One thing about a display that can be set.
+    """A property of a display, as it stands in ``.rviz`` files.
 
     Attributes:
         name: Its name in an ``.rviz`` file; parts below others are joined by ``/``.
@@ -96,7 +96,7 @@ class Properties:
 
 # Any: what YAML holds.
 def read(known: Property, given: Mapping[str, Any]) -> Value:
-    """Read a property from what a file says; what cannot be understood is the default."""
+    """Read a property from a file's mapping; return the default for what cannot be read."""
     value: Any = given
     for part in known.name.split("/"):
         value = value.get(part) if isinstance(value, Mapping) else None

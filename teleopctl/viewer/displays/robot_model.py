@@ -73,7 +73,7 @@ class RobotModel(Display):
             self._tell()
 
     def changed(self, name: str) -> None:
-        """Draw anew; another source is read at once."""
+        """Redraw; after a change of the source, read the description again."""
         self.stopped()
         self._draw_links()
         if name.startswith("Description"):

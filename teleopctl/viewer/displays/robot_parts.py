@@ -18,7 +18,7 @@ _MANY_USES = 4
 
 @dataclass(frozen=True, slots=True)
 class Parts:
-    """What the files of a robot hold.
+    """The meshes and textures of a robot, and the faults of their files.
 
     Attributes:
         meshes: Meshes by URI.

@@ -38,7 +38,7 @@ class StampedDisplay(Display):
 
     @property
     def keeps(self) -> int:
-        """How many messages are drawn."""
+        """Number of messages that are drawn."""
         return 1
 
     # --- what a kind of display defines -------------------------------------------------------
@@ -62,7 +62,7 @@ class StampedDisplay(Display):
         self._place()
 
     def tick(self) -> None:
-        """Place what waits, and all anew where the fixed frame is another one."""
+        """Draw messages whose transform has arrived; redraw all if the fixed frame changed."""
         if self.stage.frames.fixed != self._fixed:
             self.draw_anew()
         elif self._waiting:
@@ -121,7 +121,7 @@ class StampedDisplay(Display):
 
 # Any stands for a std_msgs/msg/Header.
 def place_of(frames: Frames, header: Any) -> Transform:
-    """Where a header's frame stood at its time, in the fixed frame.
+    """Return the pose of a header's frame at its stamp, in the fixed frame.
 
     An empty name stands for the fixed frame. What is older than anything that tf remembers is
     placed where its frame stands now.
@@ -144,7 +144,7 @@ def place_of(frames: Frames, header: Any) -> Transform:
 
 
 def no_transform(header: Any, fixed: str, error: TransformException) -> str:
-    """One sentence on why something has no place, as RViz says it."""
+    """Return RViz's sentence about a message without a transform."""
     from teleopctl.tf import ExtrapolationException
 
     pair = f"No transform from [{header.frame_id}] to [{fixed}]"

@@ -48,7 +48,7 @@ class TfDisplay(Display):
         self._switches = self._said_of_frames()
 
     def started(self) -> None:
-        """Show axes and names as the properties say."""
+        """Show axes, arrows and names of frames, according to the properties."""
         self._wrong = ""
         self._only, self._without = self._expression(_ONLY), self._expression(_WITHOUT)
         self.stage.frames.show(
@@ -64,7 +64,7 @@ class TfDisplay(Display):
         self.stage.frames.show(axes=False, names=False)
 
     def tick(self) -> None:
-        """Report whether there is more than can be shown, and what is left out."""
+        """Set the status: frames beyond the limit, and frames that are left out."""
         faults = [self._wrong] if self._wrong else []
         if self.stage.frames.buffer.is_full:
             faults.append(
@@ -93,7 +93,7 @@ class TfDisplay(Display):
         }
 
     def parts_text(self) -> str:
-        """The parent of each frame, how long ago it was heard of, and what is left out."""
+        """Return a Markdown table of frames: parent, age, and which are left out."""
         ages = sorted(self.stage.frames.buffer.ages().items())[:_MOST_LISTED]
         rows = [
             f"| {escaped_markdown(name)} | {escaped_markdown(parent)} "

@@ -53,14 +53,14 @@ document.onvisibilitychange();
 
 
 class Audience:
-    """The browsers that have the page open, and whether they show it."""
+    """Keeps track of the browsers that have the page open, and whether they show it."""
 
     def __init__(self) -> None:
         self._shows: dict[int, bool] = {}
         self._changed: list[Callable[[], object]] = []
 
     def follow(self, server: viser.ViserServer) -> None:
-        """Ask each browser that comes from now on.
+        """Have each new browser report whether it shows the page.
 
         Args:
             server: The page's server.
@@ -93,7 +93,7 @@ class Audience:
         return self._shows.get(browser, True)
 
     def take(self, path: str, headers: Mapping[str, str]) -> Answer | None:
-        """Take what a browser tells; None is for any other request.
+        """Handle a browser's visibility report; return None for any other request.
 
         Args:
             path: Path and query of the request.

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class Page(Protocol):
-    """What a panel works with; the viewer's node offers it."""
+    """The parts of the viewer's node that panels use."""
 
     @property
     def node(self) -> Node:
@@ -23,15 +23,15 @@ class Page(Protocol):
 
     @property
     def stage(self) -> Stage:
-        """What displays work with."""
+        """The stage of the displays."""
 
     @property
     def gui(self) -> viser.GuiApi:
-        """Where to add buttons and so on."""
+        """The viser GUI, to add buttons and other controls."""
 
     @property
     def frames(self) -> Frames:
-        """Where frames stand."""
+        """The tf frames and their poses."""
 
     def on(self, function: Callable[..., object]) -> Callable[..., None]:
         """Make a function that viser calls one that runs on the node's thread instead.
@@ -43,8 +43,8 @@ class Page(Protocol):
         """Forget transforms and what displays have received, as RViz's Reset does."""
 
     def notify(self, title: str, text: str = "", *, wrong: bool = False) -> None:
-        """Tell everybody who looks, for some seconds."""
+        """Show a notification in all browsers, for some seconds."""
 
     @property
     def picture(self) -> Picture:
-        """What is drawn: displays can be added and removed there."""
+        """The 3D view, whose displays can be added and removed."""

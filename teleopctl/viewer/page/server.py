@@ -210,7 +210,7 @@ def _bear_with_the_slow(connection: ServerConnection) -> None:
 
 
 def close_server(server: viser.ViserServer) -> None:
-    """Close the page, without viser's words about it."""
+    """Close the page's server without viser's messages."""
     with contextlib.redirect_stdout(io.StringIO()):
         server.stop()
 

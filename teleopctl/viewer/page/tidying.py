@@ -16,7 +16,7 @@ _ROUNDS = 2
 
 
 class Tidying:
-    """Tidies up after browsers that have gone and things that are no longer drawn.
+    """Frees the memory of closed browser connections and removed scene nodes.
 
     A connection that has ended is half a megabyte in objects that refer to each other. Python looks
     for such rings after so many new objects that here it would be minutes or hours.
@@ -36,7 +36,7 @@ class Tidying:
         server._websock_server.on_client_disconnect(self._left)  # noqa: SLF001
 
     def tidy(self) -> None:
-        """Free what nobody needs."""
+        """Run the garbage collectors of viser and Python."""
         below = self._server
         # By itself it waits for a browser; in another thread it would meet those who come.
         below._event_loop.call_soon_threadsafe(below._run_garbage_collector)  # noqa: SLF001

@@ -47,7 +47,7 @@ class BagPanel(Panel):
         self._end: Callable[[], None] | None = None
 
     def build(self) -> None:
-        """Add the sentence for when nothing is played, and what there is otherwise."""
+        """Add the controls of the player, and a note shown while no bag is played."""
         self._note = self.gui.add_html(_text(_NOBODY))
         self._place = self.gui.add_folder(None, visible=False)
         with self._place:

@@ -35,16 +35,16 @@ class Panel:
         """Add what the tab shows; called once, inside the tab."""
 
     def tick(self) -> None:
-        """Show what is new; called ten times a second while somebody looks."""
+        """Update the tab; called ten times a second while a browser shows the page."""
 
     def began(self) -> None:
-        """Somebody looks, after nobody did."""
+        """Start subscriptions; called when the first browser shows the page."""
 
     def ended(self) -> None:
-        """Nobody looks any more: listen to nothing that costs."""
+        """Stop subscriptions; called when no browser shows the page any more."""
 
     def graph_changed(self) -> None:
-        """Nodes, topics or services have come or gone."""
+        """Update the tab after nodes, topics or services have come or gone."""
 
     def close(self) -> None:
         """The page ends."""

@@ -42,7 +42,7 @@ class CameraPanel(Panel):
         self._in_scene: Any = None
 
     def build(self) -> None:
-        """Add the choice, the picture, and what is known of it."""
+        """Add the choice of a camera, its picture and its rate."""
         self._choice: Any = self.gui.add_dropdown("Camera", (_NONE,), disabled=True)
         self._choice.on_update(self.page.on(self._choose))
         self._switch: Any = self.gui.add_checkbox(
@@ -62,7 +62,7 @@ class CameraPanel(Panel):
     # --- what there is ------------------------------------------------------------------------
 
     def graph_changed(self) -> None:
-        """Offer the topics of images that there are."""
+        """Offer the image topics of the graph."""
         found = {
             topic: next(kind for kind in (RAW, COMPRESSED) if kind in kinds)
             for topic, kinds in self.page.node.get_topic_names_and_types()
@@ -128,7 +128,7 @@ class CameraPanel(Panel):
         self._listen()
 
     def tick(self) -> None:
-        """Begin with the newest picture, and tell how many come."""
+        """Show the newest picture, and the rate of the topic."""
         self._follow_scene()
         if self._end is not None:
             self._feed.tick()

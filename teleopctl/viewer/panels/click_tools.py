@@ -69,7 +69,7 @@ TOOLS = (
 
 
 class ClickTools:
-    """The row of tools; at most one is in somebody's hand.
+    """The tools of RViz's tool bar that are used by clicking; one at a time is active.
 
     Args:
         page: What it works with.
@@ -215,7 +215,7 @@ def _class_of(given: dict[str, Any]) -> str:
 
 
 def ground_at(origin: Vector3, direction: Vector3) -> Vector3 | None:
-    """Where a ray meets the plane z = 0; None for one that does not, or at the horizon only."""
+    """Return the point at which a ray meets the plane z = 0, or None."""
     x, y, z = (float(part) for part in origin)
     dx, dy, dz = (float(part) for part in direction)
     # Away from the plane, along it, or no number.

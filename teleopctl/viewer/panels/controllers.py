@@ -55,7 +55,7 @@ _NOBODY = (
 
 
 class ControllersPanel(Panel):
-    """Each controller and hardware component with its state, and what can be done with it."""
+    """Panel of controllers and hardware components, with buttons to change their states."""
 
     title: ClassVar[str] = "Controllers"
     icon = "engine"
@@ -89,7 +89,7 @@ class ControllersPanel(Panel):
         self._look()
 
     def ended(self) -> None:
-        """Follow nobody."""
+        """Stop following the controller manager."""
         self._is_watched = False
         self._follow("")
         self._errors.end()
@@ -105,7 +105,7 @@ class ControllersPanel(Panel):
             self._look()
 
     def tick(self) -> None:
-        """Give up waiting for causes that nobody tells."""
+        """Stop waiting for the causes of failed calls that have not come in time."""
         self._errors.tick()
 
     def _look(self) -> None:
@@ -368,7 +368,7 @@ class _Row:
 
     @property
     def is_busy(self) -> bool:
-        """Whether an answer is awaited; there are no buttons meanwhile."""
+        """Whether a call is pending; the row has no buttons then."""
         return self._is_busy
 
     @is_busy.setter

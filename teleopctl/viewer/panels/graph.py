@@ -55,7 +55,7 @@ class GraphPanel(Panel):
         self._save.on_click(self.page.on(self._send))
 
     def graph_changed(self) -> None:
-        """Draw anew, soon."""
+        """Mark the drawing of the graph as outdated."""
         self._is_old = True
 
     def _choose(self) -> None:

@@ -55,7 +55,7 @@ class _Slider(NamedTuple):
 
 
 class JointsPanel(Panel):
-    """A slider for each joint that follows no other one."""
+    """Panel with a slider for each joint that follows no other joint."""
 
     title: ClassVar[str] = "Joints"
     icon = "adjustments-horizontal"
@@ -119,7 +119,7 @@ class JointsPanel(Panel):
         self._targets.close()
 
     def graph_changed(self) -> None:
-        """Find out anew whom the sliders move."""
+        """Choose again what the sliders move."""
         self._targets.look()
 
     # --- the robot ----------------------------------------------------------------------------

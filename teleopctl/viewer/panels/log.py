@@ -37,7 +37,7 @@ _LINE = (
 
 
 class Line(NamedTuple):
-    """What a node said once: when, how serious, who, what."""
+    """A log message: time, severity, node and text."""
 
     stamp_s: float
     level: int
@@ -79,7 +79,7 @@ class LogPanel(Panel):
         self._say()
 
     def began(self) -> None:
-        """Listen; nodes repeat what they said in the last seconds."""
+        """Subscribe to /rosout, which repeats the messages of the last seconds."""
         self._end = self.page.stage.subscribe(
             "/rosout", "rcl_interfaces/msg/Log", self._take, qos_profile_rosout_default
         )
@@ -105,7 +105,7 @@ class LogPanel(Panel):
         self._new.append(line)
 
     def tick(self) -> None:
-        """Show what is new; after many lines not before the page had time to draw them."""
+        """Show new messages; after many, wait until the browser has drawn them."""
         if self._wait_ticks:
             self._wait_ticks -= 1
         elif self._new and not self._paused:
@@ -185,12 +185,12 @@ class _Block:
 
     @property
     def count(self) -> int:
-        """How many lines it has."""
+        """Number of lines in the block."""
         return len(self._lines)
 
     @property
     def room(self) -> int:
-        """How many lines it takes."""
+        """Number of lines that the block still takes."""
         return LINES_OF_A_BLOCK - len(self._lines)
 
     def add(self, lines: list[Line]) -> None:

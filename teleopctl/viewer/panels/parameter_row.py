@@ -107,7 +107,7 @@ class ParameterRow:
         self._go_on()
 
     def switch_off(self) -> None:
-        """Nobody is there any more to take a value."""
+        """Disable the control, because the node has gone."""
         self._handle.disabled = True
 
     def _go_on(self) -> None:
@@ -174,7 +174,7 @@ def _scalar(value: Any) -> str:
 
 
 def value_from_text(type_: ParameterType, text: str) -> tuple[ParameterType, Any]:
-    """What a person typed, as a parameter's type has it: a text as it is, all else as YAML.
+    """Parse a typed value for a parameter's type: strings as they are, all else as YAML.
 
     Returns:
         The type, another one only for a parameter without any, and the value.

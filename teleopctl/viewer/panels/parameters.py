@@ -24,7 +24,7 @@ _LIST_TYPE = "rcl_interfaces/srv/ListParameters"
 
 
 class ParametersPanel(Panel):
-    """A node's parameters, each with what its type and its descriptor ask for."""
+    """Panel of a node's parameters, with a control that suits each type and descriptor."""
 
     title: ClassVar[str] = "Parameters"
     icon = "adjustments"
@@ -56,7 +56,7 @@ class ParametersPanel(Panel):
         self._place = self.gui.add_folder(None)
 
     def began(self) -> None:
-        """Follow the graph and what nodes say of their parameters."""
+        """Subscribe to parameter events and offer the nodes of the graph."""
         self._end = self.page.stage.subscribe(
             "/parameter_events",
             "rcl_interfaces/msg/ParameterEvent",
@@ -75,7 +75,7 @@ class ParametersPanel(Panel):
         self._calls.close()
 
     def graph_changed(self) -> None:
-        """Offer the nodes that there are, and notice when the chosen one comes or goes."""
+        """Offer the nodes of the graph, and update the chosen one if it has come or gone."""
         if self._end is not None:
             self._offer_nodes()
 

@@ -66,7 +66,7 @@ class PlotPanel(Panel):
     # --- listening ----------------------------------------------------------------------------
 
     def began(self) -> None:
-        """Listen to what is plotted; plots begin anew, since nobody noted what was meanwhile."""
+        """Subscribe to the plotted topics, and clear the plots."""
         self._watched = True
         for topic in self._topics.values():
             topic.clear()
@@ -79,7 +79,7 @@ class PlotPanel(Panel):
             topic.end()
 
     def graph_changed(self) -> None:
-        """Offer the topics that there are, at the next tick for it: a launch changes it a lot."""
+        """Mark the offered topics as outdated, to be updated at the next tick."""
         self._is_graph_new = True
 
     def _follow_graph(self) -> None:

@@ -35,7 +35,7 @@ class ScenePanel(Panel):
         self._tools = ClickTools(page)
 
     def build(self) -> None:
-        """Add the choice of the fixed frame, the tools, the list and a new display for it."""
+        """Add the choice of the fixed frame, the click tools and the list of displays."""
         self._fixed: Any = self.gui.add_dropdown(
             "Fixed frame", (_ROOT,), hint="The frame in which everything is drawn"
         )
@@ -95,11 +95,11 @@ class ScenePanel(Panel):
             row.offer_frames(frames)
 
     def ended(self) -> None:
-        """Put the tool away with whom it was for."""
+        """Deactivate the active click tool."""
         self._tools.put_away()
 
     def graph_changed(self) -> None:
-        """Offer the topics that there are."""
+        """Offer the topics of the graph to all displays."""
         topics = dict(self.page.node.get_topic_names_and_types())
         for row in self._rows.values():
             row.offer(topics)
@@ -198,7 +198,7 @@ class _Row:
         self._offer_parts()
 
     def offer_frames(self, names: list[str]) -> None:
-        """Offer the frames that there are, and the one that is chosen."""
+        """Offer the known frames for the display's frame properties."""
         for handle, besides in self._frames:
             chosen = handle.value
             options = (besides, *sorted({*names, chosen} - {besides}))

@@ -38,7 +38,7 @@ _NOBODY = "No simulation runs. Start one with <code>teleopctl launch sim.yaml</c
 
 
 class SimulationPanel(Panel):
-    """Time and pace of a simulator with mujoco_ros2_control's services, and buttons for them."""
+    """Panel with the time and pace of a simulator, and buttons to control them."""
 
     title: ClassVar[str] = "Simulation"
     icon = "player-play"
@@ -57,7 +57,7 @@ class SimulationPanel(Panel):
         self._ends: list[Callable[[], None]] = []
 
     def build(self) -> None:
-        """Add the sentence for when nothing is simulated, and what there is otherwise."""
+        """Add the controls of the simulator, and a note shown while there is none."""
         self._note = self.gui.add_html(_note(_NOBODY))
         self._place = self.gui.add_folder(None, visible=False)
         with self._place:

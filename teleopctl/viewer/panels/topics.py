@@ -93,7 +93,7 @@ class TopicsPanel(Panel):
         self._switch()
 
     def graph_changed(self) -> None:
-        """Show what has come or gone, at the next tick of the table: a launch changes it a lot."""
+        """Mark the table as outdated, to be updated at the next tick."""
         self._is_graph_new = True
 
     def _follow_graph(self) -> None:

@@ -18,7 +18,7 @@ _LIST = "list_controllers"
 
 
 def controller_managers(node: Node) -> list[str]:
-    """The controller managers of the graph: those that can be asked for their controllers."""
+    """Return the names of the graph's controller managers."""
     return [
         name.removesuffix(f"/{_LIST}")
         for name, types in node.get_service_names_and_types()
@@ -30,7 +30,7 @@ def controller_managers(node: Node) -> list[str]:
 
 
 class ControllerManagerWatch:
-    """What one controller manager has, asked for whenever it says that something has changed.
+    """Follows the controllers and hardware components of one controller manager.
 
     Managers before ROS 2 Jazzy say nothing: they are asked at the start, and by `ask`.
 
@@ -73,7 +73,7 @@ class ControllerManagerWatch:
         self.ask()
 
     def ask(self) -> None:
-        """Ask now, or again once the question on the way is answered."""
+        """Request the lists, or request them again after the pending response."""
         if self._is_asking:
             self._is_stale = True
             return

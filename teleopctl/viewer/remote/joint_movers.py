@@ -30,7 +30,7 @@ _SHORTEST_S = 0.2
 
 
 class JointMover(Protocol):
-    """Somebody who moves joints.
+    """Interface of what the joint sliders move: controllers, or published joint states.
 
     Attributes:
         description: Who that is, for the user, as HTML.
@@ -63,7 +63,7 @@ class JointMover(Protocol):
 
 
 class Nobody:
-    """The joints are published by somebody who takes no orders.
+    """No mover: the joint states come from a node that takes no commands.
 
     Args:
         description: Who that is, as HTML.
@@ -83,7 +83,7 @@ class Nobody:
         return 0.0
 
     def close(self) -> None:
-        """There is nothing to end."""
+        """Do nothing: there is nothing to end."""
 
 
 class StatePublisher:
@@ -110,7 +110,7 @@ class StatePublisher:
         self._timer = node.create_timer(1.0 / _STATES_RATE_HZ, self._publish) if repeats else None
 
     def moves(self, joint: str, measured: Mapping[str, float]) -> bool:  # noqa: ARG002 -- always
-        """Every joint that follows no other one."""
+        """Return whether a joint can be moved: each that follows no other joint."""
         return joint in self._joints.free
 
     def command(
@@ -185,7 +185,7 @@ class Controllers:
         self._timer.cancel()
 
     def moves(self, joint: str, measured: Mapping[str, float]) -> bool:
-        """Those of a controller all of whose joints are measured: it is told of all at once."""
+        """Return whether a controller commands a joint and all of its joints are measured."""
         return any(
             joint in route.joints and all(name in measured for name in route.joints)
             for route in self._routes

@@ -28,7 +28,7 @@ STATES_TOPIC = "/joint_states"
 
 
 class JointTargets:
-    """Knows whom the sliders move.
+    """Chooses what the joint sliders move, from what runs in the graph.
 
     - active controllers that take positions;
     - where a controller manager runs without such a controller: nobody;
@@ -60,12 +60,12 @@ class JointTargets:
 
     @property
     def mover(self) -> JointMover | None:
-        """Whom the sliders move now."""
+        """What the sliders move now."""
         return self._mover
 
     @property
     def can_take_over(self) -> bool:
-        """Whether others have published the joints, and nobody does so any more."""
+        """Whether the joint states' publishers have gone, so that the sliders may replace them."""
         return isinstance(self._mover, Nobody) and bool(self._gone) and not self._others()
 
     def begin(self, joints: JointSet, limits: Joints) -> None:
@@ -80,7 +80,7 @@ class JointTargets:
         self.look()
 
     def hush(self) -> None:
-        """Follow nobody; sliders that publish go on doing so."""
+        """Stop following the graph; sliders that publish continue."""
         self._is_looking = False
         for watch in self._watches.values():
             watch.close()
@@ -102,7 +102,7 @@ class JointTargets:
         self._choose()
 
     def take_over(self) -> None:
-        """Let the sliders publish the joints of those who are gone."""
+        """Publish the joint states in place of the publishers that have gone."""
         self._gone = ()
         self._choose()
 

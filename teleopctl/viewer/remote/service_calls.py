@@ -85,7 +85,7 @@ class ServiceCalls:
         self._node.destroy_timer(timer)
 
     def close(self) -> None:
-        """Wait for nothing any more; whoever waits hears nothing."""
+        """Drop all pending calls; their callbacks are not called."""
         for timer in tuple(self._timers):
             self._end(timer)
         for client in self._clients.values():

@@ -45,7 +45,7 @@ _HAIR_PIXELS = 2.0
 
 
 class Canvas:
-    """Keeps nodes below a path as drawings say.
+    """Keeps the scene nodes below a path up to date with drawings.
 
     Nothing is sent for what has not changed. What changes in number is sent whole, as one message:
     a browser must never see as many colours as there were solids before.

@@ -62,7 +62,7 @@ class Rows:
 
 @dataclass(frozen=True, slots=True)
 class Text:
-    """Letters that face whoever looks."""
+    """Text that faces the camera."""
 
     position: Vector
     text: str
@@ -71,7 +71,7 @@ class Text:
 
 @dataclass(frozen=True, slots=True)
 class Surface:
-    """Triangles with corners of their own.
+    """Triangles with a colour per corner.
 
     Attributes:
         corners: Shape (3 n, 3): three for each triangle.
@@ -186,12 +186,12 @@ class Drawing:
             self.points.setdefault(width, Rows()).blocks.append(rows)
 
     def moved(self, pose: Transform) -> Drawing:
-        """The same in the frame in which this one's stands at a pose."""
+        """Return the drawing moved by a pose."""
         x, y, z, w = pose.rotation
         return self.copies(np.array([pose.translation]), np.array([[w, x, y, z]]))
 
     def copies(self, positions: Floats, rotations: Floats) -> Drawing:
-        """The same many times.
+        """Return one drawing with many copies of this one, each at a pose.
 
         Args:
             positions: Where each copy's frame stands, shape (n, 3).
@@ -265,7 +265,7 @@ def is_drawable(numbers: Iterable[float]) -> bool:
 
 
 def drawable_rows(rows: Floats | npt.NDArray[np.float32]) -> npt.NDArray[np.bool_]:
-    """Which rows hold only numbers of which `is_drawable` is true, shape (n,)."""
+    """Return which rows hold drawable numbers only (see `is_drawable`), shape (n,)."""
     # A comparison with NaN is false.
     drawable: npt.NDArray[np.bool_] = np.all(np.abs(rows) < _FAR_M, axis=1)
     return drawable

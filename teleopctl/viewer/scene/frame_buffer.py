@@ -66,7 +66,7 @@ class FrameBuffer(LiveBuffer):
         return {name for name, at_s in moving.items() if at_s < since_s}
 
     def ages(self) -> dict[str, tuple[str, float | None]]:
-        """The parent of each frame, and how long ago it was heard of, in seconds; None: static."""
+        """Return each frame's parent and age in seconds; the age is None for static frames."""
         now_s = time.monotonic()
         parents = {name: sample.parent for name, sample in self.latest()}
         with self._changed:

@@ -110,7 +110,7 @@ class Frames:
             self._dress(frame)
 
     def node_of(self, name: str) -> str:
-        """The path in the scene of a frame, which is made if nobody has spoken of it yet."""
+        """Return the scene path of a frame, whose node is made if it is new."""
         return self._frame(name).node.name
 
     def update(self) -> None:
@@ -129,7 +129,7 @@ class Frames:
         self._undress_silent(parents, poses)
 
     def pose_in_fixed(self, frame: str, stamp: Time | None = None) -> Transform:
-        """Where a frame stands in the fixed frame.
+        """Return the pose of a frame in the fixed frame.
 
         Args:
             frame: Its name.

@@ -69,7 +69,7 @@ def furnished(glb: bytes, *, is_gltf: bool) -> bytes:
 
 
 def dressed(glb: bytes, rgba: Rgba, alpha: float = 1.0) -> bytes:
-    """Give a `furnished` file the colour of a description, where it has none of its own.
+    """Return a GLB file with a description's colour where it has no colours of its own.
 
     Args:
         glb: The file.

@@ -104,7 +104,7 @@ def _read(
 
 
 def packed(mesh: MeshFile) -> MeshFile:
-    """The same mesh as glTF, whose colour `dressed` sets."""
+    """Return a mesh of bare triangles as glTF, whose colour `dressed` sets."""
     if mesh.glb or mesh.vertices is None or mesh.faces is None:
         return mesh
     from teleopctl.viewer.scene.mesh_reading import bare_glb
@@ -130,7 +130,7 @@ def file_of(uri: str, folder: Path | None = None) -> Path:
 
 
 def stamp_of_file(path: Path) -> tuple[int, int]:
-    """A file's size and the time of its last change, which together tell whether it is another.
+    """Return a file's size and modification time, which change when the file does.
 
     Raises:
         OSError: It is not there.

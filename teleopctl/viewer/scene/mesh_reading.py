@@ -20,7 +20,7 @@ Faces = npt.NDArray[np.uint32]
 
 
 class Content(NamedTuple):
-    """What a file holds; see `MeshFile`.
+    """Content of a mesh file, as glTF or as bare triangles; see `MeshFile`.
 
     Attributes:
         glb: All as binary glTF.

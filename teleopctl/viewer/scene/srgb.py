@@ -13,17 +13,17 @@ from teleopctl.viewer.scene.drawing import Floats
 
 
 def linear_light(shades: Floats) -> Floats:
-    """The amounts of light, from 0 to 1, of colours as screens have them."""
+    """Return linear light intensities, from 0 to 1, of sRGB values."""
     return np.where(shades <= 0.04045, shades / 12.92, ((shades + 0.055) / 1.055) ** 2.4)
 
 
 def light_of(shade: float) -> float:
-    """The same of one number; what lies outside 0 to 1 is brought there."""
+    """Return the linear light intensity of one sRGB value, clamped to 0 to 1."""
     shade = min(max(shade, 0.0), 1.0)
     return shade / 12.92 if shade <= 0.04045 else math.pow((shade + 0.055) / 1.055, 2.4)
 
 
 def shade_of(light: float) -> float:
-    """What `light_of` is given for an amount of light."""
+    """Return the sRGB value of a linear light intensity, clamped to 0 to 1."""
     light = min(max(light, 0.0), 1.0)
     return light * 12.92 if light <= 0.0031308 else 1.055 * math.pow(light, 1 / 2.4) - 0.055

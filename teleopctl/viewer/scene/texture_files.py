@@ -11,7 +11,7 @@ from teleopctl.viewer.scene.mesh_files import file_of, stamp_of_file
 
 
 class TextureError(TeleopctlError):
-    """A texture cannot be shown; the message names it."""
+    """A texture cannot be shown; the message names its file."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -30,7 +30,7 @@ _SLOTS = (
 
 
 def fit_textures(meshes: Iterable[Any]) -> list[str]:
-    """Make the textures of meshes such that a browser shows them.
+    """Convert the textures of meshes to what browsers show.
 
     Returns:
         What was left out, each as what follows the file's name in a sentence.
@@ -82,7 +82,7 @@ def _stored_smaller(image: Image.Image) -> bytes | None:
 
 
 def picture_for_browsers(content: bytes) -> tuple[bytes, str, bool, Rgba]:
-    """What a picture's file holds, such that a browser shows it.
+    """Return a picture as PNG or JPEG of a size that browsers show.
 
     Args:
         content: In any format that Pillow reads; PNG and JPEG of a fair size stay as they are.

@@ -110,7 +110,7 @@ def _sphere(n: int, rings: int) -> tuple[Corners, Faces]:
 
 
 def is_unit_shape(name: str) -> bool:
-    """Whether `unit_shape` knows a shape."""
+    """Return whether `unit_shape` has a shape of this name."""
     return name in _MAKERS
 
 

@@ -29,7 +29,7 @@ class Video(NamedTuple):
 
 
 class Episode(NamedTuple):
-    """What is written.
+    """Content of a LeRobot data set of one episode.
 
     Attributes:
         vectors: The values of each feature, shape (frames, numbers).
@@ -49,12 +49,12 @@ class Episode(NamedTuple):
 
     @property
     def length(self) -> int:
-        """How many frames it has."""
+        """Number of frames."""
         return len(next(iter(self.vectors.values())))
 
 
 def video_file(folder: Path, key: str) -> Path:
-    """Where the film of a feature is."""
+    """Return the video file of a feature."""
     return folder / "videos" / key / f"{_PLACE}.mp4"
 
 

@@ -46,7 +46,7 @@ _MOST_FRAMES = 1_000_000
 
 
 class LeRobotOptions(NamedTuple):
-    """What goes into the data set.
+    """Options of an export to a LeRobot data set.
 
     Attributes:
         state: The topic of the robot's state, mostly ``/joint_states``, or a field of a topic.
@@ -66,7 +66,7 @@ class LeRobotOptions(NamedTuple):
 
 
 class LeRobotSummary(NamedTuple):
-    """What was written.
+    """Summary of a written data set.
 
     Attributes:
         frames: How many frames the data set has.

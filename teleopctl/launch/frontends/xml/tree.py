@@ -38,7 +38,7 @@ class Attribute(Element):
         yield from self.value
 
     def typed(self) -> Element:
-        """Return what the text is in YAML, which is how ROS 2 reads it."""
+        """Return the attribute's text parsed as YAML, as ROS 2 does."""
         if isinstance(self.value, list):
             return Element([item.typed() for item in self.value], self.place, self.path)
         value = values.typed(self.value)

@@ -11,11 +11,11 @@ EventCallback = Callable[[Any], object]
 
 
 class UnsupportedEventTypeError(Exception):
-    """The middleware does not report an event; no event of these is refused here."""
+    """The middleware does not support an event type; never raised here."""
 
 
 class MatchedInfo(NamedTuple):
-    """How many endpoints match one.
+    """Numbers of matching endpoints, for a matched event.
 
     Attributes:
         total_count: Matches so far.
@@ -31,7 +31,7 @@ class MatchedInfo(NamedTuple):
 
 
 class MessageLostInfo(NamedTuple):
-    """How many messages have not arrived.
+    """Numbers of lost messages, for a message-lost event.
 
     Attributes:
         total_count: Lost messages so far.
@@ -43,7 +43,7 @@ class MessageLostInfo(NamedTuple):
 
 
 class DeadlineMissedInfo(NamedTuple):
-    """How many deadlines passed without a message.
+    """Numbers of missed deadlines, for a deadline event.
 
     Attributes:
         total_count: Periods without a message so far.
@@ -55,7 +55,7 @@ class DeadlineMissedInfo(NamedTuple):
 
 
 class LivelinessLostInfo(NamedTuple):
-    """How often a publisher did not show in time that it is alive.
+    """Numbers of expired liveliness leases, for a liveliness-lost event.
 
     Attributes:
         total_count: Times so far.
@@ -67,7 +67,7 @@ class LivelinessLostInfo(NamedTuple):
 
 
 class LivelinessChangedInfo(NamedTuple):
-    """How many publishers of a topic are alive.
+    """Numbers of alive and not alive publishers, for a liveliness-changed event.
 
     Attributes:
         alive_count: Those that are.
@@ -83,7 +83,7 @@ class LivelinessChangedInfo(NamedTuple):
 
 
 class IncompatibleTypeInfo(NamedTuple):
-    """How many endpoints have the topic's name and another type, or another version of it.
+    """Numbers of endpoints with the same topic and another type, for an incompatible-type event.
 
     Attributes:
         total_count: Endpoints so far.
@@ -95,7 +95,7 @@ class IncompatibleTypeInfo(NamedTuple):
 
 
 class IncompatibleQoSInfo(NamedTuple):
-    """How many endpoints do not match for their quality of service; on Zenoh there are none.
+    """Numbers of endpoints with incompatible QoS; always zero on Zenoh.
 
     Attributes:
         total_count: Endpoints so far.
@@ -109,7 +109,7 @@ class IncompatibleQoSInfo(NamedTuple):
 
 
 class PublisherEventCallbacks:
-    """What a publisher calls back.
+    """Callbacks for the events of a publisher.
 
     On Zenoh no quality of service keeps two endpoints apart, so ``incompatible_qos`` never happens.
     """
@@ -133,7 +133,7 @@ class PublisherEventCallbacks:
 
 
 class SubscriptionEventCallbacks:
-    """What a subscription calls back; ``incompatible_qos`` never happens, as with publishers."""
+    """Callbacks for the events of a subscription; ``incompatible_qos`` is never called."""
 
     def __init__(
         self,

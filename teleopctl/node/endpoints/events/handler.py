@@ -21,7 +21,7 @@ def taken_by_hand(info: object) -> None:
 
 
 class EventHandler(Waitable):
-    """Counts events on any thread and tells a callback of them through the executor of a node."""
+    """Counts events on any thread and calls an event callback through the executor of a node."""
 
     def __init__(self, node: NodeCore, callback: EventCallback, group: CallbackGroup) -> None:
         self.node = node
@@ -39,11 +39,11 @@ class EventHandler(Waitable):
             super().tell_executor()
 
     def pending(self) -> int:
-        """Return 1 while there is something to tell."""
+        """Return 1 while the callback is due, else 0."""
         return int(self._changed)
 
     def take(self) -> Callable[[], object] | None:
-        """Return the call of the callback; None when it knows everything."""
+        """Return the due call of the callback; None if no event is new."""
         with self._lock:
             if not self._changed:
                 return None
@@ -51,7 +51,7 @@ class EventHandler(Waitable):
             return functools.partial(self._callback, self._status())
 
     def status(self) -> NamedTuple:
-        """Return what would be told to the callback now, and count from there."""
+        """Return the counters since the last call, and reset their changes."""
         with self._lock:
             self._changed = False
             return self._status()

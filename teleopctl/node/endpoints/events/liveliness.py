@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 
 class LivelinessLostHandler(EventHandler):
-    """Counts how often a publisher that asserts its liveliness by hand let its lease pass."""
+    """Counts the expired leases of a publisher with manual liveliness."""
 
     def __init__(self, endpoint: Endpoint, callback: EventCallback, group: CallbackGroup) -> None:
         super().__init__(endpoint.node, callback, group)
@@ -146,7 +146,7 @@ class LivelinessChangedHandler(GraphHandler):
         )
 
     def close(self) -> None:
-        """Leave the graph alone, and watch nobody any more."""
+        """Stop watching the liveliness of publishers."""
         super().close()
         if self.node.context.session_is_open:
             self._assertions.undeclare()

@@ -8,7 +8,7 @@ from collections.abc import Callable
 
 
 class Watchdog:
-    """Counts the periods that pass since the last sign, and tells of each as it ends.
+    """Counts the periods that pass without a call of `feed`, and calls back at the end of each.
 
     A sign does no more than note the time: the thread that waits, which exists from the first sign
     on, finds out by itself that there is longer to wait. However late it is, no period is missed

@@ -40,7 +40,7 @@ class Axes(Display):
         self._canvas.show(drawing)
 
     def tick(self) -> None:
-        """Say whether the frame is known."""
+        """Set the status by whether the reference frame is known."""
         name = self.values.text("Reference Frame").removeprefix("/")
         frame = self.stage.frames.by_name.get(name)
         known = name == _FIXED_FRAME or (frame is not None and frame.pose is not None)

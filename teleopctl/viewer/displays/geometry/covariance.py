@@ -45,7 +45,7 @@ _WEDGE_PARTS = 12
 def draw_covariance(
     drawing: Drawing, pose: Transform, covariance: list[float], values: Properties
 ) -> str:
-    """Add the covariance, as the properties say, to a drawing.
+    """Add a pose's covariance to a drawing, according to the display's properties.
 
     Args:
         drawing: In the frame of the message's header.

@@ -22,7 +22,7 @@ _MOST_KEPT = 10_000
 
 
 class Odometry(DrawnDisplay):
-    """The last poses, and the covariance of the newest of them."""
+    """Display of the last odometry poses, with the covariance of the newest."""
 
     rviz_class = "Odometry"
     message_type = "nav_msgs/msg/Odometry"
@@ -41,11 +41,11 @@ class Odometry(DrawnDisplay):
 
     @property
     def keeps(self) -> int:
-        """How many poses are drawn."""
+        """Number of poses that are drawn."""
         return int(self.values.number("Keep")) or _MOST_KEPT
 
     def received(self, message: Any) -> None:
-        """Take a pose that differs enough from the last one."""
+        """Add a pose if it differs enough from the last one."""
         pose = pose_of(message.pose.pose)
         if pose is None:
             self.say(ERROR, NOT_FINITE)

@@ -19,7 +19,7 @@ _LENGTHS = 20
 
 
 class ParticleCloud(DrawnDisplay):
-    """Particles of one frame, as the display of navigation2 draws them."""
+    """Display of navigation2's particle clouds, as RViz's plug-in draws them."""
 
     rviz_class = "ParticleCloud"
     message_type = "nav2_msgs/msg/ParticleCloud"

@@ -39,11 +39,11 @@ class Path(DrawnDisplay):
 
     @property
     def keeps(self) -> int:
-        """How many paths are drawn."""
+        """Number of paths that are drawn."""
         return int(self.values.number("Buffer Length"))
 
     def drawing(self, message: Any) -> Drawing:
-        """The line, and the poses on it."""
+        """Return the drawing of a path: its line, and the shapes of its poses."""
         values = self.values
         positions, rotations, left_out = poses_of(one.pose for one in message.poses)
         if left_out:

@@ -15,7 +15,7 @@ from teleopctl.viewer.scene.drawing import Drawing, is_drawable
 
 
 class PointStamped(DrawnDisplay):
-    """A point, and those before it."""
+    """Display of a stamped point and the ones received before."""
 
     rviz_class = "PointStamped"
     message_type = "geometry_msgs/msg/PointStamped"
@@ -28,7 +28,7 @@ class PointStamped(DrawnDisplay):
 
     @property
     def keeps(self) -> int:
-        """How many points are drawn."""
+        """Number of points that are drawn."""
         return int(self.values.number("History Length"))
 
     def drawing(self, message: Any) -> Drawing:

@@ -31,7 +31,7 @@ def shape_properties(group: str = "") -> tuple[Property, ...]:
 
 
 def draw_pose(drawing: Drawing, pose: Transform, values: Properties, group: str = "") -> None:
-    """Add the shape, as the properties say, to a drawing."""
+    """Add the shape of a pose (axes or arrow) to a drawing, according to the properties."""
     above = f"{group}/" if group else ""
     alpha = values.number(f"{above}Alpha")
     if values.text(group or "Shape") == "Axes":

@@ -32,7 +32,7 @@ class Range(DrawnDisplay):
 
     @property
     def keeps(self) -> int:
-        """How many cones are drawn."""
+        """Number of cones that are drawn."""
         return int(self.values.number("Buffer Length"))
 
     def drawing(self, message: Any) -> Drawing:

@@ -41,7 +41,7 @@ def _properties(along_name: str, about_name: str, scale: float) -> tuple[Propert
 
 
 class ScrewDisplay(DrawnDisplay):
-    """Two vectors at the origin of their frame; the second has a circle around it.
+    """Base of the twist and wrench displays: a linear and an angular vector at a frame's origin.
 
     Attributes:
         along_name: What the first is called in properties.
@@ -57,7 +57,7 @@ class ScrewDisplay(DrawnDisplay):
 
     @property
     def keeps(self) -> int:
-        """How many are drawn."""
+        """Number of messages that are drawn."""
         return int(self.values.number("History Length"))
 
     def drawing(self, message: Any) -> Drawing:

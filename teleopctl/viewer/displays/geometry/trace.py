@@ -53,12 +53,12 @@ class Trace(Display):
         self._is_new = True
 
     def stopped(self) -> None:
-        """Take the line out of the picture and forget it: nobody notes what is not drawn."""
+        """Remove the line from the scene and clear its points."""
         self._points.clear()
         self._remove()
 
     def changed(self, name: str) -> None:
-        """Draw anew; only another frame begins anew."""
+        """Redraw; if the frame was changed, clear the points first."""
         if name == "Frame":
             self._points.clear()
         self._remove()

@@ -51,7 +51,7 @@ class ControlTurning:
         return True
 
     def beside(self, marker: Transform) -> Transform:
-        """Where the control stands, and how it is turned.
+        """Return the pose of the control for a pose of its interactive marker.
 
         Args:
             marker: The pose of the interactive marker.
@@ -65,7 +65,7 @@ class ControlTurning:
         return Transform(marker.translation, turned.rotation)
 
     def angle_of(self, turn: Transform, marker: Transform) -> float:
-        """How far a rotation turns about the control's own axis, in radians."""
+        """Return the angle of a rotation about the control's axis, in radians."""
         ax, ay, az = self._axis(self.beside(marker) @ self.axes)
         x, y, z, w = turn.rotation
         return 2.0 * math.atan2(x * ax + y * ay + z * az, w)

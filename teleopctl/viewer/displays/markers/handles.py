@@ -143,6 +143,6 @@ def has_handle(control: Any) -> bool:
 
 # Any stands for viser's kinds of handles.
 def put(node: Any, pose: Transform) -> None:
-    """Let a node of the scene stand at a pose."""
+    """Set the pose of a scene node."""
     x, y, z, w = pose.rotation
     node.position, node.wxyz = pose.translation, (w, x, y, z)

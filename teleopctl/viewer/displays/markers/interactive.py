@@ -67,7 +67,7 @@ class InteractiveMarkers(Display):
     # --- the graph ----------------------------------------------------------------------------
 
     def listen_to(self, topic: str) -> None:
-        """Choose the topic of updates; a file names what stands before it."""
+        """Set the topic of updates, and the interactive marker namespace of the file."""
         super().listen_to(topic)
         self.values.given[_NAMESPACE] = topic.removesuffix(_UPDATE)
 
@@ -76,7 +76,7 @@ class InteractiveMarkers(Display):
         return QoSProfile(depth=100)
 
     def started(self) -> None:
-        """Get ready to ask for the full state."""
+        """Subscribe to updates and prepare to request the full state."""
         namespace = self.topic.removesuffix(_UPDATE)
         if not self.topic:
             return
@@ -103,13 +103,13 @@ class InteractiveMarkers(Display):
             self._client = self._publisher = None
 
     def received(self, message: Any) -> None:
-        """Apply an update, if it is the next one."""
+        """Apply an update if it is the next one in sequence."""
         if self._feed.take(message):
             self._apply(message)
         self._say_how()
 
     def tick(self) -> None:
-        """Ask for the full state where that is needed, and follow frames."""
+        """Request the full state if needed, and update the poses of markers."""
         if self._client is None:
             return
         now = time.monotonic()

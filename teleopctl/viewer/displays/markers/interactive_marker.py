@@ -29,7 +29,7 @@ Told = Callable[[int, str, int], object]
 
 
 class InteractiveMarker:
-    """Draws a marker, and tells what a person does with it.
+    """Draws one interactive marker and publishes its feedback.
 
     Args:
         stage: Where to draw.
@@ -132,7 +132,7 @@ class InteractiveMarker:
 
     @property
     def faces_viewer(self) -> bool:
-        """Whether some of it is turned to whoever looks."""
+        """Whether a control of the marker turns toward the camera."""
         return bool(self._facing)
 
     def face(self, camera: Transform) -> None:
@@ -247,7 +247,7 @@ class InteractiveMarker:
 
 
 def menu_lines(entries: list[Any]) -> list[tuple[int, str]]:
-    """The entries of a menu that can be chosen, with the titles of those above them.
+    """Return the selectable entries of a marker's menu, each with its path of titles.
 
     What an entry would run in RViz is not run: a message from the network starts nothing here.
     """

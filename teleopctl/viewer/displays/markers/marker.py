@@ -30,7 +30,7 @@ class Marker(Display):
         self.markers.hidden = {str(ns) for ns, shown in said.items() if shown is False}
 
     def received(self, message: Any) -> None:
-        """Do what a marker asks for."""
+        """Add, modify or delete a marker."""
         self._take_all((message,))
 
     def _take_all(self, markers: Any) -> None:
@@ -73,5 +73,5 @@ class MarkerArray(Marker):
     message_type = "visualization_msgs/msg/MarkerArray"
 
     def received(self, message: Any) -> None:
-        """Do what the markers ask for."""
+        """Add, modify or delete the markers of an array."""
         self._take_all(message.markers)

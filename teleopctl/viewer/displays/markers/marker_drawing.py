@@ -38,11 +38,11 @@ _SHAPES[SPHERE_LIST] = "sphere"
 
 
 class MarkerFault(Exception):
-    """A marker is not drawn; the text says why, in words that follow its name."""
+    """A marker cannot be drawn; the message is the reason, to follow the marker's name."""
 
 
 def own_pose(marker: Any) -> Transform:
-    """Where a marker stands in the frame of its header.
+    """Return a marker's pose in the frame of its header.
 
     Raises:
         MarkerFault: Its numbers are not finite.

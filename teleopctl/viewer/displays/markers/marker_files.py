@@ -77,7 +77,7 @@ class MarkerFiles:
         return key
 
     def forget_unused(self, used: Iterable[str]) -> None:
-        """Let go of what no marker uses, if it has become much, and of what nobody waits for."""
+        """Drop files that no marker uses any more, once they take much memory."""
         unused = self._asked.difference(used)
         for key in unused & self._waiting.keys():
             self._asked.discard(key)

@@ -79,13 +79,13 @@ class MarkerSet:
 
     @property
     def namespaces(self) -> list[str]:
-        """The namespaces that there are, sorted."""
+        """Return the namespaces of all markers, sorted."""
         return sorted({ns for ns, _ in self._entries})
 
     # --- messages -----------------------------------------------------------------------------
 
     def take(self, markers: Iterable[Any]) -> None:
-        """Do what markers ask for, in their order."""
+        """Apply markers in their order: add, modify, delete or delete all."""
         self._message_fault = ""
         seen: set[Key] = set()
         for marker in markers:
@@ -108,7 +108,7 @@ class MarkerSet:
         self.follow()
 
     def clear(self, ns: str = "") -> None:
-        """Remove the markers of a namespace; of all for an empty one."""
+        """Remove the markers of a namespace; an empty namespace means all."""
         for key in [key for key in self._entries if not ns or key[0] == ns]:
             self._remove(key)
 
@@ -177,7 +177,7 @@ class MarkerSet:
         self._stale |= {entry.group for entry in self._entries.values()}
 
     def remove(self) -> None:
-        """Take everything out of the picture, and forget it."""
+        """Remove all markers from the scene, and clear the set."""
         self._entries.clear()
         self._waiting.clear()
         self._stale.clear()
@@ -188,7 +188,7 @@ class MarkerSet:
         self._canvases.clear()
 
     def fault(self) -> str:
-        """What is wrong, in one sentence; an empty text for nothing."""
+        """Return one sentence about the markers that cannot be drawn; empty if all are."""
         faults = [self._message_fault] if self._message_fault else []
         number = len(faults)
         for key, entry in self._entries.items():

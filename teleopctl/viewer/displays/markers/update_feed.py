@@ -52,7 +52,7 @@ class UpdateFeed:
 
     # Any: as above.
     def start(self, number: int) -> list[Any]:
-        """Take the number of the full state; the updates that are to be applied on top of it."""
+        """Start at the sequence number of the full state; return the updates that follow it."""
         self._last, self.needs_state = number, False
         waiting = [each for each in self._waiting if each.type == UPDATE]
         self._waiting.clear()

@@ -18,7 +18,7 @@ _DESCRIPTION = "/robot_description"
 
 
 class MoveItDisplay(Display):
-    """A display with a robot of its own, described by ``/robot_description``.
+    """Base of MoveIt's displays, with a robot described by ``/robot_description``.
 
     Attributes:
         default_topic: Its topic where a file has none.
@@ -66,7 +66,7 @@ class MoveItDisplay(Display):
         self.cleared()
 
     def changed(self, name: str) -> None:  # noqa: ARG002 -- whichever it is
-        """Draw the same anew."""
+        """Redraw with the same robot and message."""
         self.described()
 
     def time_jumped_back(self) -> None:

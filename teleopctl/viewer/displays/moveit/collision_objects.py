@@ -57,12 +57,12 @@ class SceneObjects:
         self.left_out = 0
 
     def clear(self) -> None:
-        """Forget all of them."""
+        """Remove all collision objects."""
         self.by_id.clear()
         self.meshes.clear()
 
     def take(self, message: Any, link: str = "") -> None:
-        """Do what a ``moveit_msgs/msg/CollisionObject`` says.
+        """Add, append, move or remove a ``moveit_msgs/msg/CollisionObject``.
 
         Args:
             message: The object.
@@ -104,7 +104,7 @@ class SceneObjects:
                 found.color = (one.color.r, one.color.g, one.color.b, alpha)
 
     def drawings(self, color: Rgba, attached_color: Rgba) -> dict[str, Drawing]:
-        """What the objects look like, by the frame in which they stand.
+        """Return the drawings of the collision objects, by the frame of each.
 
         Args:
             color: Of objects without a colour.
@@ -122,7 +122,7 @@ class SceneObjects:
         return drawn
 
     def forget_unused_meshes(self) -> None:
-        """Forget the triangles of objects that are gone."""
+        """Drop the meshes of objects that were removed."""
         used = {shape for one in self.by_id.values() for shape, _, _ in one.shapes}
         for key in self.meshes.keys() - used:
             del self.meshes[key]
@@ -158,7 +158,7 @@ class SceneObjects:
 
 
 def operation_of(message: Any) -> int:
-    """What an object's message says, which is a number, or a byte."""
+    """Return the operation of a collision object message as an int."""
     operation = message.operation
     return operation[0] if isinstance(operation, bytes) else int(operation)
 

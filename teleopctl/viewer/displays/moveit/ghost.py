@@ -32,7 +32,7 @@ Color = tuple[int, int, int]
 
 @dataclass(frozen=True, slots=True)
 class GhostModel:
-    """What is needed to draw a robot in any state.
+    """A robot's description, kinematics, meshes and textures, to draw it in any state.
 
     Attributes:
         description: The robot.
@@ -69,7 +69,7 @@ class GhostModel:
         return cls(description, SegmentTree(description, joints), rest, parts, bare)
 
     def poses(self, positions: Mapping[str, float]) -> dict[str, Transform]:
-        """Where each link stands in the robot's root.
+        """Return the pose of each link in the frame of the root link.
 
         Args:
             positions: Of joints, by name; the others rest, and those that follow one follow.
@@ -155,7 +155,7 @@ class Ghost:
 
     @property
     def poses(self) -> Mapping[str, Transform]:
-        """Where its links stand in the robot's root."""
+        """Poses of the links in the frame of the root link."""
         return self._poses
 
     def show(self, *, shown: bool) -> None:

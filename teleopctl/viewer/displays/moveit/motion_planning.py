@@ -73,7 +73,7 @@ class MotionPlanning(PlanningScene):
             self.say(*self._planned.status)
 
     def described(self) -> None:
-        """Draw all of it anew."""
+        """Redraw everything for a new robot description."""
         super().described()
         self._remove_goal()
         self._stand_at_goal()

@@ -52,11 +52,11 @@ class PlanningScene(MoveItDisplay):
 
     @property
     def robot_poses(self) -> Mapping[str, Transform]:
-        """Where the links of the scene's robot stand in its root; none while it is not drawn."""
+        """Poses of the links of the scene's robot, in its root's frame; empty while hidden."""
         return {} if self._robot is None else self._robot.poses
 
     def started(self) -> None:
-        """Ask for the whole scene, since what is published is what changes."""
+        """Request the full scene, since only changes are published."""
         super().started()
         self._request.begin()
 
@@ -66,7 +66,7 @@ class PlanningScene(MoveItDisplay):
         super().stopped()
 
     def received(self, message: Any) -> None:
-        """Take a scene, or what has changed of it."""
+        """Apply a full planning scene or a difference."""
         objects = self._objects
         objects.left_out = 0
         if not message.is_diff:
@@ -97,7 +97,7 @@ class PlanningScene(MoveItDisplay):
             self._draw()
 
     def described(self) -> None:
-        """Draw all of it anew."""
+        """Redraw everything for a new robot description."""
         self._stale = True
         self._remove_robot()
         self._stand()

@@ -41,7 +41,7 @@ class RobotState(MoveItDisplay):
         self._stand()
 
     def described(self) -> None:
-        """Draw the robot anew."""
+        """Redraw the robot for a new description."""
         self._remove()
         self._stand()
 

@@ -23,7 +23,7 @@ _ASK_EVERY_S = 2.0
 
 
 class SceneRequest:
-    """Asks until it is answered.
+    """Requests the planning scene repeatedly until it is received.
 
     Args:
         stage: Whose node asks.
@@ -39,18 +39,18 @@ class SceneRequest:
         self._client: Client[Any, Any] | None = None
 
     def begin(self) -> None:
-        """Ask as soon as somebody answers."""
+        """Start requesting, as soon as the service is there."""
         self._wanted, self._due = True, 0.0
 
     def end(self) -> None:
-        """Ask no more."""
+        """Stop requesting."""
         self._wanted = False
         if self._client is not None:
             self._stage.node.destroy_client(self._client)
             self._client = None
 
     def tick(self, service: str) -> None:
-        """Ask, if it is time and somebody is there.
+        """Send a request if one is due and the service is there.
 
         Args:
             service: The name of the service.

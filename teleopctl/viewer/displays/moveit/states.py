@@ -30,7 +30,7 @@ def _zipped(names: Any, values: Any) -> tuple[Positions, int]:
 
 
 def left_out_text(count: int) -> str:
-    """What is said of positions that are no numbers."""
+    """Return a sentence about joint positions that are no numbers; empty for none."""
     one = "1 joint position is" if count == 1 else f"{count} joint positions are"
     return f"{one} left out, not being numbers"
 
@@ -68,7 +68,7 @@ class Path:
         return cls(tuple(times), tuple(states), left_out)
 
     def duration(self, display_time: str) -> float:
-        """How long it is played, in seconds.
+        """Return the duration of the path's animation, in seconds.
 
         Args:
             display_time: RViz's property: ``0.05 s`` for each state, ``3x`` as fast as planned, or

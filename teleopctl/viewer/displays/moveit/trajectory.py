@@ -73,7 +73,7 @@ class Trajectory(MoveItDisplay):
             self._begin()
 
     def described(self) -> None:
-        """Draw the robot anew."""
+        """Redraw the robot for a new description."""
         self._remove()
         if self._path is not None:
             self._draw_trail(self._path)

@@ -110,7 +110,7 @@ class Camera(PictureDisplay):
 
 # Any: a CameraInfo, or None.
 def field_of_view(info: Any) -> tuple[float, float] | None:
-    """How wide a camera sees: the angle up and down in radians, and width over height.
+    """Return the vertical field of view (rad) and the aspect ratio of a camera, or None.
 
     Args:
         info: A ``sensor_msgs/msg/CameraInfo``; None for none.

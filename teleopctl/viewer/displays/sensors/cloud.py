@@ -22,7 +22,7 @@ Floats = npt.NDArray[np.float32]
 
 
 class CloudError(TeleopctlError):
-    """A message holds no points that can be drawn; the message says why."""
+    """A message has no points that can be drawn; the message says why."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -129,7 +129,7 @@ def read_scan(message: Any, sweep: Transform | None = None) -> Cloud:
 
 
 def near(points: Array) -> npt.NDArray[np.bool_]:
-    """Which points are somewhere, so that they can be seen."""
+    """Return which points are near enough to be seen, as an array of flags."""
     return np.asarray((np.abs(points) < _FARTHEST_M).all(axis=-1))
 
 

@@ -51,7 +51,7 @@ _RAINBOW = _rainbow()
 
 @dataclass(frozen=True, slots=True)
 class Coloring:
-    """What the properties say of colours, for another thread to use.
+    """The colour properties of a point display, for use in another thread.
 
     Attributes:
         transformer: One of RViz's names; empty where nobody has chosen.

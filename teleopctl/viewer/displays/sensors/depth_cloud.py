@@ -65,14 +65,14 @@ class DepthCloud(PointsDisplay):
         self._wrong = ""
 
     def listen_to(self, topic: str) -> None:
-        """Choose the topic; a file names its transport beside it."""
+        """Set the depth topic, with its transport as ``.rviz`` files have it."""
         super().listen_to(topic)
         base = base_topic(topic)
         self.values.given[_DEPTH_TOPIC] = base
         self.values.given[_DEPTH_HINT] = topic.removeprefix(base).lstrip("/") or "raw"
 
     def type_of_topic(self) -> str:
-        """What is published there; while nothing is, what the topic's name says."""
+        """Return the type of the depth topic: the published one, else by the topic's name."""
         return self._type_of(self.topic)
 
     def started(self) -> None:
@@ -93,7 +93,7 @@ class DepthCloud(PointsDisplay):
         self._info, self._wrong = None, ""
 
     def changed(self, name: str) -> None:
-        """Draw anew, or listen elsewhere."""
+        """Redraw, or subscribe again if a topic was changed."""
         if name == _DEPTH_HINT:
             self.listen_to(_transported(base_topic(self.topic), self.values.text(name)))
         elif name in (_COLOR_TOPIC, _COLOR_HINT):
@@ -121,14 +121,14 @@ class DepthCloud(PointsDisplay):
             raise CloudError(error.message) from error
 
     def size_m(self, drawable: Drawable) -> float:
-        """The size of a pixel where the points are, if that is asked for."""
+        """Return the size of a point in metres; with auto size that of a pixel at its distance."""
         size = self.values.number(_FACTOR) * drawable.spacing
         if not self.values.flag(_AUTO) or not size > 0.0:
             return super().size_m(drawable)
         return math.exp(_STEP * round(math.log(size) / _STEP))
 
     def verdict(self, drawable: Drawable) -> tuple[str, str]:
-        """How many points there are, and what is wrong with their colours."""
+        """Return the status: the number of points, or what is wrong with their colours."""
         level, text = super().verdict(drawable)
         return (WARN, self._wrong) if self._wrong and level == OK else (level, text)
 

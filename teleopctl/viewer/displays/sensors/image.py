@@ -36,7 +36,7 @@ class Image(PictureDisplay):
             self._window = self._image = None
 
     def show(self, message: Any, picture: Picture) -> None:  # noqa: ARG002 -- for those in the scene
-        """Show a picture, in a window that is opened for the first one."""
+        """Show a picture, in a window opened for the first one."""
         if self._window is None:
             self._window = self.stage.gui.add_panel()
             self._window.float(x=_MARGIN_PX, y=-_MARGIN_PX, width=_WIDTH_PX)

@@ -20,7 +20,7 @@ class LaserScan(PointsDisplay):
     message_type = "sensor_msgs/msg/LaserScan"
 
     def duration_ns(self, message: Any) -> int:
-        """How long the scanner took from the first ray to the last."""
+        """Return the time from the first to the last ray of a scan, in nanoseconds."""
         duration = float(message.time_increment) * (len(message.ranges) - 1)
         return round(duration * 1e9) if 0.0 < duration <= _LONGEST_S else 0
 

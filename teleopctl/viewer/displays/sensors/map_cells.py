@@ -24,7 +24,7 @@ Cells = npt.NDArray[np.int8]
 
 
 class MapError(TeleopctlError):
-    """A message is no map; the message says why."""
+    """A message is no valid map; the message says why."""
 
 
 def cells_of(message: Any) -> tuple[Cells, str]:
@@ -55,7 +55,7 @@ def cells_of(message: Any) -> tuple[Cells, str]:
 
 
 def patch(cells: Cells, update: Any) -> bool:
-    """Change a part of the cells, as far as it lies among them.
+    """Apply a map update to an array of cells, as far as it lies within; return if all did.
 
     Args:
         cells: The cells, which are changed in place.

@@ -119,7 +119,7 @@ class Map(Display):
             self._stale = True
 
     def tick(self) -> None:
-        """Draw what is new, and say whether its place is known."""
+        """Draw a new map, and set the status by whether its frame is known."""
         if self._cells is None:
             return
         self._tell(self._cells)

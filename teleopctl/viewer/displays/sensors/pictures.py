@@ -22,7 +22,7 @@ _GREY = frozenset(known.name for known in GREY_PROPERTIES)
 
 
 class PictureDisplay(Display):
-    """A display of pictures, raw or compressed; it says how often they come and how large."""
+    """Base of displays of images, raw or compressed, with rate and size in their status."""
 
     message_type = RAW
     other_types: ClassVar[tuple[str, ...]] = (COMPRESSED,)
@@ -33,7 +33,7 @@ class PictureDisplay(Display):
         self._fares = (OK, "")
 
     def type_of_topic(self) -> str:
-        """What is published there; while nothing is, what the topic's name says."""
+        """Return the type of the image topic: the published one, else by the topic's name."""
         if self.stage.node.get_publishers_info_by_topic(self.topic):
             return super().type_of_topic()
         return type_by_name(self.topic)

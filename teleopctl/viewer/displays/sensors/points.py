@@ -51,7 +51,7 @@ POINT_PROPERTIES = (
 
 @dataclass(frozen=True, slots=True)
 class Job:
-    """What has to be known to put a message together.
+    """A point message with the poses and properties that its drawing needs.
 
     Attributes:
         message: The message.
@@ -132,7 +132,7 @@ class PointsDisplay(Display):
         return self.values.number("Size (m)")
 
     def duration_ns(self, message: Any) -> int:  # noqa: ARG002 -- for those that take their time
-        """How long the sensor took to measure it."""
+        """Return how long the sensor took to measure the message, in nanoseconds."""
         return 0
 
     def qos(self) -> QoSProfile:
@@ -150,7 +150,7 @@ class PointsDisplay(Display):
         self._fares = (OK, "")
 
     def changed(self, name: str) -> None:  # noqa: ARG002 -- each of them changes all points
-        """Draw what is drawn anew."""
+        """Redraw the points that are drawn."""
         newest = self._newest_message()
         self.stopped()
         self._newest, self._due = newest, 0.0
@@ -280,7 +280,7 @@ class PointsDisplay(Display):
         self.say(*self._fares)
 
     def verdict(self, drawable: Drawable) -> tuple[str, str]:
-        """How it fares with points that are drawn: the status, and how many they are."""
+        """Return the status of drawn points: their number and any fault."""
         shown, total = len(drawable.points), drawable.total
         count = f"{shown:,} points" if shown == total else f"{shown:,} of {total:,} points"
         chosen = self.values.given.get("Color Transformer")

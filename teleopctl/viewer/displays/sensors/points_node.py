@@ -26,7 +26,7 @@ _HALF_PRECISION = 2.0**-11
 
 
 class PointsNode:
-    """Points that can be drawn anew.
+    """A point cloud in the viser scene that can be replaced.
 
     Args:
         scene: Where to draw.

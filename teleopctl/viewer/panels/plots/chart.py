@@ -41,7 +41,7 @@ class Line(NamedTuple):
 
     @property
     def full_name(self) -> str:
-        """As rqt_plot writes it: ``/joint_states/position[0]``."""
+        """Name of the line in rqt_plot's spelling: ``/joint_states/position[0]``."""
         return f"{self.topic}/{self.path.replace('.', '/')}"
 
 
@@ -84,7 +84,7 @@ class Chart:
         self.say("")
 
     def say(self, fault: str) -> None:
-        """Write why the plot does not go on, as Markdown; it says by itself that it waits."""
+        """Show why the plot has no values; without a fault, whether it waits for some."""
         text = fault
         if self._handle is None and not fault:
             # A velocity that nobody measures is NaN.
@@ -101,11 +101,11 @@ class Chart:
         self._folder.remove()
 
     def freeze(self) -> None:
-        """Let the window stand where it is."""
+        """Hold the time window at its present place."""
         self.frozen_s = self._end_s()
 
     def move_on(self) -> None:
-        """Let the window move again."""
+        """Let the time window follow the newest value again."""
         self.frozen_s = None
 
     def draw(self, window_s: float) -> None:

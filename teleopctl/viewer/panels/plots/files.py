@@ -23,7 +23,7 @@ _MOST_STEPS = 8
 
 
 def to_csv(names: Sequence[str], samples: Sequence[tuple[Floats, Floats]]) -> bytes:
-    """Write samples: a row for each time, a column for each name; empty where there is none.
+    """Return samples as CSV: a row per time and a column per name.
 
     Args:
         names: Titles of the columns.

@@ -63,7 +63,7 @@ class Series:
         self.added += 1
 
     def between(self, start_s: float, end_s: float) -> tuple[Floats, Floats]:
-        """Times and values in a window, by time, and the sample before it.
+        """Return times and values within a time window, and the sample before its start.
 
         With that one, the line enters the window where it should.
         """

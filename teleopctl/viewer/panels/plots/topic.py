@@ -100,7 +100,7 @@ class PlottedTopic:
         self._readers.pop(path, None)
 
     def fields(self) -> list[NumericField]:
-        """The numbers that there are, as far as the newest message tells."""
+        """Return the numeric fields of the newest message."""
         return [] if self.newest is None else numeric_fields(self.newest)
 
     def _take(self, message: Any) -> None:
