@@ -21,7 +21,7 @@ def command_node(
     use_sim_time: bool = False,
     ros_args: Sequence[str] = (),
 ) -> Iterator[Node]:
-    """A node named as those of ROS 2's command line, in a session of its own.
+    """Open a node named as those of the ``ros2`` command line, in a session of its own.
 
     Args:
         session_mode: ``client`` for a few exchanges through the router; ``peer`` for a stream,
@@ -51,7 +51,7 @@ def command_node(
 
 @contextmanager
 def brief_node(*, name: str | None = None, starts_router: bool = False) -> Iterator[BareNode]:
-    """The same for one exchange: a client of the router, without parameters, soon up and gone.
+    """Open a node for one request: a client of the router, without parameters.
 
     Args:
         name: Another name.
@@ -110,7 +110,7 @@ def ask_all(
     request: Any,
     timeout_s: float,
 ) -> dict[str, Any]:
-    """Ask nodes by a service of theirs.
+    """Call a service of several nodes; return the response or error of each.
 
     Args:
         node: The node that asks.

@@ -82,7 +82,7 @@ def out_json(document: Json, *, compact: bool = False) -> None:
 
 
 def out_done(text: str, /, *, as_json: bool, **document: Json) -> None:
-    """Say what a verb has done: as a text for a person, or as one JSON document."""
+    """Print the result of a verb, as text or as one JSON document."""
     if as_json:
         out_json(document)
     else:
@@ -90,12 +90,12 @@ def out_done(text: str, /, *, as_json: bool, **document: Json) -> None:
 
 
 def note(text: str) -> None:
-    """Write a line about what goes on, for a person, to stderr."""
+    """Print a progress line to stderr."""
     _note(printable_text(text))
 
 
 def note_once(key: str, text: str) -> None:
-    """Write such a line the first time only, and only where a person reads it.
+    """Print a line to stderr the first time only, and only on a terminal.
 
     Args:
         key: What a file in the user's state folder is called once it has been said.

@@ -48,7 +48,7 @@ class DeclaredVerb:
 
 
 def nouns() -> dict[str, str]:
-    """The words behind the program's name with a line on each; strangers' name who brings them."""
+    """Return the nouns of the command line with their help, those of plug-ins included."""
     remembered = _read("verbs")
     if remembered is not None:
         return dict(remembered)

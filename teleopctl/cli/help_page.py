@@ -34,7 +34,7 @@ _WIDEST_PAGE = 100
 
 
 def show(words: Sequence[str]) -> bool:
-    """Print the page that a command line asks for; False where it asks for none.
+    """Print the help page that a command line requests; return False if it requests none.
 
     Args:
         words: The command line behind the global options.

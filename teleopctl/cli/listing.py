@@ -71,7 +71,7 @@ def types_of(name: str, known: NamesAndTypes, *, kind: str) -> Sequence[str]:
 
 
 def of_type(type_name: str, known: NamesAndTypes, *, kind: str) -> NamesAndTypes:
-    """The names that have a type; none, as in ROS 2, of what is no type, which is said on stderr.
+    """Return the names that have a type; none for an invalid type, with a note on stderr.
 
     Args:
         type_name: ``package/kind/Name`` or ``package/Name``.

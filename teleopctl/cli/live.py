@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 
 
 def live_graph() -> Graph:
-    """Ask for every node and endpoint of this domain.
+    """Return the nodes and endpoints of this domain.
 
     Raises:
         RouterNotRunning: No router answers.

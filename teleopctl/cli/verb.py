@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 class Declaration:
-    """What the parsers have to know of a parameter besides its name, type and default.
+    """What the command line needs of a parameter besides its name, type and default.
 
     Args:
         help: One sentence for ``--help``.
@@ -79,7 +79,7 @@ class Option(Declaration):
 
 
 class Verb:
-    """Where the function of a verb lives; it is imported only when it is wanted.
+    """Import path of a verb's function, which is imported when the verb is used.
 
     Args:
         target: ``"package.module:function"``. The function returns an exit status or None.

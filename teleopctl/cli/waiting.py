@@ -19,7 +19,7 @@ _PATIENCE_S = 1.0
 def wait_aloud(
     wait: Callable[[float | None], bool], longest_s: float | None, explain: Callable[[], str]
 ) -> bool:
-    """Wait for something, and say once what is wrong when it has not come in time or in a second.
+    """Wait for an event, and print an explanation if it has not come within a second.
 
     Args:
         wait: Waits so many seconds, None for ever, and returns whether it came.
@@ -41,7 +41,7 @@ def wait_aloud(
 def start_timeouts(
     timeout_s: float | None, stall_timeout_s: float | None, *, detach: bool
 ) -> StartTimeouts:
-    """Return how long to wait for what is started in the background, as options say.
+    """Return the start timeouts for the given options.
 
     Raises:
         UsageError: A time is not above 0, or nothing is started in the background.
@@ -66,7 +66,7 @@ def _checked(option: str, time_s: float, *, detach: bool) -> float:
 
 
 def wait_for_clock(node: Node | BareNode) -> None:
-    """Wait until a node that follows ``/clock`` knows the time; before, it would be 0."""
+    """Wait until a node with ``use_sim_time`` has received ``/clock``."""
     clock = node.get_clock()
     has_come = threading.Event()
     clock.on_jump(has_come.set)

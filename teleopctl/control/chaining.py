@@ -17,11 +17,11 @@ from teleopctl.control.resource_manager import ResourceManager
 
 
 class ChainCycleError(Exception):
-    """Controllers that wait for each other; the text names them."""
+    """Controllers wait for each other in a cycle; the message names them."""
 
 
 class Chains:
-    """How the configured controllers depend on each other.
+    """Dependencies among the configured controllers.
 
     Args:
         controllers: The loaded controllers by name.
@@ -62,7 +62,7 @@ class Chains:
         ]
 
     def connected(self, specs: Iterable[ControllerSpec]) -> list[ControllerSpec]:
-        """Active controllers in one chain with any of these, which are among them."""
+        """Return the active controllers that are in one chain with any of the given ones."""
         found = {spec.name: spec for spec in specs}
         waiting = list(found.values())
         while waiting:

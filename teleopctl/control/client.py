@@ -118,13 +118,13 @@ class ControllerManagerClient:
         return self._client("list_controllers", "controller_manager_msgs/srv/ListControllers")
 
     def sessions(self) -> frozenset[str]:
-        """The sessions of managers of that name; one that begins anew has another one."""
+        """Return the Zenoh sessions of the managers of this name; a restarted one has a new one."""
         client = self._list_client
         servers = self._node.graph().servers(client.service_name, client.type_name)
         return frozenset(server.zid for server in servers)
 
     def wait_for_another(self, sessions: frozenset[str]) -> None:
-        """Wait until a manager answers in another session than these.
+        """Wait until a manager serves requests in another session than these.
 
         Raises:
             ExternalShutdownException: The process was told to end meanwhile.
@@ -139,11 +139,11 @@ class ControllerManagerClient:
         return ManagerLog(self._node, self.name)
 
     def cause(self, controller: str) -> str | None:
-        """What the manager or the controller itself has logged since the last call, or None."""
+        """Return the error that was logged since the last call about a controller, or None."""
         return self._log.cause(controller, self._asked_ns)
 
     def why_not_reloaded(self) -> str | None:
-        """Why the last call did not reload the code of controllers, as the manager has logged it.
+        """Return the logged reason why the last call did not reload the controllers' code, or None.
 
         None where nothing is heard of it.
         """

@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 
 
 class ManagerNode(Protocol):
-    """What the controller manager needs of its node."""
+    """The methods of a node that the controller manager uses."""
 
     # Any: a parameter has one of nine types, and files decide which.
     def parameter(self, name: str) -> Any:
@@ -286,7 +286,7 @@ class ControllerManager:
 
     @property
     def chains(self) -> Chains:
-        """How the controllers depend on each other."""
+        """Return the dependencies among the controllers."""
         return Chains(self.controllers, self.resource_manager)
 
     def refresh_interfaces(self, spec: ControllerSpec) -> None:

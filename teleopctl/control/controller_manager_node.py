@@ -100,7 +100,7 @@ class ControllerManagerNode:
         return self._node.get_parameter(name).value
 
     def create_controller_params(self, controller_name: str) -> ControllerInterfaceParams:
-        """Make a controller's node, with the parameters that files give it."""
+        """Make a controller's node, with the parameters of its parameter files."""
         files = self.parameter(f"{controller_name}.params_file") or []
         arguments = list(self._ros_arguments)
         for file in dict.fromkeys([files] if isinstance(files, str) else files):

@@ -51,7 +51,7 @@ class ControllerSpec:
 
     @property
     def lifecycle_state(self) -> State:
-        """Where the controller stands in its life cycle."""
+        """Life cycle state of the controller."""
         return self.controller.lifecycle_state
 
 

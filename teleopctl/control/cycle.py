@@ -162,7 +162,7 @@ class Cycle:
 
 
 class WallClockLoop:
-    """Runs a cycle at every multiple of the period, in a thread of its own.
+    """Runs the control cycle at its rate by the wall clock, in a thread of its own.
 
     Args:
         cycle: What to run.

@@ -81,5 +81,5 @@ class CommandInterface(StateInterface):
 
     @property
     def claimed(self) -> bool:
-        """Whether a controller owns it."""
+        """Whether a controller has claimed the interface."""
         return self.owner is not None

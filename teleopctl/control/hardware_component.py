@@ -26,7 +26,7 @@ _ORDER = (State.UNCONFIGURED, State.INACTIVE, State.ACTIVE)
 
 
 class HardwareComponent:
-    """A hardware component as the resource manager sees it.
+    """A hardware component with its life cycle state and interfaces.
 
     Args:
         hardware: The plug-in.

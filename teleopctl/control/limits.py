@@ -39,7 +39,7 @@ def enforced_by_default() -> bool:
 
 
 def describe(limits: JointLimits) -> str:
-    """The limits of a joint as the resource manager logs them, those that there are."""
+    """Return the limits of a joint as the resource manager logs them."""
     parts = []
     if math.isfinite(limits.lower) or math.isfinite(limits.upper):
         parts.append(f"position [{limits.lower:g}, {limits.upper:g}]")

@@ -19,7 +19,7 @@ LogEntry: TypeAlias = "tuple[Callable[[str], object], *tuple[str, ...]]"
 
 
 class RealtimePublisher(Generic[T]):
-    """Hands values of one kind from the control loop to whoever publishes them.
+    """Passes values from the control loop to the thread that publishes them.
 
     Args:
         queue: The queue of the control loop, ``params.publish_queue`` of a controller.
@@ -41,7 +41,7 @@ class RealtimePublisher(Generic[T]):
 
 
 class PublishQueue:
-    """What the realtime publishers of one control loop have handed over, until it is published.
+    """Queue of the values to publish outside of the control loop.
 
     Args:
         report: Called with a sentence when publishing fails.
@@ -102,7 +102,7 @@ class PublishQueue:
 
 
 def realtime_log(queue: PublishQueue) -> RealtimePublisher[LogEntry]:
-    """A realtime publisher of log lines: a logger's method, then lines for it."""
+    """Return a realtime publisher of log lines: a logger's method and its arguments."""
     return RealtimePublisher(queue, _write_log)
 
 

@@ -30,7 +30,7 @@ _WITHOUT_HARDWARE = (
 
 
 class ClaimError(Exception):
-    """A command interface cannot be claimed; the text says why."""
+    """A command interface cannot be claimed; the message says why."""
 
 
 class ResourceManager:
@@ -167,7 +167,7 @@ class ResourceManager:
     def import_interfaces(
         self, states: Iterable[StateInterface], commands: Iterable[CommandInterface]
     ) -> None:
-        """Take in what a controller exports."""
+        """Add the interfaces that a controller exports."""
         # New mappings, since the control loop may be looking at the old ones.
         self.state_interfaces = self.state_interfaces | {state.name: state for state in states}
         self.command_interfaces = self.command_interfaces | {
@@ -234,7 +234,7 @@ class ResourceManager:
     def prepare_command_mode_switch(
         self, start_interfaces: Sequence[str], stop_interfaces: Sequence[str]
     ) -> bool:
-        """Ask the hardware concerned whether its command interfaces may change.
+        """Ask the hardware components whether they can switch command interfaces.
 
         Args:
             start_interfaces: Full names of interfaces that controllers will own.
@@ -301,7 +301,7 @@ class ResourceManager:
             limiter.enforce(period)
 
     def take_put_elsewhere(self) -> bool:
-        """Whether hardware has told that the robot was put elsewhere, since this was last asked."""
+        """Return whether hardware has reported, since the last call, that the robot was moved."""
         told = [c.hardware for c in self.components.values() if c.hardware.put_elsewhere]
         for hardware in told:
             hardware.put_elsewhere = False

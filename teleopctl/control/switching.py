@@ -14,7 +14,7 @@ from teleopctl.control.resource_manager import ClaimError
 
 
 class Strictness(IntEnum):
-    """What a request does about controllers that cannot be switched."""
+    """Strictness of a switch request about controllers that cannot be switched."""
 
     DEFAULT = 0
     BEST_EFFORT = 1
@@ -25,7 +25,7 @@ class Strictness(IntEnum):
 
 @dataclass(frozen=True)
 class SwitchRequest:
-    """Which controllers to stop and to start.
+    """Request to deactivate and activate controllers.
 
     Attributes:
         activate_controllers: Names of controllers to start.

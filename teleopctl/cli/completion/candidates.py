@@ -34,7 +34,7 @@ def nodes(incomplete: str) -> list[str]:
 
 
 def files(incomplete: str) -> list[str]:
-    """Files, and the folders on the way to them."""
+    """Return files and folders that complete a path."""
     folder, _, beginning = incomplete.rpartition("/")
     above = f"{folder}/" if "/" in incomplete else ""
     try:
@@ -112,7 +112,7 @@ def running_processes(incomplete: str) -> list[str]:
 
 
 def logged_processes(incomplete: str) -> list[str]:
-    """The same, with what has ended in launches that still run."""
+    """Return the background processes, and those that ended within running launches."""
     from teleopctl.launch import running
 
     names = {entry.record.name for entry in running(include_ended=True)}

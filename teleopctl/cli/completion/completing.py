@@ -25,7 +25,7 @@ _HELP_FLAGS = ("--help", "-h")
 
 
 class Line:
-    """What stands on the line already, as functions that complete are given it.
+    """Parsed words of the command line, for functions that complete a value.
 
     Attributes:
         params: Values of the verb's parameters, by name.
@@ -36,7 +36,7 @@ class Line:
 
 
 def answer(words: Sequence[str]) -> None:
-    """Print what the shell asks for, one candidate a line.
+    """Print the candidates that a shell requests, one per line.
 
     Args:
         words: The words behind the program's name, which hold the line; see `shells`.

@@ -108,7 +108,7 @@ class Asked:
 
 
 def read(shell: str, words: Sequence[str]) -> Asked | None:
-    """What a shell asks; None where it is none that we know, or has not said anything.
+    """Return a shell's completion request; None for an unknown shell.
 
     Args:
         shell: Its name.
@@ -175,7 +175,7 @@ _ESCAPED_IN_QUOTES = frozenset('\\"$`')
 
 
 def written(shell: str, asked: Asked, candidate: str) -> str:
-    """A candidate as the shell's script wants it."""
+    """Return a candidate in the form that a shell's script expects."""
     if shell == "powershell":
         is_plain = all(letter.isalnum() or letter in "/_-.:=~" for letter in candidate)
         return candidate if is_plain else "'" + candidate.replace("'", "''") + "'"

@@ -63,7 +63,7 @@ def stop(as_json: AsJson = False) -> None:
 
 
 def status(as_json: AsJson = False) -> None:
-    """Tell whether the daemon is running, and where."""
+    """Print whether the daemon is running, and its addresses."""
     from teleopctl.wire import (
         daemon_address,
         find_router,

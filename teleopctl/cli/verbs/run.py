@@ -68,7 +68,7 @@ def run(
 
 
 def find(words: Sequence[str]) -> tuple[Executable, list[str]]:
-    """Tell which program a command line names, and which arguments are its own.
+    """Return the program that a command line names, and the program's own arguments.
 
     Raises:
         TeleopctlError: There is no such package or program.

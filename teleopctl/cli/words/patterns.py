@@ -9,7 +9,7 @@ from teleopctl.errors import NotFoundError
 
 
 def is_pattern(name: str) -> bool:
-    """Whether a name stands for all that fit it."""
+    """Return whether a name is a pattern with ``*``."""
     return "*" in name
 
 

@@ -16,7 +16,7 @@ from teleopctl.cli.verb import Option, parameters
 
 
 def typer_line(tree: TyperGroup, words: Sequence[str]) -> list[str]:
-    """Return a command line as Typer has to be given it.
+    """Return a command line in the form that Typer parses.
 
     Args:
         tree: The root command.

@@ -47,7 +47,7 @@ def _make_action_server(*args: Any, **options: Any) -> ActionServer[Any, Any, An
 
 @dataclass(frozen=True)
 class ControllerInterfaceParams:
-    """What a controller gets from its manager.
+    """Arguments that the manager gives a controller.
 
     Attributes:
         controller_name: The controller's name, which is its node's too.
@@ -73,7 +73,7 @@ class ControllerInterfaceParams:
 
 
 class InterfaceConfigurationType(Enum):
-    """Which interfaces a controller needs: all that are available, those that it names, none."""
+    """Choice of the interfaces that a controller claims: all, some by name, or none."""
 
     ALL = "all"
     INDIVIDUAL = "individual"
@@ -158,7 +158,7 @@ class ControllerInterface:
         return default if value is None else cast(T, _of_type(name, value, default))
 
     def unread_parameters(self) -> list[str]:
-        """Parameters that somebody has set and that mean nothing to a controller of ours.
+        """Return the parameters that are set but that the controller does not declare.
 
         Asked for after ``on_configure``; a stranger's controller may read its node's by itself.
         """
@@ -216,7 +216,7 @@ class ControllerInterface:
         """Stop controlling; interfaces are released afterwards."""
 
     def on_restart(self) -> None:
-        """Give up what was planned: the robot stands elsewhere than the last ``update`` left it.
+        """Reset internal plans, because the robot was moved: a simulation was reset.
 
         A simulation was reset, or its clock went back. Called in the control cycle, with the states
         as they are now and commands that are NaN, which hardware takes as "stay where you are".
@@ -232,11 +232,11 @@ class ControllerInterface:
         """Recover from an error; success means unconfigured, failure means finalized."""
 
     def command_interface_configuration(self) -> InterfaceConfiguration:
-        """Command interfaces that it needs; asked after ``on_configure``."""
+        """Return the command interfaces to claim; called after ``on_configure``."""
         return InterfaceConfiguration()
 
     def state_interface_configuration(self) -> InterfaceConfiguration:
-        """State interfaces that it needs; asked after ``on_configure``."""
+        """Return the state interfaces to read; called after ``on_configure``."""
         return InterfaceConfiguration()
 
     def update(self, time_ns: int, period: float) -> ReturnType | None:

@@ -14,7 +14,7 @@ I = TypeVar("I", bound=StateInterface)  # noqa: E741 - an interface
 
 
 class InvalidExportError(Exception):
-    """What a controller exports cannot be; the text says why."""
+    """A controller exports an invalid interface; the message says why."""
 
 
 class ChainableControllerInterface(ControllerInterface):
@@ -72,7 +72,7 @@ class ChainableControllerInterface(ControllerInterface):
         raise NotImplementedError
 
     def update(self, time_ns: int, period: float) -> ReturnType | None:
-        """One control step: the references, then the commands that follow from them."""
+        """Run one control step: update the references, then compute the commands."""
         if not self._in_chained_mode:
             outcome = self.update_reference_from_subscribers(time_ns, period)
             if outcome is not None and outcome is not ReturnType.OK:
@@ -83,7 +83,7 @@ class ChainableControllerInterface(ControllerInterface):
 
     @property
     def in_chained_mode(self) -> bool:
-        """Whether another controller commands it."""
+        """Whether another controller commands this one."""
         return self._in_chained_mode
 
     def set_chained_mode(self, chained_mode: bool) -> bool:
@@ -135,7 +135,7 @@ class ChainableControllerInterface(ControllerInterface):
         self._in_chained_mode = False
 
     def make_exported_interfaces_available(self, available: bool) -> None:
-        """Let others use what it exports, or no longer; what nobody keeps up to date is NaN."""
+        """Make the exported interfaces available to other controllers, or set them to NaN."""
         for interface in (*self.reference_interfaces, *self.exported_state_interfaces):
             interface.available = available
             if not available:

@@ -20,7 +20,7 @@ class PassthroughController(ChainableControllerInterface):
     """
 
     def on_configure(self) -> CallbackReturn | None:
-        """Read which interfaces there are, and subscribe."""
+        """Read the interfaces' parameter, and subscribe to commands."""
         none: list[str] = []
         self._names: list[str] = self.auto_declare("interfaces", none)
         if not self._names:

@@ -45,7 +45,7 @@ class PidGains:
     error_deadband: float = 1e-16
 
     def tracking_time(self) -> float:
-        """The time constant of ``back_calculation``, s; not above 0 where there is none."""
+        """Time constant of ``back_calculation`` in seconds; 0 or less if it is not used."""
         if self.tracking_time_constant != 0.0 or self.i == 0.0:
             return self.tracking_time_constant
         if self.d == 0.0:
@@ -53,7 +53,7 @@ class PidGains:
         return math.sqrt(self.d / self.i) if self.d / self.i > 0.0 else -1.0
 
     def problem(self) -> str | None:
-        """Why there is no such PID, in control_toolbox's words; None where there is."""
+        """Return why the gains are invalid, in control_toolbox's words; None if they are valid."""
         if math.isnan(self.u_clamp_min) or math.isnan(self.u_clamp_max):
             return "Gains: u_min and u_max must not be NaN"
         if self.u_clamp_min >= self.u_clamp_max:
@@ -113,7 +113,7 @@ class Pid:
         self._tracking = gains.tracking_time()
 
     def reset(self, *, keep_integral: bool = False) -> None:
-        """Forget the last error, the last output and, unless told otherwise, the integral."""
+        """Clear the last error and output and, unless it is to be kept, the integral."""
         if not keep_integral:
             self.integral = 0.0
         self.error_rate = 0.0

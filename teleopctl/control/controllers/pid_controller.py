@@ -195,7 +195,7 @@ class PidController(ChainableControllerInterface):
         return InterfaceConfiguration(InterfaceConfigurationType.INDIVIDUAL, names)
 
     def on_export_reference_interfaces_list(self) -> list[CommandInterface]:
-        """What is wanted, in the order of the states."""
+        """Return the reference interfaces, in the order of the states."""
         return [
             CommandInterface(f"{self.name}/{name}", interface)
             for interface in self._interfaces
@@ -203,7 +203,7 @@ class PidController(ChainableControllerInterface):
         ]
 
     def on_export_state_interfaces_list(self) -> list[StateInterface]:
-        """What is measured, under the same names."""
+        """Return the exported state interfaces, under the names of the references."""
         return [
             StateInterface(f"{self.name}/{name}", interface)
             for interface in self._interfaces
@@ -211,13 +211,13 @@ class PidController(ChainableControllerInterface):
         ]
 
     def on_activate(self) -> None:
-        """Begin anew, where it is; integral parts are kept that are to be."""
+        """Start at the present state; integral terms are kept where so configured."""
         self._begin()
         for pid, options in zip(self._pids, self._options, strict=True):
             pid.reset(keep_integral=options.save_i_term)
 
     def on_restart(self) -> None:
-        """Begin anew, where the robot has been put."""
+        """Start at the present state, after the simulation was reset."""
         self._begin()
         for pid in self._pids:
             pid.reset()

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class Step(NamedTuple):
-    """One step of one degree of freedom; what there is not is not a number.
+    """Values of one PID step of one degree of freedom; NaN where missing.
 
     Attributes:
         reference: What was wanted.
@@ -43,7 +43,7 @@ class Step(NamedTuple):
 
 
 class PidStatePublisher:
-    """Publishes ``~/controller_state``, and ``~/DOF/pid_state`` where that is asked for.
+    """Publishes ``~/controller_state`` and, if so configured, ``~/DOF/pid_state``.
 
     Args:
         node: The controller's node.

@@ -88,7 +88,7 @@ class PoseBroadcaster(ControllerInterface):
         self._told_ns: int | None = None
 
     def on_restart(self) -> None:
-        """Forget when the last transform was: the clock may have gone back."""
+        """Reset the time of the last transform: the clock may have gone back."""
         self.on_activate()
 
     def update(self, time_ns: int, period: float) -> ReturnType | None:

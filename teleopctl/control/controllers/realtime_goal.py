@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 # Any: goals, results and feedback of whatever action it is.
 class RealtimeServerGoalHandle:
-    """The counterpart of the class of this name in realtime_tools: a goal, as ``update`` sees it.
+    """Goal handle for ``update``, as realtime_tools' class of this name.
 
     The methods whose names begin with ``try_`` return at once: what they tell leaves through the
     publish queue. The first end counts, whoever brings it about.
@@ -41,11 +41,11 @@ class RealtimeServerGoalHandle:
 
     @property
     def cancel_requested(self) -> bool:
-        """Whether somebody has asked to cancel it."""
+        """Whether a client requested to cancel the goal."""
         return self.handle.is_cancel_requested
 
     def start(self) -> None:
-        """Tell that the work begins; not for ``update``."""
+        """Set the goal to executing; not for ``update``."""
         # A request to cancel may have been quicker.
         with contextlib.suppress(InvalidGoalTransitionError):
             if not self.handle.is_cancel_requested:
@@ -60,7 +60,7 @@ class RealtimeServerGoalHandle:
         self._end_publisher.try_publish(("abort", result))
 
     def try_cancel(self, **result: object) -> None:
-        """End because it was asked for."""
+        """End the goal as canceled."""
         self._end_publisher.try_publish(("canceled", result))
 
     def abort(self, **result: object) -> None:

@@ -53,7 +53,7 @@ class _SensorBroadcaster(ControllerInterface):
         raise NotImplementedError
 
     def state_interface_configuration(self) -> InterfaceConfiguration:
-        """What the sensor measures."""
+        """Return the state interfaces of the sensor."""
         return InterfaceConfiguration(InterfaceConfigurationType.INDIVIDUAL, self.names())
 
     def update(self, time_ns: int, period: float) -> ReturnType | None:

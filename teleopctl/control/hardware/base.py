@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class HardwareComponentParams:
-    """What a hardware component gets from the resource manager.
+    """Arguments that the resource manager gives a hardware component.
 
     Attributes:
         hardware_info: The component's ``<ros2_control>`` tag.

@@ -23,7 +23,7 @@ class Member(Protocol):
     """A component on the topics."""
 
     def commands(self) -> tuple[list[str], dict[str, list[float]]]:
-        """Its joints and what is commanded of them by field; no joints where nobody commands."""
+        """Return the joints and their commands by field; no joints without a command."""
 
 
 class JointStateExchange:
@@ -78,7 +78,7 @@ class JointStateExchange:
             )
 
     def deactivate(self, member: Member) -> None:
-        """Offer no more commands; the simulator holds the last one."""
+        """Stop commanding the component's joints; the simulator holds the last command."""
         if member not in self._writers:
             return
         self._writers.remove(member)
@@ -135,7 +135,7 @@ _exchanges: WeakKeyDictionary[Node, dict[tuple[str, str], JointStateExchange]] =
 
 
 def exchange_of(node: Node, states_topic: str, commands_topic: str) -> JointStateExchange:
-    """The exchange of a node on a pair of topics, for all components that name the same ones."""
+    """Return the exchange of a node on a pair of topics, which components share."""
     of_node = _exchanges.setdefault(node, {})
     topics = (states_topic, commands_topic)
     if topics not in of_node:

@@ -65,7 +65,7 @@ class GenericSystem(HardwareComponentInterface):
         return self._offset if command.interface_name == POSITION else 0.0
 
     def on_configure(self) -> None:
-        """Joints begin at their initial value, else at zero or where their limits let them rest."""
+        """Set the joints to their initial values, else to zero or the nearest limit."""
         rest = {joint.name: joint.limits.rest for joint in self.info.joints}
         for state in self._joint_states:
             if math.isnan(state.value):

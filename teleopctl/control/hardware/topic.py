@@ -163,7 +163,7 @@ class JointStateTopicSystem(HardwareComponentInterface):
         self._exchange.write(self, time_ns)
 
     def commands(self) -> tuple[list[str], dict[str, list[float]]]:
-        """The joints and their commands by field; no joints where no controller commands one."""
+        """Return the joints and their commands by field; no joints if none is claimed."""
         owned = {
             command.prefix_name for command in self.command_interfaces.values() if command.owner
         }

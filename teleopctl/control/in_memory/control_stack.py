@@ -82,7 +82,7 @@ class ControlStack:
             self.load_urdf(urdf)
 
     def load_urdf(self, urdf: str) -> None:
-        """Load the robot's hardware and activate it.
+        """Load the robot's hardware components and activate them.
 
         Raises:
             TeleopctlError: A plug-in is missing or fails.
@@ -95,7 +95,7 @@ class ControlStack:
     def set_controller_parameters(
         self, name: str, parameters: Mapping[str, AllowableParameterValue]
     ) -> None:
-        """What a parameter file says for a controller that is not loaded yet, by dotted name."""
+        """Set parameters for a controller that is not yet loaded, by dotted name."""
         self._controller_parameters[name] = dict(parameters)
 
     def load_controller(
@@ -123,7 +123,7 @@ class ControlStack:
         return self.manager.controllers[name].controller
 
     def activate(self, *names: str) -> None:
-        """Configure controllers that are not yet, and activate all of them.
+        """Configure controllers that are unconfigured, and activate all of them.
 
         Raises:
             AssertionError: It failed; the text says why.
@@ -157,7 +157,7 @@ class ControlStack:
             self.step()
 
     def state(self, name: str) -> float:
-        """The measured value of a state interface, ``joint1/position`` say."""
+        """Return the value of a state interface, such as ``joint1/position``."""
         return self.resources.state_interfaces[name].value
 
     def command(self, name: str) -> float:
@@ -214,4 +214,4 @@ class ControlStack:
         del self.nodes[node.get_name()]
 
     def publish_activity(self) -> None:
-        """Nobody listens."""
+        """Do nothing: there are no subscribers."""

@@ -13,7 +13,7 @@ from teleopctl.node import CancelResponse, GoalResponse, ServerGoalHandle
 
 # Any: goals, results and feedback of whatever action it is.
 class RecordedActionServer:
-    """As much of `ActionServer` as controllers use; the goals' handles are real ones.
+    """Action server without a network, for controllers under test.
 
     Args:
         action_type: Action class.
@@ -64,7 +64,7 @@ class RecordedActionServer:
         return handle
 
     def cancel(self, handle: ServerGoalHandle[Any, Any, Any]) -> bool:
-        """Ask to cancel a goal; False where that is refused, or the goal has ended."""
+        """Request to cancel a goal; return False if the request is rejected or the goal has ended."""
         return self._cancel_callback(handle) is CancelResponse.ACCEPT and handle.begin_cancel()
 
     def result(self, handle: ServerGoalHandle[Any, Any, Any]) -> Any:

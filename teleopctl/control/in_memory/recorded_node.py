@@ -24,7 +24,7 @@ class RecordedLog:
         self.lines: list[tuple[str, str]] = []
 
     def texts(self, severity: str | None = None) -> list[str]:
-        """The texts of a severity, or all of them."""
+        """Return the logged texts of a severity, or all of them."""
         return [text for kind, text in self.lines if severity in (None, kind)]
 
     def get_child(self, name: str) -> RecordedLog:
@@ -80,7 +80,7 @@ class RecordedEndpoint:
         self._last_only = last_only
 
     def publish(self, msg: object) -> None:
-        """Keep a message as it is now, whatever the sender does with it afterwards."""
+        """Keep a copy of a message."""
         if self._last_only:
             self.messages = [msg]
         else:
@@ -92,7 +92,7 @@ class RecordedEndpoint:
 
 
 class RecordedNode:
-    """As much of `Node` as controllers and hardware components use.
+    """Node without a network, for controllers and hardware under test.
 
     Args:
         name: The node's name.
@@ -138,7 +138,7 @@ class RecordedNode:
 
     # Any: each topic has a type of its own.
     def published(self, topic: str) -> list[Any]:
-        """What has been published on a topic."""
+        """Return the messages that were published on a topic."""
         return self.endpoints[topic].messages
 
     # -- what the node's owner uses ----------------------------------------------------------------
@@ -167,11 +167,11 @@ class RecordedNode:
         return Parameter(name, value=self._parameters[name])
 
     def get_parameter_overrides(self) -> dict[str, Parameter]:
-        """What a parameter file would set."""
+        """Return the given parameter values, as those of a parameter file."""
         return {name: Parameter(name, value=value) for name, value in self._given.items()}
 
     def set_parameters(self, parameter_list: Sequence[Parameter]) -> None:
-        """Set parameters and tell whoever asked for it."""
+        """Set parameters and call the post-set callbacks."""
         self._parameters.update((parameter.name, parameter.value) for parameter in parameter_list)
         for callback in self._post_set:
             callback(list(parameter_list))

@@ -42,7 +42,7 @@ class Level(IntEnum):
 
 
 class Status(NamedTuple):
-    """One diagnostic status: its task, what is the matter, and the values behind that."""
+    """A diagnostic status: task, level, message and values."""
 
     name: str
     level: Level
@@ -51,7 +51,7 @@ class Status(NamedTuple):
 
 
 class Diagnostics:
-    """Publishes the statuses while somebody listens.
+    """Publishes diagnostics while they have subscribers.
 
     Args:
         node: The manager's node.
@@ -95,7 +95,7 @@ class Diagnostics:
 def statuses(
     manager: ControllerManager, cycle: Cycle, parameter: Parameter
 ) -> tuple[Status, Status, Status]:
-    """What is known of the controllers, of the hardware, and of the manager itself.
+    """Return the statuses of the controllers, of the hardware and of the manager.
 
     Args:
         manager: Its controllers and hardware.
@@ -174,7 +174,7 @@ class _Thresholds:
     def judge(
         self, name: str, measured: MovingStatistics, quantity: str, wanted: float
     ) -> tuple[str, str]:
-        """Compare one quantity of one thing; returns its key and its numbers."""
+        """Compare a measured quantity with its expected value; return its key and numbers."""
         level = Level.OK
         if measured.count:
             error = measured.average - wanted
@@ -207,7 +207,7 @@ class _Thresholds:
     def status(
         self, task: str, things: str, all_: Iterable[Any], values: Sequence[tuple[str, str]]
     ) -> Status:
-        """The status of all things of the kind."""
+        """Return the overall status of the controllers or of the hardware."""
         states = [one.lifecycle_state for one in all_]
         message = f"All {things} are active"
         if not states:

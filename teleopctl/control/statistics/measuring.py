@@ -73,7 +73,7 @@ class MovingStatistics:
 
 
 class WorkStatistics:
-    """How long a piece of the cycle takes, in microseconds, and how often it is done, in Hz."""
+    """Duration in microseconds and rate in Hz of one part of the control cycle."""
 
     __slots__ = ("execution_time", "periodicity")
 
@@ -82,7 +82,7 @@ class WorkStatistics:
         self.periodicity = MovingStatistics()
 
     def reset(self) -> None:
-        """Begin anew."""
+        """Reset the statistics."""
         self.execution_time.reset()
         self.periodicity.reset()
 
@@ -98,13 +98,13 @@ class WorkStatistics:
             self.periodicity.add(1.0 / period_s)
 
     def entries(self, name: str) -> Iterator[tuple[str, float]]:
-        """The numbers under the names that ros2_control gives them."""
+        """Yield the statistics under ros2_control's names."""
         yield from self.execution_time.entries(f"{name}/execution_time")
         yield from self.periodicity.entries(f"{name}/periodicity")
 
 
 class CycleTimes:
-    """How long the parts of the last cycle took, in microseconds.
+    """Durations of the parts of the last control cycle, in microseconds.
 
     Attributes:
         periodicity: How often cycles began, in Hz.
@@ -132,7 +132,7 @@ class CycleTimes:
             self.periodicity.add(1.0 / period_s)
 
     def entries(self, name: str) -> Iterator[tuple[str, float]]:
-        """The numbers under the names that ros2_control gives them."""
+        """Yield the durations under ros2_control's names."""
         yield f"{name}.read_time", self.read_us
         yield f"{name}.update_time", self.update_us
         yield f"{name}.write_time", self.write_us

@@ -20,7 +20,7 @@ _DEPTH = 10
 
 
 class StatisticsTopics:
-    """Publishes while somebody listens: all names and numbers, and both apart.
+    """Publishes ros2_control's statistics topics while they have subscribers.
 
     Args:
         node: The manager's node.
@@ -80,7 +80,7 @@ class StatisticsTopics:
 def statistics_entries(
     name: str, manager: ControllerManager, cycle: Cycle
 ) -> Iterator[tuple[str, float]]:
-    """All that is measured, under the names that ros2_control gives it.
+    """Yield all statistics under ros2_control's names.
 
     Args:
         name: The manager's.

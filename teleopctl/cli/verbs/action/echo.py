@@ -77,7 +77,7 @@ def echo(
     qos_liveliness: LivelinessName = None,
     qos_liveliness_lease_duration_seconds: LeaseDuration = None,
 ) -> None:
-    """Print what goes on in an action.
+    """Print the feedback and goal states of an action.
 
     That is the feedback and the states of its goals, and what its services are asked and answer
     where introspection of them is on. Ctrl-C ends it.

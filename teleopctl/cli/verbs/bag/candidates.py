@@ -8,7 +8,7 @@ _SUFFIXES = (".mcap", ".db3", ".bag", ".zstd")
 
 
 def bags(incomplete: str) -> list[str]:
-    """Folders and files that are bags, and the folders on the way to them."""
+    """Return bags and folders that complete a path."""
     typed = Path(incomplete)
     folder = typed if not incomplete or incomplete.endswith("/") else typed.parent
     try:

@@ -28,7 +28,7 @@ def keys_can_be_read() -> bool:
 
 
 class Keyboard:
-    """Calls back with each key that is pressed, on a thread of its own, inside its ``with``.
+    """Calls back with each key that is pressed, on a thread of its own, in a ``with`` block.
 
     The terminal shows no keys meanwhile and hands them over at once; Ctrl-C stays what it is. It
     is as before when the ``with`` ends, however that comes. Where `keys_can_be_read` says no,

@@ -32,7 +32,7 @@ _LAST_ANSWERS_S = 2.0
 
 @dataclass(frozen=True)
 class Terminal:
-    """What a person sees and presses meanwhile.
+    """Keyboard control and progress bar of a player on the terminal.
 
     Attributes:
         keys: Whether keys control the player.

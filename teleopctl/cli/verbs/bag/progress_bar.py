@@ -16,7 +16,7 @@ _WIDTH = 30
 
 
 class ProgressBar:
-    """Draws on the terminal without scrolling it.
+    """Progress bar of ``bag play``, as rosbag2 draws it.
 
     Args:
         hertz: How often it is to be drawn in a second; 0 for never, negative for each message.
@@ -29,7 +29,7 @@ class ProgressBar:
         self._is_left = False
 
     def explain(self) -> None:
-        """Say what its letters mean."""
+        """Print the meaning of the bar's letters."""
         if not self._hertz:
             return
         how = f"at {self._hertz} Hz" if self._hertz > 0 else "for every message"
@@ -39,7 +39,7 @@ class ProgressBar:
         )
 
     def draw(self, player: Player) -> None:
-        """Draw it anew."""
+        """Redraw the bar."""
         if self._hertz and not self._is_left:
             _write(
                 f"{_CLEAR_LINE}\n" * self._lines
@@ -49,7 +49,7 @@ class ProgressBar:
             )
 
     def leave(self) -> None:
-        """Let what is written next stand below it."""
+        """Move the cursor below the bar."""
         if self._hertz and not self._is_left:
             self._is_left = True
             _write(f"\x1b[{self._lines + _LINES}B")

@@ -23,7 +23,7 @@ _SNAPSHOT_KEYS = ("s", "S")
 
 
 def check_selection(selection: Selection) -> None:
-    """Refuse what rosbag2 refuses, in its words, and tell what has no effect.
+    """Refuse selections that rosbag2 refuses, and warn of options without effect.
 
     Raises:
         RefusedError: Nothing is selected, or something is excluded from nothing.
@@ -85,7 +85,7 @@ def check_selection(selection: Selection) -> None:
 def files(
     storage: str, preset: str | None, config_file: str | None, *, compressed: bool
 ) -> WriterOptions:
-    """How files are written, from rosbag2's words for it.
+    """Return the writer options for rosbag2's storage options.
 
     Raises:
         TeleopctlError: There is no such preset, or the file asks for what there is not.
@@ -206,7 +206,7 @@ class _End:
             self.there.send(b"\0")
 
     def close(self) -> None:
-        """Wake nobody any more."""
+        """Close both ends of the socket."""
         self._here.close()
         self.there.close()
 

@@ -95,7 +95,7 @@ def find_container(node: "Node", name: str) -> str:
 
 # Any: responses of composition_interfaces, or errors.
 def loaded(node: "Node", names: list[str], timeout_s: float | None) -> dict[str, Any]:
-    """Ask containers what they have loaded."""
+    """Return the loaded components of containers."""
     class_ = get_service("composition_interfaces/srv/ListNodes")
     longest_s = _LONGEST_WAIT_S if timeout_s is None else timeout_s
     return ask_all(node, class_, "_container/list_nodes", names, class_.Request(), longest_s)

@@ -129,7 +129,7 @@ def load_request(
     parameters: list[str] | None,
     extra_arguments: list[str] | None,
 ) -> Any:
-    """Return what a container is asked for.
+    """Return the LoadNode request for a component.
 
     Raises:
         UsageError: A rule, a parameter or a level is malformed.

@@ -82,7 +82,7 @@ class _Watch:
         self._count = 0
 
     def take(self, message: Any, show: Callable[[Any, list[Any]], None]) -> None:
-        """Show a message, unless others are asked for.
+        """Print a message, if it is of the selected hardware.
 
         Raises:
             NotFoundError: What is asked for was not among the first messages.

@@ -6,7 +6,7 @@ from teleopctl.base.typed import NamedTuple
 
 
 class Finding(NamedTuple):
-    """Something that is wrong, or may be.
+    """A fault or a possible fault, with a hint.
 
     Attributes:
         text: What, and where.

@@ -14,7 +14,7 @@ _OFTEN_ALONE = {"/parameter_events", "/rosout"}
 
 
 def check_topics(graph: Graph) -> Iterator[Finding]:
-    """Look for topics to which nobody listens, or on which nobody speaks."""
+    """Yield the topics that have only publishers or only subscriptions."""
     for topic, _ in graph.topic_names_and_types():
         if topic in _OFTEN_ALONE:
             continue
@@ -72,7 +72,7 @@ def _by(endpoints: Sequence[EndpointToken], value: Callable[[EndpointToken], str
 
 
 def check_qos(graph: Graph) -> Iterator[Finding]:
-    """Look for publishers that offer less than a subscription asks for."""
+    """Yield the pairs of publisher and subscription with incompatible QoS."""
     from teleopctl.node import QoSCompatibility
 
     for topic, pair in pairs_by_topic(graph):

@@ -33,7 +33,7 @@ def hello(
     ] = False,
     as_json: Annotated[bool, Option("--json", help="Print one JSON object a period.")] = False,
 ) -> None:
-    """See which other machines can be talked to; run it on each of them.
+    """Check the connectivity to other machines that run this command.
 
     Every period a table tells how much came from whom, by the topic and by UDP multicast.
     """

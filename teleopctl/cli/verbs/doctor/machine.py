@@ -55,7 +55,7 @@ def check_shared_memory() -> Iterator[Finding]:
 
 
 def check_environment() -> Iterator[Finding]:
-    """Look at variables of ROS 2 that do not mean here what they say."""
+    """Yield the environment variables of ROS 2 that have another meaning or no effect here."""
     asked = os.environ.get("RMW_IMPLEMENTATION", "")
     if asked not in ("", "rmw_zenoh_cpp"):
         yield warning(

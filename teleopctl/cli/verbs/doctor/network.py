@@ -9,7 +9,7 @@ from teleopctl.errors import TeleopctlError
 
 
 def check_router() -> Iterator[Finding]:
-    """Look for the router where sessions look for it, who has its port and who can reach it."""
+    """Yield faults of the router: not found, wrong port holder, open to the network."""
     from teleopctl.wire import (
         HOW_TO_CLOSE,
         daemon_address,

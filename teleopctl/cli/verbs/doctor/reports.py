@@ -17,7 +17,7 @@ _BLANKS = 4
 
 
 class Report(NamedTuple):
-    """What there is of one subject.
+    """Report on one subject.
 
     Attributes:
         title: The subject.
@@ -91,7 +91,7 @@ def qos(graph: Graph) -> Report:
 
 
 def middleware(_: Graph) -> Report:
-    """Return what nodes of ROS 2 have to use to meet those of here."""
+    """Report the RMW implementation that ROS 2 nodes must use to communicate."""
     return Report("RMW MIDDLEWARE", [("middleware name", "rmw_zenoh_cpp")])
 
 

@@ -28,7 +28,7 @@ _LONGEST_WAIT_S = 5.0
 
 
 class Lifecycles:
-    """The managed nodes of the graph, as a verb asks them.
+    """Client of the managed nodes of the graph.
 
     Args:
         node: The node that asks.
@@ -75,13 +75,13 @@ class Lifecycles:
     def ask_all(
         self, node_names: Iterable[str], type_: str, service: str, **fields: object
     ) -> Mapping[str, Any]:
-        """Ask many nodes at once; the response of each, or the error where it did not answer."""
+        """Call a service of several nodes; return the response or error of each."""
         class_ = get_service(f"lifecycle_msgs/srv/{type_}")
         request = class_.Request(**fields)
         return ask_all(self._node, class_, service, node_names, request, self._timeout_s)
 
     def change(self, node_name: str, transition: Any, timeout_s: float | None) -> bool:
-        """Take a node through a transition; False when it says no.
+        """Request a transition of a node; return False if it is rejected.
 
         Its callback may do what takes long: only ``timeout_s`` bounds the wait, None waits for
         ever.
@@ -105,7 +105,7 @@ class Lifecycles:
 
 @contextmanager
 def open_lifecycles(timeout_s: float | None) -> Iterator[Lifecycles]:
-    """The managed nodes of the graph, through a session of its own.
+    """Open a client of the managed nodes, in a session of its own.
 
     Raises:
         RouterNotRunning: No router answers.

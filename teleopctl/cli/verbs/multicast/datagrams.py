@@ -35,7 +35,7 @@ def send(data: bytes, group: str = GROUP, port: int = PORT, ttl: int | None = No
 
 @contextmanager
 def receiver(group: str = GROUP, port: int = PORT) -> Iterator[socket.socket]:
-    """Return a socket which hears a group, while the block lasts.
+    """Open a socket that receives the datagrams of a multicast group.
 
     Raises:
         SystemFailureError: This machine cannot listen there.

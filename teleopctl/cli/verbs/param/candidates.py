@@ -23,7 +23,7 @@ def parameter_names(ctx: Line, incomplete: str) -> list[str]:
 
 
 def parameter_values(ctx: Line, incomplete: str) -> list[str]:
-    """What the parameter on the line may be set to: its value, true and false, its range."""
+    """Return values that complete the parameter on the line: its own, true, false, its range."""
     from teleopctl.cli.verbs.param.graph_parameters import Parameters
     from teleopctl.node import parameter_value_to_python
 

@@ -42,7 +42,7 @@ PATIENCE_S = 1.0
 
 
 class Parameters:
-    """The parameters of the graph's nodes, through a session of its own.
+    """Client of the parameters of the graph's nodes, in a session of its own.
 
     Args:
         timeout_s: How long to wait until a node that was named is there.
@@ -85,7 +85,7 @@ class Parameters:
         ]
 
     def find(self, node_name: str) -> str:
-        """The full name of a node that offers parameters, once it is there.
+        """Return the full name of a node with parameters, waiting until it is there.
 
         Raises:
             NotFoundError: There is no such node, or it offers none.
@@ -129,7 +129,7 @@ class Parameters:
     # Any, here and below: responses of rcl_interfaces, whose classes are made when they are
     # asked for.
     def ask(self, node_name: str, type_: str, **fields: object) -> Any:
-        """Send a request to one node and return its response, whatever the question was.
+        """Call a parameter service of one node, and return the response.
 
         Raises:
             UnavailableError: The node does not answer.
@@ -142,7 +142,7 @@ class Parameters:
     def ask_all(
         self, node_names: Iterable[str], type_: str, **fields: object
     ) -> Mapping[str, Any | UnavailableError]:
-        """Ask many nodes at once; the response of each, or the error where it did not answer.
+        """Call a parameter service of several nodes; return the response or error of each.
 
         Args:
             node_names: Full names of the nodes.
@@ -181,7 +181,7 @@ class Parameters:
     def values_of_all(
         self, node_names: Iterable[str], names: Sequence[str]
     ) -> dict[str, dict[str, ParameterValue] | UnavailableError]:
-        """As `values`, of many nodes at once; the error where one does not answer."""
+        """Return the values of parameters of several nodes, or the error of each."""
         answers = self.ask_all(node_names, "GetParameters", names=list(names))
         return {
             node: answer
@@ -220,7 +220,7 @@ class Parameters:
 
 
 def with_each(nodes: Iterable[str], do: Callable[[str], bool], *, is_one: bool) -> bool:
-    """Do it with each node; where it goes wrong is said, and the others have their turn.
+    """Call a function for each node; report errors, and continue with the next node.
 
     Args:
         nodes: Full names.

@@ -20,7 +20,7 @@ def load_values(
     told: Results,
     indent: str = "",
 ) -> bool:
-    """Set parameters of a node, each for itself, and print what became of it.
+    """Set parameters of a node one by one, and print the results.
 
     Values that are null stay as they are. One that may not be changed and has the value already
     counts as set.

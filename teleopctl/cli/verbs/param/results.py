@@ -21,7 +21,7 @@ class Results:
     def tell(
         self, line: str, node: str, names: Sequence[str], reason: str, *, successful: bool = True
     ) -> None:
-        """Add an answer; a refusal is said on stderr in any case.
+        """Add a result; rejections are printed to stderr in any case.
 
         Args:
             line: What a person reads.

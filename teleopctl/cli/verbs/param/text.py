@@ -20,7 +20,7 @@ def type_name(number: int) -> str:
 
 
 def value_label(number: int) -> str:
-    """What stands before a value: ``Integer value is:``, ``Integer values are:``."""
+    """Return the label before a value: ``Integer value is:``, ``Integer values are:``."""
     words = type_name(number).split()
     return f"{words[0].capitalize()} {'values are' if len(words) > 1 else 'value is'}:"
 
@@ -31,7 +31,7 @@ def is_set(value: ParameterValue) -> bool:
 
 
 def value_text(value: ParameterValue, *, hide_type: bool = False) -> str:
-    """A parameter's value as ``param get`` prints it."""
+    """Return a parameter's value as ``param get`` prints it."""
     if not is_set(value):
         return "None" if hide_type else "Parameter not set."
     from teleopctl.node import parameter_value_to_python

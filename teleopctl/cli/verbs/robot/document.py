@@ -11,7 +11,7 @@ _SENTENCES = ("repaired", "guessed", "without_effect", "unknown")
 
 
 def document(report: "RobotReport") -> console.Json:
-    """What is known of a robot, see docs/json.md."""
+    """Return a robot's report as JSON; see docs/json.md."""
     description = report.description
     trial, driven, frames = report.trial, report.driven, report.frames
     return {

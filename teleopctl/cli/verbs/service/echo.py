@@ -56,7 +56,7 @@ def echo(
     qos_liveliness: LivelinessName = None,
     qos_liveliness_lease_duration_seconds: LeaseDuration = None,
 ) -> None:
-    """Print what a service is asked and answers.
+    """Print the requests and responses of a service.
 
     Its client or its server has to introspect it: see the parameters of the node, or
     configure_introspection of rclpy. Ctrl-C ends it.

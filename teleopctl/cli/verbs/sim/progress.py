@@ -14,7 +14,7 @@ _CLEAR_LINE = "\r\x1b[2K"
 
 
 class SweepProgress:
-    """Tells of the runs of a sweep as they begin and end.
+    """Prints the start and end of each run of a sweep.
 
     Args:
         count: How many there are.

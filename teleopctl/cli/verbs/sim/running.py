@@ -23,13 +23,13 @@ StateName = Annotated[
 
 
 def pause(as_json: AsJson = False) -> None:
-    """Let simulated time stand still."""
+    """Pause the simulation."""
     _set_state(_PAUSED)
     _say("The simulation is paused", as_json)
 
 
 def play(as_json: AsJson = False) -> None:
-    """Let simulated time go on."""
+    """Resume the simulation."""
     _set_state(_PLAYING)
     _say("The simulation is running", as_json)
 
@@ -56,7 +56,7 @@ def reset(as_json: AsJson = False) -> None:
 
 
 def list_entities(as_json: AsJson = False) -> None:
-    """List the entities of the simulation: robots and things."""
+    """List the entities of the simulation: robots and objects."""
     names = list(_standard("GetEntities").entities)
     if as_json:
         console.out_json(names)
@@ -77,7 +77,7 @@ def spawn(
     ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Put a thing into the simulation; a name that is taken gets a number."""
+    """Add an object to the simulation; if its name is taken, a number is appended."""
     from teleopctl.interfaces import get_message, get_service
 
     request = get_service(f"{_STANDARD}/SpawnEntity").Request(name=name or "", allow_renaming=True)
@@ -100,7 +100,7 @@ def spawn(
 
 
 def delete(entity: EntityName, as_json: AsJson = False) -> None:
-    """Take a thing out of the simulation."""
+    """Remove an entity from the simulation."""
     _standard("DeleteEntity", entity=entity)
     if as_json:
         console.out_json({"entity": entity})

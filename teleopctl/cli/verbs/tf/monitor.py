@@ -30,7 +30,7 @@ def monitor(
     once: Annotated[bool, Option("--once", help="Print the first results and end.")] = False,
     as_json: Annotated[bool, Option("--json", help="Print one JSON object a line.")] = False,
 ) -> None:
-    """Print how late transforms come, and from whom.
+    """Print the delays of transforms, and their broadcasters.
 
     After the time to gather data it prints each second. A delay is the time from a transform's
     stamp to its arrival, in seconds. Ctrl-C ends it.

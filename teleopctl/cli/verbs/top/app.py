@@ -129,7 +129,7 @@ class Top(App[None]):
         return table
 
     def look(self) -> None:
-        """Take the numbers anew and fill the table on the screen."""
+        """Update the numbers, and fill the table on the screen."""
         if len(self.screen_stack) != 1 or not self.query("#summary"):
             return  # nobody sees it, or the screen is being taken down
         graph = self._node.graph()
@@ -157,7 +157,7 @@ class Top(App[None]):
         self.call_after_refresh(self.look)
 
     def on_data_table_row_selected(self, event: DataTable.RowSelected) -> None:
-        """Enter on a row: what is asked for most."""
+        """Open the screen of the selected row: echo, parameters or the whole text."""
         event.stop()
         if self._tab == "topics":
             self.action_echo()
@@ -187,7 +187,7 @@ class Top(App[None]):
         self._fill()
 
     def action_filter(self) -> None:
-        """Show only rows with a text in them."""
+        """Show only rows that contain a text."""
 
         def apply(text: str | None) -> None:
             if text is not None:

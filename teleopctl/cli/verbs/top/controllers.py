@@ -18,7 +18,7 @@ _LONGEST_WAIT_S = 2.0
 
 
 class ControllerRow(NamedTuple):
-    """A controller as its manager tells it; the rate is in Hz.
+    """A controller as its manager reports it; the rate is in Hz.
 
     How long its updates take, on average and at most, is in microseconds, where that is known.
     """
@@ -33,7 +33,7 @@ class ControllerRow(NamedTuple):
 
 
 class Controllers:
-    """Asks the managers that are in the graph; not on the thread that draws.
+    """Lists the controllers of all managers; not for the thread that draws.
 
     Args:
         node: Asks.

@@ -19,7 +19,7 @@ _LONGEST_TEXT = 2000
 
 
 class LogLine(NamedTuple):
-    """What a node said once; the time is local."""
+    """A message of /rosout; the time is local."""
 
     time: str
     level: int
@@ -52,7 +52,7 @@ class Log:
             return [pair for pair in self._lines if pair[1].level >= level]
 
     def text(self, number: int) -> str:
-        """The whole text of a line; empty if it is gone."""
+        """Return the whole text of a line; empty if it was dropped."""
         with self._lock:
             return next((line.text for count, line in self._lines if count == number), "")
 

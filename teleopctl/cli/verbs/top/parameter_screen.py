@@ -27,7 +27,7 @@ _LONGEST_VALUE = 200
 
 
 class ParameterScreen(Screen[None]):
-    """Lists names and values; Enter or s sets one.
+    """Screen of a node's parameters; Enter or s sets one.
 
     Args:
         node: Asks.
@@ -53,7 +53,7 @@ class ParameterScreen(Screen[None]):
         yield Footer()
 
     def on_mount(self) -> None:
-        """Ask for them."""
+        """Request the parameters."""
         self.action_read()
         self.query_one(LiveTable).focus()
 
@@ -67,11 +67,11 @@ class ParameterScreen(Screen[None]):
         self.dismiss(None)
 
     def action_read(self) -> None:
-        """Ask for the values anew."""
+        """Request the values again."""
         self.run_worker(self._read, thread=True, exclusive=True)
 
     def action_set(self) -> None:
-        """Ask for a new value of the parameter under the cursor."""
+        """Open an input for a new value of the selected parameter."""
         name = self.query_one(LiveTable).chosen
         if name is not None:
             question = f"{self._node_name} {name}:"

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 class NodeRow(NamedTuple):
-    """A node, or a background process without one.
+    """A node with the load of its process, or a background process without node.
 
     Attributes:
         name: Full name of the node, or the process's name.

@@ -25,7 +25,7 @@ _STYLE = """
 
 
 class Confirm(ModalScreen[bool]):
-    """Asks before something ends; True for yes.
+    """Confirmation of a stop; the result is True for yes.
 
     Args:
         question: The question.
@@ -53,7 +53,7 @@ class Confirm(ModalScreen[bool]):
 
 
 class Ask(ModalScreen[str | None]):
-    """Asks for a line of text; None where the person leaves.
+    """Input of a line of text; the result is None if it is left.
 
     Args:
         question: What stands above the line.
@@ -84,5 +84,5 @@ class Ask(ModalScreen[str | None]):
         self.dismiss(event.value)
 
     def action_leave(self) -> None:
-        """Close without one."""
+        """Close without a text."""
         self.dismiss(None)

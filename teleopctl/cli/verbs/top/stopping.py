@@ -13,7 +13,7 @@ from teleopctl.launch import folder_of, mark_stopped, stop_running
 
 
 def what_stops(row: NodeRow) -> str:
-    """What ends with the process of a row, for the question before it."""
+    """Return a description of what ends with the process of a row."""
     if row.running is None:
         return f"{row.name} (process {row.pid}, not started in the background)"
     return f"{row.name} ({row.running.qualified_name}, process {row.pid})"

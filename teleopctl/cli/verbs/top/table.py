@@ -19,7 +19,7 @@ _LEAST_NAME = 12
 
 
 class Column(NamedTuple):
-    """A column besides the name's.
+    """A column of a table, besides that of the name.
 
     Attributes:
         title: What stands above it.

@@ -101,7 +101,7 @@ def topic_rows(topics: Iterable[TopicRow], *, by_load: bool) -> list[Row]:
 
 
 def controller_rows(controllers: Iterable[ControllerRow]) -> list[Row]:
-    """Controllers as their managers list them."""
+    """Return the rows of controllers, in the order of their managers."""
     return [
         Row(
             f"{c.manager} {c.name}",
@@ -121,7 +121,7 @@ def controller_rows(controllers: Iterable[ControllerRow]) -> list[Row]:
 
 
 def log_rows(lines: Sequence[tuple[int, LogLine]]) -> list[Row]:
-    """Lines by their numbers, the newest first; what a node says in several lines is one row."""
+    """Return the rows of log lines, the newest first; each message is one row."""
     return [
         Row(
             str(number),

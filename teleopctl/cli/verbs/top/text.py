@@ -24,7 +24,7 @@ def size(value: float | None, per: str = "") -> str:
 
 
 def rate(value: float) -> str:
-    """Messages per second with three digits or so."""
+    """Return a rate in Hz with about three digits."""
     return f"{value:.1f}" if value < 100 else f"{value:.0f}"
 
 
@@ -41,7 +41,7 @@ def age(seconds: float | None) -> str:
 
 
 def work(microseconds: float | None) -> str:
-    """How long something takes, in microseconds or, from a thousand on, in milliseconds."""
+    """Return a duration in microseconds or, from a thousand on, in milliseconds."""
     if microseconds is None:
         return ""
     if microseconds < _THOUSAND:
@@ -50,5 +50,5 @@ def work(microseconds: float | None) -> str:
 
 
 def shortened(name: str, width: int) -> str:
-    """A name within so many characters: of a long one the end says more than the beginning."""
+    """Return a name shortened at its beginning to so many characters."""
     return name if len(name) <= width else f"…{name[len(name) - width + 1 :]}"

@@ -68,14 +68,14 @@ class TopicScreen(Screen[None]):
         self.dismiss(None)
 
     def action_pause(self) -> None:
-        """Let what is shown stand, or go on."""
+        """Pause or resume the display."""
         self._paused = not self._paused
 
     def take(self, message: Any) -> None:  # Any: of the type of the topic
         """A message has come, on the transport's thread."""
 
     def content(self) -> Text | None:
-        """What to show; None leaves what stands there."""
+        """Return the new content; None if it has not changed."""
         return None
 
     def _subscribe(self) -> None:
@@ -119,7 +119,7 @@ class EchoScreen(TopicScreen):
         self._latest = message
 
     def content(self) -> Text | None:
-        """The message, if it is a new one."""
+        """Return the newest message as YAML; None if there is no new one."""
         if self._count == self._shown:
             return None
         self._shown = self._count

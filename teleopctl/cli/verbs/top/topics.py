@@ -71,5 +71,5 @@ class Topics:
         return rows
 
     def measure(self, topics: Iterable[str]) -> None:
-        """Measure the topics of these names and no others."""
+        """Set the topics to measure, by name."""
         self._meter.follow(topics)

@@ -109,7 +109,7 @@ def _shown(info: MessageInfo) -> dict[str, int | None]:
 
 
 class LossReport:
-    """Counts the gaps in each publisher's numbers and says so, as ROS 2 does."""
+    """Counts the gaps in publishers' sequence numbers and prints them, as ROS 2 does."""
 
     def __init__(self) -> None:
         self._last: dict[bytes, int] = {}

@@ -33,7 +33,7 @@ def endpoint_block(endpoint: EndpointToken, kind: str, role: str) -> list[str]:
 
 
 def endpoint_record(endpoint: EndpointToken) -> dict[str, console.Json]:
-    """The same for ``--json``."""
+    """Return an endpoint's properties for ``--json``."""
     return {
         "node": endpoint.node,
         "namespace": endpoint.namespace,
@@ -45,7 +45,7 @@ def endpoint_record(endpoint: EndpointToken) -> dict[str, console.Json]:
 
 
 def warn_of_mismatch(topic: str, endpoints: Sequence[EndpointToken]) -> None:
-    """Say what ROS keeps quiet about: ends that differ in type or hash exchange nothing."""
+    """Warn of endpoints with different types or type hashes, which exchange no messages."""
     types = {endpoint.type_name for endpoint in endpoints}
     if len(types) > 1:
         console.warn(

@@ -26,7 +26,7 @@ _WIDTH, _HEIGHT = 80, 24
 def live_plot(
     source: TopicSource, fields: str, window_s: float, qos: QoSProfile, timeout_s: float | None
 ) -> None:
-    """Draw until Ctrl-C or the time is up; where there is no terminal, one drawing at the end.
+    """Plot fields until Ctrl-C or the timeout; without a terminal, print one plot at the end.
 
     Args:
         source: The topic.

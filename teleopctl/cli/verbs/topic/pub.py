@@ -209,7 +209,7 @@ class _Messages:
         self._messages = [(each, message_with(message_class, each)) for each in documents]
 
     def at(self, number: int, node: "Node | BareNode") -> Any:
-        """Return the message of a turn, counted from 1, stamped anew where it asks for it."""
+        """Return the message to publish next, with the present time where it asks for that."""
         document, message = self._messages[(number - 1) % len(self._messages)]
         if any(word in str(document) for word in _PRESENT_TIME):
             return message_with(self._class, document, node.get_clock().now().to_msg())

@@ -10,7 +10,7 @@ from teleopctl.errors import InvalidMessageError, UsageError
 
 # Any: a message's class is made from its definition.
 def filter_predicate(expression: str) -> Callable[[Any], bool]:
-    """A function that says whether a message is wanted.
+    """Return a function that decides by an expression whether a message is printed.
 
     Args:
         expression: Python, with the message as ``m``: ``m.data > 3``.

@@ -118,7 +118,7 @@ def find_source(
 def find_sources(
     topics: Sequence[tuple[str, str | None]], graph: Graph, *, raw: bool = False
 ) -> list[TopicSource]:
-    """Look several topics up; those whose type cannot be told are reported and left out.
+    """Return the sources of topics; report and omit those of unknown type.
 
     Args:
         topics: Their full names, and their types where the person gave them.
@@ -142,7 +142,7 @@ def find_sources(
 
 
 def warn_unpublished(topic: str) -> None:
-    """Say of a topic that nobody has it, in the words of ROS 2."""
+    """Warn that a topic has no publisher, in ROS 2's words."""
     console.warn(f"topic [{topic}] does not appear to be published yet")
 
 

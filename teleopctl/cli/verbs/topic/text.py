@@ -15,7 +15,7 @@ _EVENTS = ("REQUEST_SENT", "REQUEST_RECEIVED", "RESPONSE_SENT", "RESPONSE_RECEIV
 
 
 class TextStyle:
-    """How ``topic echo`` writes values; the names are those of its options.
+    """Text style of ``topic echo``; the names are those of its options.
 
     Args:
         truncate: Longest list or text to write in full, None for any.
@@ -41,7 +41,7 @@ class TextStyle:
 
     # Any, here and below: a message of any type, or a part of one.
     def yaml(self, value: Any) -> str:
-        """A message as YAML, another value as Python prints it; a line break ends it."""
+        """Return a message as YAML, or another value as Python prints it, with a line break."""
         if not is_message(value):
             return f"{value}\n"
         from teleopctl.interfaces import message_to_yaml
@@ -64,7 +64,7 @@ class TextStyle:
         )
 
     def csv(self, value: Any) -> str:
-        """All values in order, with commas between them."""
+        """Return all values of a message in order, with commas between them."""
         if is_message(value):
             from teleopctl.interfaces import message_to_csv
 

@@ -22,7 +22,7 @@ NoStr = Annotated[bool, Option("--no-str", help="Print no texts.")]
 def style_of(
     *, flow_style: bool, full_length: bool, truncate_length: int, no_arr: bool, no_str: bool
 ) -> TextStyle:
-    """Return the style that these flags ask for.
+    """Return the text style for the given options.
 
     Raises:
         UsageError: The length is negative.

@@ -68,7 +68,7 @@ class JointTrajectoryController(ControllerInterface):
         self._stale_parameters = False
 
     def on_init(self) -> None:
-        """Declare the parameters that do not depend on others."""
+        """Declare the parameters that do not depend on other ones."""
         for name in ("joints", "command_joints", "command_interfaces", "state_interfaces"):
             self.auto_declare(name, [], read_only=True)
         self.get_node().add_post_set_parameters_callback(self._parameters_changed)
@@ -148,7 +148,7 @@ class JointTrajectoryController(ControllerInterface):
         return InterfaceConfiguration(InterfaceConfigurationType.INDIVIDUAL, names)
 
     def on_activate(self) -> None:
-        """Hold: the last command where there is one, else what is measured."""
+        """Hold the last commanded position, or the measured one if there is no command."""
         self._sort_interfaces()
         for pid in self._pids:
             pid.reset()
@@ -352,7 +352,7 @@ class JointTrajectoryController(ControllerInterface):
 
     @property
     def speed_scaling(self) -> float:
-        """Factor on the speed of the trajectory; 0 pauses it."""
+        """Factor on the trajectory's speed; 0 pauses the trajectory."""
         return self._scaling
 
     @speed_scaling.setter
@@ -361,7 +361,7 @@ class JointTrajectoryController(ControllerInterface):
             self._scaling = factor
 
     def state_at(self, time_ns: int) -> TrajectoryPoint | None:
-        """Where the trajectory will be at a time; None without one, or outside it."""
+        """Return the trajectory's state at a time; None outside a trajectory."""
         trajectory = self._trajectory
         if not self._inputs.active or not trajectory.sampled_already:
             return None

@@ -61,7 +61,7 @@ class FollowedGoal(RealtimeServerGoalHandle):
         actual: TrajectoryPoint,
         error: TrajectoryPoint,
     ) -> None:
-        """Tell where the robot is, if feedback is due."""
+        """Publish feedback if it is due."""
         if time_ns < self._feedback_due_ns:
             return
         self._feedback_due_ns = max(self._feedback_due_ns, time_ns) + self._feedback_period_ns

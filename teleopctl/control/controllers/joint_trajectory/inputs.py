@@ -47,7 +47,7 @@ class Incoming:
 
 
 class TrajectoryFollower(Protocol):
-    """What the inputs need of the controller that follows the trajectories.
+    """Interface of the controller that follows the received trajectories.
 
     Attributes:
         logger: Its logger.
@@ -72,7 +72,7 @@ class TrajectoryFollower(Protocol):
         """Seconds between two updates."""
 
     def state_at(self, time_ns: int) -> TrajectoryPoint | None:
-        """Where the trajectory is at a time; None without one."""
+        """Return the trajectory's state at a time; None without a trajectory."""
 
 
 class TrajectoryInputs:
@@ -146,7 +146,7 @@ class TrajectoryInputs:
             self.take(message)
 
     def is_valid(self, message: Any) -> bool:
-        """Whether a trajectory can be followed; says why where it cannot."""
+        """Return whether a trajectory can be followed, and log the reason if not."""
         try:
             validate(message, self._rules, self._controller.params.now_ns())
         except InvalidTrajectoryError as error:
@@ -228,7 +228,7 @@ class TrajectoryInputs:
         self._controller.speed_scaling = message.factor
 
     def on_query(self, request: Any, response: Any) -> Any:
-        """Say where the trajectory is at a given time."""
+        """Answer the query_state service with the trajectory's state at the given time."""
         state = self._controller.state_at(to_nanoseconds(request.time))
         response.success = state is not None
         if state is None:

@@ -40,7 +40,7 @@ class CommandOutputs:
         self._all_commanded = len(self._joints) == len(settings.joints)
 
     def positions(self) -> list[float] | None:
-        """The values on the position interfaces, if there are any for all joints."""
+        """Return the values of the position interfaces; None unless all joints have one."""
         outputs = self._outputs.get(POSITION)
         if not outputs or not self._all_commanded:
             return None
@@ -48,7 +48,7 @@ class CommandOutputs:
         return values if all(map(math.isfinite, values)) else None
 
     def values(self) -> dict[str, list[float]]:
-        """What is commanded now, by quantity."""
+        """Return the present commands by kind of interface."""
         return {name: [o.value for o in outputs] for name, outputs in self._outputs.items()}
 
     def halt(self) -> None:

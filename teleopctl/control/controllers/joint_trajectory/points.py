@@ -14,7 +14,7 @@ from teleopctl.interfaces import Stamp, set_stamp, to_nanoseconds
 
 
 class PointLike(Protocol):
-    """trajectory_msgs/JointTrajectoryPoint, as far as it is read here."""
+    """Interface of trajectory_msgs/JointTrajectoryPoint."""
 
     positions: Sequence[float]
     velocities: Sequence[float]
@@ -25,7 +25,7 @@ class PointLike(Protocol):
 
 @dataclass(slots=True)
 class TrajectoryPoint:
-    """Where every joint is at one instant; an empty list means "not given".
+    """State of all joints at one time; empty lists mean "not given".
 
     Attributes:
         positions: rad or m, one for each joint.

@@ -20,7 +20,7 @@ _DEFAULT_SPEED = 1.0
 
 
 class InvalidCommandError(Exception):
-    """The positions cannot be used; the text says why."""
+    """Position commands are invalid; the message says why."""
 
 
 def check(data: Sequence[float], joints: Sequence[str]) -> list[float]:

@@ -43,7 +43,7 @@ class ReadParameter(Protocol):
 
 
 class InvalidSettingsError(Exception):
-    """The parameters do not fit together; the text says how."""
+    """The parameters contradict each other; the message says how."""
 
 
 @dataclass(frozen=True)
@@ -87,7 +87,7 @@ class Settings:
 
     @property
     def commanded_indices(self) -> tuple[int, ...]:
-        """Which of the joints each command joint is."""
+        """Index of each command joint among the joints."""
         if len(self.command_joints) < len(self.joints):
             return tuple(self.joints.index(joint) for joint in self.command_joints)
         return tuple(range(len(self.joints)))

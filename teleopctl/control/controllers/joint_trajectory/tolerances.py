@@ -57,7 +57,7 @@ class JointToleranceLike(Protocol):
 
 
 class GoalLike(Protocol):
-    """The goal of control_msgs/FollowJointTrajectory, as far as it is read here."""
+    """Interface of a control_msgs/FollowJointTrajectory goal."""
 
     path_tolerance: Iterable[JointToleranceLike]
     goal_tolerance: Iterable[JointToleranceLike]
@@ -65,7 +65,7 @@ class GoalLike(Protocol):
 
 
 class IllegalToleranceError(Exception):
-    """A goal's tolerances cannot be used; the text says why."""
+    """A goal's tolerances are invalid; the message says why."""
 
 
 def tolerances_of_goal(defaults: Tolerances, goal: GoalLike, joints: Sequence[str]) -> Tolerances:
@@ -183,7 +183,7 @@ def violation(
 
 
 class Verdict(Enum):
-    """What the tolerances say about one update."""
+    """Result of the check of the tolerances in one update."""
 
     MOVING = "on the way"
     PATH_VIOLATED = "an error is larger than the path allows"

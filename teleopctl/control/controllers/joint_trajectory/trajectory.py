@@ -18,14 +18,14 @@ from teleopctl.interfaces import NANOSECONDS_PER_SECOND
 
 
 class InterpolationMethod(Enum):
-    """How a trajectory is sampled between its points."""
+    """Method of interpolation between the points of a trajectory."""
 
     SPLINES = "splines"
     NONE = "none"
 
 
 class Sample(NamedTuple):
-    """What a trajectory says about one instant.
+    """State of a trajectory at one time.
 
     Attributes:
         state: The desired state.
@@ -40,7 +40,7 @@ class Sample(NamedTuple):
 
 
 class Trajectory:
-    """Points in time, and the segments between them.
+    """Trajectory points and the interpolated segments between them.
 
     Args:
         points: The points, their times strictly increasing. They are filled in where derivatives
@@ -55,7 +55,7 @@ class Trajectory:
         self.update(points, start_ns)
 
     def update(self, points: Sequence[TrajectoryPoint], start_ns: int = 0) -> None:
-        """Begin anew with other points; the point before stays."""
+        """Replace the points; the point before the trajectory stays."""
         self._points = list(points)
         # Segment i ends at point i; the first one begins at the point before.
         self._segments = [None] * len(self._points)
@@ -66,7 +66,7 @@ class Trajectory:
 
     @property
     def points(self) -> Sequence[TrajectoryPoint]:
-        """The points; do not change them."""
+        """Points of the trajectory, not to be changed."""
         return self._points
 
     @property
@@ -77,7 +77,7 @@ class Trajectory:
     def set_point_before(
         self, time_ns: int, point: TrajectoryPoint, wraparound: Sequence[bool] = ()
     ) -> None:
-        """Say where the robot is when it takes the trajectory over.
+        """Set the robot's state when it starts to follow the trajectory.
 
         Args:
             time_ns: The time of that state; the trajectory cannot be sampled before it.
@@ -99,7 +99,7 @@ class Trajectory:
         *,
         advance: bool = True,
     ) -> Sample | None:
-        """The desired state at a time, or None where there is none.
+        """Return the desired state at a time; None outside the trajectory.
 
         There is none without points and before the point before.
 

@@ -15,7 +15,7 @@ _STILL = 1.2e-7
 
 
 class HeaderLike(Protocol):
-    """std_msgs/Header, as far as it is read here."""
+    """Interface of std_msgs/Header."""
 
     stamp: Stamp
 
@@ -29,12 +29,12 @@ class TrajectoryLike(Protocol):
 
 
 class InvalidTrajectoryError(Exception):
-    """The trajectory is refused; the text says why."""
+    """A trajectory is rejected; the message says why."""
 
 
 @dataclass(frozen=True)
 class Rules:
-    """What a controller accepts.
+    """Rules by which a controller accepts trajectories.
 
     Attributes:
         joints: The controller's joints.

@@ -19,11 +19,11 @@ from teleopctl.control.lifecycle import CallbackReturn, ReturnType
 
 
 class InvalidBaseError(Exception):
-    """The parameters do not make a base; the text says why."""
+    """The parameters are invalid for a mobile base; the message says why."""
 
 
 class MobileBaseController(ControllerInterface):
-    """A base that follows velocities and tells where it has gone.
+    """Base of controllers that drive a base by velocities and publish its odometry.
 
     It stands still until a velocity comes, and when none has come for the timeout. Its odometry
     starts at the origin when it is activated for the first time.
@@ -60,7 +60,7 @@ class MobileBaseController(ControllerInterface):
         raise NotImplementedError
 
     def wanted_velocity(self, time_ns: int) -> BaseVelocity:
-        """The velocity that is asked for; the topic's by default."""
+        """Return the requested velocity; by default that of the topic."""
         return self._input.read(time_ns)
 
     def limit(self, velocity: BaseVelocity, period: float) -> BaseVelocity:
@@ -69,7 +69,7 @@ class MobileBaseController(ControllerInterface):
         return velocity
 
     def moved(self, values: Sequence[float], last: Sequence[float], period: float) -> BaseVelocity:
-        """How far the base has gone (m, m, rad) since the last update.
+        """Return the displacement of the base (m, m, rad) since the last update.
 
         Args:
             values: Of the state interfaces.
@@ -83,7 +83,7 @@ class MobileBaseController(ControllerInterface):
         raise NotImplementedError
 
     def commanded(self, time_ns: int, velocity: BaseVelocity) -> None:
-        """Take note of what has been commanded; to publish it, say."""
+        """Handle the velocity that was commanded, such as by publishing it."""
 
     # -- life cycle --------------------------------------------------------------------------------
 
@@ -125,7 +125,7 @@ class MobileBaseController(ControllerInterface):
         return InterfaceConfiguration(InterfaceConfigurationType.INDIVIDUAL, self.command_names())
 
     def state_interface_configuration(self) -> InterfaceConfiguration:
-        """What the odometry comes from: nothing in an open loop."""
+        """Return the state interfaces of the odometry; none in open loop."""
         if self._open_loop:
             return InterfaceConfiguration(InterfaceConfigurationType.NONE)
         return InterfaceConfiguration(InterfaceConfigurationType.INDIVIDUAL, self.feedback_names())
@@ -143,7 +143,7 @@ class MobileBaseController(ControllerInterface):
         self._input.active = True
 
     def on_restart(self) -> None:
-        """Stand still: the base is back at its beginning, and the odometry with it."""
+        """Stop, and reset the odometry: the simulation was reset."""
         self._odometry.reset()
         self.on_activate()
 
@@ -156,7 +156,7 @@ class MobileBaseController(ControllerInterface):
             interface.value = value
 
     def update(self, time_ns: int, period: float) -> ReturnType | None:
-        """Drive, and tell where the base is."""
+        """Command the wheels and publish the odometry."""
         velocity = self.limit(self.wanted_velocity(time_ns), period)
         if self._open_loop:
             self._odometry.advance(

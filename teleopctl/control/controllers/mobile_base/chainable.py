@@ -26,7 +26,7 @@ class ChainableBase(MobileBaseController, ChainableControllerInterface):
         return [CommandInterface(f"{self.name}/{part}", VELOCITY) for part in self.references]
 
     def wanted_velocity(self, time_ns: int) -> BaseVelocity:
-        """What another controller commands in chained mode, else what the topic says."""
+        """Return the references in chained mode, else the velocity of the topic."""
         if not self.in_chained_mode:
             return super().wanted_velocity(time_ns)
         values = [reference.value for reference in self.reference_interfaces]

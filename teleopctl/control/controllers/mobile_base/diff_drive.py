@@ -52,11 +52,11 @@ class DiffDriveController(ChainableBase):
         self._by_position = self.feedback_type == POSITION
 
     def command_names(self) -> Sequence[str]:
-        """Velocities of the left wheels, then of the right ones."""
+        """Return the velocity interfaces of the left wheels, then of the right ones."""
         return [f"{wheel}/{VELOCITY}" for wheel in (*self._left, *self._right)]
 
     def feedback_names(self) -> Sequence[str]:
-        """The same order."""
+        """Return the state interfaces of the left wheels, then of the right ones."""
         return [f"{wheel}/{self.feedback_type}" for wheel in (*self._left, *self._right)]
 
     def on_configure(self) -> CallbackReturn | None:

@@ -112,7 +112,7 @@ class MecanumDriveController(ChainableBase):
         return [f"{joint}/{VELOCITY}" for joint in self._joints]
 
     def feedback_names(self) -> Sequence[str]:
-        """The same order."""
+        """Return the velocity state interfaces, in the order of the commands."""
         return [f"{joint}/{VELOCITY}" for joint in self._states]
 
     def limit(self, velocity: BaseVelocity, period: float) -> BaseVelocity:
@@ -125,7 +125,7 @@ class MecanumDriveController(ChainableBase):
         )
 
     def moved(self, values: Sequence[float], last: Sequence[float], period: float) -> BaseVelocity:
-        """By the mean of what the wheels say."""
+        """Return the displacement of the base by the mean of the wheels."""
         del last
         step = self._radius * period / len(values)
         return BaseVelocity(

@@ -31,7 +31,7 @@ class Odometry:
         self.reset()
 
     def reset(self) -> None:
-        """Begin anew at the origin."""
+        """Reset the pose to the origin."""
         self.x = self.y = self.heading = 0.0
         self.linear_x = self.linear_y = self.angular = 0.0
         self._steps.clear()

@@ -66,7 +66,7 @@ class OdometryPublisher:
             self._node.destroy_publisher(publisher)
 
     def restart(self) -> None:
-        """Publish with the next update, whatever its time."""
+        """Publish with the next update, whatever the time since the last."""
         self._due_ns = 0
 
     def try_publish(self, time_ns: int, odometry: Odometry) -> None:

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class RateLimits:
-    """Limits of one speed; infinite where there is none.
+    """Limits of one speed; infinite where unlimited.
 
     Attributes:
         lowest: Lowest speed (backwards), at most 0.
@@ -91,7 +91,7 @@ def read_limits(controller: ControllerInterface, prefix: str) -> RateLimits:
     read = controller.auto_declare
 
     def limit(name: str, *counterparts: tuple[float, float]) -> float:
-        """A limit's value, else the first of ``(sign, value)`` that is one."""
+        """Return a limit's value, or the first given counterpart with its sign."""
         value = read(f"{prefix}.{name}", math.nan)
         for sign, other in counterparts:
             if math.isnan(value):

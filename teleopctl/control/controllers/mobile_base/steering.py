@@ -78,13 +78,13 @@ class _SteeringController(ChainableBase):
         raise InvalidBaseError(f"Parameter '{names[0]}' must be above 0")
 
     def command_names(self) -> Sequence[str]:
-        """Velocities of the driven wheels, then positions of the steered ones."""
+        """Return the velocity interfaces of driven and position interfaces of steered wheels."""
         return [f"{j}/{VELOCITY}" for j in self._driven] + [
             f"{j}/{POSITION}" for j in self._steered
         ]
 
     def feedback_names(self) -> Sequence[str]:
-        """The same order."""
+        """Return the state interfaces, in the order of the commands."""
         return [f"{joint}/{self.feedback_type}" for joint in self._driven_states] + [
             f"{joint}/{POSITION}" for joint in self._steered_states
         ]
@@ -95,7 +95,7 @@ class _SteeringController(ChainableBase):
         self._angles = [0.0] * self.steered_wheels
 
     def moved(self, values: Sequence[float], last: Sequence[float], period: float) -> BaseVelocity:
-        """By the mean of the driven wheels, along the circle that the steered ones ask for."""
+        """Return the displacement of the base by the driven and the steered wheels."""
         driven = values[: self.driven_wheels]
         if self._by_position:
             turned = sum(now - before for now, before in zip(driven, last, strict=False))

@@ -57,7 +57,7 @@ class TricycleController(MobileBaseController):
         return response
 
     def update(self, time_ns: int, period: float) -> ReturnType | None:
-        """Drive, from a new origin where that has been asked for."""
+        """Command the wheels and publish the odometry, which a service may have reset."""
         if self._resets:
             self._resets = False
             self._odometry.reset()

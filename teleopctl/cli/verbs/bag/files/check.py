@@ -8,7 +8,7 @@ from teleopctl.cli.verbs.bag.options import BagPath
 
 
 def check_bag(bag_path: BagPath, as_json: AsJson = False) -> int:
-    """Read a whole bag and say what is wrong with it; the exit status is 1 if something is.
+    """Check a whole bag and print its faults; the exit status is 1 if there are any.
 
     Checksums, indexes, metadata.yaml, definitions and their hashes, messages that cannot be
     decoded, messages that are missing, times that go back.

@@ -22,7 +22,7 @@ _SERVICE_INDENT = " " * 21
 
 
 class Summary:
-    """What there is to say of a bag.
+    """Summary of a bag, for its printed and JSON forms.
 
     Args:
         metadata: What the bag holds.
@@ -60,7 +60,7 @@ class Summary:
 
 
 def as_text(summary: Summary) -> str:
-    """Return what a person reads, line for line as ``ros2 bag info`` has it."""
+    """Return the text that ``ros2 bag info`` prints."""
     metadata = summary.metadata
     has_messages = bool(metadata.message_count)
     start_ns = metadata.start_ns if has_messages else 0
@@ -126,7 +126,7 @@ def as_document(summary: Summary) -> Json:
 
 
 def format_size(size: float) -> str:
-    """Return bytes in the largest unit of which there is at least one."""
+    """Return a number of bytes in the largest unit of which there is at least one."""
     unit = 0
     while size >= _UNIT and unit < len(_UNITS) - 1:
         size /= _UNIT

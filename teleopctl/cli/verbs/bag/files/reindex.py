@@ -9,7 +9,7 @@ from teleopctl.errors import NotFoundError
 
 
 def reindex_bag(bag_path: BagPath, storage: Storage = None, as_json: AsJson = False) -> None:
-    """Make metadata.yaml anew from the files of a bag.
+    """Rebuild metadata.yaml from the files of a bag.
 
     Files that were not finished get their end.
     """

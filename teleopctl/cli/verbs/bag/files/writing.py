@@ -34,7 +34,7 @@ _PROGRESS_PERIOD_S = 0.2
 
 @contextlib.contextmanager
 def opened(paths: Iterable[str], storages: Sequence[str | None] = ()) -> Iterator[list[Bag]]:
-    """Open bags, and say what is not as it should be with them."""
+    """Open bags, and print warnings about their faults."""
     with contextlib.ExitStack() as stack:
         bags = []
         for number, path in enumerate(paths):
@@ -82,7 +82,7 @@ def inputs(words_of_flag: list[str], words: list[str], file: str | None) -> list
 
 
 def write(bags: Sequence[Bag], outputs: Sequence[Output], *, as_json: bool) -> None:
-    """Copy, with progress on a terminal, and say what was written."""
+    """Write the output bags, with progress on a terminal, and print a summary."""
     if any(output.options.database_settings is not None for output in outputs):
         files = {attachment.name for bag in bags for attachment in bag.attachments()}
         if files:
@@ -122,7 +122,7 @@ def chooser(
     exclude_topics: list[str] | None,
     exclude_types: list[str] | None,
 ) -> Callable[[BagTopic], bool]:
-    """Which topics are chosen; all but those that are excluded where none is named."""
+    """Return a function that selects topics by the given options."""
     everything = not (topics or services or types or regex)
     selection = Selection(
         all_topics=everything,

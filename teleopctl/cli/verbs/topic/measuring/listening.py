@@ -81,7 +81,7 @@ class Listener:
                 console.note(f"  {hint}")
 
     def announce_all(self, *, as_json: bool) -> bool:
-        """Say that all topics are listened to; False, which is said too, where there is none."""
+        """Print that all topics are subscribed to; return False if there is none."""
         if not self.topics:
             say = console.note if as_json else console.out
             say("No topics available")

@@ -37,7 +37,7 @@ class Window:
         self._values.append(value)
 
     def summary(self) -> Summary | None:
-        """What the values have in common; None while there is none."""
+        """Return mean, extremes and deviation of the values; None if there are none."""
         values = list(self._values)
         if not values:
             return None
@@ -63,7 +63,7 @@ class RateWindow:
         self.arrivals = 0
 
     def arrive(self, time_ns: int) -> None:
-        """Note an arrival at a time in nanoseconds; one that goes back begins anew."""
+        """Add the time of an arrival in nanoseconds; a time that goes back clears the window."""
         if self._last_ns is not None and time_ns < self._last_ns:
             self._intervals = Window(self._size)
         elif self._last_ns is not None:
@@ -72,7 +72,7 @@ class RateWindow:
         self.arrivals += 1
 
     def summary(self) -> Summary | None:
-        """Of the intervals in seconds; ``window`` counts them."""
+        """Return the summary of the intervals in seconds; ``window`` is their number."""
         return self._intervals.summary()
 
 
@@ -105,7 +105,7 @@ class DelayWindow:
 
 
 class Bandwidth(NamedTuple):
-    """What a stream carries: bytes per second, and the sizes of its messages in bytes."""
+    """Bandwidth of a topic in bytes per second, and the sizes of its messages in bytes."""
 
     bytes_per_s: float
     mean: float
@@ -128,7 +128,7 @@ class BandwidthWindow:
         self._messages: deque[tuple[int, int]] = deque(maxlen=_checked(size))
 
     def arrive(self, time_ns: int, size: int) -> None:
-        """Note a message's bytes at a time in nanoseconds; one that goes back begins anew."""
+        """Add the time (ns) and size of a message; a time that goes back clears the window."""
         if self._messages and time_ns < self._messages[-1][0]:
             self._messages.clear()
         self._messages.append((time_ns, size))
@@ -155,17 +155,17 @@ def rate(intervals: Summary) -> float:
 
 
 def rate_text(summary: Summary) -> str:
-    """Two lines as ``ros2 topic hz`` prints them."""
+    """Return the two lines of ``ros2 topic hz``."""
     return f"average rate: {rate(summary):.3f}\n\t{_spread(summary)}"
 
 
 def delay_text(summary: Summary) -> str:
-    """Two lines as ``ros2 topic delay`` prints them."""
+    """Return the two lines of ``ros2 topic delay``."""
     return f"average delay: {summary.mean:.3f}\n\t{_spread(summary)}"
 
 
 def bandwidth_text(bandwidth: Bandwidth) -> str:
-    """Two lines as ``ros2 topic bw`` prints them."""
+    """Return the two lines of ``ros2 topic bw``."""
     sizes = (bandwidth.bytes_per_s, bandwidth.mean, bandwidth.minimum, bandwidth.maximum)
     per_s, mean, minimum, maximum = _with_unit(sizes)
     return (
@@ -175,7 +175,7 @@ def bandwidth_text(bandwidth: Bandwidth) -> str:
 
 
 def bandwidth_cells(bandwidth: Bandwidth) -> tuple[str, ...]:
-    """The same as cells of a table, in the order of ROS 2's, each number in the unit that suits it.
+    """Return a bandwidth as the cells of a table, each number in a suitable unit.
 
     They are the bandwidth, the window, and the mean, least and greatest size.
     """

@@ -62,7 +62,7 @@ LeaseDuration = Annotated[
 
 
 class QosWishes:
-    """What a person asked for; None where nothing was said."""
+    """The QoS options of a command line; None for those not given."""
 
     __slots__ = (
         "depth",
@@ -99,7 +99,7 @@ class QosWishes:
         self.lease_s = lease_s
 
     def suited(self, base: "QoSProfile") -> "QoSProfile":
-        """The same for one who listens, where ``base`` suits the publishers.
+        """Return the QoS of a subscription: the given options, else a base that fits publishers.
 
         As in ROS 2 a preset alone gives way to what they offer; beside single policies it is
         meant as it is. Policies that nobody names are those of ``base``.

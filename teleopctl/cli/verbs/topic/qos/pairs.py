@@ -15,7 +15,7 @@ ON_ZENOH = "On Zenoh they hear each other, with what the publisher offers; on DD
 
 
 class QosPair(NamedTuple):
-    """A publisher, a subscription, and whether what the one offers is what the other asks for.
+    """A publisher, a subscription and their QoS compatibility.
 
     Attributes:
         publisher: The publisher.
@@ -47,7 +47,7 @@ def qos_pairs(
 def warn_of_qos(
     topic: str, publishers: Iterable[EndpointToken], subscriptions: Iterable[EndpointToken]
 ) -> None:
-    """Say which publishers offer less than which subscriptions ask for."""
+    """Warn of publishers whose QoS is incompatible with subscriptions."""
     publishers, subscriptions = list(publishers), list(subscriptions)
     # Where all are alike, as they mostly are, nothing has to be loaded.
     if len({endpoint.qos for endpoint in (*publishers, *subscriptions)}) < 2:

@@ -37,7 +37,7 @@ def qos_lines(qos: EndpointQos) -> list[str]:
 
 
 def qos_record(qos: EndpointQos) -> dict[str, str | int | None]:
-    """The same for ``--json``; an infinite duration is null, others are nanoseconds."""
+    """Return a QoS profile for ``--json``; infinite durations are null, others nanoseconds."""
     return {
         "reliability": _name(_RELIABILITY, qos.reliability).lower(),
         "durability": _name(_DURABILITY, qos.durability).lower(),
