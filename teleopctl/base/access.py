@@ -164,7 +164,7 @@ def parse_origin(text: str) -> str:
 
 
 def with_token(address: str, token: str) -> str:
-    """Return a door's address with the token that it asks for."""
+    """Return an address with its access token as query."""
     return f"{address}?token={quote(token, safe='')}"
 
 

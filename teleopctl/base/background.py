@@ -66,7 +66,7 @@ _children: dict[int, subprocess.Popen[str]] = {}
 
 
 class Start(NamedTuple):
-    """When a process started.
+    """Start time of a process, with a mark that survives clock changes.
 
     Attributes:
         time: In seconds since the Unix epoch, by the clock as it was set then; 0 before the start.
@@ -204,7 +204,7 @@ def record_this_process(name: str, command: Sequence[str], log_file: Path, *, ki
 
 
 def announce_ready(failure: str | None = None) -> None:
-    """Tell whoever started this process in the background that it is up, or why it is not.
+    """Report to the starting process that this one is up, or why it failed.
 
     Does nothing in a process that nobody waits for. From here on, standard output goes to the log.
     """
@@ -218,7 +218,7 @@ def announce_ready(failure: str | None = None) -> None:
 
 
 def exit_status(record: ProcessRecord) -> int | None:
-    """What a process that this one started ended with; None while it runs, and of any other."""
+    """Return the exit status of a child process; None while it runs and for others."""
     child = _children.get(record.pid)
     return None if child is None else child.poll()
 
@@ -293,7 +293,7 @@ def _is_recorded(pid: int) -> bool:
 
 
 def start_of(pid: int) -> Start:
-    """When a process started, for its record."""
+    """Return the start time of a process, for its record."""
     import psutil
 
     try:
@@ -305,7 +305,7 @@ def start_of(pid: int) -> Start:
 
 
 def is_alive(record: ProcessRecord) -> bool:
-    """Whether a process still runs; another one with the same pid is not it."""
+    """Return whether the recorded process still runs, and not another one with its pid."""
     return _process(record) is not None
 
 

@@ -108,7 +108,7 @@ def joined(parts: Sequence[str], separator: str = "") -> str:
 
 
 class BudgetError(ValueError):
-    """Something makes more than it may; the message says what, and how much it may."""
+    """A limit on size or work is exceeded; the message names the limit."""
 
 
 class Tally:
@@ -130,7 +130,7 @@ class Tally:
         self.count = 0
 
     def add(self, count: int = 1) -> None:
-        """Count further ones.
+        """Add to the count.
 
         Raises:
             BudgetError: They are too many.
@@ -156,7 +156,7 @@ def may_be_unpacked(claimed: int, stored: int) -> bool:
 
 
 def check_unpacked(claimed: int, stored: int) -> None:
-    """See that something that says how large it becomes may become that, in memory.
+    """Raise if data that claims an unpacked size may not be unpacked.
 
     Args:
         claimed: How many bytes it says it becomes.

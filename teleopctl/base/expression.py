@@ -101,11 +101,11 @@ _FUNCTIONS: dict[str, Callable[..., Any]] = {
 
 
 class ExpressionError(ValueError):
-    """An expression that cannot be evaluated; the message says which part and why."""
+    """An expression cannot be evaluated; the message names the part and the reason."""
 
 
 def evaluate(text: str) -> str:
-    """Evaluate an expression and return its result as text, as ``str`` prints it.
+    """Evaluate an expression, and return its result as text.
 
     Raises:
         ExpressionError: As `compute` raises it.
@@ -114,7 +114,7 @@ def evaluate(text: str) -> str:
 
 
 def compute(text: str, names: Mapping[str, Any] | None = None) -> Any:  # Any: whatever it gives
-    """Evaluate an expression: a number, a text, a truth value, None, or a list or dict of these.
+    """Evaluate an expression: a number, text, truth value, None, or a list or dict.
 
     Args:
         text: The expression.

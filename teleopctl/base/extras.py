@@ -14,7 +14,7 @@ from teleopctl.errors import MissingExtraError
 
 @contextmanager
 def extra(name: str, *modules: str) -> Iterator[None]:
-    """Say how to install an extra where the import inside fails for want of it.
+    """Raise an error that names the extra to install, if an import in the block fails.
 
     Args:
         name: The extra, as `pyproject.toml` has it.

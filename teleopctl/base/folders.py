@@ -79,7 +79,7 @@ def cache_dir(env: Mapping[str, str] = os.environ) -> str:
 
 
 def make_private(folder: Path) -> None:
-    """Make a folder that nobody else may look into, and the ones above it where they are missing.
+    """Create a folder with mode 0700, and its missing parents.
 
     Raises:
         OSError: It cannot be made.

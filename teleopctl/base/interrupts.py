@@ -52,7 +52,10 @@ _wakes: list[int] = []
 
 
 def transport_callback(function: _Function) -> _Function:
-    """Mark a function that Zenoh calls: no interrupt is raised in it. Costs nothing in the call."""
+    """Mark a function that Zenoh calls, in which no KeyboardInterrupt may be raised.
+
+    Costs nothing in the call.
+    """
     _transport_callbacks.add(function.__code__)
     return function
 
@@ -67,7 +70,7 @@ def in_transport_callback(frame: FrameType | None) -> bool:
 
 
 def take() -> None:
-    """Have every SIGINT raise KeyboardInterrupt in the main thread, be it a moment later.
+    """Install the SIGINT handler: KeyboardInterrupt in the main thread, at a safe place.
 
     One that came while this process started, and that `blocked_for_children` kept back, comes now.
     """
@@ -80,7 +83,7 @@ def take() -> None:
 
 @contextmanager
 def blocked_for_children() -> Iterator[None]:
-    """Let what is started in the block get SIGINT only once it calls `take`.
+    """Block SIGINT in child processes started in the block, until they call `take`.
 
     Only for programs that do so: the mask is inherited, and others would never be interrupted.
     """
@@ -151,7 +154,7 @@ def _wake(signals: int, thread: int) -> None:
 
 
 def come_again(signum: int = signal.SIGINT) -> None:
-    """Have a signal come once more, in a moment, to the main thread, which is to call this."""
+    """Raise a signal again in the main thread, which must be the caller."""
     # Not a threading.Thread: its start takes a lock, which the interrupted code may be holding.
     _thread.start_new_thread(_signal, (signum, _thread.get_ident()))
 

@@ -24,7 +24,7 @@ class LogOnce:
         self._lock = threading.Lock()
 
     def note(self, mistake: str) -> None:
-        """Take note of a mistake; any thread may call this.
+        """Count a mistake, and log the first of each kind; thread-safe.
 
         Args:
             mistake: One line that says what was wrong; equal ones are of one kind.

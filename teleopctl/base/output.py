@@ -54,7 +54,7 @@ def log_bytes(env: Mapping[str, str] = os.environ) -> int:
 
 
 def older_part(log_file: Path) -> Path:
-    """The file that has what was written before a log began anew; it may not exist."""
+    """Return the file with the older part of a log; it may not exist."""
     return log_file.with_name(f"{log_file.name}.1")
 
 
@@ -244,7 +244,7 @@ class _Buffer(io.BufferedWriter):
 
 
 def outlive_output(*, log_file: Path | None = None, lossless_stdout: bool = False) -> None:
-    """Let this process go on when its standard streams cannot be written.
+    """Keep this process alive when its standard streams cannot be written.
 
     A full disk costs lines. A pipe whose reader has ended, or a terminal that is gone, is left for
     the process's log if it has one.
@@ -278,13 +278,13 @@ def outlive_output(*, log_file: Path | None = None, lossless_stdout: bool = Fals
 
 
 def discard_output() -> None:
-    """Forget unwritten output after the reader has gone, so that nothing complains at exit."""
+    """Discard unwritten output after the reader has gone, so that the exit is quiet."""
     null = os.open(os.devnull, os.O_WRONLY)
     os.dup2(null, sys.stdout.fileno())
     os.close(null)
 
 
 def take_log_file() -> Path | None:
-    """The log of this process, from the environment, which loses it: children have other ones."""
+    """Return this process's log file, and remove it from the environment of children."""
     path = os.environ.pop(LOG_FILE, None)
     return Path(path) if path else None

@@ -36,7 +36,7 @@ def printable_text(text: str) -> str:
 
 
 def printable_log(text: str) -> str:
-    """The same of a log message, in which colours may stand; they end with the message."""
+    """Return a log message with control characters escaped; colours stay."""
     if "\x1b[" not in text:
         return printable_text(text)
     import re

@@ -39,7 +39,7 @@ def open_private(path: str | Path, flags: int) -> int:
 
 
 def write_private(path: str | Path, text: str) -> None:
-    """Write a text file with mode 0600; one that is there is replaced in one step.
+    """Write a text file with mode 0600, atomically.
 
     Raises:
         OSError: It cannot be written.

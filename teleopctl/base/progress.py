@@ -40,7 +40,7 @@ _state = ""
 
 
 class Progress(NamedTuple):
-    """What a process has said last.
+    """Last reported progress of a process.
 
     Attributes:
         state: One of the words above.
@@ -54,23 +54,23 @@ class Progress(NamedTuple):
 
     @property
     def reports_itself(self) -> bool:
-        """Whether the process says when it is up, so that its output tells nothing of that."""
+        """Whether the process itself reports when it is ready."""
         return self.state not in (STARTED, ENDED)
 
     @property
     def exit_status(self) -> int | None:
-        """What the process ended with; None while it runs, and of one that was killed."""
+        """Exit status of the process; None while it runs or if it was killed."""
         return int(self.detail.partition(" ")[0]) if self.state == ENDED else None
 
     @property
     def reason(self) -> str | None:
-        """Why the process cannot do its work, or could not; None where it has not said so."""
+        """Reason why the process failed; None if it gave none."""
         reason = self.detail.partition(" ")[2] if self.state == ENDED else self.detail
         return reason if reason and self.state in (ENDED, FAILED) else None
 
 
 def tell(state: str, detail: str = "") -> None:
-    """Say how far this process has come; does nothing where nobody has asked for it."""
+    """Write this process's progress file, if the starting process requested one."""
     global _file, _failure, _state
     _state = state
     if state == ENDED:
@@ -88,7 +88,7 @@ def tell(state: str, detail: str = "") -> None:
 
 
 def doing(text: str) -> None:
-    """Say what this process does at present, such as "compiling the model", while it starts.
+    """Report what this process does while it starts, such as "compiling the model".
 
     Whoever waits for the process shows it, and goes on waiting. Does nothing in one that has not
     said that it is starting, or that is up.
@@ -98,7 +98,7 @@ def doing(text: str) -> None:
 
 
 def tell_ready_at(address: Address) -> None:
-    """Say that this process is up, and listens at an address.
+    """Report that this process is ready and listens at an address.
 
     The token stands in no file but its own. It is shown to a person who watches: by this process
     on a terminal, else by the command that waits for this process.
@@ -117,12 +117,12 @@ def died(log_file: Path) -> bool:
 
 
 def file_of(log_file: Path) -> Path:
-    """Return the file beside a process's log in which the process says how far it has come."""
+    """Return the progress file that belongs to a log file."""
     return log_file.with_suffix(".progress")
 
 
 def read(log_file: Path) -> Progress | None:
-    """Read what the process with that log has said last; None when it has said nothing."""
+    """Read the last progress of the process with a log file; None if there is none."""
     file = file_of(log_file)
     try:
         state, _, detail = file.read_text(encoding="utf-8").partition(" ")

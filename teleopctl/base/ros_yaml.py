@@ -158,7 +158,7 @@ def _refusal(reason: str, event: yaml.Event) -> yaml.YAMLError:
 
 @contextlib.contextmanager
 def faults_of(path: Path, kind: type[TeleopctlError] = InvalidFileError) -> Iterator[None]:
-    """Make a YAML error of a file into one for a person: the file, the line, what is wrong there.
+    """Convert YAML errors of the block into errors with file, line and reason.
 
     Args:
         path: The file whose text is read inside.

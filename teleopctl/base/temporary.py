@@ -23,7 +23,7 @@ _MADE_WITHIN_S = 5.0
 
 
 class TemporaryFolder:
-    """A folder of the user's own, with mode 0700; a context manager that removes it.
+    """Private temporary folder, removed at the end of the ``with`` block.
 
     Args:
         parent: What it is made in; has to exist.
@@ -45,7 +45,7 @@ class TemporaryFolder:
         self.remove()
 
     def remove(self) -> None:
-        """Remove the folder and all that is in it. Idempotent."""
+        """Remove the folder and its content. Idempotent."""
         shutil.rmtree(self.path, ignore_errors=True)
         if self._lock is not None:
             os.close(self._lock)

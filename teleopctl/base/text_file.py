@@ -8,7 +8,7 @@ _POINTER = b"version https://git-lfs.github.com/"
 
 
 def absence(path: Path) -> str:
-    """What keeps a file from being what its name says, as the end of a sentence; empty for nothing.
+    """Return why a file has no real content (a Git LFS pointer), or an empty text.
 
     In a clone without Git LFS, large files are pointers to what they are.
 

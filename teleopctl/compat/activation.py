@@ -27,7 +27,7 @@ PROGRAMS = os.path.join(_HERE, "programs")  # noqa: PTH118
 
 
 def activate() -> None:
-    """Let this process import ROS 2's Python packages. Idempotent."""
+    """Make ROS 2's Python packages importable in this process. Idempotent."""
     from teleopctl.compat import finder
 
     if SITE not in sys.path:
@@ -36,7 +36,7 @@ def activate() -> None:
 
 
 def activate_children() -> None:
-    """Let every Python that this process starts do the same, as if sourced. Idempotent.
+    """Make ROS 2's Python packages importable in child processes, as sourcing does. Idempotent.
 
     The interpreters among them that have no teleopctl are left as they are.
     """

@@ -45,7 +45,7 @@ class _Loader:
         return InterfaceModule(spec.name) if "." in spec.name else PackageModule(spec.name)
 
     def exec_module(self, module: ModuleType) -> None:
-        """Do nothing: the classes come when they are asked for."""
+        """Do nothing: the module's classes are loaded on demand."""
 
 
 class _PackageFinder:
@@ -108,7 +108,7 @@ class _KindFinder:
 
 
 def install() -> None:
-    """Let this process import message packages. Idempotent."""
+    """Make message packages importable in this process. Idempotent."""
     if not any(isinstance(finder, _KindFinder) for finder in sys.meta_path):
         sys.meta_path.insert(0, _KindFinder())
         sys.meta_path.append(_PackageFinder())

@@ -70,7 +70,7 @@ def class_names(module: str) -> list[str]:
 
 
 def has_package(package: str, kind: str | None = None) -> bool:
-    """Tell whether a package defines interfaces, or interfaces of one kind."""
+    """Return whether a package defines interfaces, or interfaces of one kind."""
     if not _may_be_package(package):
         return False
     from teleopctl.interfaces import known_types

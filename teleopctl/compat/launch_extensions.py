@@ -12,7 +12,7 @@ _GROUP = "launch.frontend.launch_extension"
 
 
 def load() -> None:
-    """Let the installed distributions that extend ROS 2's launch expose what they have."""
+    """Load the installed distributions that extend ROS 2's launch."""
     entries = metadata.entry_points(group=_GROUP)
     if entries:
         activate()

@@ -56,7 +56,7 @@ def read(path: Path) -> LaunchFile:
 
 
 def prefer_ours() -> None:
-    """Let this process import ``launch`` and the like from here, as if a ROS 2 had been sourced.
+    """Make ``launch`` and its like import teleopctl's packages, even beside a real ROS 2.
 
     A launch is evaluated here, so that the classes have to be these and no others.
     """

@@ -11,7 +11,7 @@ Pair = tuple[int, int]
 
 
 def in_columns(count: int, pairs: list[Pair]) -> tuple[list[list[int]], list[list[int]]]:
-    """Give each box a column, such that arrows lead to the right as far as there are no circles.
+    """Assign boxes to columns such that arrows lead to the right where possible.
 
     Args:
         count: How many boxes there are; they are numbered from 0.

@@ -28,7 +28,7 @@ _GAP_BETWEEN_PARTS = 26.0
 
 
 class Place(NamedTuple):
-    """Where a box stands: its left upper corner, and its size."""
+    """Position and size of a box."""
 
     x: float
     y: float
@@ -37,7 +37,7 @@ class Place(NamedTuple):
 
 
 class Layout(NamedTuple):
-    """Where everything stands, in pixels.
+    """Positions of all boxes and arrows, in pixels.
 
     Attributes:
         width: Of the whole picture.

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 
 class Box(NamedTuple):
-    """Something in the picture.
+    """A box of a diagram.
 
     Attributes:
         key: What tells it from all others.

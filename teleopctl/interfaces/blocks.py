@@ -74,7 +74,7 @@ def byteswapped(base: str, data: memoryview) -> Any:
 
 
 def to_array(code: str, block: Any) -> array.array[Any]:
-    """Return a block of numbers as an array of its own."""
+    """Return a copy of a block of numbers, as an array."""
     copy: array.array[Any] = array.array(code)
     copy.frombytes(memoryview(block).cast("B"))
     return copy
@@ -118,7 +118,7 @@ def is_numpy_bool(value: object) -> bool:
 
 
 def equal(one: Any, other: Any) -> bool:
-    """Whether two slots hold the same, in whatever form."""
+    """Return whether two slots hold equal values, in whatever representation."""
     if type(one) is type(other) and isinstance(one, _PLAIN):
         return bool(one == other)
     if isinstance(one, list) or isinstance(other, list):

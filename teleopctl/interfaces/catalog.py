@@ -123,14 +123,14 @@ class Catalog:
         return list(files)
 
     def names(self, kind: str | None = None) -> list[str]:
-        """Return the names of all types that have a definition, sorted, without derived ones."""
+        """Return the sorted names of all defined types, without derived ones."""
         with self._lock:
             names = {name for name in self._definitions if "_" not in split(name)[2]}
             names.update(self.built_in_names(), self.user_names())
         return sorted(name for name in names if kind is None or split(name)[1] == kind)
 
     def built_in_names(self) -> list[str]:
-        """Return the names of the types of rosbags' table and of our files, without derived ones.
+        """Return the names of the built-in types, without derived ones.
 
         These are the same on every machine.
         """
@@ -169,7 +169,7 @@ class Catalog:
         return sorted(names)
 
     def parts(self, type_name: str) -> list[str]:
-        """Return a type and, for a service or an action, all types derived from it."""
+        """Return a type's name and, for services and actions, those of all derived types."""
         with self._lock:
             if self.find(type_name) is None:
                 return []

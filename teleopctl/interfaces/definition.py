@@ -36,7 +36,7 @@ _IDL_NAMES = {"bool": "boolean", "byte": "octet", "char": "uint8"} | {
 
 
 class Shape(IntEnum):
-    """How many values a field holds."""
+    """Multiplicity of a field: single, array, bounded or unbounded sequence."""
 
     SINGLE = 0
     ARRAY = 1
@@ -89,7 +89,7 @@ class FieldType(NamedTuple):
         return base
 
     def idl(self) -> str:
-        """Return the type as ``get_fields_and_field_types`` of ROS 2 names it."""
+        """Return the type in the spelling of ROS 2's ``get_fields_and_field_types``."""
         base = _IDL_NAMES.get(self.base, self.base)
         for kind in KINDS:
             base = base.replace(f"/{kind}/", "/")
@@ -151,7 +151,7 @@ class Definition(NamedTuple):
         return list(dict.fromkeys(f.type.base for f in self.fields if f.type.is_nested))
 
     def render(self) -> str:
-        """Return the text of the definition, composed anew when it was not written down."""
+        """Return the text of the definition, composed if it has none."""
         if self.text is not None:
             return self.text
         lines = [f"{c.base} {c.name}={_literal(c.value)}" for c in self.constants]

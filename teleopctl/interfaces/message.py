@@ -106,7 +106,7 @@ class Message(metaclass=MessageClass):
 
     @classmethod
     def get_fields_and_field_types(cls) -> dict[str, str]:
-        """Return the fields in order with the names of their types, as ROS 2 writes them."""
+        """Return the fields in order, with their types in ROS 2's spelling."""
         return dict(cls._fields_and_field_types)
 
     def __eq__(self, other: object) -> bool:
@@ -288,7 +288,7 @@ def _zero(kind: FieldType) -> object:
 
 
 def constant_value(constant: Constant) -> object:
-    """Return what a constant is in Python: a ``byte`` is bytes of length one."""
+    """Return the Python value of a constant; a ``byte`` is bytes of length one."""
     if constant.base == "byte" and isinstance(constant.value, int):
         return bytes((constant.value,))
     return constant.value

@@ -42,7 +42,7 @@ class ActionType(Protocol[Goal_co, Result_co, Feedback_co]):
     # Any: a class of each action's own.
     @property
     def Impl(self) -> Any:  # noqa: N802 (the name of the nested class)
-        """What the action is on the wire."""
+        """Classes of the action's messages and services on the wire."""
 
     @property
     def Goal(self) -> type[Goal_co]:  # noqa: N802 (the name of the nested class)
@@ -58,23 +58,23 @@ class ActionType(Protocol[Goal_co, Result_co, Feedback_co]):
 
 
 class ResultResponse(Protocol[Result_co]):
-    """What a server answers when it is asked for the result of a goal."""
+    """Response to a result request of an action."""
 
     status: int
 
     @property
     def result(self) -> Result_co:
-        """The result; its default where there is none."""
+        """Result of the goal; the default if there is none."""
 
 
 class FeedbackMessage(Protocol[Feedback_co]):
-    """What a server publishes while it works on a goal."""
+    """Feedback message of an action."""
 
     goal_id: UUID
 
     @property
     def feedback(self) -> Feedback_co:
-        """What the server says of the goal."""
+        """Feedback about the goal."""
 
 
 class Strings(Protocol):

@@ -28,7 +28,7 @@ class AbstractGenericString(AbstractNestableType):
     """Any text."""
 
     def has_maximum_size(self) -> bool:
-        """Tell whether it has a bound."""
+        """Return whether the type is bounded."""
         return False
 
 
@@ -46,12 +46,12 @@ class AbstractNestedType(AbstractType):
     value_type: AbstractNestableType
 
     def has_maximum_size(self) -> bool:
-        """Tell whether it has a bound."""
+        """Return whether the type is bounded."""
         return False
 
 
 class AbstractSequence(AbstractNestedType):
-    """A type of as many values as there are."""
+    """Base of sequence types."""
 
 
 @dataclass(frozen=True)
@@ -101,7 +101,7 @@ class BoundedString(AbstractString):
     maximum_size: int
 
     def has_maximum_size(self) -> bool:
-        """Tell whether it has a bound: it has."""
+        """Return True: the string is bounded."""
         return True
 
 
@@ -117,7 +117,7 @@ class BoundedWString(AbstractWString):
     maximum_size: int
 
     def has_maximum_size(self) -> bool:
-        """Tell whether it has a bound: it has."""
+        """Return True: the string is bounded."""
         return True
 
 
@@ -129,7 +129,7 @@ class Array(AbstractNestedType):
     size: int
 
     def has_maximum_size(self) -> bool:
-        """Tell whether it has a bound: it has."""
+        """Return True: the array has a fixed size."""
         return True
 
 
@@ -141,7 +141,7 @@ class BoundedSequence(AbstractSequence):
     maximum_size: int
 
     def has_maximum_size(self) -> bool:
-        """Tell whether it has a bound: it has."""
+        """Return True: the sequence is bounded."""
         return True
 
 

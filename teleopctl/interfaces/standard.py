@@ -61,12 +61,12 @@ def distribution() -> str:
 
 
 def is_since(name: str) -> bool:
-    """Whether `distribution` is the one of this name or a later one."""
+    """Return whether `distribution` is this one or a later one."""
     return DISTRIBUTIONS.index(distribution()) >= DISTRIBUTIONS.index(name)
 
 
 class StandardTypes:
-    """Definitions of the messages of one distribution, made when they are asked for.
+    """Message definitions of a ROS 2 distribution, loaded on demand.
 
     Args:
         name: The distribution.

@@ -249,7 +249,7 @@ def complete_definition_text(type_name: str) -> str:
 
 
 def described_definition_text(description: TypeDescription, type_name: str | None = None) -> str:
-    """Return what `complete_definition_text` does, of a type as another node describes it.
+    """Return the complete definition text of a type from another node's description.
 
     What this process knows of the type plays no part and does not change.
 

@@ -70,7 +70,7 @@ def normalize(type_name: str, kind: str = "msg") -> str:
 
 
 def is_lower_name(text: str) -> bool:
-    """Tell whether a text may be the name of a package or of a field."""
+    """Return whether a text is a valid name of a package or a field."""
     return text[:1] in _SMALL and _OF_LOWER_NAMES.issuperset(text)
 
 
@@ -93,7 +93,7 @@ def module_name(type_name: str) -> str:
 
 
 def snake_case(name: str) -> str:
-    """Return a name in capitals and small letters as ROS 2's generators write it in small ones.
+    """Convert a name from CamelCase to snake_case as ROS 2's generators do.
 
     ``GetParameters`` is ``get_parameters``; of ``RGBDImage`` it makes ``rgbd_image``.
     """

@@ -62,7 +62,7 @@ class FreeBase:
 
 
 class FixedBy(Enum):
-    """What fixes a root link to the world."""
+    """Reason why a root link is fixed to the world."""
 
     NAME = "its name is 'world'"
     STATIC = "<static> asks"
@@ -229,7 +229,7 @@ def _drags(model: Any, data: Any, root: int, wheels: Iterable[str]) -> bool:
 def borne_inertias(
     bare: mujoco.MjModel, base: FreeBase, positions: np.ndarray, joints: Iterable[str]
 ) -> dict[str, float]:
-    """What the drives of wheels and legs move while the robot stands on them.
+    """Return the inertias that wheels' and legs' drives move while the robot stands on them.
 
     The ground holds what touches it, so that the joint moves the robot instead: all its mass m, at
     the height h of the axis above the ground, as m h^2 (for sliding joints m).

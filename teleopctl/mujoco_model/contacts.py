@@ -85,7 +85,7 @@ def exclude_adjacent(spec: mujoco.MjSpec) -> None:
 
 
 def exclude_links(spec: mujoco.MjSpec, links: Iterable[str], robot: Sequence[str]) -> None:
-    """Exclude contacts between some links of a robot and all of it.
+    """Exclude contacts between some links of a robot and all others.
 
     Args:
         spec: The ``mujoco.MjSpec`` to edit.
@@ -126,7 +126,7 @@ class DirectedFriction:
 def directed_friction(
     description: RobotDescription,
 ) -> tuple[tuple[DirectedFriction, ...], list[str]]:
-    """What a robot says of friction by direction, and a sentence for each frame that is none."""
+    """Return the robot's direction-dependent friction, and a sentence per unknown frame."""
     found, told = [], []
     for link, physics in description.gazebo.links.items():
         across = physics.across

@@ -78,7 +78,7 @@ class Hull(NamedTuple):
 
     @property
     def fault(self) -> str:
-        """What is wrong with it in the mesh's place, as a sentence's end; empty for nothing."""
+        """Difference between the hull and the mesh, as the end of a sentence; empty for none."""
         if self.is_open:
             return "touches as its convex hull: it is not closed"
         if self.ratio <= _HOLLOW:
@@ -88,7 +88,7 @@ class Hull(NamedTuple):
 
 
 def hull_of(path: Path) -> Hull:
-    """What a mesh file's hull is like, kept by the file's content."""
+    """Return the measures of a mesh file's convex hull, cached by the file's content."""
     kept = _kept_at(path, ".volumes")
     try:
         ratio, is_open = kept.read_text("utf-8").split()
@@ -156,7 +156,7 @@ def slabs(path: Path, scale: Sequence[float]) -> list[npt.NDArray[np.float64]]:
 
 # Any stands for MuJoCo's elements, which have no types.
 def split(spec: mujoco.MjSpec, mesh: Any, pieces: Sequence[Piece]) -> None:
-    """Let the pieces of a mesh touch in its place; it is drawn as before.
+    """Replace the collision shape of a mesh by convex pieces; its visual shape stays.
 
     Args:
         spec: The ``mujoco.MjSpec`` to edit.

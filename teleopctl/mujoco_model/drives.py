@@ -96,7 +96,7 @@ def prepare_joints(spec: mujoco.MjSpec, joints: list[JointSpec]) -> None:
 
 
 def prepare_drives(spec: mujoco.MjSpec, driven: list[JointSpec]) -> None:
-    """Give driven joints their rotors, and let their drives carry weight.
+    """Set rotor inertia and gravity compensation of driven joints.
 
     Args:
         spec: The ``mujoco.MjSpec`` to edit.
@@ -232,7 +232,7 @@ def _add_drive(spec: mujoco.MjSpec, joint: JointSpec, inertia: float) -> None:
 
 
 def compensated_bodies(model: mujoco.MjModel, unsupported_dofs: np.ndarray) -> np.ndarray:
-    """Which bodies' weight the drives can carry, as MuJoCo's ``body_gravcomp`` (1 or 0).
+    """Return which bodies' weight the drives carry, as MuJoCo's ``body_gravcomp``.
 
     A body is carried when every joint between it and the ground is held by a drive or follows
     one; a body that hangs on a passive joint, or on one that is commanded by effort, is not.
@@ -253,7 +253,7 @@ def compensated_bodies(model: mujoco.MjModel, unsupported_dofs: np.ndarray) -> n
 def lifting_efforts(
     model: mujoco.MjModel, data: mujoco.MjData, bodies: npt.NDArray[np.int_]
 ) -> npt.NDArray[np.float64]:
-    """The generalised forces that lift bodies against gravity: -J^T m g, summed over them.
+    """Return the generalised forces that lift bodies against gravity: -J^T m g, summed.
 
     Args:
         model: The ``mujoco.MjModel``.

@@ -29,7 +29,7 @@ class FreeBody:
 
 
 def free_bodies(description: RobotDescription) -> list[FreeBody]:
-    """What a robot has on floating joints, in the order of the URDF.
+    """Return the bodies on floating joints, in the order of the URDF.
 
     Raises:
         InvalidDescriptionError: If a floating joint starts at a link that is not ``world``.

@@ -31,7 +31,7 @@ STIFF_SOLIMP = (0.99, 0.9999, 0.001, 0.5, 2.0)
 
 @dataclass(frozen=True)
 class JointSpec:
-    """What the model has to know of one movable joint.
+    """Specification of a movable joint in the model.
 
     Attributes:
         name: The joint's name.
@@ -59,7 +59,7 @@ class JointSpec:
 
     @property
     def has_drive(self) -> bool:
-        """Whether a drive of ours moves it."""
+        """Whether a drive of teleopctl moves the joint."""
         return bool(self.command_interfaces) and not self.actuators
 
     @property
@@ -163,7 +163,7 @@ def _names(interfaces: Iterable[InterfaceInfo]) -> tuple[str, ...]:
 
 
 def close_loops(spec: mujoco.MjSpec, loops: Iterable[Loop]) -> list[str]:
-    """Let links that several joints hold be held by all of them.
+    """Add the equality constraints of joints that close loops.
 
     Args:
         spec: The ``mujoco.MjSpec`` to edit; its bodies have the links' names.
@@ -187,7 +187,7 @@ def close_loops(spec: mujoco.MjSpec, loops: Iterable[Loop]) -> list[str]:
 
 
 def close_loop(spec: mujoco.MjSpec, loop: Loop, child: str, parent: str) -> None:
-    """Let a body be held by another one as a joint would hold it.
+    """Add the equality constraints of one joint that closes a loop.
 
     Args:
         spec: The ``mujoco.MjSpec`` to edit.

@@ -143,7 +143,7 @@ class Shapes:
             yield data.xpos[body].reshape(1, 3)
 
     def below(self, body: int) -> list[int]:
-        """A body and all that hangs on it."""
+        """Return a body and all bodies below it."""
         found = [body]
         for later in range(body + 1, self.model.nbody):
             if self.model.body_parentid[later] in found:
@@ -151,7 +151,7 @@ class Shapes:
         return found
 
     def chain(self, body: int) -> list[int]:
-        """The moving groups of links from the root link to a body, by their first ones."""
+        """Return the moving bodies from the root link to a body, one per group of fixed links."""
         groups = list[int]()
         while group := int(self.model.body_weldid[body]):
             groups.insert(0, group)
@@ -165,7 +165,7 @@ class Shapes:
         return min((float(self.lowest[body]) for body in moving), default=math.inf)
 
     def root_group(self) -> list[int]:
-        """The root link and what is fixed to it."""
+        """Return the root link and the links fixed to it."""
         return [body for body in self.bodies if self.model.body_weldid[body] == 0]
 
 

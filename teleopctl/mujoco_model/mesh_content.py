@@ -41,7 +41,7 @@ _EDITION = b"3"
 
 @dataclass(frozen=True)
 class MeshContent:
-    """What a mesh file holds.
+    """Triangles and materials of a mesh file.
 
     Attributes:
         vertices: Corners, (n, 3), in metres.
@@ -57,12 +57,12 @@ class MeshContent:
 
     @property
     def has_pictures(self) -> bool:
-        """Whether it is drawn with pictures, which are files of their own."""
+        """Whether the mesh has textures, which are files of their own."""
         return any(part.picture is not None for part in self.parts)
 
 
 def load_mesh_content(path: Path) -> MeshContent:
-    """Read a mesh file, or find what was kept of it.
+    """Read a mesh file, or load its cached content.
 
     Raises:
         InvalidMeshError: It cannot be read; see `teleopctl.robot.read_mesh`.

@@ -95,7 +95,7 @@ class RobotModel:
     keyframes: Mapping[str, Start] = field(default_factory=dict)
 
     def rotors(self) -> dict[str, float]:
-        """Inertias of rotors that nobody has said, by joint, in kg m² or kg.
+        """Assumed rotor inertias by joint, in kg m² or kg.
 
         They make drives physical that push more than their links weigh.
         """

@@ -32,7 +32,7 @@ Rgba = tuple[float, float, float, float]
 
 @dataclass(frozen=True)
 class Part:
-    """What of a mesh file has one material.
+    """Part of a mesh file with one material.
 
     Attributes:
         vertices: Corners, (n, 3), in metres.
@@ -50,7 +50,7 @@ class Part:
 
 
 class Picture(NamedTuple):
-    """A picture and its material, under the name of the mesh that is drawn with it.
+    """A texture, by the name of the mesh that has it.
 
     Attributes:
         name: The mesh.
@@ -66,7 +66,7 @@ class Picture(NamedTuple):
 # Any stands for trimesh's results, whose types do not hold for every kind of file, and for
 # MuJoCo's elements, which have none.
 def parts_of(scene: Any, *, is_gltf: bool) -> list[Part]:
-    """The parts of a file by their materials; none where it says nothing of colours.
+    """Return the parts of a scene by material; none if it has no colours.
 
     Args:
         scene: trimesh's scene, in metres.
@@ -90,7 +90,7 @@ def drawn_by(spec: mujoco.MjSpec, mesh: Any) -> list[Any]:
 def paint(
     spec: mujoco.MjSpec, mesh: Any, parts: Sequence[Part], is_taken: Callable[[Any], bool]
 ) -> list[Picture]:
-    """Draw the parts of a mesh where it is drawn, unless MuJoCo refuses one of them.
+    """Draw the parts of a mesh in place of its visual shape, unless MuJoCo refuses one.
 
     Args:
         spec: The ``mujoco.MjSpec`` to edit.

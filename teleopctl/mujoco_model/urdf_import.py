@@ -57,7 +57,7 @@ def import_urdf(urdf: str) -> mujoco.MjSpec:
 
 
 def apply_gazebo(spec: mujoco.MjSpec, description: RobotDescription) -> None:
-    """Give links and joints what their ``<gazebo reference="…">`` says of them.
+    """Apply the properties of ``<gazebo reference="…">`` to links and joints.
 
     Links get colours, friction and surfaces, and some have no weight; joints get springs.
 

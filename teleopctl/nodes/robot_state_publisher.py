@@ -46,7 +46,7 @@ _MAX_FREQUENCY = 1000.0
 
 
 class JointTransforms:
-    """Where the frames of joints are at joint positions, as messages.
+    """Computes the transforms of joints as messages.
 
     Args:
         tree: The robot's segments.

@@ -77,7 +77,7 @@ def _spare_collections() -> None:
 
 
 def tell_address(address: Address, *, open_it: bool) -> None:
-    """Say to whoever waits for the page that it is there, and open it if the user wants that."""
+    """Report that the page is ready, and open it in a browser if requested."""
     progress.tell_ready_at(address)
     if open_it or os.environ.get(OPEN_VARIABLE):
         open_in_browser(address)
@@ -110,7 +110,7 @@ class _NoToken(argparse.Action):
 
 
 def add_page_options(parser: argparse.ArgumentParser) -> None:
-    """Add the options of whoever serves a page."""
+    """Add the page's options to a parser."""
     from teleopctl.viewer import DEFAULT_PORT
 
     parser.add_argument("--host", default="127.0.0.1", help="address to listen on")

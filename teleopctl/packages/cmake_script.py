@@ -38,7 +38,7 @@ _OPTIONS: Final = re.compile(
 
 
 class Installation(NamedTuple):
-    """What one script installs.
+    """Files and programs that a CMake script installs.
 
     Attributes:
         files: Pairs of a path below the install prefix, such as ``share/arm/launch/up.yaml``, and

@@ -65,7 +65,7 @@ def find_package(name: str) -> Package:
 
 
 def lookup_package(name: str) -> Package | None:
-    """Find a package by its name; None when no source knows it.
+    """Find a package by its name; return None if it is unknown.
 
     Raises:
         BrokenPluginError: A distribution offers it, but its files are not there.
@@ -75,7 +75,7 @@ def lookup_package(name: str) -> Package | None:
 
 
 def package_layers(name: str) -> list[Package]:
-    """Return all packages of a name, each before those that it hides; empty when there is none.
+    """Return all packages of a name, each before those that it overlays.
 
     Raises:
         BrokenPluginError: A distribution offers it, but its files are not there.
@@ -109,7 +109,7 @@ def source_packages() -> list[Package]:
 
 
 def faults_of_search() -> list[str]:
-    """Say which folders with a ``package.xml`` are no packages, and which searches were cut off."""
+    """Return sentences about invalid ``package.xml`` files and searches that were cut off."""
     from teleopctl.packages.source_folders import find_package_folders
 
     faults: list[str] = []
@@ -129,7 +129,7 @@ def faults_of_search() -> list[str]:
 
 
 def include_package_of(file: Path) -> None:
-    """Let the package that a file lies in be found, here and by the processes started from here.
+    """Add the package that contains a file to the search path of this process and its children.
 
     It comes before one of its name around the current folder, which is only met there, and behind
     one on ``TELEOPCTL_PACKAGE_PATH``; and so do the others of its workspace: a description and its

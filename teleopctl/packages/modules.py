@@ -15,7 +15,7 @@ from teleopctl.packages.records import INSTALLED, SOURCES, Package
 
 
 def source_module_root(name: str) -> Path | None:
-    """Return the folder of sources to import a module from; None where no package has it.
+    """Return the source folder to import a module from; None if no package has it.
 
     Most modules have the name of their package, but ``ament_python_install_package`` and
     ``setup.py`` install any.

@@ -50,7 +50,7 @@ def builtin_package(name: str) -> Package | None:
 
 
 def executables_of(package: str, nodes: Iterable[tuple[str, str]]) -> dict[str, Executable]:
-    """Of pairs of ``package/executable`` and target, those of one package."""
+    """Return the executables of one package, from pairs of ``package/executable`` and target."""
     split = ((name.rpartition("/"), target) for name, target in nodes)
     return {
         name: Executable(name=name, package=package, target=target)

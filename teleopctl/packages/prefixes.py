@@ -46,7 +46,7 @@ def prefixes() -> dict[str, str]:
 
 
 def include_prefix_of(file: Path) -> None:
-    """Let what is installed where a file is be found, here and by the processes started from here.
+    """Add the install prefix that contains a file to the search path.
 
     In a workspace of colcon's where each package has a prefix of its own that is all of them.
     """
@@ -90,7 +90,7 @@ def python_folders(prefix: Path) -> tuple[Path, ...]:
 # A process looks for many packages in the same prefixes.
 @lru_cache(maxsize=1024)
 def is_ros(prefix: Path) -> bool:
-    """Whether a prefix is a distribution of ROS, which brings the package that names itself so."""
+    """Return whether a prefix is a ROS distribution."""
     marker = Path(INDEX, "packages", "ros_environment")
     return (prefix / marker).is_file() or (prefix.parent / "ros_environment" / marker).is_file()
 

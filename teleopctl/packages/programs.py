@@ -101,5 +101,5 @@ def _only_executable(name: str) -> Executable:
 
 
 def is_path(text: str) -> bool:
-    """Tell whether the name of a program is meant as the path of a file."""
+    """Return whether the name of a program is the path of a file."""
     return "/" in text or os.sep in text or text.endswith(".py")

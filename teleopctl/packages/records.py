@@ -67,12 +67,12 @@ class Package:
 
     @cached_property
     def executables(self) -> dict[str, Executable]:
-        """Its programs by name; a source package's scripts are read for them."""
+        """The package's executables by name."""
         return self._read_executables()
 
     @property
     def share(self) -> Path:
-        """The folder of its files as installed; ``launch/``, ``urdf/`` … are looked for in it.
+        """Return the package's share folder.
 
         It is ``folder``, but for a source package whose ``setup.py`` or ``CMakeLists.txt`` installs
         files elsewhere.

@@ -98,7 +98,7 @@ def _is_folder(entry: os.DirEntry[str]) -> bool:
 
 
 def text_of(file: Path) -> str | None:
-    """Return the text of a file; None when there is none or it is not ours to read."""
+    """Return the text of a file; None if it is missing or unreadable."""
     try:
         return file.read_text(encoding="utf-8", errors="replace")
     except OSError:

@@ -56,7 +56,7 @@ def compiles(folder: Path) -> bool:
 
 
 def depends_on(folder: Path, name: str) -> bool:
-    """Whether a package's manifest names another one."""
+    """Return whether a package's manifest names another package."""
     text = text_of(folder / "package.xml")
     return text is not None and re.search(rf">\s*{re.escape(name)}\s*<", text) is not None
 

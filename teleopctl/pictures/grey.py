@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 
 class GreyRange:
-    """Which numbers are black and white.
+    """Range of numbers that is drawn from black to white.
 
     Args:
         automatic: Whether they are those of the picture, instead of the two that follow.

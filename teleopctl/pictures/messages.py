@@ -21,7 +21,7 @@ _ANY_WIDTH = 1 << 20
 
 # Any, of both: an Image or a CompressedImage message.
 def picture_of(message: Any, width: int, shades: GreyRange) -> Picture:
-    """Return the picture of a message, as a browser takes it.
+    """Convert an image message to a picture for browsers.
 
     Args:
         message: An ``Image`` or a ``CompressedImage``.

@@ -108,7 +108,7 @@ def _rows(message: Any, row: int) -> tuple[int, int]:
 
 
 def numbers_of(message: Any, dtype: str, channels: int) -> Array:
-    """The numbers of a message, (rows, width, channels), as this machine has them."""
+    """Return the numbers of an image message, (rows, width, channels), in native byte order."""
     numbers = np.dtype(dtype).newbyteorder(">" if message.is_bigendian else "<")
     row = message.width * channels * numbers.itemsize
     rows, step = _rows(message, row)

@@ -89,7 +89,7 @@ def with_mesh_paths(urdf: str, folder: Path) -> str:
 
 
 def described_controllers(description: RobotDescription) -> list[str]:
-    """Return the parameter files of controllers that a description names, as it writes them.
+    """Return the controllers' parameter files that a description names, as written there.
 
     They stand at Gazebo's plug-in of ros2_control.
     """
@@ -97,7 +97,7 @@ def described_controllers(description: RobotDescription) -> list[str]:
 
 
 def described_namespace(description: RobotDescription) -> str:
-    """Return the namespace of the controller manager that a description names, ``/arm`` say.
+    """Return the namespace of a description's controller manager, such as ``/arm``.
 
     It stands at Gazebo's plug-in of ros2_control; empty where that is not, or the root's.
     """
@@ -131,7 +131,7 @@ def _said_by_plugin(description: RobotDescription, parameter: str) -> list[str]:
 def controllers_for(
     description: RobotDescription, plugins: MotionPlugins | None = None
 ) -> dict[str, Any]:
-    """Return parameters of controllers that move every joint of ``<ros2_control>``, and tell all.
+    """Return parameters of controllers that move every joint of ``<ros2_control>``.
 
     Joints that take positions follow trajectories; of the others each group takes its values.
 

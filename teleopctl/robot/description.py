@@ -81,7 +81,7 @@ class RobotDescription:
 
     @cached_property
     def ros2_control(self) -> tuple[HardwareInfo, ...]:
-        """The hardware components; none when there is no ``<ros2_control>``.
+        """Hardware components of the ``<ros2_control>`` tags.
 
         Raises:
             InvalidDescriptionError: When a tag breaks the grammar or contradicts the URDF.
@@ -118,7 +118,7 @@ class RobotDescription:
 
     @cached_property
     def gazebo(self) -> GazeboTag:
-        """What the description tells a simulator.
+        """Content of the ``<gazebo>`` elements, for simulators.
 
         Raises:
             InvalidDescriptionError: When a ``<gazebo>`` cannot be read.

@@ -143,7 +143,7 @@ def required(element: Element, attribute: str) -> str:
 
 
 def child_text(element: Element, tag: str, default: str = "") -> str:
-    """Return the stripped text of a child element, or the default where there is none."""
+    """Return the stripped text of a child element; the default if it is missing."""
     child = element.find(tag)
     return default if child is None else (child.text or "").strip()
 

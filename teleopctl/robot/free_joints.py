@@ -36,7 +36,7 @@ class FreeJoint:
 
 
 class JointSet:
-    """The movable joints of a robot and those that follow them.
+    """The movable joints of a robot, independent and mimicking ones.
 
     Attributes:
         names: All of them, in the order of the description.

@@ -28,7 +28,7 @@ _AXES = "xyz"
 
 @dataclass(frozen=True, slots=True)
 class LinkPhysics:
-    """How a link looks and touches; None where the description leaves it to the simulator.
+    """Colour, friction and other properties of a link; None where unset.
 
     Attributes:
         rgba: Its colour.
@@ -62,7 +62,7 @@ class Spring:
 
 @dataclass(frozen=True, slots=True)
 class GazeboTag:
-    """Everything that the ``<gazebo>`` elements of a robot say.
+    """Content of the ``<gazebo>`` elements of a robot.
 
     Attributes:
         links: Per-link settings, by link.

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 class Bounds(NamedTuple):
-    """``min`` and ``max`` of a command interface, None where there is none, and its line."""
+    """``min`` and ``max`` of a command interface (None if missing), and the line."""
 
     low: float | None = None
     high: float | None = None
@@ -35,7 +35,7 @@ _EVERYWHERE = (-math.inf, math.inf)
 
 @dataclass(frozen=True, slots=True)
 class JointLimits:
-    """What a joint may be commanded to, the most restrictive of all that is said; else infinite.
+    """Limits of a joint's commands, the most restrictive of all sources; infinite if none.
 
     Attributes:
         lower: Smallest position, rad or m; the soft limit where there is one.
@@ -66,12 +66,12 @@ class JointLimits:
 
     @property
     def rest(self) -> float:
-        """Where the joint stands while nobody says where; see `rest_within`."""
+        """Resting position of the joint; see `rest_within`."""
         return rest_within(self.lower, self.upper)
 
     @property
     def mechanical(self) -> JointLimits:
-        """What the joint can do, whatever control allows it."""
+        """The limits of the mechanism, without those of control."""
         lower, upper = self.stops
         return replace(self, lower=lower, upper=upper, velocity=self.top_speed, lines={})
 
@@ -257,7 +257,7 @@ def mimic_in_control(
 def resolve_mimics(
     joints: Mapping[str, object], mimics: Mapping[str, Mimic]
 ) -> dict[str, tuple[Mimic, ...]]:
-    """Follow each mimic to the joint that moves on its own.
+    """Return the leaders of each mimic joint, up to the one that moves independently.
 
     Args:
         joints: All joints by name.

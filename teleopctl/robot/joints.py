@@ -35,7 +35,7 @@ class JointModel:
 
     @property
     def mimic(self) -> Mimic | None:
-        """The joint that it follows in the end, which follows no other."""
+        """Mimic relation to the independent joint that the joint follows in the end."""
         return self.leaders[-1] if self.leaders else None
 
 
@@ -81,7 +81,7 @@ class Joints(Mapping[str, JointModel]):
 
     @classmethod
     def of(cls, description: RobotDescription) -> Joints:
-        """The joints as control and physics have them.
+        """Return the joints with the limits and mimics of URDF and ``<ros2_control>``.
 
         Raises:
             InvalidDescriptionError: When ``<ros2_control>`` is wrong.
@@ -120,11 +120,11 @@ class Joints(Mapping[str, JointModel]):
 
     @property
     def mimics(self) -> dict[str, Mimic]:
-        """What each following joint follows directly."""
+        """Return the direct mimic relation of each mimic joint."""
         return {name: leaders[0] for name, leaders in self._followers}
 
     def with_mimics(self, mimics: Mapping[str, Mimic]) -> Joints:
-        """The same joints with these mimics instead of their own.
+        """Return the same joints with these mimic relations.
 
         Raises:
             InvalidDescriptionError: As `resolve_mimics` does.

@@ -25,7 +25,7 @@ _KINDS: dict[str, ModelKind] = {"robot": "urdf", "mujoco": "mjcf", "sdf": "sdf",
 
 
 def model_kind(path: Path | str) -> ModelKind:
-    """Tell the kind of a robot's file by its root element.
+    """Return the kind of a robot's file by its root element.
 
     What cannot be read, and what has another root, counts as URDF: its reader says what is wrong.
     """
@@ -51,7 +51,7 @@ def read_model(
     safe: bool | None = None,
     places: bool = False,
 ) -> ExpandedXacro:
-    """Read a robot's file, and tell the files that it includes.
+    """Read a robot's file of any kind, and the files that it includes.
 
     Args:
         path: URDF, xacro, SDF or MJCF, told apart by the root element.

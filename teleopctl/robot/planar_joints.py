@@ -23,7 +23,7 @@ _NO_MASS, _NO_MOMENT = "1e-9", "1e-12"
 def split_planar_joints(
     robot: etree._Element, joints: Mapping[str, Joint]
 ) -> tuple[list[str], list[str]]:
-    """Put three joints into a ``<robot>`` in the place of each planar one.
+    """Replace each planar joint of a ``<robot>`` by two prismatic and a revolute one.
 
     Args:
         robot: The element.

@@ -79,7 +79,7 @@ class ComponentInfo:
 
     @property
     def mimic(self) -> Mimic | None:
-        """The joint that a joint follows in the end, which follows no other."""
+        """Mimic relation to the independent joint that the joint follows in the end."""
         return self.leaders[-1] if self.leaders else None
 
 
@@ -96,7 +96,7 @@ class TransmissionEnd:
 
 @dataclass(frozen=True, slots=True)
 class TransmissionInfo:
-    """How actuators move joints."""
+    """A ``<transmission>`` between actuators and joints."""
 
     name: str
     type: str

@@ -123,7 +123,7 @@ def _plain_commands(systems: list[etree._Element]) -> list[str]:
 
 
 def usual_command(kind: str) -> str:
-    """What a joint takes of which nobody says it, by its kind in URDF: it is held, or turns."""
+    """Return the default command interface of a joint, by its URDF type."""
     return "velocity" if kind == "continuous" else "position"
 
 

@@ -31,7 +31,7 @@ UNLIMITED = "{http://sdformat.org/schemas/root.xsd}unlimited"
 
 @dataclass(frozen=True, slots=True)
 class Pose:
-    """Where a frame stands in another one."""
+    """Pose of a frame in another frame."""
 
     xyz: Vector3 = _ZERO
     rpy: Vector3 = _ZERO
@@ -99,7 +99,7 @@ class Visual:
 
 @dataclass(frozen=True, slots=True)
 class Collision:
-    """A shape that touches others."""
+    """Collision shape of a link."""
 
     geometry: Geometry
     origin: Pose = Pose()
@@ -132,7 +132,7 @@ class Link:
 
 @dataclass(frozen=True, slots=True)
 class Limit:
-    """What a joint can do; ``lower`` and ``upper`` are meaningless for continuous joints.
+    """Limits of a joint; ``lower`` and ``upper`` have no meaning for continuous joints.
 
     ``line`` is where the tag stands; 0 where that is not known.
     """
@@ -174,7 +174,7 @@ class SafetyController:
 
 @dataclass(frozen=True, slots=True)
 class Joint:
-    """How a child link moves in its parent; ``axis`` is a unit vector in the joint's frame.
+    """A joint between a parent and a child link; ``axis`` is a unit vector in its frame.
 
     ``line`` is where the tag stands; 0 where that is not known.
     """
@@ -193,7 +193,7 @@ class Joint:
 
     @property
     def is_single_axis(self) -> bool:
-        """Whether one number says where the joint stands."""
+        """Whether the joint's position is one number."""
         return self.type in ("revolute", "continuous", "prismatic")
 
 

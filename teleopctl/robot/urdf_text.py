@@ -12,14 +12,14 @@ from teleopctl.tf import Transform, quaternion_from_axis_angle, rpy_from_quatern
 
 
 def transform(position: Sequence[float], quaternion: Sequence[float]) -> Transform:
-    """A transform of a position and a quaternion w x y z, as MuJoCo has it."""
+    """Return the transform of a position and a quaternion w x y z, as MuJoCo has them."""
     x, y, z = (float(value) for value in position)
     w, i, j, k = (float(value) for value in quaternion)
     return Transform((x, y, z), (i, j, k, w))
 
 
 def towards(direction: Sequence[float]) -> Transform:
-    """What turns z into a direction, by the shortest way; nothing for one of length 0."""
+    """Return the shortest rotation of z into a direction; the identity for length 0."""
     x, y, z = direction
     length = math.sqrt(x * x + y * y + z * z)
     if length == 0.0:
@@ -32,14 +32,14 @@ def towards(direction: Sequence[float]) -> Transform:
 
 
 def add_origin(element: etree._Element, place: Transform) -> None:
-    """Add an ``<origin>``, unless it says nothing."""
+    """Add an ``<origin>`` to an element, unless the transform is the identity."""
     rpy = rpy_from_quaternion(place.rotation)
     if any(place.translation) or any(rpy):
         etree.SubElement(element, "origin", xyz=numbers(*place.translation), rpy=numbers(*rpy))
 
 
 def pose_text(place: Transform) -> str:
-    """A place as the ``<pose>`` of a sensor has it."""
+    """Return a pose as text, in the order x y z roll pitch yaw."""
     return numbers(*place.translation, *rpy_from_quaternion(place.rotation))
 
 

@@ -58,12 +58,12 @@ class World:
 
     @property
     def origin(self) -> tuple[float, float, float] | None:
-        """Where its origin is on the earth: degrees north and east, metres; None if unsaid."""
+        """World origin on the earth: latitude and longitude (deg), height (m); None if unset."""
         return None if self.scene is None else self.scene.origin
 
     @property
     def moves(self) -> bool:
-        """Whether it is a thing by itself, which moves freely wherever it is put."""
+        """Whether the file is a single object that moves freely."""
         return self.description is not None and self.description.root != "world"
 
 
@@ -84,7 +84,7 @@ def find_world(uri: str, folder: Path) -> Path:
 
 
 def is_world(path: Path) -> bool:
-    """Whether a file is a world and cannot be a robot: YAML of ours, or SDF with more than one."""
+    """Return whether a file is a world and not a robot: world YAML, or SDF with several models."""
     if path.suffix.lower() in _YAML:
         return True
     try:

@@ -29,7 +29,7 @@ _HOW: dict[str, Callable[[list[float]], float]] = {
 
 
 class Measure(NamedTuple):
-    """What is measured of a run.
+    """A measure of a run: a field of a topic, and a statistic of its values.
 
     Attributes:
         field: Topic and field, ``/joint_states/position[0]``.
@@ -41,7 +41,7 @@ class Measure(NamedTuple):
 
     @property
     def name(self) -> str:
-        """As it is shown."""
+        """Name of the measure in tables."""
         return f"{self.field}:{self.how}"
 
 

@@ -48,7 +48,7 @@ _ENDS_WITHIN_S = 30.0
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RunRequest:
-    """What one run is to be.
+    """Request for one run of a sweep.
 
     Attributes:
         number: From 1.
@@ -85,7 +85,7 @@ def load_run(folder: Path) -> RunRequest:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RunResult:
-    """What came of a run.
+    """Result of one run of a sweep.
 
     Attributes:
         number: Of the run.
@@ -131,13 +131,13 @@ def load_result(folder: Path) -> RunResult | None:
 
 
 def launch_arguments(request: RunRequest) -> dict[str, str]:
-    """The launch arguments of a run, those that vary among them."""
+    """Return the launch arguments of a run, the varied ones included."""
     varied = {name: value for name, value in request.parameters.items() if ":" not in name}
     return request.arguments | varied
 
 
 def run_once(folder: Path) -> RunResult:
-    """Do the run whose folder this is, and write down what came of it.
+    """Run the request in a run's folder, and write the result there.
 
     Raises:
         KeyboardInterrupt: It was stopped; nothing is written down then.
@@ -312,7 +312,7 @@ def _look_into_bag(
 
 
 def environment(folder: Path, slot: int, port: int) -> Mapping[str, str]:
-    """The environment of a run: what it starts sees nothing of other runs, nor they of it.
+    """Return the environment of a run, which isolates it from other runs.
 
     Args:
         folder: The run's.

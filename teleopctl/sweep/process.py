@@ -32,7 +32,7 @@ GUARDED = "--guarded"
 
 
 class RunProcesses:
-    """Does runs, on as many threads as call it.
+    """Executes runs as child processes; thread-safe.
 
     Args:
         guarded: Whether the processes are to end when the present one is no more.
@@ -45,7 +45,7 @@ class RunProcesses:
         self._stopped = False
 
     def stop(self) -> None:
-        """End the runs at work, and begin no other."""
+        """Stop the running runs, and start no others."""
         with self._lock:
             self._stopped = True
             for process in self._at_work:
@@ -117,7 +117,7 @@ class RunProcesses:
 
 
 def failed(request: RunRequest, folder: Path, error: str, wall_s: float = 0.0) -> RunResult:
-    """What came of a run of which nothing is left."""
+    """Return the result of a run that ended without one."""
     return RunResult(
         number=request.number,
         parameters=request.parameters,
@@ -139,7 +139,7 @@ def clear_run(folder: Path) -> None:
 
 
 def free_ports(count: int) -> list[int]:
-    """Ports of the loopback interface that nobody has, no two the same."""
+    """Return free ports of the loopback interface."""
     with contextlib.ExitStack() as sockets:
         found = [sockets.enter_context(socket.socket()) for _ in range(count)]
         for each in found:

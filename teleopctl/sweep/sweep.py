@@ -78,7 +78,7 @@ class Sweep:
         return self.folder / f"{request.number:0{width}d}"
 
     def results(self) -> list[RunResult]:
-        """What came of those runs that have come to their end, in their order."""
+        """Return the results of all finished runs, in order."""
         found = [
             load_result(self.folder_of(request)) or self._seen.get(request.number)
             for request in self.requests
@@ -86,7 +86,7 @@ class Sweep:
         return [result for result in found if result is not None]
 
     def left(self) -> list[RunRequest]:
-        """The runs that are not done yet, those that failed among them."""
+        """Return the runs that are not yet done, failed ones included."""
         found = ((request, load_result(self.folder_of(request))) for request in self.requests)
         return [request for request, result in found if result is None or not result.is_done]
 
@@ -151,7 +151,7 @@ class _Crew:
         self._stopped = False
 
     def stop(self) -> None:
-        """End the runs at work, and begin no other."""
+        """Stop the running runs, and start no others."""
         self._stopped = True
         self._processes.stop()
 

@@ -46,7 +46,7 @@ _PATIENCE_S = 2.0
 
 
 class RosGraph:
-    """A graph of its own for one test: router on a free port, domain, runtime and log folder.
+    """An isolated ROS graph for tests: its own router, domain and folders.
 
     What is started here sees nothing of the machine's other nodes, and they see nothing of it. As
     a context manager it starts the router and takes this process in as well, so that nodes of the
@@ -78,7 +78,7 @@ class RosGraph:
 
     @property
     def folder(self) -> Path:
-        """Where its records are, by which all that runs is found and ended: it stays the same."""
+        """Folder of the graph's process records."""
         return self._folder
 
     def _use_port(self, port: int) -> None:
@@ -117,7 +117,7 @@ class RosGraph:
         environ.update(self.variables)
 
     def start_router(self) -> background.ProcessRecord:
-        """Start the router as ``teleopctl daemon start`` does; a context manager has done it.
+        """Start the router as ``teleopctl daemon start`` does.
 
         Raises:
             TeleopctlError: It cannot start.
@@ -273,7 +273,7 @@ class RosGraph:
         return self._observer
 
     def reports(self) -> Iterator[tuple[str, str]]:
-        """What ran here and what it wrote, as titles and texts, for the report of a failure."""
+        """Yield the processes and logs of the graph, as titles and texts, for a failure report."""
         for process in self._processes:
             yield f"process {process.pid}", process.report()
         for log_file in sorted((self.folder / _LOG).glob("*.log")):

@@ -25,7 +25,7 @@ _MARKS = (
 
 
 def are_ours(site: str) -> bool:
-    """Tell whether the packages are imported from a folder, and not from a real ROS 2."""
+    """Return whether the launch packages are teleopctl's, and not those of a real ROS 2."""
     specs = [find_spec(name) for name in _PLUGINS]
     return all(spec is not None and (spec.origin or "").startswith(site) for spec in specs)
 

@@ -13,7 +13,7 @@ from teleopctl.testing.process import LONGEST_WAIT_S, eventually
 
 
 class LaunchedSystem:
-    """What a launch file started, once everything is up; see `RosGraph.launch`.
+    """A running launch file; made by `RosGraph.launch`.
 
     Args:
         record: The launch as a background process.
@@ -31,7 +31,7 @@ class LaunchedSystem:
 
     @property
     def output(self) -> str:
-        """What its processes have written so far."""
+        """Output of the launch's processes so far."""
         return self.log_file.read_text(encoding="utf-8", errors="replace")
 
     @property

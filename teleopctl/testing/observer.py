@@ -11,7 +11,7 @@ from teleopctl.testing.process import LONGEST_WAIT_S
 
 
 class Observer:
-    """A node of this process, whose callbacks run on a thread of their own.
+    """A node of the test's process, whose callbacks run on a thread of their own.
 
     Attributes:
         node: The node, for publishers, clients and whatever else a test needs. What a callback

@@ -81,17 +81,17 @@ class Process:
 
     @property
     def returncode(self) -> int | None:
-        """What it ended with, None while it runs; negative for a signal."""
+        """Exit status, negative for a signal; None while the process runs."""
         return self._popen.poll()
 
     @property
     def stdout(self) -> str:
-        """What it has written to standard output so far."""
+        """Standard output so far."""
         return self._text("stdout")
 
     @property
     def stderr(self) -> str:
-        """What it has written to standard error so far."""
+        """Standard error so far."""
         return self._text("stderr")
 
     def _text(self, stream: str) -> str:
@@ -142,7 +142,7 @@ class Process:
         self._popen.stdin.flush()
 
     def interrupt(self) -> None:
-        """What Ctrl-C does."""
+        """Interrupt the process, as Ctrl-C does."""
         if sys.platform == "win32":
             # It has no Ctrl-C for one process alone.
             self._popen.send_signal(signal.CTRL_BREAK_EVENT)
@@ -150,7 +150,7 @@ class Process:
             self._popen.send_signal(signal.SIGINT)
 
     def terminate(self) -> None:
-        """What ``kill`` without options does: SIGTERM."""
+        """Terminate the process by SIGTERM."""
         self._popen.terminate()
 
     def wait(self, timeout_s: float = LONGEST_WAIT_S) -> int:

@@ -149,7 +149,7 @@ class Buffer(BufferCore, BufferInterface):
     async def lookup_transform_async(
         self, target_frame: str, source_frame: str, time: TimeLike
     ) -> TransformStamped:
-        """Answer as ``lookup_transform`` does, as soon as there is an answer."""
+        """Return the result of ``lookup_transform``, once it is available."""
         found = await self.wait_for_transform_async(target_frame, source_frame, time)
         return cast("TransformStamped", found)
 
@@ -173,7 +173,7 @@ class Buffer(BufferCore, BufferInterface):
         source_time: TimeLike,
         fixed_frame: str,
     ) -> TransformStamped:
-        """Answer as ``lookup_transform_full`` does, as soon as there is an answer."""
+        """Return the result of ``lookup_transform_full``, once it is available."""
         frames = (target_frame, target_time, source_frame, source_time, fixed_frame)
         return cast("TransformStamped", await self.wait_for_transform_full_async(*frames))
 
@@ -219,7 +219,7 @@ class Buffer(BufferCore, BufferInterface):
         timeout: TimeLike | None = None,
         return_debug_tuple: bool = False,
     ) -> Any:
-        """Tell whether ``lookup_transform`` would answer.
+        """Return whether ``lookup_transform`` has a result.
 
         Returns:
             A bool, or (bool, why not) with ``return_debug_tuple``.
@@ -237,7 +237,7 @@ class Buffer(BufferCore, BufferInterface):
         timeout: TimeLike | None = None,
         return_debug_tuple: bool = False,
     ) -> Any:
-        """Tell whether ``lookup_transform_full`` would answer; see there and ``can_transform``."""
+        """Return whether ``lookup_transform_full`` has a result."""
         frames = (target_frame, target_time, source_frame, source_time, fixed_frame)
         answer = self._through(*frames, "canTransform")
         return self._known_in_time(answer, timeout, return_debug_tuple)

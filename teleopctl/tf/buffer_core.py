@@ -104,7 +104,7 @@ class BufferCore:
     def can_transform_core(
         self, target_frame: str, source_frame: str, time: TimeLike
     ) -> tuple[bool, str]:
-        """Tell whether ``lookup_transform_core`` would answer, and why not."""
+        """Return whether ``lookup_transform_core`` has a result, and the reason if not."""
         return self._told(self._between(target_frame, source_frame, stamp_of(time), "canTransform"))
 
     def can_transform_full_core(
@@ -115,7 +115,7 @@ class BufferCore:
         source_time: TimeLike,
         fixed_frame: str,
     ) -> tuple[bool, str]:
-        """Tell whether ``lookup_transform_full_core`` would answer, and why not."""
+        """Return whether ``lookup_transform_full_core`` has a result, and the reason if not."""
         frames = (target_frame, target_time, source_frame, source_time, fixed_frame)
         return self._told(self._through(*frames, "canTransform"))
 
@@ -142,7 +142,7 @@ class BufferCore:
         time: TimeLike,
         averaging_interval: TimeLike,
     ) -> tuple[Vector3, Vector3]:
-        """Return how a frame moves, seen from and expressed in another one.
+        """Return the linear and angular velocity of a frame as observed from another one.
 
         Args:
             tracking_frame: The frame that moves.

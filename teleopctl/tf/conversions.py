@@ -29,7 +29,7 @@ _direct: dict[tuple[type, type], Convert] = {}
 
 
 class TypeException(Exception):
-    """Nobody has registered how a type is transformed or converted."""
+    """No transformation or conversion is registered for a type."""
 
     def __init__(self, errstr: str) -> None:
         super().__init__(errstr)
@@ -37,7 +37,7 @@ class TypeException(Exception):
 
 
 class NotImplementedException(Exception):
-    """A buffer of one's own lacks a method."""
+    """A user's buffer class lacks a method."""
 
     def __init__(self) -> None:
         self.errstr = "the buffer has no such method"
@@ -45,7 +45,7 @@ class NotImplementedException(Exception):
 
 
 class TransformRegistration:
-    """How the types are transformed; all instances share one table."""
+    """Table of the functions that transform message types, shared by all instances."""
 
     def add(self, key: type, callback: DoTransform) -> None:
         """Register how objects of a type are transformed."""
@@ -61,7 +61,7 @@ class TransformRegistration:
 
 
 class ConvertRegistration:
-    """How types become messages, and messages types; all instances share one table."""
+    """Table of the functions that convert types to and from messages, shared by all instances."""
 
     def add_from_msg(self, key: type, callback: Convert) -> None:
         """Register how a type is made from its message."""

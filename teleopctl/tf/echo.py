@@ -25,7 +25,7 @@ ECHO_DIGITS = 3
 
 
 def echo_text(stamp: int, transform: Transform, digits: int = ECHO_DIGITS) -> str:
-    """Write a transform as ``tf2_echo`` prints it.
+    """Return a transform in the format of ``tf2_echo``.
 
     Args:
         stamp: Nanoseconds; 0 for frames that stand still.

@@ -16,7 +16,7 @@ class ConnectivityException(TransformException):
 
 
 class ExtrapolationException(TransformException):
-    """The time asked for lies outside of what is known."""
+    """The requested time lies outside the buffered transforms."""
 
 
 class InvalidArgumentException(TransformException):

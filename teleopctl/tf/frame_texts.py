@@ -11,7 +11,7 @@ _NOBODY = "default_authority"
 
 
 class KnownFrame(NamedTuple):
-    """What is known of a frame that has a parent; the rate in Hz, times in seconds.
+    """Statistics of a frame that has a parent; rate in Hz, times in seconds.
 
     ``broadcaster`` is empty where it is unknown.
     """
@@ -26,7 +26,7 @@ class KnownFrame(NamedTuple):
 
 
 def known_frames(tree: FrameTree) -> list[KnownFrame]:
-    """Return the frames that have a parent, in the order in which they were heard of."""
+    """Return the frames that have a parent, in the order of their first transforms."""
     return [_known(tree, child, parent) for child, parent in tree.parents()]
 
 

@@ -69,7 +69,7 @@ def do_transform_pose_stamped(pose: PoseStamped, transform: TransformStamped) ->
 def do_transform_pose_with_covariance_stamped(
     pose: PoseWithCovarianceStamped, transform: TransformStamped
 ) -> PoseWithCovarianceStamped:
-    """Move a ``PoseWithCovarianceStamped``; its covariance turns with it."""
+    """Transform a ``PoseWithCovarianceStamped`` and its covariance."""
     moved: PoseWithCovarianceStamped = _with_header("PoseWithCovarianceStamped", transform)
     moved.pose.pose = do_transform_pose(pose.pose.pose, transform)
     moved.pose.covariance = transform_covariance(pose.pose.covariance, transform)
@@ -127,7 +127,7 @@ def _transform_of_pose(pose: Any) -> Transform:
 
 
 def register() -> None:
-    """Let buffers transform the stamped messages of ``geometry_msgs``."""
+    """Register the transformations of ``geometry_msgs``' stamped messages."""
     registered = TransformRegistration()
     conversions = ConvertRegistration()
     for name, how in (

@@ -13,7 +13,7 @@ from teleopctl.tf.transforms import Transform, interpolate
 
 @dataclass(frozen=True, slots=True)
 class Sample:
-    """Where a frame stood in its parent at a time."""
+    """Transform of a frame to its parent at one time."""
 
     stamp: int
     parent: str
@@ -33,7 +33,7 @@ class StaticHistory:
 
     @property
     def latest(self) -> Sample:
-        """What is known of the frame."""
+        """Return the static transform."""
         return self._sample
 
     @property

@@ -129,7 +129,7 @@ class TransformListener:
 
 
 class NamedTransformListener(TransformListener):
-    """A `TransformListener` that notes for each transform which node published it.
+    """`TransformListener` that records which node published each transform.
 
     Args:
         buffer: What to fill.

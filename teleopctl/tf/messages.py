@@ -16,7 +16,7 @@ class Nanoseconds(Protocol):
 
     @property
     def nanoseconds(self) -> int:
-        """The whole of it."""
+        """Total number of nanoseconds."""
 
 
 TimeLike: TypeAlias = Nanoseconds | Stamp | int
@@ -60,7 +60,7 @@ def transform_stamped(
 
 
 def move_transform(message: TransformStamped, stamp: int, transform: Transform) -> None:
-    """Have a ``geometry_msgs/msg/TransformStamped`` say where its child stands now.
+    """Update stamp and transform of a ``geometry_msgs/msg/TransformStamped``.
 
     Args:
         message: What `transform_stamped` made.

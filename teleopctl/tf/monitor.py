@@ -30,7 +30,7 @@ _RESULTS_EVERY_S = 1.0
 
 
 class Delay(NamedTuple):
-    """How much later than their stamps transforms came, in seconds."""
+    """Delays between transforms' stamps and arrivals, in seconds."""
 
     average_s: float
     max_s: float
@@ -53,7 +53,7 @@ class Broadcaster(NamedTuple):
 
 
 class MonitorResults(NamedTuple):
-    """What was measured. ``chain`` and ``net`` are empty where all frames are watched."""
+    """Result of the measurement. ``chain`` and ``net`` are empty where all frames are watched."""
 
     chain: tuple[str, ...]
     net: Delay | None

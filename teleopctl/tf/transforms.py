@@ -19,7 +19,7 @@ _SMALL_ANGLE = 1e-6
 
 @dataclass(frozen=True, slots=True)
 class Transform:
-    """Where a child frame stands in its parent: turn by ``rotation``, then move.
+    """Transform from a child frame to its parent: rotate by ``rotation``, then translate.
 
     ``a @ b`` is the transform of b's child in a's parent, where b's parent is a's child.
     """

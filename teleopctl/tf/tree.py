@@ -105,11 +105,11 @@ class FrameTree:
             yield child, history.latest.parent
 
     def latest(self) -> list[tuple[str, Sample]]:
-        """Return every frame that has a parent, with the newest that is known of it."""
+        """Return every frame that has a parent, with its newest transform."""
         return [(child, history.latest) for child, history in self._histories.items()]
 
     def authority(self, frame: str) -> str:
-        """Return who last said where a frame stands, or an empty string."""
+        """Return the publisher of a frame's newest transform, or an empty string."""
         return self._frames.get(frame, "")
 
     def span(self, frame: str) -> tuple[int, bool] | None:

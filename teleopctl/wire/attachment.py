@@ -44,7 +44,7 @@ def encode_attachment(sequence: int, time_ns: int, gid: bytes) -> bytes:
 
 
 def decode_attachment(data: bytes) -> Attachment | None:
-    """Read an attachment, or return None for anything that is not one."""
+    """Decode an attachment; return None for anything else."""
     if len(data) != _LAYOUT.size:
         return None
     sequence, time_ns, gid_size, gid = _LAYOUT.unpack(data)
@@ -52,5 +52,5 @@ def decode_attachment(data: bytes) -> Attachment | None:
 
 
 def is_legacy(data: bytes) -> bool:
-    """Tell whether the sender is an rmw_zenoh from before April 2025, which has to be upgraded."""
+    """Return whether the sender is an rmw_zenoh from before April 2025, which is too old."""
     return len(data) == _LEGACY_SIZE and data[0] == _LEGACY_FIRST_BYTE

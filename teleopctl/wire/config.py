@@ -110,7 +110,7 @@ _ROUTER_TEMPLATE = (
 
 
 class SessionConfig:
-    """How to open a session.
+    """Configuration of a session.
 
     Attributes:
         zenoh: The configuration in Zenoh's form.
@@ -127,7 +127,7 @@ class SessionConfig:
 
 
 class RouterConfig:
-    """How to open a router.
+    """Configuration of a router.
 
     Attributes:
         zenoh: The configuration in Zenoh's form.
@@ -145,7 +145,7 @@ class RouterConfig:
 
 
 def reason_of(error: zenoh.ZError) -> str:
-    """What Zenoh says went wrong, without the places in its source code."""
+    """Return Zenoh's error message without places in its source code."""
     import re
 
     text = re.sub(r" at \S+\.rs:\d+\.?", "", str(error)).strip()
@@ -155,7 +155,7 @@ def reason_of(error: zenoh.ZError) -> str:
 
 
 def session_config(mode: SessionMode) -> SessionConfig:
-    """Return the configuration of a session as the environment wants it.
+    """Return the session configuration that the environment sets.
 
     Args:
         mode: What the session should be unless the environment says otherwise.
@@ -215,7 +215,7 @@ def probe_config(address: RouterAddress) -> SessionConfig:
 
 
 def router_config(listen: Sequence[str] = ()) -> RouterConfig:
-    """Return the configuration of the router as the environment wants it.
+    """Return the router configuration that the environment sets.
 
     It listens where sessions look for a router, unless a file or an override says otherwise. What
     an override tells sessions to connect to is not that place: a router connects to other routers.
@@ -260,7 +260,7 @@ def router_config(listen: Sequence[str] = ()) -> RouterConfig:
 
 
 def how_to_start(router: RouterAddress) -> str:
-    """What a person does who wants a router at an address where none answers."""
+    """Return a hint on how to start a router at an address where none answers."""
     try:
         daemon = router_config().address
     except UsageError as error:

@@ -36,7 +36,7 @@ def is_hidden_name(name: str) -> bool:
 
 
 def action_type(endpoint: EndpointToken) -> str | None:
-    """Return the type of the action whose feedback an endpoint is of; None for any other."""
+    """Return the action type of an endpoint of feedback; None for other endpoints."""
     if endpoint.name.endswith(_FEEDBACK_TOPIC) and endpoint.type_name.endswith(_FEEDBACK_TYPE):
         return endpoint.type_name.removesuffix(_FEEDBACK_TYPE)
     return None
@@ -83,7 +83,7 @@ class NodeEntry:
 
 
 class Graph:
-    """What was in one domain at one moment; it does not change.
+    """Immutable snapshot of a domain's nodes and endpoints.
 
     ``nodes`` holds one entry for each namespace, name, session and id, so that a name that two
     processes use occurs twice. ``endpoints`` holds every publisher, subscription, service server
@@ -131,11 +131,11 @@ class Graph:
         return actions_of(e for e in self.endpoints if e.kind in (EntityKind.MP, EntityKind.MS))
 
     def action_servers(self, action: str) -> list[EndpointToken]:
-        """What publishes the feedback of an action (``/ns/action``): one of each server."""
+        """Return the feedback publishers of an action (``/ns/action``): one per server."""
         return self._of_action(EntityKind.MP, action)
 
     def action_clients(self, action: str) -> list[EndpointToken]:
-        """What subscribes to the feedback of an action: one of each client."""
+        """Return the feedback subscriptions of an action: one per client."""
         return self._of_action(EntityKind.MS, action)
 
     def publishers(self, topic: str, type_name: str | None = None) -> list[EndpointToken]:
@@ -174,7 +174,7 @@ class Graph:
 
 
 def query_graph(session: zenoh.Session, domain: int | None = None, timeout_s: float = 5.0) -> Graph:
-    """Ask for all tokens of a domain at once.
+    """Query all liveliness tokens of a domain once.
 
     Not in a session that has a `GraphWatcher`, which knows: there Zenoh 1.10 now and then leaves
     tokens out of an answer.
@@ -217,7 +217,7 @@ def _tokens(samples: Iterable[zenoh.Sample]) -> Iterator[NodeToken | EndpointTok
 
 
 def node_key(token: NodeToken | EndpointToken) -> _NodeKey:
-    """What tells a node from all others, of its own token and of its endpoints' alike."""
+    """Return the key that a node's own token and its endpoints' tokens share."""
     return (token.namespace, token.node, token.zid, token.nid)
 
 

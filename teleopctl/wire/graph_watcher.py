@@ -65,7 +65,7 @@ class GraphWatcher:
         )
 
     def snapshot(self) -> Graph:
-        """The graph as far as this session has heard of it."""
+        """Return a snapshot of the graph."""
         with self._changed:
             return self._snapshot()
 
@@ -99,7 +99,7 @@ class GraphWatcher:
             return not self._closed and bool(satisfied)
 
     def announced(self, text: str) -> None:
-        """Know at once of a token that the session has declared itself."""
+        """Add a token that this session has declared."""
         token = parse_token(text)
         with self._changed:
             if token is None or text in self._own_gone or text in self._tokens:
@@ -108,7 +108,7 @@ class GraphWatcher:
         self._tell()
 
     def withdrawn(self, text: str) -> None:
-        """Know at once that the session has taken one of its own tokens back.
+        """Remove a token that this session has undeclared.
 
         Zenoh tells of it a moment later where the router has told the session of that token.
         """
@@ -120,7 +120,7 @@ class GraphWatcher:
         self._tell()
 
     def close(self) -> None:
-        """Stop following; whoever waits returns. Closing twice does no harm."""
+        """Stop following the graph, and wake waiting threads. Closing twice does no harm."""
         with self._changed:
             if self._closed:
                 return
@@ -204,7 +204,7 @@ def _report(text: str) -> None:
 
 
 class ListeningThread:
-    """Has a function hear of tokens on a thread of its own, which ends with the subscriber.
+    """Receives liveliness changes on a thread of its own, which ends with the subscriber.
 
     That a peer goes is told by the one thread which also ends what an advanced publisher does
     beside; its `undeclare` waits for that up to 10 s, and holds Python's lock meanwhile. So no
@@ -243,7 +243,7 @@ class ListeningThread:
             raise self._failure
 
     def undeclare(self) -> None:
-        """Hear no more; the thread has ended then, unless it is the one that calls this."""
+        """Undeclare the subscriber and wait for the end of its thread."""
         if self._subscriber is None:
             return
         self._subscriber.undeclare()

@@ -24,7 +24,7 @@ _ATTEMPTS = "ZENOH_ROUTER_CHECK_ATTEMPTS"
 
 
 def introduce(session: zenoh.Session, router: RouterAddress) -> None:
-    """Let a new peer meet the others; warn when there is no router to introduce it.
+    """Wait until a new peer has met the others; warn if there is no router.
 
     ``ZENOH_ROUTER_CHECK_ATTEMPTS`` is honoured as by a ROS process: how many seconds to wait for a
     router, 0 for ever, a negative number not at all.

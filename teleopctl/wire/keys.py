@@ -20,7 +20,7 @@ _CPU_BUFFER_KEY = "_buf_cpu"
 
 
 class TopicKey(NamedTuple):
-    """What a data key says about the sample that came on it."""
+    """Parsed data key of a sample: domain, topic, type and type hash."""
 
     domain: int
     name: str

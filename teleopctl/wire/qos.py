@@ -33,7 +33,7 @@ _LONGEST_NUMBER = 20
 
 
 class EndpointQos(NamedTuple):
-    """What one endpoint offers or asks for; durations in nanoseconds."""
+    """Offered or requested QoS of an endpoint; durations in nanoseconds."""
 
     reliability: int = RELIABILITY_RELIABLE
     durability: int = DURABILITY_VOLATILE

@@ -32,7 +32,7 @@ HOW_TO_CLOSE = (
 
 
 class RouterReach:
-    """Where a router listens, and from where it can be reached.
+    """Addresses at which a router listens, and those that other machines can reach.
 
     Attributes:
         addresses: Endpoints with concrete addresses; empty where they could not be found out.
@@ -47,7 +47,7 @@ class RouterReach:
 
     @property
     def danger(self) -> str | None:
-        """Who can reach the router from elsewhere, in a sentence; None if nobody can."""
+        """Return a sentence on who can reach the router from other machines; None if nobody can."""
         if not self.addresses:
             return (
                 "It cannot be found out where the router listens: it keeps Zenoh's administration "

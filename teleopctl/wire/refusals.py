@@ -11,7 +11,7 @@ REPORT_PERIOD_S = 1.0
 
 
 class Refusals:
-    """Counts what one source sent in vain; every method may be called from any thread.
+    """Counts and reports the invalid messages of one source; thread-safe.
 
     A source is whatever a person would look for: a topic, a service, the graph's tokens. The
     first refusal is reported at once, those that follow at most once in `REPORT_PERIOD_S` with

@@ -66,7 +66,7 @@ def send_request(
 def read_response(
     sample: zenoh.Sample, sequence: int, type_: type[ResponseT]
 ) -> tuple[ResponseT, Attachment]:
-    """Return the response of a server, and what came with it.
+    """Decode the response of a server.
 
     Args:
         sample: As it came.
@@ -83,13 +83,13 @@ def read_response(
 
 
 def no_answer(service: str, refused: str = "") -> str:
-    """Say that nobody has answered, though some answer may have come that was none."""
+    """Return the message for a request without a valid response."""
     why = f"its answer was dropped: {refused}" if refused else "no server for it"
     return f"service '{service}' did not answer: {why}"
 
 
 class Question(Generic[ResponseT]):
-    """A request of somebody who has no node, and so is not in the graph.
+    """Service request without a node, for commands that send one and exit.
 
     To a server it is a request like any other; it takes a third of the time that a node and a
     client take to start. For commands that ask and end.
@@ -154,7 +154,7 @@ class Question(Generic[ResponseT]):
             self._unsettled.release()
 
     def wait_until_settled(self, timeout_sec: float | None = None) -> bool:
-        """Block this thread until a response is there or nobody is left to give it.
+        """Block this thread until there is a response or no server is left to send one.
 
         Returns:
             False when the time, in seconds of wall time, ran out.
@@ -165,7 +165,7 @@ class Question(Generic[ResponseT]):
         return settled
 
     def wait_for_response(self, timeout_sec: float | None = None) -> ResponseT | None:
-        """Block this thread until the response is there, or nobody is left to give it.
+        """Block this thread until there is a response, and return it.
 
         Args:
             timeout_sec: Longest wait in seconds of wall time; None waits for ever.

@@ -17,7 +17,7 @@ _LONGEST_WAIT_S = 1.0
 
 
 def router_key(router: str) -> str:
-    """Where a router tells about itself, by its Zenoh id."""
+    """Return the key of a router's entry in its administration space, by its Zenoh id."""
     return f"@/{router}/router"
 
 
@@ -33,7 +33,7 @@ def listed_peers(report: bytes) -> set[str]:
 
 
 def router_has_all(session: zenoh.Session) -> bool:
-    """Wait until the router has passed on all that was sent; False where it goes past the router.
+    """Wait until the router has forwarded all that was sent; return False without a router.
 
     The router takes what comes over a connection in order, so that its answer follows.
 
@@ -49,7 +49,7 @@ def router_has_all(session: zenoh.Session) -> bool:
 
 
 def router_knows_all(session: zenoh.Session) -> bool:
-    """Whether the router has the tokens of all peers that are connected to it.
+    """Return whether the router has the tokens of all peers connected to it.
 
     A process numbers its nodes and endpoints from 0 and announces them in that order. Whose first
     node the router knows, of that process it missed nothing; a peer whose first node it does not

@@ -54,7 +54,7 @@ _UNKNOWN_WITHIN_S = 1.0
 
 
 def daemon_address() -> RouterAddress:
-    """Where the daemon listens, or would.
+    """Return the addresses at which the daemon listens, or would.
 
     Raises:
         UsageError: The router's configuration cannot be used.
@@ -271,7 +271,7 @@ def _router_answers(address: RouterAddress) -> bool:
 
 
 def port_holder(address: RouterAddress) -> tuple[int, str] | None:
-    """Return a port of an address that somebody listens at, and who, by name and process.
+    """Return an occupied port of an address, and the process that holds it; None if all are free.
 
     For an address at which no router answers.
     """

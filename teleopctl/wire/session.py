@@ -59,7 +59,7 @@ def domain_id() -> int:
 
 
 def open_session(mode: SessionMode) -> zenoh.Session:
-    """Open a session; whoever opens it closes it.
+    """Open a Zenoh session; the caller closes it.
 
     A client speaks to the router alone: for short commands. Where the router does not know all
     peers, whoever asks for a client gets a peer, which asks them itself.
@@ -93,7 +93,7 @@ def open_session(mode: SessionMode) -> zenoh.Session:
 
 
 def open_configured(config: SessionConfig) -> zenoh.Session:
-    """Open a session as `open_session` does, with a configuration that is at hand.
+    """Open a Zenoh session with a given configuration.
 
     Raises:
         RouterNotRunning: There is no router for a client to connect to.

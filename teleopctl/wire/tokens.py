@@ -24,7 +24,7 @@ _FORBIDDEN = frozenset("/#?$*")
 
 
 class EntityKind(StrEnum):
-    """What a token stands for: node, publisher, subscription, service server, service client."""
+    """Kind of an entity: node, publisher, subscription, service server or client."""
 
     NN = "NN"
     MP = "MP"

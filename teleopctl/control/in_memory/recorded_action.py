@@ -64,7 +64,7 @@ class RecordedActionServer:
         return handle
 
     def cancel(self, handle: ServerGoalHandle[Any, Any, Any]) -> bool:
-        """Request to cancel a goal; return False if the request is rejected or the goal has ended."""
+        """Request to cancel a goal; return False if it is rejected or the goal has ended."""
         return self._cancel_callback(handle) is CancelResponse.ACCEPT and handle.begin_cancel()
 
     def result(self, handle: ServerGoalHandle[Any, Any, Any]) -> Any:

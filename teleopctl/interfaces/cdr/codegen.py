@@ -128,7 +128,7 @@ class Generator(ABC):
         self._run.add("x")
 
     def flush(self) -> None:
-        """End the run and emit it."""
+        """Emit the code of the current run of values, and start a new run."""
         if self._run:
             self.emit_run(self._run, self._values, self.at)
             self.at = self._run.ends(self.at)

@@ -44,12 +44,12 @@ _INLINED_ELEMENT_FIELDS = 10
 
 
 def padding(position: int, alignment: int) -> int:
-    """Return the number of bytes between a position in the data and the next aligned one."""
+    """Return the padding in bytes between a position and the next aligned one."""
     return (HEADER_SIZE - position) % alignment
 
 
 class Run:
-    """Values of fixed size that follow each other."""
+    """A run of fixed-size values, packed by one struct format."""
 
     def __init__(self) -> None:
         self._items: list[tuple[int, str, int]] = []
@@ -63,12 +63,12 @@ class Run:
         self._items.append((size, code, size))
 
     def add_block(self, code: str, count: int) -> None:
-        """Append a fixed array, which goes through the struct as bytes."""
+        """Append a fixed array, packed as bytes."""
         size = ITEM_SIZES[code]
         self._items.append((size, f"{count * size}s", count * size))
 
     def is_single_pad(self) -> bool:
-        """Whether all there is is one byte without a meaning, such as the NUL of a string."""
+        """Whether the run is a single padding byte, such as a string's NUL."""
         return [code for _, code, _ in self._items] == ["x"]
 
     def struct_at(self, start: int, order: str) -> Struct:
@@ -125,7 +125,7 @@ class Layout:
         self._minimums: dict[str, int] = {}
 
     def is_inlined(self, type_name: str, is_element: bool) -> bool:
-        """Whether the code for a nested message stands in that for the message around it.
+        """Return whether the code of a nested message is inlined in that of the outer one.
 
         If it always did, types that contain each other many times would make code without end.
         The elements of sequences are mostly of types that occur in several messages, so that it

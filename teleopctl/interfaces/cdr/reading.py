@@ -27,7 +27,7 @@ _COUNT = "I"
 
 
 class Read(Generator):
-    """Makes ``read(d, v, p, end)``, which returns a message and the place behind it.
+    """Generates ``read(d, v, p, end)``, which parses a message and returns the next position.
 
     ``d`` is the data, ``v`` a memoryview of it, ``p`` the place where the message starts, and
     ``end`` the length of the data.

@@ -58,7 +58,7 @@ _PARTS = {"msg": ("",), "srv": SERVICE_PARTS[:2], "action": ACTION_PARTS[:3]}
 
 
 class IdlAnnotation(NamedTuple):
-    """What stands after an ``@``: nothing, one value, or several by name."""
+    """Arguments of an IDL annotation: none, one value, or several by name."""
 
     name: str
     value: object = None
@@ -73,7 +73,7 @@ class IdlMember(NamedTuple):
 
 
 class IdlStruct(NamedTuple):
-    """One struct, and the constants of the module ``NAME_Constants`` beside it.
+    """An IDL struct, with the constants of its module ``NAME_Constants``.
 
     Attributes:
         name: With its modules, as ``package/msg/Name``.

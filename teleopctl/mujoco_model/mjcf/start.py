@@ -14,7 +14,7 @@ Values = Mapping[str, npt.NDArray[np.float64]]
 
 @dataclass(frozen=True)
 class Start:
-    """The start that an MJCF file says, by name: other parts may come to its own.
+    """Initial state of an MJCF file, by names of joints and actuators.
 
     Attributes:
         positions: Of joints, as MuJoCo's ``qpos``.
@@ -46,7 +46,7 @@ class Start:
         )
 
     def without(self, joint: str) -> Start:
-        """The same without a joint."""
+        """Return the state without a joint."""
         return replace(
             self,
             positions={name: values for name, values in self.positions.items() if name != joint},
@@ -54,7 +54,7 @@ class Start:
         )
 
     def apply(self, model: Any, data: Any) -> None:
-        """Put a simulation there."""
+        """Set a simulation to the state."""
         for name, values in self.positions.items():
             data.joint(name).qpos[:] = values
         for name, values in self.velocities.items():

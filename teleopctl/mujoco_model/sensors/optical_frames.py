@@ -52,7 +52,7 @@ def optical_frame(sensor: Sensor, description: RobotDescription) -> tuple[str, s
 
 
 def own_frame(link: str, name: str, description: RobotDescription) -> str:
-    """What the frame of a camera is called that nobody has named: after its link, or after it."""
+    """Return a default name for a camera's optical frame, after its link or the camera."""
     return next(
         (f"{base}_optical" for base in (link, name) if f"{base}_optical" not in description.links),
         f"{link}_{name}_optical",

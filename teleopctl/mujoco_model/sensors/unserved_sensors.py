@@ -13,7 +13,7 @@ from teleopctl.robot import Finding, is_default, of_sensors, plain, value_of
 
 
 class Tag(NamedTuple):
-    """A tag that has no effect, what it is said of, and what is said."""
+    """A tag without effect, with the sentence about it."""
 
     tag: etree._Element
     where: str

@@ -41,7 +41,7 @@ def add_scene(spec: mujoco.MjSpec) -> None:
 
 
 def light_up(spec: mujoco.MjSpec, *, lit: bool = False) -> None:
-    """Let our sun shine where no other one does, and be out where a world has brought its own.
+    """Add the default sun, unless the world has a directional light.
 
     Two of them would show everything that is light as white.
 

@@ -103,7 +103,7 @@ class _Builder:
         self.weighed_by_shape: set[str] = set()
 
     def add_model(self, model: SceneModel) -> None:
-        """Add a model: one body where it stands still, else one for each of its own."""
+        """Add a model of the scene: one body if it is static, else one per link."""
         self._tell_left_out(model)
         if model.static:
             body = self.spec.worldbody.add_body(name=model.name)

@@ -62,12 +62,12 @@ class _Contact(NamedTuple):
 
 # Any stands for MuJoCo's elements, here and below: their classes have no types.
 def give_surface(geom: Any, surface: Surface) -> None:
-    """Let a shape of a spec bounce, spin and roll as it is said to; see `pair_surfaces`."""
+    """Store the surface properties of a shape, for `pair_surfaces`."""
     geom.userdata = [_OURS, *surface.values]
 
 
 def pair_surfaces(spec: mujoco.MjSpec) -> list[str]:
-    """Make a contact pair of each two shapes whose surfaces ask for one.
+    """Add a contact pair for each two shapes whose surfaces need one.
 
     Shapes of one robot, or one thing, do not touch one another in this way; nor do links that
     overlap at the start, or shapes of MJCF files that have contacts of their own.

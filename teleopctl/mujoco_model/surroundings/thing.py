@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Thing:
-    """Something that stands or lies around a robot.
+    """An object of the world besides the robot.
 
     Attributes:
         name: Its topmost body.
@@ -38,7 +38,7 @@ def things_since(
     *,
     prefix: str = WORLD_PREFIX,
 ) -> tuple[Thing, ...]:
-    """The things in a spec that has just got its world.
+    """Return the objects that were added to a spec since a list of its bodies was made.
 
     Args:
         before: The topmost bodies that it had before.

@@ -37,7 +37,7 @@ _IN_THE_WORLD = ("geoms", "lights", "sites", "cameras")
 
 
 class Coming:
-    """A thing that is to come into a model.
+    """An object to be added to a model.
 
     It moves freely unless its file makes it part of the world: by a root link named ``world``, or,
     for MuJoCo's scenes, by a body without a free joint. A file with several parts of which some
@@ -121,7 +121,7 @@ class Coming:
 
 
 def with_things(model: RobotModel, coming: Sequence[Coming]) -> RobotModel:
-    """Return a model with more things; for many it takes little longer than for one.
+    """Return a model with additional objects; many at once take little longer than one.
 
     MuJoCo compiles the whole model anew, in a time that grows with the square of what moves
     freely: 0.5 s for a thousand.
@@ -156,7 +156,7 @@ def with_things(model: RobotModel, coming: Sequence[Coming]) -> RobotModel:
 
 
 def without_things(model: RobotModel, names: Iterable[str]) -> RobotModel:
-    """Return a model with fewer things.
+    """Return a model without some objects.
 
     Raises:
         NotFoundError: There is no thing of that name.

@@ -92,7 +92,7 @@ def attach_things(
     holder: mujoco.MjsBody | None = None,
     origin: tuple[np.ndarray, np.ndarray] | None = None,
 ) -> list[FreeBody]:
-    """Put things into a robot's spec.
+    """Add the objects of a world to a robot's spec.
 
     Args:
         spec: The ``mujoco.MjSpec`` of the robot.

@@ -24,7 +24,7 @@ _ENOUGH_TURN = 0.15
 
 
 class Place(NamedTuple):
-    """Where a base is in the world: x and y in m, its heading in rad."""
+    """Position (m) and heading (rad) of a base in the world."""
 
     x: float
     y: float
@@ -32,14 +32,14 @@ class Place(NamedTuple):
 
 
 def place_of(simulation: Simulation, link: str) -> Place:
-    """Where a link is."""
+    """Return the position and heading of a link."""
     pose = simulation.link_pose(link)
     x, y, _ = map(float, pose.position)
     return Place(x, y, math.atan2(pose.rotation[1, 0], pose.rotation[0, 0]))
 
 
 class Way(NamedTuple):
-    """How a base has moved.
+    """Motion of a base during a test.
 
     Attributes:
         ahead: How far it came, in m.
@@ -60,7 +60,7 @@ class Way(NamedTuple):
 
     @property
     def is_enough(self) -> bool:
-        """Whether it is as asked, to either side."""
+        """Whether the base moved as commanded."""
         turn = _ENOUGH_TURN * TURN * MOVING_S
         far = self.ahead >= ENOUGH * self.slower * SPEED * MOVING_S
         return far and abs(self.turned) >= self.slower * turn
@@ -74,7 +74,7 @@ class Way(NamedTuple):
 
 
 def ways_by_topic(robot: SimulatedRobot) -> dict[str, Way]:
-    """How a robot moves by each topic of Gazebo's planar move, by topic.
+    """Return the motion of a robot by each velocity topic of a planar-move plug-in.
 
     Args:
         robot: The robot, of whose model a new simulation is made.

@@ -43,7 +43,7 @@ _SETTLING_S = 0.5
 
 @dataclass
 class Driven:
-    """What became of a robot with its controllers.
+    """Result of a robot's test with its controllers.
 
     Attributes:
         own: Whether they are the robot's.
@@ -61,7 +61,7 @@ class Driven:
 
     @property
     def verdict(self) -> str:
-        """``yes``, ``no``, how many of how many, or ``-`` where nothing is there to move it."""
+        """Verdict for the table: ``yes``, ``no``, how many of how many, or ``-``."""
         if self.fault:
             return "no"
         if not self.motions:

@@ -46,7 +46,7 @@ _Act = Generator[None, None, tuple[bool, str]]
 
 
 class Motion(NamedTuple):
-    """What a controller did.
+    """Result of a controller's test.
 
     Attributes:
         controller: Its name.
@@ -79,12 +79,12 @@ class Trier:
         self._joints: Mapping[str, JointSpec] = {joint.name: joint for joint in joints}
 
     def wait(self, seconds: float) -> Iterator[None]:
-        """Let control periods pass."""
+        """Run the simulation for a duration; yield after each control period."""
         for _ in range(round(seconds * self._stack.manager.update_rate)):
             yield
 
     def moved_by(self, spec: ControllerSpec, motions: list[Motion]) -> Iterator[None]:
-        """Command an active controller, and add what it did; nothing for those that only tell.
+        """Command an active controller and add the result; sensors' broadcasters are skipped.
 
         Args:
             spec: The controller.

@@ -43,7 +43,7 @@ _PACKAGE = "package://"
 
 @dataclass
 class RobotReport:
-    """What is known of a robot's file.
+    """Report on a robot's file.
 
     Attributes:
         file: The file.
@@ -89,7 +89,7 @@ class RobotReport:
 
     @property
     def fault(self) -> str:
-        """The first thing that is wrong with it; empty where nothing is."""
+        """First fault of the file or the robot; empty if there is none."""
         if self.error or self.refusal:
             return self.error or self.refusal or ""
         missing = [uri for uri, path in self.meshes.items() if path is None]
@@ -112,7 +112,7 @@ def check_robot(
     simulate_s: float = 0.0,
     choose: ChooseControllers = lambda *_: None,
 ) -> RobotReport:
-    """Read a robot's file, build its model and perhaps let it stand and move.
+    """Read a robot's file, build its model and, if requested, simulate it.
 
     Args:
         file: URDF, xacro, SDF or MJCF.

@@ -35,7 +35,7 @@ _ENOUGH = 0.5
 
 @dataclass(frozen=True)
 class Trial:
-    """What became of a robot.
+    """Result of a robot's simulation without controllers.
 
     Attributes:
         verdict: ``stands``, ``falls``, ``sags`` (a joint gives way) or ``diverges``.
@@ -55,7 +55,7 @@ class Trial:
 
 
 def try_out(robot: SimulatedRobot, seconds: float) -> Trial:
-    """Let a robot stand, with its drives holding it, and then move all joints that take commands.
+    """Simulate a robot with its drives holding it, and then move all commanded joints.
 
     Args:
         robot: The robot, at its start.

@@ -45,7 +45,7 @@ def multi() -> int:
 
 
 def isolated() -> int:
-    """Run each component in a thread of its own, or with an option in a pool of its own."""
+    """Run a container that executes each component in a thread, or a thread pool, of its own."""
     has_pools = _POOLS in parse_ros_arguments(sys.argv[1:]).program
     make_executor = MultiThreadedExecutor if has_pools else SingleThreadedExecutor
     with _until_the_end():

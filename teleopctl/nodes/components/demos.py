@@ -28,7 +28,7 @@ class Talker(Node):
 
 
 class Listener(Node):
-    """Says what it hears on ``chatter``."""
+    """Logs the messages of ``chatter``."""
 
     def __init__(self) -> None:
         super().__init__("listener")
@@ -54,7 +54,7 @@ class Server(Node):
 
 
 class Client(Node):
-    """Asks for the sum of two and three, every two seconds."""
+    """Requests the sum of two and three every two seconds."""
 
     def __init__(self) -> None:
         super().__init__("Client")

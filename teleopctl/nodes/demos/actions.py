@@ -19,7 +19,7 @@ _STEP_S = 1.0
 
 
 class FibonacciActionServer(Node):
-    """Computes as many Fibonacci numbers as it is asked for, one a second."""
+    """Action server that computes a Fibonacci sequence, one number per second."""
 
     def __init__(self) -> None:
         super().__init__("fibonacci_action_server")
@@ -41,14 +41,14 @@ class FibonacciActionServer(Node):
 
 
 class FibonacciActionClient(Node):
-    """Asks for ten of them, and ends with the result."""
+    """Action client that requests ten Fibonacci numbers, and exits with the result."""
 
     def __init__(self) -> None:
         super().__init__("fibonacci_action_client")
         self._client = ActionClient(self, Fibonacci, "fibonacci")
 
     def send_goal(self, order: int) -> None:
-        """Send a goal once there is a server."""
+        """Send a goal once the server is there."""
         self._client.wait_for_server()
         sent = self._client.send_goal_async(
             Fibonacci.Goal(order=order), feedback_callback=self._take_feedback

@@ -76,7 +76,7 @@ class IntrospectionService(_Introspected):
 
 
 class IntrospectionClient(_Introspected):
-    """Asks for the sum of two and three, one request after the other."""
+    """Service client with introspection that repeatedly requests the sum of two and three."""
 
     def __init__(self) -> None:
         super().__init__("introspection_client")

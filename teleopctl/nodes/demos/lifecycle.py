@@ -32,7 +32,7 @@ class LifecycleTalker(Node):
         return TransitionCallbackReturn.SUCCESS
 
     def on_activate(self, state: State) -> TransitionCallbackReturn:
-        """Let messages out, which the base class does."""
+        """Log the transition; the base class enables the publishers."""
         self.get_logger().info("on_activate() is called.")
         return super().on_activate(state)
 

@@ -20,7 +20,7 @@ _LONGEST_WAIT_S = 10.0
 
 
 class LoggerServiceNode(Node):
-    """Says what it hears, once at each level."""
+    """Logs each received message once at each level."""
 
     def __init__(self) -> None:
         super().__init__(_NAME, enable_logger_service=True)
@@ -51,12 +51,12 @@ class TestNode(Node):
         self._set.wait_for_service(_LONGEST_WAIT_S)
 
     def output(self, number: int) -> None:
-        """Send a message, and leave time for it."""
+        """Publish a message, and wait until it was logged."""
         self.publisher.publish(String(data=f"Output {number}"))
         time.sleep(_PAUSE_S)
 
     def set_level(self, level: LoggingSeverity) -> bool:
-        """Change the level, and tell whether it was done."""
+        """Set the logger level of the other node; return whether that succeeded."""
         request = SetLoggerLevels.Request(levels=[LoggerLevel(name=_NAME, level=int(level))])
         future = self._set.call_async(request)
         rclpy.spin_until_future_complete(self, future)
@@ -69,7 +69,7 @@ class TestNode(Node):
         return bool(result.successful)
 
     def tell_level(self) -> None:
-        """Say what the level is."""
+        """Log the logger level of the other node."""
         future = self._get.call_async(GetLoggerLevels.Request(names=[_NAME]))
         rclpy.spin_until_future_complete(self, future)
         response = future.result()

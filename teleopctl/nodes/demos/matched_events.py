@@ -22,7 +22,7 @@ _LONGEST_WAIT_S = 10.0
 
 
 class MatchedEventDetectNode(Node):
-    """Says how many subscriptions its publisher has, and publishers its subscription."""
+    """Logs how many endpoints match its publisher and its subscription."""
 
     def __init__(self) -> None:
         super().__init__("matched_event_detection_node")

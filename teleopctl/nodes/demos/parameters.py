@@ -28,7 +28,7 @@ _SECOND_VALUE = 4.0
 
 
 class ParameterBlackboard(Node):
-    """Keeps whatever parameters others give it."""
+    """Node that accepts any parameter."""
 
     def __init__(self) -> None:
         super().__init__(

@@ -40,12 +40,12 @@ def add_two_ints_server(args: list[str] | None = None) -> None:
 
 
 def add_two_ints_client(args: list[str] | None = None) -> None:
-    """Run ``add_two_ints_client``: ask once, wait for the answer."""
+    """Run ``add_two_ints_client``: send one request and wait for the response."""
     _ask(args, is_async=False)
 
 
 def add_two_ints_client_async(args: list[str] | None = None) -> None:
-    """Run ``add_two_ints_client_async``: ask once, do other things until the answer is there."""
+    """Run ``add_two_ints_client_async``: send one request and poll for the response."""
     _ask(args, is_async=True)
 
 

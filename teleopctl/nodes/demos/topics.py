@@ -36,7 +36,7 @@ class Talker(Node):
 
 
 class Listener(Node):
-    """Says what it hears."""
+    """Logs the messages of ``chatter``."""
 
     def __init__(self, name: str = "listener", qos: QoSProfile | int = 10) -> None:
         super().__init__(name)
@@ -48,7 +48,7 @@ class Listener(Node):
 
 
 class SerializedSubscriber(Node):
-    """Says which bytes it receives, without decoding them."""
+    """Logs the serialized bytes of the messages of ``chatter``."""
 
     def __init__(self) -> None:
         super().__init__("serialized_subscriber")

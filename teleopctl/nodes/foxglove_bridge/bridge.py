@@ -78,12 +78,12 @@ class FoxgloveBridge(Node):
         return self._channels
 
     def hand_over(self, task: Callable[[], object]) -> None:
-        """Have the executor do something; any thread may call this."""
+        """Run a task on the executor's thread; any thread may call this."""
         self._tasks.put(task)
         self._work.trigger()
 
     def show_connections(self) -> None:
-        """Tell clients of the graph from now on."""
+        """Start to publish the connection graph to clients."""
         self._connections_wanted = self._graph_changed = True
 
     def destroy_node(self) -> None:

@@ -55,7 +55,7 @@ class Channels:
         self._by_id: dict[int, _Open] = {}
 
     def follow(self, graph: Graph) -> None:
-        """Close the channels of topics that are gone, and open those of new ones."""
+        """Close the channels of removed topics, and open those of new ones."""
         wanted = {
             (topic, type_name)
             for topic, types in graph.topic_names_and_types(self._settings.includes_hidden)
@@ -71,7 +71,7 @@ class Channels:
             self._add(graph, topic, type_name)
 
     def subscribe(self, channel_id: int, client_id: int) -> None:
-        """A client wants to see a channel."""
+        """Subscribe a client to a channel."""
         entry = self._by_id.get(channel_id)
         if entry is None:
             return

@@ -25,7 +25,7 @@ class _Advertised(NamedTuple):
 
 
 class ClientTopics:
-    """What clients publish; called on the server's threads, since no message may wait for others.
+    """Publishes the messages that clients send; called on the server's threads.
 
     Args:
         node: Publishes.
@@ -63,7 +63,7 @@ class ClientTopics:
         self._replace((client_id, channel.id), advertised)
 
     def unadvertise(self, client_id: int, channel_id: int) -> None:
-        """A client will not publish on a channel any more, or has gone."""
+        """Stop publishing for a channel of a client."""
         self._replace((client_id, channel_id), None)
 
     def publish(self, client_id: int, channel_id: int, data: bytes) -> None:

@@ -114,7 +114,7 @@ class Gate:
         self._thread.start()
 
     def close(self) -> None:
-        """Close the door and what goes through it."""
+        """Close the socket and all connections."""
         asyncio.run_coroutine_threadsafe(self._end(), self.loop).result()
         self.loop.call_soon_threadsafe(self.loop.stop)
         self._thread.join()
@@ -175,7 +175,7 @@ class _Client(_Relay):
         self._head: bytearray | None = bytearray()
 
     def end(self) -> None:
-        """Let the client go at once."""
+        """Close the client's connection at once."""
         self.transport.abort()
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
@@ -329,7 +329,7 @@ class _InnerDoor:
         self._admit()
 
     def close(self) -> None:
-        """Let go of the SDK's socket."""
+        """Close the socket of Foxglove's SDK."""
         if self._listener is not None:
             self._listener.close()
 

@@ -28,7 +28,7 @@ _EVENTS = "/parameter_events"
 
 
 class RemoteParameters:
-    """Reads and sets what clients ask for, on the server's threads.
+    """Gets and sets nodes' parameters for clients, on the server's threads.
 
     Args:
         node: Asks the other nodes.
@@ -81,7 +81,7 @@ class RemoteParameters:
         return self.get(names) if names else []
 
     def watch(self, names: Iterable[str], tell: _Tell) -> None:
-        """Tell clients when one of these parameters changes."""
+        """Report changes of these parameters to clients."""
         with self._lock:
             self._watched.update(names)
             if self._events is None:
@@ -93,7 +93,7 @@ class RemoteParameters:
                 )
 
     def unwatch(self, names: Iterable[str]) -> None:
-        """Nobody wants to be told of these any more."""
+        """Stop reporting changes of these parameters."""
         with self._lock:
             self._watched.difference_update(names)
 

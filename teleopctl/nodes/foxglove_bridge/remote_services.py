@@ -40,7 +40,7 @@ class RemoteServices:
         self._clients: dict[str, Client[Any, Any]] = {}
 
     def follow(self, graph: Graph) -> None:
-        """Withdraw the services that are gone, and offer the new ones."""
+        """Withdraw removed services, and offer new ones."""
         wanted = {
             name: graph.servers(name)[0].type_name
             for name, _ in graph.service_names_and_types(self._settings.includes_hidden)

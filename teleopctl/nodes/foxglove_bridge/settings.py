@@ -40,7 +40,7 @@ _ORIGINS = ("https://app.foxglove.dev", FILE_ORIGIN)
 
 
 class Settings:
-    """What the parameters say, read once: none of them can be changed while the bridge runs.
+    """Parameters of the bridge, read once at its start.
 
     Args:
         node: Declares the parameters.
@@ -91,7 +91,7 @@ class Settings:
 
     @property
     def capabilities(self) -> list[Capability]:
-        """What the server tells its clients that it can do."""
+        """Capabilities that the server announces to its clients."""
         from foxglove.websocket import Capability
 
         # The SDK adds `assets` itself where there is somebody to ask for them.
@@ -112,7 +112,7 @@ class Settings:
 
     @property
     def follows_simulated_time(self) -> bool:
-        """Whether ``/clock`` is the time that clients are told."""
+        """Whether clients receive the time of ``/clock``."""
         return _TIME in self.capability_names
 
     def _capability_names(self) -> list[str]:

@@ -48,7 +48,7 @@ class Bridge(NamedTuple):
 
 
 def simulated_topics(gz_topic: str) -> tuple[str, ...]:
-    """What the simulator may call a topic of Gazebo's, which names world, model, link and sensor.
+    """Return the possible names of a Gazebo topic in teleopctl's simulator.
 
     The only camera of a robot has another name than one of several.
     """

@@ -144,7 +144,7 @@ class _Side:
         return self._node.create_publisher(self._message, self._topic, _DEPTH)
 
     def pass_to(self, other: _Side, change: Callable[[bytes], bytes] | None = None) -> None:
-        """Publish there what is heard here, perhaps changed into a message of another type."""
+        """Publish received messages on the other side, converted if needed."""
         publisher = other._publisher
 
         def pass_on(data: bytes) -> None:

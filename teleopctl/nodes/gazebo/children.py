@@ -19,7 +19,7 @@ _GRACE_S = 2.0
 
 
 class Children:
-    """Programs in this process's group; a context manager that ends them."""
+    """Child processes of this one, ended at the end of the ``with`` block."""
 
     def __init__(self) -> None:
         self._folder = background.temporary_folder()
@@ -41,11 +41,11 @@ class Children:
 
     @property
     def folder(self) -> Path:
-        """Where files for them may be; it goes with them."""
+        """Temporary folder of the child processes."""
         return self._folder.path
 
     def start(self, programs: Iterable[Program]) -> None:
-        """Start programs; what they say of themselves is read by `said`."""
+        """Start programs, whose progress is then available from `said`."""
         for program in programs:
             if program.ends:
                 self._may_end.add(program.name)
@@ -58,7 +58,7 @@ class Children:
             )
 
     def said(self, name: str) -> progress.Progress | None:
-        """What one of them has said last of how far it has come."""
+        """Return the last reported progress of a program."""
         return progress.read(self._log(name))
 
     def end(self) -> None:
@@ -69,7 +69,7 @@ class Children:
         self._processes.clear()
 
     def ended(self) -> tuple[str, int] | None:
-        """Name and exit status of one that has ended and should not; None while there is none."""
+        """Return name and exit status of a program that ended unexpectedly; None if none did."""
         for name, process in self._processes.items():
             status = process.poll()
             if status is not None and not (status == 0 and name in self._may_end):

@@ -70,7 +70,7 @@ _VERBOSITIES: Final = {"0": "FATAL", "1": "ERROR", "2": "WARN", "3": "INFO"}
 
 
 class Request(NamedTuple):
-    """What somebody wants of Gazebo.
+    """Parsed command line of a Gazebo program.
 
     Attributes:
         world: The file of a world; empty for one with nothing in it.

@@ -18,7 +18,7 @@ NOWHERE = (0.0,) * 6
 
 
 class Entity(NamedTuple):
-    """One thing to spawn, or to take out.
+    """An entity to spawn or to delete.
 
     Attributes:
         text: URDF, or SDF; empty to take it out.
@@ -78,7 +78,7 @@ class Entity(NamedTuple):
         return read_model(file).text if model_kind(file) == "sdf" else self.text
 
     def claim(self, description: RobotDescription) -> tuple[bool, bool]:
-        """How much it is the robot, the greatest of several being it.
+        """Return a rank for being the robot: whether plug-ins are to run, and a topic describes it.
 
         Returns:
             Whether it asks for something to be run: controllers, plug-ins, sensors; and whether

@@ -50,7 +50,7 @@ _PAGE = "`teleopctl run rviz2 rviz2` shows the robot in the browser; Gazebo's wi
 
 
 class Host(Node):
-    """Starts the simulation of the robot that is spawned, and puts things around it.
+    """Starts the simulation of the spawned robot, and adds other entities to it.
 
     Args:
         request: What the command line wants.
@@ -86,7 +86,7 @@ class Host(Node):
         progress.tell(progress.READY)
 
     def destroy_node(self) -> None:
-        """End it, and the node that asks the simulator."""
+        """Destroy this node and the node that calls the simulator."""
         self._things.close()
         super().destroy_node()
 
@@ -267,7 +267,7 @@ def server_of_gz() -> int:
 
 
 def gzclient() -> int:
-    """Say where Gazebo's picture is, and stay: with the window's end many a launch ends."""
+    """Run ``gzclient``: print the page's address and wait, since launches may end with it."""
     return _show(server_request(_words(), has_window=True))
 
 

@@ -151,7 +151,7 @@ def spawn_entity() -> int:
 
 
 def remove() -> int:
-    """Take the robot or a thing out as ``ros_gz_sim remove`` does."""
+    """Run ``ros_gz_sim remove``: delete an entity."""
     with _node("ros_gz_sim_remove_entity") as node:
         world = node.declare_parameter("world", "").value
         _tell_unserved(node, [f"world {world}"] if world else [])

@@ -16,7 +16,7 @@ _PATIENCE_S = 30.0
 
 
 class Things:
-    """Spawns things, and deletes them.
+    """Spawns and deletes entities other than the robot.
 
     It has a node of its own, since the one that is asked for things waits meanwhile.
 
@@ -40,7 +40,7 @@ class Things:
         self._node.destroy_node()
 
     def spawn(self, entity: Entity) -> str:
-        """Put a thing into the world; return why that is not done, or nothing."""
+        """Spawn an entity; return why that failed, or an empty text."""
         request = get_service("simulation_interfaces/srv/SpawnEntity").Request(
             name=entity.name, allow_renaming=entity.renames
         )
@@ -61,7 +61,7 @@ class Things:
         return reason
 
     def delete(self, name: str) -> str:
-        """Take a thing out; return why that is not done, or nothing."""
+        """Delete an entity; return why that failed, or an empty text."""
         request = get_service("simulation_interfaces/srv/DeleteEntity").Request(entity=name)
         _, reason = self._call("delete_entity", request)
         if not reason:

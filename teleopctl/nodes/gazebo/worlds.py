@@ -17,7 +17,7 @@ _EMPTY: Final = frozenset({"empty", "default"})
 
 
 def world_file(request: Request, folder: Path, logger: RcutilsLogger) -> Path | None:
-    """Return the file of the world that is asked for; None for nothing but the ground.
+    """Return the requested world's file; None for the empty world.
 
     Args:
         request: What the command line wants.

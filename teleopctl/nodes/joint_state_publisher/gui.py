@@ -30,7 +30,7 @@ _PATIENCE_S = 3.0
 
 
 def main(args: list[str] | None = None) -> int:
-    """Run the node, and the page where there is none, until it is interrupted.
+    """Run the node, and a page if none is running, until Ctrl-C.
 
     Args:
         args: Command line; None takes the process's.

@@ -175,7 +175,7 @@ def main(args: list[str] | None = None) -> int:
 
 
 def read_description(file: str | None) -> str | None:
-    """The description in a URDF or xacro file; None without one.
+    """Return the description in a URDF or xacro file; None without a file.
 
     Raises:
         TeleopctlError: It cannot be read.

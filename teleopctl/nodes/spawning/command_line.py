@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 
 @dataclass
 class Request:
-    """What is asked for one controller.
+    """Options of the spawner for one controller.
 
     Attributes:
         name: The controller.

@@ -56,7 +56,7 @@ class Spawner:
         self._colors = _colors_wanted()
 
     def spawn(self, requests: Sequence[Request]) -> None:
-        """Bring all controllers up, one after the other.
+        """Load, configure and activate all controllers, one after the other.
 
         Raises:
             SpawnError: One could not be brought up; those behind it have not been tried, unless

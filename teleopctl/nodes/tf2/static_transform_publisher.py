@@ -43,7 +43,7 @@ class StaticTransformPublisher(Node):
 def broadcast(
     node: Node, frame_id: str, child_frame_id: str, transform: Transform
 ) -> StaticTransformBroadcaster:
-    """Publish a transform, and say so."""
+    """Publish a static transform, and log it."""
     broadcaster = StaticTransformBroadcaster(node)
     stamp = node.get_clock().now().nanoseconds
     broadcaster.sendTransform(transform_stamped(frame_id, child_frame_id, stamp, transform))
@@ -90,7 +90,7 @@ def main(args: list[str] | None = None) -> int:
 
 
 def is_old_style(words: Sequence[str]) -> bool:
-    """Tell whether the arguments are given by position."""
+    """Return whether the arguments are positional, as of old releases."""
     return len(words) in (8, 9) and not any(word.startswith("--") for word in words)
 
 

@@ -11,7 +11,7 @@ from teleopctl.tf import TF_STATIC_TOPIC, TF_TOPIC
 
 
 def main(args: list[str] | None = None) -> int:
-    """Listen, write the files, and say which.
+    """Record transforms, and write the frame tree as PDF and Graphviz files.
 
     Args:
         args: Command line; None takes the process's.

@@ -55,7 +55,7 @@ OnMessage = Callable[[str, str, int, bytes, bytes], object]
 
 
 class Verification(NamedTuple):
-    """What came of it.
+    """Result of the verification of a bag.
 
     Attributes:
         verdict: How the messages compare.
@@ -76,7 +76,7 @@ def verify_bag(
     timestep_s: float | None = None,
     on_message: OnMessage = lambda *_: None,
 ) -> Verification:
-    """Run what a bag has recorded once more, and compare the messages with the recorded ones.
+    """Simulate again what a bag has recorded, and compare the messages.
 
     The simulator runs with its recorded parameters, and takes the recorded commands at the
     simulated times at which it took them; controllers that command nothing, and

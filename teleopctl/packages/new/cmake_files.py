@@ -84,7 +84,7 @@ endif()
 
 
 def cmake_files(package: NewPackage, folder: str) -> Iterator[Step]:
-    """Yield what is made in the package's folder, besides the sources."""
+    """Yield the build files of a CMake package."""
     yield File(joined(folder, "CMakeLists.txt"), _cmake_lists(package))
     if package.build_type == AMENT_CMAKE:
         return

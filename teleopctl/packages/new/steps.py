@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 
 class Note(NamedTuple):
-    """A line that is told."""
+    """A line to print."""
 
     text: str
 

@@ -33,7 +33,7 @@ class PluginController:
 
 @dataclass(frozen=True)
 class GroundTruth:
-    """Odometry of a link as physics has it.
+    """True odometry of a link, to be published by the simulator.
 
     Attributes:
         name: Of what tells it.
@@ -69,7 +69,7 @@ class GroundTruth:
 
 @dataclass(frozen=True)
 class PluginEffect:
-    """What a plug-in becomes here.
+    """Controllers, odometry and topics that a Gazebo plug-in stands for.
 
     Attributes:
         says: One sentence's end: what it listens to, and tells.

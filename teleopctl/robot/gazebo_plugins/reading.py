@@ -28,7 +28,7 @@ def words(text: str) -> frozenset[str]:
 
 
 def kind_of(filename: str) -> str:
-    """What a plug-in is, whatever release of Gazebo it is for.
+    """Return a plug-in's name without the spelling of a Gazebo release.
 
     Args:
         filename: As the description has it.
@@ -65,11 +65,11 @@ class PluginReader:
         self._namespace = plugin.parameter("ros/namespace").strip("/")
 
     def text(self, *tags: str, default: str = "") -> str:
-        """The text of the first of these tags that is there."""
+        """Return the text of the first of these tags that exists."""
         return next((text for tag in tags if (text := self._plugin.parameter(tag))), default)
 
     def number(self, *tags: str, default: float = math.nan) -> float:
-        """The number in the first of these tags that is there."""
+        """Return the number in the first of these tags that exists."""
         values = self.numbers(*tags)
         return values[0] if values else default
 
@@ -89,7 +89,7 @@ class PluginReader:
         return values
 
     def flag(self, *tags: str, default: bool) -> bool:
-        """Whether the first of these tags that is there says so."""
+        """Return the truth value in the first of these tags that exists."""
         text = self.text(*tags)
         if not text:
             return default
@@ -108,7 +108,7 @@ class PluginReader:
         return names
 
     def free_joints(self) -> list[str]:
-        """The joints that have a range and follow no other one."""
+        """Return the revolute and prismatic joints that mimic no other joint."""
         return [
             name
             for name, joint in self._description.joints.items()
@@ -160,7 +160,7 @@ class PluginReader:
         return f"/{self._namespace}/{name}" if self._namespace else f"/{name}"
 
     def gz_topic(self, tag: str, own: str) -> str:
-        """The name of a topic of Gazebo's: what a tag says, else one below the model.
+        """Return a Gazebo topic: that of a tag, else the default below the model's name.
 
         Args:
             tag: The tag.

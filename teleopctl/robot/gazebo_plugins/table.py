@@ -40,7 +40,7 @@ _KINDS = {
 
 
 class MotionPlugins(NamedTuple):
-    """What the plug-ins of a robot become.
+    """Controllers, odometry and topics that a robot's Gazebo plug-ins stand for.
 
     Attributes:
         controllers: Controllers, in the order of the plug-ins.
@@ -93,7 +93,7 @@ class MotionPlugins(NamedTuple):
 
 
 def tags_of_plugin(filename: str) -> frozenset[str] | None:
-    """The tags of a plug-in that have their effect, or None where it has none here.
+    """Return the tags of a plug-in that have an effect; None for an unknown plug-in.
 
     Args:
         filename: Of the plug-in, as the description has it.

@@ -19,7 +19,7 @@ _PICTURES = frozenset(Image.registered_extensions()) - {".pdf"}
 
 
 def picture_places(mesh: Path, name: str) -> list[Path]:
-    """Where a file may be that a mesh file names, the likeliest first.
+    """Return the places of a file that a mesh file names, the likeliest first.
 
     Beside the mesh by the name that it has, which COLLADA and glTF write as a part of a URI and
     tools on Windows with backslashes; else, as Gazebo looks for pictures, by its last part alone
@@ -82,7 +82,7 @@ class NamedFiles(Resolver):
         return next((place for place in places if place.is_file()), places[0])
 
     def keys(self) -> list[str]:
-        """Return no names: trimesh would guess a material among them."""
+        """Return no names, since trimesh would guess a material among them."""
         return []
 
     def write(self, name: str, data: object) -> None:

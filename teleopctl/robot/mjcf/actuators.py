@@ -57,7 +57,7 @@ class JointActuator:
 
 # Any stands for MuJoCo's model, here and below: it has no static type.
 def file_mimics(model: Any) -> dict[str, Mimic]:
-    """Which joints follow which: what joint equalities with a straight line say.
+    """Return the mimic relations that linear joint equalities of MJCF stand for.
 
     MuJoCo counts both from where they are at the start (``ref``).
     """

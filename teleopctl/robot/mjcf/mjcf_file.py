@@ -46,7 +46,7 @@ class Mjcf:
 
     @property
     def root(self) -> str:
-        """The root link: the robot's one free body, or the world where it is fixed to that."""
+        """Name of the root link: that of the only free body, else the world."""
         if len(self.tops) == 1 and free_joint(self.model, self.tops[0]) is not None:
             return str(self.model.body(self.tops[0]).name)
         return WORLD
@@ -57,7 +57,7 @@ class Mjcf:
         return [body for body in range(1, m.nbody) if int(m.body_rootid[body]) in self.tops]
 
     def place(self, body: int) -> tuple[str, Transform] | None:
-        """Which link, or the world, carries a body, and where in that its frame is.
+        """Return the link that carries a body and the body's pose in it; None outside the robot.
 
         None for what moves and is not of the robot.
         """
@@ -124,7 +124,7 @@ def free_joint(model: Any, body: int) -> int | None:
 
 # Any: MuJoCo's number for it.
 def sensor_type(kind: Any) -> str:
-    """What MJCF calls a type of sensor."""
+    """Return the MJCF name of a sensor type."""
     name = str(mujoco.mjtSensor(int(kind)).name).removeprefix("mjSENS_").lower()
     return name.replace("actfrc", "actuatorfrc")
 

@@ -41,7 +41,7 @@ _MOST_USER_NUMBERS = 1_000_000
 
 
 def check_mjcf(path: Path) -> None:
-    """See that MuJoCo can read a file, and what it includes, in time and in the memory there is.
+    """Check that MuJoCo can read a file and its includes within limits of time and memory.
 
     What is wrong otherwise, and what cannot be read, MuJoCo tells.
 
@@ -52,7 +52,7 @@ def check_mjcf(path: Path) -> None:
 
 
 def check_mjcf_text(text: str, path: Path) -> None:
-    """The same of a text.
+    """Check MJCF text as `check_mjcf` checks a file.
 
     Args:
         text: What would stand in a file; what it includes is taken from the current folder.

@@ -156,7 +156,7 @@ def loop_of(joint: SceneJoint, child: Transform) -> Loop | None:
 
 # Any, here and below: elements of lxml, whose class has no types.
 def add_loop(robot: Any, loop: Loop) -> None:
-    """Write a joint that closes a loop into a URDF, as `read_loops` reads it."""
+    """Write a joint that closes a loop into a URDF, for `read_loops`."""
     holder = etree.SubElement(robot, "gazebo")
     joint = etree.SubElement(holder, "joint", name=loop.name, type=loop.kind)
     etree.SubElement(joint, "parent").text = loop.parent

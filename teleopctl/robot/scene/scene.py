@@ -157,7 +157,7 @@ class SceneJoint:
 
 @dataclass(frozen=True)
 class SceneModel:
-    """A thing: bodies, and the joints between them.
+    """A model of a world: bodies and the joints between them.
 
     Attributes:
         name: Its name.
@@ -207,7 +207,7 @@ class SceneLight:
 
 @dataclass(frozen=True, slots=True)
 class ScenePose:
-    """A place with a name, for things to be put there or robots to go there.
+    """A named pose, at which entities can be placed.
 
     Attributes:
         name: Its name.
@@ -226,7 +226,7 @@ class ScenePose:
 
 @dataclass(frozen=True)
 class Scene:
-    """A file's things.
+    """Content of a world file: models, lights, gravity and poses.
 
     Attributes:
         name: What it calls itself.

@@ -19,7 +19,7 @@ _RESTITUTION = "bounce/restitution_coefficient"
 
 @dataclass(frozen=True, slots=True)
 class Surface:
-    """How a shape bounces, spins and rolls on another one.
+    """Restitution and torsional and rolling friction of a shape.
 
     Attributes:
         restitution: Its part of the speed that is thrown back, from 0 to 1; that of two that touch
@@ -58,7 +58,7 @@ class Across:
 
 # Any, here and below: elements of lxml, whose class has no types.
 def expressed_in(element: Any) -> str:
-    """The link in whose frame a ``<fdir1>`` is, if it says; the prefix is the file's own."""
+    """Return the ``expressed_in`` frame of a ``<fdir1>``; empty if there is none."""
     for name, value in element.attrib.items():
         if name.rpartition("}")[2].rpartition(":")[2] == "expressed_in":
             return str(value)
@@ -66,7 +66,7 @@ def expressed_in(element: Any) -> str:
 
 
 def read_surface(number: Callable[[str, float], float]) -> Surface | None:
-    """Read a ``<surface>``; None where it says nothing of this.
+    """Read a ``<surface>``; None if it has only defaults.
 
     Args:
         number: The number at a path below it, or the default.
@@ -84,7 +84,7 @@ def read_surface(number: Callable[[str, float], float]) -> Surface | None:
 
 
 def add_surface(holder: Any, surface: Surface) -> None:
-    """Write a ``<surface>`` into what holds one."""
+    """Write a ``<surface>`` into an element."""
     for path, value in (
         (_RESTITUTION, surface.restitution),
         (_TORSIONAL, surface.torsional),

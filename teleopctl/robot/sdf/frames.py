@@ -51,11 +51,11 @@ class Frames:
         self.put_at(name, relative_to(pose) or default, self.file.pose(pose), element)
 
     def put_at(self, name: str, relative: str, pose: Transform, element: Any) -> None:
-        """Add a frame where it is in another one."""
+        """Add a frame by its pose relative to another one."""
         self._placed[name] = _Placed(relative, pose, element)
 
     def put_model(self, model: SceneModel, element: Any, prefix: str) -> None:
-        """Add the frame of a model within, and those in it.
+        """Add the frames of a nested model.
 
         Args:
             model: The model.
@@ -73,7 +73,7 @@ class Frames:
         return iter(self._placed)
 
     def find(self, name: str, asker: Any) -> Transform:
-        """Where a frame is in the model.
+        """Return the pose of a frame in the model.
 
         Args:
             name: The frame.
@@ -101,7 +101,7 @@ class Frames:
         return place
 
     def link_of(self, name: str) -> str:
-        """The link that a frame is fixed to; a link is its own."""
+        """Return the link that a frame is attached to."""
         met = {name}
         while (name := self.attached.get(name, name)) not in met:
             met.add(name)

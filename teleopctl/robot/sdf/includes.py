@@ -92,7 +92,7 @@ def model_file(path: Path) -> Path:
 
 
 def gazebo_models(uri: str = "") -> list[Path]:
-    """Return the files of models: those of a folder, or of all folders that Gazebo is told of.
+    """Return the model files in a folder, or in all folders on Gazebo's search paths.
 
     Args:
         uri: Where to look; empty for Gazebo's variables and ``~/.gazebo/models``.

@@ -56,7 +56,7 @@ _ALONG = 0.999
 # Any, here and below: elements of lxml, whose class has no types.
 @dataclass
 class Joints:
-    """The joints of a model, as far as they are read.
+    """Reads the joints of an SDF model.
 
     Attributes:
         file: The file.
@@ -177,7 +177,7 @@ class Joints:
 def with_gearboxes(
     file: SdfFile, model: Any, frames: Frames, joints: Iterable[SceneJoint]
 ) -> list[SceneJoint]:
-    """Let the joints follow one another that a model's gearboxes tie.
+    """Return the joints with the mimic relations that the model's gearboxes stand for.
 
     The angle of the child about ``<axis2>`` is minus ``<gearbox_ratio>`` times that of the parent
     about ``<axis>``, both against the reference body.
@@ -253,7 +253,7 @@ def _along(
 
 
 def within(file: SdfFile, element: Any, name: str, frames: Frames) -> Transform:
-    """Where something is in the frame of the link, or the joint, that it is in."""
+    """Return the pose of an element in the frame of the link or joint that holds it."""
     pose = element.find("pose")
     here, relative = file.pose(pose), relative_to(pose)
     if relative in ("", name):
@@ -262,7 +262,7 @@ def within(file: SdfFile, element: Any, name: str, frames: Frames) -> Transform:
 
 
 def read_sensors(file: SdfFile, holder: Any, frames: Frames) -> tuple[SceneSensor, ...]:
-    """The sensors of a link or a joint, and where they are in it."""
+    """Return the sensors of a link or a joint, with their poses."""
     name = holder.get("name") or ""
     return tuple(
         SceneSensor(sensor, within(file, sensor, name, frames))
@@ -271,7 +271,7 @@ def read_sensors(file: SdfFile, holder: Any, frames: Frames) -> tuple[SceneSenso
 
 
 def frame_of_joint(joint: Any) -> str:
-    """What the frame of a joint is called: until SDF 1.6 links and frames might have its name."""
+    """Return a name for a joint's frame that no link or frame of the model has."""
     name, model = joint.get("name") or "", joint.getparent()
     taken = {one.get("name") for tag in ("link", "frame") for one in model.findall(tag)}
     return f"{name} (joint)" if name in taken else name
@@ -327,7 +327,7 @@ def _most(value: float) -> float:
 
 
 def moved(joint: SceneJoint, prefix: str, place: Transform) -> SceneJoint:
-    """A joint of a model within another one, as a joint of that.
+    """Return a joint of a nested model as a joint of the outer model.
 
     Args:
         joint: The joint.

@@ -111,7 +111,7 @@ class Reading:
         pose: Transform | None = None,
         placement: str = "",
     ) -> SceneModel:
-        """Read a ``<model>``, with the models in it.
+        """Read a ``<model>`` with its nested models.
 
         Args:
             file: The file.

@@ -24,7 +24,7 @@ _UNSAID_VERSION = (1, 6)
 
 @dataclass
 class Remarks:
-    """What is left out, by what it is and the file in which it stands.
+    """Elements that were left out, with their files and lines.
 
     Attributes:
         lines: The lines by file and words.
@@ -43,7 +43,7 @@ class Remarks:
         self.own.setdefault(path, {}).setdefault(tag, []).append(line)
 
     def sentences(self) -> tuple[str, ...]:
-        """One for each kind of thing in each file, and one for all that is for Gazebo alone."""
+        """Return a sentence for each kind of element left out of each file."""
         told = [f"{path}:{in_words(lines)}: {words}" for (path, words), lines in self.lines.items()]
         return *told, *(f"{path}: {gazebos_own(tags)}" for path, tags in self.own.items())
 
@@ -70,7 +70,7 @@ class SdfFile:
     remarks: Remarks
 
     def place(self, element: Any) -> str:
-        """Where an element stands, for a message."""
+        """Return the file and line of an element, for messages."""
         return f"{self.path}:{element.sourceline}"
 
     def leave_out(self, element: Any, words: str = "is left out") -> None:
@@ -82,7 +82,7 @@ class SdfFile:
         )
 
     def account(self, element: Any, table: Table, path: str = "") -> None:
-        """Note what of an element has no effect: its attributes, and all that is in it.
+        """Record which attributes and children of an element have no effect.
 
         Args:
             element: The element.
@@ -115,7 +115,7 @@ class SdfFile:
         return values
 
     def number(self, parent: Any, path: str, default: float) -> float:
-        """The number in a child, or the default where there is none."""
+        """Return the number in a child; the default if the child is missing."""
         child = parent.find(path)
         if child is None:
             return default
@@ -127,7 +127,7 @@ class SdfFile:
         return self.numbers(child, 1)[0]
 
     def vector(self, parent: Any, path: str, default: Vector3) -> Vector3:
-        """The three numbers in a child, or the default where there is none."""
+        """Return the three numbers in a child; the default if the child is missing."""
         child = parent.find(path)
         if child is None:
             return default
@@ -135,12 +135,12 @@ class SdfFile:
         return x, y, z
 
     def flag(self, parent: Any, path: str, *, default: bool = False) -> bool:
-        """Whether a child says yes, or the default where there is none."""
+        """Return the truth value in a child; the default if the child is missing."""
         child = parent.find(path)
         return default if child is None else (child.text or "").strip().lower() in _TRUE
 
     def pose(self, element: Any | None) -> Transform:
-        """The pose in a ``<pose>``; nowhere in particular where there is none or it is empty.
+        """Return the pose in a ``<pose>``; the identity if it is missing or empty.
 
         Raises:
             InvalidDescriptionError: It is none.
@@ -165,7 +165,7 @@ class SdfFile:
 
 
 def parse_sdf(path: Path, content: bytes, remarks: Remarks) -> tuple[Any, SdfFile]:
-    """Parse an SDF document; returns its root element, and what reads it.
+    """Parse an SDF document; return its root element and its reader.
 
     Raises:
         InvalidDescriptionError: It is no XML, or no SDF.
@@ -179,5 +179,5 @@ def parse_sdf(path: Path, content: bytes, remarks: Remarks) -> tuple[Any, SdfFil
 
 
 def relative_to(pose: Any | None) -> str:
-    """The frame that a ``<pose>`` is in, if it says; before SDF 1.7 the attribute was ``frame``."""
+    """Return the ``relative_to`` frame of a ``<pose>`` (``frame`` before SDF 1.7), or ""."""
     return "" if pose is None else pose.get("relative_to") or pose.get("frame") or ""

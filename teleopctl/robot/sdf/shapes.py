@@ -99,7 +99,7 @@ def _surface(file: SdfFile, collision: Any) -> Surface | None:
 
 
 def read_inertial(file: SdfFile, link: Any, place: Transform) -> SceneInertial | None:
-    """Read the ``<inertial>`` of a link; None where it asks to have it computed.
+    """Read the ``<inertial>`` of a link; None if it is to be computed.
 
     A link that says nothing has what SDF says: 1 kg, and moments of 1 kg m².
 

@@ -54,12 +54,12 @@ class Lens:
     cutoff: float
 
     def radius(self, theta: float) -> float:
-        """Where a direction is seen that is so far from the axis."""
+        """Return the image radius of a direction at an angle from the optical axis."""
         return self.c1 * self.f * _FUNCTIONS[self.fun][0](theta / self.c2 + self.c3)
 
     @property
     def focal_length(self) -> float:
-        """How fast the radius rises with the angle at the axis, per radian."""
+        """Derivative of the image radius by the angle at the optical axis, per radian."""
         return self.c1 * self.f / self.c2 * _FUNCTIONS[self.fun][1](self.c3)
 
 

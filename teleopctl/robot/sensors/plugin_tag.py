@@ -22,7 +22,7 @@ class Plugin:
 
     @property
     def runs_controllers(self) -> bool:
-        """Whether it is the one with a controller manager of ros2_control in it."""
+        """Whether the plug-in is ros2_control's, with a controller manager."""
         return "ros2_control" in self.filename
 
     def parameter(self, path: str, default: str = "") -> str:

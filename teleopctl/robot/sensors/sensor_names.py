@@ -27,7 +27,7 @@ def ros_topic(name: str) -> str:
 
 
 class RosNames:
-    """How a sensor's topics are named.
+    """ROS names of a sensor's topics and frames, by its plug-in's tags.
 
     A name without a leading slash is below the namespace of whoever publishes it.
 
@@ -69,7 +69,7 @@ class RosNames:
 
     @property
     def plugin_file(self) -> str:
-        """The file of that plug-in, empty where there is none."""
+        """File of the sensor's ROS plug-in; empty if there is none."""
         return "" if self._plugin is None else self._plugin.filename
 
     def setting(self, *paths: str) -> str:
@@ -78,12 +78,12 @@ class RosNames:
         return next(filter(None, texts), "")
 
     def remapped(self, name: str) -> str:
-        """What a name of the plug-in's is remapped to, or empty."""
+        """Return the name that a ``<remapping>`` gives a plug-in's topic; empty for none."""
         target = self._rules.get(self._full(name))
         return "" if target is None else self._within(target)
 
     def of_plugin(self, name: str) -> str:
-        """What a topic is named that the plug-in calls ``name``, ``~/out`` say."""
+        """Return the topic name for a plug-in's own name, such as ``~/out``."""
         return self.remapped(name) or self._within(name)
 
     def _full(self, name: str) -> str:

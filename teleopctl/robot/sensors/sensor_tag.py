@@ -68,7 +68,7 @@ class Camera:
 
 @dataclass(frozen=True, slots=True)
 class ForceTorque:
-    """How a force-torque sensor tells its wrench.
+    """Frame and direction in which a force-torque sensor measures.
 
     ``frame`` is whose axes it has: ``child``, ``parent`` or ``sensor``; ``site`` is the sensor's
     with the torque about its own place, as MuJoCo has it, and not about the joint's.
@@ -96,7 +96,7 @@ class Sweep:
 
 @dataclass(frozen=True, slots=True)
 class Rays:
-    """The rays of a lidar: ``horizontal`` about z from x, ``vertical`` upwards from there.
+    """Ray angles and ranges of a lidar.
 
     What is nearer than ``near`` is not seen, what is farther than ``far`` neither.
     """

@@ -61,7 +61,7 @@ class Entry(NamedTuple):
 
 
 class Finding(NamedTuple):
-    """Something in a file that has no effect.
+    """A tag or attribute that has no effect or is unknown.
 
     Attributes:
         element: The tag, or the one with the attribute.
@@ -77,7 +77,7 @@ class Finding(NamedTuple):
 
     @property
     def called(self) -> str:
-        """What it is called in a sentence."""
+        """Name of the tag or attribute, for a sentence."""
         _, at, attribute = self.path.rpartition("@")
         if at:
             return f"'{attribute}' of <{plain(self.element.tag)}>"
@@ -89,7 +89,7 @@ class Finding(NamedTuple):
 
     @property
     def sentence(self) -> str:
-        """What is said of it, without its place."""
+        """Sentence about the finding, without its line."""
         if self.entry is not None and self.entry.fate == "works":
             return f"Of several <{plain(self.element.tag)}> side by side the first is taken"
         if self.entry is None:
@@ -147,7 +147,7 @@ class Table(Mapping[str, Entry]):
         return len(self._entries)
 
     def findings(self, element: etree._Element, path: str = "") -> Iterator[Finding]:
-        """What of an element has no effect.
+        """Yield the tags and attributes of an element that have no effect or are unknown.
 
         Args:
             element: The element.
@@ -194,7 +194,7 @@ class Table(Mapping[str, Entry]):
 
 
 def is_default(element: etree._Element, usual: tuple[str, ...] = ()) -> bool:
-    """Return whether a tag, with all that is in it, asks for nothing but the default.
+    """Return whether a tag, with its children, only repeats its default.
 
     Of a tag that holds others each must be zero: a flag among them may be on by default. Their
     ``<type>`` says which kind of thing the zeros are of, and does not count.

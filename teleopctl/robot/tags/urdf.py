@@ -66,7 +66,7 @@ URDF = Table(f"""
 
 
 def unknown_tags(urdf: str) -> list[str]:
-    """One sentence for each kind of tag or attribute that URDF does not have, or nobody obeys.
+    """Return a sentence for each kind of unknown tag or attribute, with its lines.
 
     Args:
         urdf: The expanded robot description, which is well formed.

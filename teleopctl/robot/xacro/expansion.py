@@ -105,7 +105,7 @@ def read_xacro(
     safe: bool | None = None,
     places: bool = False,
 ) -> ExpandedXacro:
-    """Expand a xacro file as `expand_xacro` does, and tell the files that it includes.
+    """Expand a xacro file as `expand_xacro` does; return the files that it includes, too.
 
     Args:
         path: See there.

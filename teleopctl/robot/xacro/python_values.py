@@ -73,7 +73,7 @@ class BoundedPython:
         self._builtins = {**known, "pow": self._pow, **self._guards}
 
     def safe_eval(self, text: str, names: dict[str, Any], local: Any = None) -> Any:
-        """What stands in ``${…}``, in the place of xacro's function of that name.
+        """Evaluate the expression of ``${…}``, in place of xacro's function of this name.
 
         Raises:
             BudgetError: It takes too long, or becomes too large.
@@ -82,7 +82,7 @@ class BoundedPython:
         return self._evaluate(_compiled(text.strip(), inner=False), names, local)
 
     def eval(self, text: str, names: dict[str, Any], local: Any = None) -> Any:
-        """What stands in ``$(eval …)``, in the place of Python's function of that name.
+        """Evaluate the expression of ``$(eval …)``, in place of Python's ``eval``.
 
         Raises:
             BudgetError: It takes too long, or becomes too large.

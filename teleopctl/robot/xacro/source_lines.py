@@ -90,7 +90,7 @@ class NotedLines:
 
 @contextlib.contextmanager
 def noting_lines(xacro: ModuleType) -> Iterator[NotedLines]:
-    """Let xacro keep the places of elements."""
+    """Record the source lines of the elements that xacro reads, within the block."""
     notes, parse = NotedLines(), vars(xacro)["parse"]
 
     # Any: xacro's own.

@@ -24,7 +24,7 @@ _NOT_SENT = ("metadata.yaml", "sweep.json", "COLCON_IGNORE")
 
 
 class Parcel(NamedTuple):
-    """What is sent with the runs.
+    """The folder that is sent to workers with the runs.
 
     Attributes:
         root: The folder, as its path is here; empty for none.
@@ -95,7 +95,7 @@ def make_parcel(file: Path, folder: Path | None, cwd: Path) -> tuple[Parcel, byt
 
 
 def not_sent(values: Iterable[str], parcel: Parcel, cwd: Path) -> list[str]:
-    """Those of some values that name files of this machine which are not sent."""
+    """Return the values that name local files which are not sent to workers."""
     found = []
     for value in dict.fromkeys(values):
         path = cwd / value

@@ -21,7 +21,7 @@ _sweeps: dict[str, RunProcesses] = {}
 
 
 def versions() -> dict[str, str]:
-    """What has to be the same everywhere, so that a run is the same wherever it is done."""
+    """Return the versions that must be equal on all machines."""
     from importlib.metadata import version
 
     return {"teleopctl": __version__, "mujoco": version("mujoco")}
@@ -68,7 +68,7 @@ def do_run(
 
 
 def stop_runs(sweep: str) -> None:
-    """End the runs of a sweep that are at work here, and begin no other."""
+    """Stop the sweep's running runs, and start no others."""
     _processes(sweep).stop()
 
 
