@@ -22,7 +22,7 @@ _WAIT_FOR_ONE_S = 2.0
 
 
 def undecoded(type_name: str, version: str) -> type[Any]:  # Any: stands for any type
-    """A class for messages that are received and not read.
+    """Return a message class for raw subscriptions, which are not decoded.
 
     Args:
         type_name: Full name of the type.
@@ -32,7 +32,7 @@ def undecoded(type_name: str, version: str) -> type[Any]:  # Any: stands for any
 
 
 def suited_to(offers: Sequence[EndpointQos], depth: int) -> QoSProfile:
-    """The profile that gets the most out of a topic's publishers.
+    """Return the QoS profile that receives the most from a topic's publishers.
 
     Reliable if all of them are, and with earlier messages if all of them keep them; reliable and
     volatile if there is none yet.

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 class Clock:
-    """A source of time.
+    """Base of clocks: system, steady or ROS time.
 
     ``Clock(clock_type=ClockType.ROS_TIME)`` is a `ROSClock`, as in rclpy.
     """
@@ -46,7 +46,7 @@ class Clock:
 
     @property
     def is_destroyed(self) -> bool:
-        """False (ours)."""
+        """Return False: clocks are never destroyed (ours)."""
         return False
 
     def destroy(self) -> None:
@@ -64,7 +64,7 @@ class Clock:
         return time.time_ns()
 
     def elapsed_ns(self) -> int:
-        """Return the count by which spans of this clock are measured, in nanoseconds (ours).
+        """Return the clock's elapsed nanoseconds, unaffected by time jumps (ours).
 
         The steady clock's: somebody may set the system's time meanwhile, as NTP does on a machine
         that starts without a battery-backed clock. rcl measures periods by the time that is shown,
@@ -73,7 +73,7 @@ class Clock:
         return time.monotonic_ns()
 
     def now(self) -> Time:
-        """Return the present time."""
+        """Return the present time as a `Time`."""
         return Time(nanoseconds=self.nanoseconds(), clock_type=self._clock_type)
 
     def create_jump_callback(
@@ -114,7 +114,7 @@ class Clock:
         self._jump_handles = tuple(other for other in self._jump_handles if other is not handle)
 
     def sleep_until(self, until: Time, context: Context | None = None) -> bool:
-        """Sleep until the clock shows a time.
+        """Sleep until a time of this clock.
 
         Returns:
             True when it was reached, False when the context was shut down before, or simulated
@@ -191,7 +191,7 @@ class ROSClock(Clock):
         return self._simulated_ns if self._source[0] else time.time_ns()
 
     def elapsed_ns(self) -> int:
-        """Return the count by which spans are measured, in nanoseconds (ours).
+        """Return the clock's elapsed nanoseconds, unaffected by time jumps (ours).
 
         That of simulated time while it is active, else the steady clock's; between the two it goes
         on, so that a span that has begun has its rest still to come, as in rcl.
@@ -218,7 +218,7 @@ class ROSClock(Clock):
         self._source = (active, self.elapsed_ns() - count_ns)
 
     def set_simulated_time(self, nanoseconds: int) -> None:
-        """Move simulated time; called for each message of ``/clock``."""
+        """Set the simulated time; called for each message of ``/clock``."""
         if self.ros_time_is_active and self._jump_handles:
             from teleopctl.node.clock_jumps import ClockChange
 

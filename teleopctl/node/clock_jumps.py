@@ -10,7 +10,7 @@ from teleopctl.node.values.time import Duration
 
 
 class ClockChange(IntEnum):
-    """Whether a jump changed where a clock has its time from; numbers as in rcl."""
+    """Change of a clock's time source at a jump; numbers as in rcl."""
 
     ROS_TIME_NO_CHANGE = 1
     ROS_TIME_ACTIVATED = 2
@@ -57,7 +57,7 @@ class JumpThreshold:
 
 
 class TimeJump:
-    """A jump of a clock.
+    """A time jump of a clock.
 
     Args:
         clock_change: What it changed.
@@ -127,7 +127,7 @@ class JumpHandle:
         clock.add_jump_handle(self)
 
     def unregister(self) -> None:
-        """Call back no more. Idempotent."""
+        """Stop calling the callbacks. Idempotent."""
         clock, self._clock = self._clock, None
         if clock is not None:
             clock.remove_jump_handle(self)

@@ -73,7 +73,7 @@ class Context:
 
     @classmethod
     def default(cls) -> Context:
-        """Return the context that is used where none is given."""
+        """Return the default context."""
         with cls._default_lock:
             if cls._default is None:
                 cls._default = cls()
@@ -89,7 +89,7 @@ class Context:
         signal_handler_options: signals.SignalHandlerOptions | None = None,
         ends_in_order: bool = False,
     ) -> None:
-        """Start the context.
+        """Initialize the context from command-line arguments.
 
         Args:
             args: Command line with ``--ros-args`` groups; None takes ``sys.argv``.
@@ -135,7 +135,7 @@ class Context:
 
     @property
     def ended_by_signal(self) -> bool:
-        """True when a signal ended the context, so that spinning raises instead of returning."""
+        """Whether a signal ended the context, so that spinning raises instead of returning."""
         return self._ended_by_signal
 
     @property
@@ -157,7 +157,7 @@ class Context:
 
     @property
     def fan_out(self) -> FanOut:
-        """Hands what comes on to the subscriptions of the session."""
+        """Shared Zenoh subscribers of the session."""
         session = self.session
         with self._lock:
             if self._fan_out is None:
@@ -173,7 +173,7 @@ class Context:
 
     @property
     def watcher(self) -> GraphWatcher:
-        """The live graph, watched from first use on."""
+        """Watcher of the live graph, started on first use."""
         if self._watcher is None:
             with self._lock:
                 if self._watcher is not None:
@@ -184,7 +184,7 @@ class Context:
         return self._watcher
 
     def announce(self, text: str) -> LivelinessToken:
-        """Show something of this process to the graph, by its token."""
+        """Declare a liveliness token for an entity of this process."""
         # Before it is there: either a watcher that is being made finds it here, or hears of it.
         self._announced[text] = None
         try:
@@ -237,7 +237,7 @@ class Context:
         _ = self.watcher
 
     def forget_on_graph_change(self, callback: Callable[[], None]) -> None:
-        """Take a callback back; unknown ones are ignored."""
+        """Unregister a callback; unknown ones are ignored."""
         with self._lock:
             if callback in self._on_graph_change:
                 self._on_graph_change.remove(callback)
@@ -278,7 +278,7 @@ class Context:
             self._on_shutdown.append(callback)
 
     def forget_on_shutdown(self, callback: Callable[[], None]) -> None:
-        """Take a callback back; unknown ones are ignored."""
+        """Unregister a callback; unknown ones are ignored."""
         with self._lock:
             if callback in self._on_shutdown:
                 self._on_shutdown.remove(callback)
@@ -295,13 +295,13 @@ class Context:
             self._library_logs.nodes.append(name)
 
     def remove_node_logger(self, name: str) -> None:
-        """Take a node's logger back; unknown ones are ignored."""
+        """Stop routing library logs to a node's logger; unknown names are ignored."""
         with self._lock:
             if self._library_logs is not None and name in self._library_logs.nodes:
                 self._library_logs.nodes.remove(name)
 
     def destroy(self) -> None:
-        """End the context if it runs."""
+        """Shut the context down if it is initialized."""
         self.try_shutdown()
 
     @property
@@ -311,11 +311,11 @@ class Context:
 
     @property
     def is_destroyed(self) -> bool:
-        """Whether it has ended, or has not begun (ours)."""
+        """Whether the context is not initialized or was shut down (ours)."""
         return not self._initialized
 
     def get_domain_id(self) -> int:
-        """Return the ROS domain."""
+        """Return the ROS domain id."""
         return self.domain_id
 
     def shutdown(self) -> None:
@@ -329,7 +329,7 @@ class Context:
         self.try_shutdown()
 
     def try_shutdown(self) -> None:
-        """End the context if it runs."""
+        """Shut the context down if it is initialized."""
         self._running = False
         self._tell_end()
         self._release()

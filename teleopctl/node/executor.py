@@ -70,17 +70,17 @@ class Executor:
 
     @property
     def context(self) -> Context:
-        """The context whose shutdown ends the spinning."""
+        """Context whose shutdown ends the spinning."""
         return self._context
 
     @property
     def is_shutdown(self) -> bool:
-        """True after `shutdown` (ours)."""
+        """Whether `shutdown` was called (ours)."""
         return self._is_shutdown
 
     @property
     def is_spinning(self) -> bool:
-        """Whether a thread spins; another one is refused."""
+        """Whether a thread spins the executor; a second thread is refused."""
         return self._spinner.is_held
 
     # -- nodes -----------------------------------------------------------------------------------
@@ -111,7 +111,7 @@ class Executor:
         return True
 
     def remove_node(self, node: NodeEndpoints) -> None:
-        """Stop serving a node; unknown ones are ignored."""
+        """Remove a node; unknown ones are ignored."""
         node = node.itself
         with self._nodes_lock:
             if node not in self._nodes:
@@ -121,7 +121,7 @@ class Executor:
             node.executor = None
 
     def get_nodes(self) -> list[NodeEndpoints]:
-        """Return the nodes that are served."""
+        """Return the nodes of the executor."""
         return list(self._nodes)
 
     # -- from other threads ----------------------------------------------------------------------
@@ -223,7 +223,7 @@ class Executor:
     def spin_once_until_future_complete(
         self, future: Future[ResultT], timeout_sec: float | None = None
     ) -> None:
-        """Wait for one callback and run it, or until a future has ended or the time is over."""
+        """Wait for one callback and run it, or return when a future is done or time is over."""
         with self._spinner.until(future, self.wake):
             self._spin_once(_deadline(timeout_sec), future)
         self._raise_if_ended_by_signal()

@@ -41,7 +41,7 @@ class SingleThreadedExecutor(Executor):
 
 
 class MultiThreadedExecutor(Executor):
-    """Runs callbacks in a pool of threads, as their callback groups allow.
+    """Runs callbacks in a thread pool, as their callback groups allow.
 
     A message is taken, and a timer counts as called, when a thread begins with the callback.
 
@@ -117,7 +117,7 @@ class MultiThreadedExecutor(Executor):
         return True
 
     def shutdown(self, timeout_sec: float | None = None) -> bool:
-        """Stop spinning; callbacks that run go on to their end.
+        """Stop spinning; running callbacks are finished.
 
         Args:
             timeout_sec: How long to wait for that end, in seconds of wall time; None does not wait.

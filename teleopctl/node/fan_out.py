@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 class FanOut:
-    """Hands the samples of a session on to its subscriptions.
+    """Shares one Zenoh subscriber among the session's subscriptions of the same key.
 
     Args:
         session: Where to subscribe.
@@ -33,7 +33,7 @@ class FanOut:
         self._topics: dict[str, _Topic] = {}
 
     def declare_subscriber(self, key: str, receive: Receive) -> Share:
-        """Have a function called with each sample of a key, on the transport's thread.
+        """Call a function with each sample of a key, on the transport's thread.
 
         It must be short and must not wait, since it holds the others up, nor raise.
         """
@@ -46,7 +46,7 @@ class FanOut:
         return Share(self, key, receive)
 
     def remove(self, key: str, receive: Receive) -> None:
-        """Call a function no more."""
+        """Stop calling a function for a key's samples."""
         with self._lock:
             topic = self._topics[key]
             topic.receivers = tuple(each for each in topic.receivers if each != receive)
@@ -72,7 +72,7 @@ class Share:
         self._receive = receive
 
     def undeclare(self) -> None:
-        """Have the function called no more; a call that has begun may still go on."""
+        """Stop calling the function; a call in progress continues."""
         self._fan_out.remove(self._key, self._receive)
 
 

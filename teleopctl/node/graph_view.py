@@ -17,7 +17,7 @@ NamesAndTypes = list[tuple[str, list[str]]]
 
 
 class GraphView(abc.ABC):
-    """The part of a node that looks at the graph."""
+    """Methods of a node that query the graph."""
 
     _context: Context
     _graph_callbacks: list[Callable[[], None]]
@@ -140,7 +140,7 @@ class GraphView(abc.ABC):
         node_namespace: str,
         no_demangle: bool = False,  # noqa: ARG002 (see above)
     ) -> NamesAndTypes:
-        """Return what a node publishes.
+        """Return the topics that a node publishes, with their types.
 
         Raises:
             NodeNameNonExistentError: There is no such node.
@@ -153,7 +153,7 @@ class GraphView(abc.ABC):
         node_namespace: str,
         no_demangle: bool = False,  # noqa: ARG002 (see above)
     ) -> NamesAndTypes:
-        """Return what a node subscribes to.
+        """Return the topics that a node subscribes to, with their types.
 
         Raises:
             NodeNameNonExistentError: There is no such node.
@@ -163,7 +163,7 @@ class GraphView(abc.ABC):
     def get_service_names_and_types_by_node(
         self, node_name: str, node_namespace: str
     ) -> NamesAndTypes:
-        """Return what a node serves.
+        """Return the services that a node has servers of, with their types.
 
         Raises:
             NodeNameNonExistentError: There is no such node.
@@ -173,7 +173,7 @@ class GraphView(abc.ABC):
     def get_client_names_and_types_by_node(
         self, node_name: str, node_namespace: str
     ) -> NamesAndTypes:
-        """Return whose client a node is.
+        """Return the services that a node has clients of, with their types.
 
         Raises:
             NodeNameNonExistentError: There is no such node.
@@ -181,7 +181,7 @@ class GraphView(abc.ABC):
         return self._of_node(EntityKind.SC, node_name, node_namespace)
 
     def endpoints_of(self, node_name: str, node_namespace: str) -> list[EndpointToken]:
-        """Return the endpoints of a node, and of all of that name (ours).
+        """Return the endpoints of all nodes of this name (ours).
 
         Raises:
             NodeNameNonExistentError: There is no such node.

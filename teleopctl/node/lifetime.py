@@ -30,7 +30,7 @@ def init(
     session_mode: SessionMode = "peer",
     ends_in_order: bool = False,
 ) -> Context:
-    """Start a context; see `Context.init`. It may be used as a context manager.
+    """Initialize a context; see `Context.init`. It may be used as a context manager.
 
     Raises:
         RuntimeError: It runs already.
@@ -53,7 +53,7 @@ def ok(*, context: Context | None = None) -> bool:
 
 
 def shutdown(*, context: Context | None = None, uninstall_handlers: bool | None = None) -> None:  # noqa: ARG001
-    """End a context.
+    """Shut a context down.
 
     Raises:
         RuntimeError: It does not run.
@@ -62,17 +62,17 @@ def shutdown(*, context: Context | None = None, uninstall_handlers: bool | None 
 
 
 def try_shutdown(*, context: Context | None = None, uninstall_handlers: bool | None = None) -> None:  # noqa: ARG001
-    """End a context if it runs."""
+    """Shut a context down if it is initialized."""
     (context or Context.default()).try_shutdown()
 
 
 def get_default_context() -> Context:
-    """Return the context that is used where none is given."""
+    """Return the default context."""
     return Context.default()
 
 
 def get_global_executor() -> Executor:
-    """Return the executor that spins where none is given."""
+    """Return the executor that module-level spin functions use by default."""
     global _executor
     with _executor_lock:
         if _executor is None:
@@ -134,6 +134,6 @@ def spin_until_future_complete(
     executor: Executor | None = None,
     timeout_sec: float | None = None,
 ) -> None:
-    """Run a node's callbacks until a future has ended or the time is over."""
+    """Run a node's callbacks until a future is done or the time is over."""
     with _served(node, executor) as chosen:
         chosen.spin_until_future_complete(future, timeout_sec)

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class Node(NodeParameters):
-    """One participant of the graph.
+    """ROS node.
 
     Args:
         node_name: Its name, unless ``__node`` is remapped.
@@ -113,7 +113,7 @@ class Node(NodeParameters):
             LoggerService(self)
 
     def destroy_node(self) -> None:
-        """Take the node and all that it has out of the graph. Idempotent."""
+        """Destroy the node and its entities. Idempotent."""
         if self._rosout is not None:
             self._rosout.destroy()
         super().destroy_node()

@@ -113,7 +113,7 @@ class NodeCore(GraphView):
 
     @property
     def executor(self) -> Scheduler | None:
-        """The executor that runs its callbacks; one that is set serves the node from now on."""
+        """Executor of the node; setting it adds the node there."""
         return self._executor
 
     @executor.setter
@@ -149,7 +149,7 @@ class NodeCore(GraphView):
         return self._logger
 
     def get_clock(self) -> ROSClock:
-        """Return the node's clock: the system's time, or ``/clock``'s with ``use_sim_time``."""
+        """Return the node's clock: system time, or ``/clock`` with ``use_sim_time``."""
         return self._clock
 
     def resolve_topic_name(self, topic: str, *, only_expand: bool = False) -> str:

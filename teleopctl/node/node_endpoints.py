@@ -41,7 +41,7 @@ _EndpointT = TypeVar("_EndpointT", bound=Endpoint)
 
 
 class NodeEndpoints(NodeTimers):
-    """The part of a node that holds its publishers, subscriptions, services and clients."""
+    """Methods of a node for publishers, subscriptions, services and clients."""
 
     def __init__(
         self,
@@ -56,7 +56,7 @@ class NodeEndpoints(NodeTimers):
 
     @property
     def itself(self) -> Self:
-        """The node, also where a program's object only forwards to it by ``__getattr__`` (ours)."""
+        """The node itself, also behind an object that forwards attributes to it (ours)."""
         return self
 
     # -- making endpoints ------------------------------------------------------------------------
@@ -295,7 +295,7 @@ class NodeEndpoints(NodeTimers):
     # -- what there is ---------------------------------------------------------------------------
 
     def receivers(self) -> list[Waitable]:
-        """Return what may have arrivals for an executor (ours)."""
+        """Return the entities whose arrivals an executor takes (ours)."""
         with self._endpoints_lock:
             receiving = [e for e in self._endpoints if isinstance(e, Waitable)]
             events = [e for point in self._endpoints for e in point.events if e.is_served]
@@ -364,15 +364,15 @@ class NodeEndpoints(NodeTimers):
 
     @property
     def is_destroyed(self) -> bool:
-        """Whether it was destroyed (ours)."""
+        """Whether the node was destroyed (ours)."""
         return self._token is None
 
     def destroy(self) -> None:
-        """Take the node out of the graph; `destroy_node` under the name that entities have."""
+        """Destroy the node; `destroy_node` under the name that entities have."""
         self.destroy_node()
 
     def destroy_node(self) -> None:
-        """Take the node and all that it has out of the graph. Idempotent."""
+        """Destroy the node and its entities. Idempotent."""
         self._forget_graph_callbacks()
         if self.executor is not None:
             self.executor.remove_node(self)

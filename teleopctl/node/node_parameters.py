@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 
 class NodeParameters(NodeEndpoints):
-    """The part of a node that holds its parameters."""
+    """Methods of a node for its parameters."""
 
     def _start_parameters(
         self, given: Iterable[Parameter], *, allow_undeclared: bool, start_services: bool
@@ -132,7 +132,7 @@ class NodeParameters(NodeEndpoints):
         ],
         ignore_override: bool = False,
     ) -> list[Parameter]:
-        """Declare several below a prefix; each is ``(name[, value[, descriptor]])``."""
+        """Declare several parameters below a prefix, each as ``(name[, value[, descriptor]])``."""
         prefix = f"{namespace}." if namespace else ""
         padded = [(*entry, None, None)[:3] for entry in parameters]
         entries = [(prefix + name, value, descriptor) for name, value, descriptor in padded]
@@ -147,7 +147,7 @@ class NodeParameters(NodeEndpoints):
         return [made[name] for name in names]
 
     def undeclare_parameter(self, name: str) -> None:
-        """Forget a parameter; see `ParameterStore.undeclare` for what it raises."""
+        """Undeclare a parameter; see `ParameterStore.undeclare` for what it raises."""
         self._parameters.undeclare(name)
 
     def has_parameter(self, name: str) -> bool:
@@ -181,7 +181,7 @@ class NodeParameters(NodeEndpoints):
         return self._parameters.by_prefix(prefix)
 
     def get_parameter_overrides(self) -> dict[str, Parameter]:
-        """Return what the command line and files set, declared or not (ours)."""
+        """Return the parameter values of the command line and files, declared or not (ours)."""
         return dict(self._parameters.overrides)
 
     def get_parameter_type(self, name: str) -> ParameterType:
@@ -231,7 +231,7 @@ class NodeParameters(NodeEndpoints):
         descriptor: ParameterDescriptor,
         alternative_value: ParameterValue | None = None,
     ) -> ParameterValue:
-        """Give a parameter another descriptor.
+        """Replace the descriptor of a parameter.
 
         Args:
             name: Name of a declared parameter.
@@ -290,7 +290,7 @@ class NodeParameters(NodeEndpoints):
         self._parameters.post_set_callbacks.insert(0, callback)
 
     def remove_pre_set_parameters_callback(self, callback: PreSetCallback) -> None:
-        """Take a callback back.
+        """Unregister a callback.
 
         Raises:
             ValueError: It was not added.
@@ -298,7 +298,7 @@ class NodeParameters(NodeEndpoints):
         self._parameters.pre_set_callbacks.remove(callback)
 
     def remove_on_set_parameters_callback(self, callback: OnSetCallback) -> None:
-        """Take a callback back.
+        """Unregister a callback.
 
         Raises:
             ValueError: It was not added.
@@ -306,7 +306,7 @@ class NodeParameters(NodeEndpoints):
         self._parameters.on_set_callbacks.remove(callback)
 
     def remove_post_set_parameters_callback(self, callback: PostSetCallback) -> None:
-        """Take a callback back.
+        """Unregister a callback.
 
         Raises:
             ValueError: It was not added.

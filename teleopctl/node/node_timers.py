@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 class NodeTimers(NodeCore):
-    """The part of a node that holds its timers, guard conditions and a program's waitables."""
+    """Methods of a node for timers, guard conditions and waitables."""
 
     def __init__(
         self,
@@ -43,7 +43,7 @@ class NodeTimers(NodeCore):
 
     @property
     def default_callback_group(self) -> CallbackGroup:
-        """The group of callbacks that name none."""
+        """Callback group of entities without a group of their own."""
         return self._default_callback_group
 
     def create_timer(
@@ -81,7 +81,7 @@ class NodeTimers(NodeCore):
         return timer
 
     def create_rate(self, frequency: float, clock: Clock | None = None) -> Rate:
-        """Make a rate in Hz, to sleep by in a thread that does not spin.
+        """Make a rate in Hz, to sleep by in a thread other than the spinning one.
 
         Raises:
             ValueError: The frequency is not positive.
@@ -98,7 +98,7 @@ class NodeTimers(NodeCore):
     def create_guard_condition(
         self, callback: Callable[[], object], callback_group: CallbackGroup | None = None
     ) -> GuardCondition:
-        """Make a condition that any thread can trigger to have ``callback`` run by the executor."""
+        """Make a guard condition, whose triggers make the executor call ``callback``."""
         from teleopctl.node.endpoints.guard_condition import GuardCondition
 
         guard = GuardCondition(self, callback, callback_group or self._default_callback_group)
@@ -118,7 +118,7 @@ class NodeTimers(NodeCore):
         return list(self._guards)
 
     def add_waitable(self, waitable: Waitable) -> None:
-        """Have executors serve a waitable of the program's own, until it is removed."""
+        """Add a waitable of the program's own, which executors then serve."""
         from teleopctl.node.waiting.user_waitable import ServedWaitable
 
         def create_timer(clock: Clock) -> Timer:
@@ -131,7 +131,7 @@ class NodeTimers(NodeCore):
         served.tell_executor()
 
     def remove_waitable(self, waitable: Waitable) -> None:
-        """Serve a waitable no more; unknown ones are ignored."""
+        """Remove a waitable; unknown ones are ignored."""
         with self._endpoints_lock:
             removed = [served for served in self._waitables if served.waitable is waitable]
             self._waitables = [served for served in self._waitables if served not in removed]
@@ -140,7 +140,7 @@ class NodeTimers(NodeCore):
 
     @property
     def waitables(self) -> list[Waitable]:
-        """The program's own waitables."""
+        """Waitables that the program has added."""
         return [served.waitable for served in self._waitables]
 
     def destroy_timer(self, timer: Timer) -> bool:

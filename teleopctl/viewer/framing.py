@@ -27,7 +27,7 @@ _AHEAD_OF_OPTICAL = Transform(rotation=(0.5, -0.5, 0.5, 0.5))
 
 
 def view_of(description: RobotDescription, meshes: Mapping[str, MeshFile]) -> tuple[View, float]:
-    """Find a view of a robot whose joints stand at rest.
+    """Return a camera view of a robot in its rest position.
 
     Args:
         description: The robot.

@@ -14,7 +14,7 @@ _LONGEST = 400
 
 
 def escaped(text: str, longest: int = _LONGEST) -> str:
-    """A text as one line of HTML, for the content of an element or a quoted attribute.
+    """Return a text as one line of escaped HTML.
 
     Args:
         text: Anything.
@@ -24,12 +24,12 @@ def escaped(text: str, longest: int = _LONGEST) -> str:
 
 
 def escaped_lines(text: str, longest: int = _LONGEST) -> str:
-    """A text of several lines as HTML; they stay lines in an element with ``white-space: pre``."""
+    """Return a text of several lines as escaped HTML, for ``white-space: pre``."""
     return html.escape(printable_text(_cut(text, longest)))
 
 
 def escaped_markdown(text: str, longest: int = _LONGEST) -> str:
-    """A text as one line of Markdown: no sign in it has a meaning."""
+    """Return a text as one line of escaped Markdown."""
     line = printable_line(_cut(text, longest))
     return "".join(sign if sign.isalnum() or sign == " " else f"&#{ord(sign)};" for sign in line)
 
@@ -39,7 +39,7 @@ def _cut(text: str, longest: int) -> str:
 
 
 def ago(age_s: float) -> str:
-    """Return how old something is, coarsely, so that the text seldom changes."""
+    """Return an age in words, coarsely, so that the text seldom changes."""
     if age_s < 1.0:
         return "now"
     return f"{age_s:.0f} s ago" if age_s < 60.0 else f"{age_s / 60.0:.0f} min ago"

@@ -36,7 +36,7 @@ _DEFAULT_VIEW = View((1.5, -1.5, 1.1), (0.0, 0.0, 0.35))
 
 
 class Picture:
-    """Displays, and from where they are seen.
+    """The 3D view: its displays and its camera.
 
     Args:
         server: Where to draw.
@@ -118,13 +118,13 @@ class Picture:
         return next(name for name in (rviz_class, *numbered) if name not in taken)
 
     def remove(self, display: Display) -> None:
-        """Take a display out."""
+        """Remove a display."""
         display.end()
         self.displays.remove(display)
         self.file.remove(display.values.given)
 
     def enable(self, display: Display, *, enabled: bool) -> None:
-        """Draw a display, or do not."""
+        """Enable or disable a display."""
         display.in_shown_group = True
         display.values.given["Enabled"] = display.values.given["Value"] = enabled
         if enabled and self._drawn:
@@ -140,18 +140,18 @@ class Picture:
                 display.begin()
 
     def end(self) -> None:
-        """Draw nothing, and listen to nothing."""
+        """Stop drawing, and unsubscribe all displays."""
         self._drawn = False
         for display in self.displays:
             display.end()
 
     def reset(self) -> None:
-        """Have all displays forget what they received."""
+        """Clear all displays."""
         for display in self.displays:
             display.reset()
 
     def tick(self, *, jumped_back: bool) -> None:
-        """Move the picture on.
+        """Update all displays for the next picture.
 
         Args:
             jumped_back: Whether time has gone back since.
@@ -188,7 +188,7 @@ class Picture:
         return seen_from(client.camera for client in self._server.get_clients().values())
 
     def text(self, camera: viser.CameraHandle | None = None) -> str:
-        """The view as an ``.rviz`` file.
+        """Return the view as the text of an ``.rviz`` file.
 
         Args:
             camera: Whose view to keep; None keeps the one that the picture began with.

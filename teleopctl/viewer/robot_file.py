@@ -40,7 +40,7 @@ class _Read(NamedTuple):
 
 
 class RobotFile:
-    """Watches the file that the robot's description is made from.
+    """Watches the robot's description file, and reloads it when it is saved.
 
     Args:
         page: The viewer; its parameters name the file and the values of its arguments.
@@ -67,7 +67,7 @@ class RobotFile:
             self._read()
 
     def close(self) -> None:
-        """Watch nothing any more."""
+        """Stop watching."""
         self._watch.close()
         self._calls.close()
 

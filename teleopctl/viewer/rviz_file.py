@@ -54,7 +54,7 @@ class View(NamedTuple):
 
 
 class Entry(NamedTuple):
-    """A display of a file.
+    """A display in an ``.rviz`` file.
 
     Attributes:
         rviz_class: Its class without the package.
@@ -70,7 +70,7 @@ class Entry(NamedTuple):
 
 
 class RvizFile:
-    """A view.
+    """An ``.rviz`` file.
 
     Args:
         document: What the file holds; None for a new one.
@@ -84,7 +84,7 @@ class RvizFile:
 
     @classmethod
     def load(cls, path: Path) -> RvizFile:
-        """Read a file.
+        """Read an ``.rviz`` file.
 
         Raises:
             TeleopctlError: It cannot be read, or is no ``.rviz`` file.
@@ -115,11 +115,11 @@ class RvizFile:
     # --- displays -----------------------------------------------------------------------------
 
     def displays(self) -> list[Entry]:
-        """The displays, those in groups too, in their order."""
+        """Return the displays, also those in groups, in their order."""
         return list(_entries(self._displays(), shown=True))
 
     def add(self, rviz_class: str, name: str, given: dict[str, Any]) -> None:
-        """Add a display; what it is given becomes a part of the document."""
+        """Add a display to the document."""
         given.setdefault("Class", f"{_PACKAGE}/{rviz_class}")
         given.setdefault("Name", name)
         given.setdefault("Enabled", True)
@@ -140,7 +140,7 @@ class RvizFile:
 
     @property
     def fixed_frame(self) -> str:
-        """The frame in which everything is drawn; empty if the file names none."""
+        """Fixed frame; empty if the file has none."""
         name = _inner(self._manager, "Global Options").get("Fixed Frame")
         return name.removeprefix("/") if isinstance(name, str) else ""
 
@@ -150,7 +150,7 @@ class RvizFile:
 
     @property
     def background(self) -> tuple[int, int, int] | None:
-        """The colour behind everything, each part from 0 to 255."""
+        """Background colour, each part from 0 to 255."""
         text = str(_inner(self._manager, "Global Options").get("Background Color", ""))
         try:
             red, green, blue = (min(max(int(part), 0), 255) for part in text.split(";"))
@@ -194,7 +194,7 @@ class RvizFile:
 
 
 def plain_class(name: str) -> str:
-    """A class's name without its package: ``rviz_default_plugins/TF`` and ``rviz/TF`` are TF."""
+    """Return a class's name without its package, such as TF for ``rviz/TF``."""
     return name.rpartition("/")[2]
 
 

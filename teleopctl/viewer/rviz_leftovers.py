@@ -59,7 +59,7 @@ _MOST = 12
 
 
 def leftovers(file: RvizFile, path: Path, displays: Sequence[Display]) -> str:
-    """One line on what is not shown of a file; empty for a file that is shown whole.
+    """Return a line about the parts of an ``.rviz`` file that are not shown; empty for none.
 
     Args:
         file: The file, as it was read.

@@ -45,7 +45,7 @@ class UnknownTypes:
     def when_known(
         self, type_name: str, begin: Callable[[], Callable[[], None]]
     ) -> Callable[[], None]:
-        """Begin something as soon as a type is known.
+        """Call a function as soon as a type is known.
 
         Args:
             type_name: Full name of a message.

@@ -43,7 +43,7 @@ _BACK_WITHIN_S = 5.0
 
 
 class Viewer(Node):
-    """The node, and the page that it serves.
+    """The viewer: a node with the page that it serves.
 
     Args:
         server: The page.
@@ -145,7 +145,7 @@ class Viewer(Node):
         return self.picture.camera()
 
     def work(self, task: Callable[[], Any], then: Callable[[Any], object]) -> None:
-        """Do something that takes long, in another thread; see `Stage.work`."""
+        """Run a long task in another thread; see `Stage.work`."""
 
         def run() -> None:
             try:
@@ -157,12 +157,12 @@ class Viewer(Node):
         self._workers.submit(run)
 
     def soon(self, errand: Callable[[], object]) -> None:
-        """Do something on the node's thread; may be called on any."""
+        """Run a function on the node's thread; may be called on any thread."""
         self._errands.append(errand)
         self._errand.trigger()
 
     def on(self, function: Callable[..., object]) -> Callable[..., None]:
-        """Make a function that viser calls one that runs on the node's thread; see `Page.on`."""
+        """Wrap a function for viser's callbacks, so that it runs on the node's thread."""
 
         def hand_over(*arguments: Any) -> None:
             self.soon(lambda: function(*arguments))
@@ -170,7 +170,7 @@ class Viewer(Node):
         return hand_over
 
     def reset(self) -> None:
-        """Forget transforms and what displays have received, as RViz's Reset does."""
+        """Clear transforms and displays, as RViz's Reset does."""
         self.buffer.clear()
         self.picture.reset()
 

@@ -41,7 +41,7 @@ class _Service:
         self._interval_s = math.inf
 
     def next_interval_s(self, now_s: float) -> float:
-        """Count a call; return the mean interval of calls if their rate is steady, else infinity."""
+        """Count a call; return the mean interval of calls at a steady rate, else infinity."""
         self._calls += 1
         mean_s = (now_s - self._since_s) / self._calls
         if self._calls >= _MEASURED_CALLS:

@@ -27,7 +27,7 @@ class KnownGoal(Protocol):
 
     @property
     def key(self) -> bytes:
-        """The bytes of its id."""
+        """UUID bytes of the goal's id."""
 
     @property
     def stamp_ns(self) -> int:
@@ -35,7 +35,7 @@ class KnownGoal(Protocol):
 
     @property
     def state(self) -> GoalState:
-        """Its state."""
+        """State of the goal."""
 
 
 KnownGoalT = TypeVar("KnownGoalT", bound=KnownGoal)

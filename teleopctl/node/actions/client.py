@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 
 class ActionClient(Generic[GoalT, ResultT, FeedbackT]):
-    """Sends goals of one action.
+    """Client of an action: sends goals and receives feedback and results.
 
     As with rclpy, the futures of a goal whose server is missing or goes away stay pending; unlike
     there, a warning says so. Waiting calls may be used in callbacks: answers do not need the
@@ -104,7 +104,7 @@ class ActionClient(Generic[GoalT, ResultT, FeedbackT]):
 
     @property
     def node(self) -> NodeEndpoints:
-        """The node that it belongs to (ours)."""
+        """Node of the client (ours)."""
         return self._node
 
     @property
@@ -123,7 +123,7 @@ class ActionClient(Generic[GoalT, ResultT, FeedbackT]):
         return self._is_served(self._node.graph())
 
     def wait_for_server(self, timeout_sec: float | None = None) -> bool:
-        """Wait by event until a server is there, by wall time.
+        """Wait until a server is in the graph, for some seconds of wall time.
 
         Returns:
             False when the time ran out or the context was shut down.
@@ -184,7 +184,7 @@ class ActionClient(Generic[GoalT, ResultT, FeedbackT]):
         feedback_callback: FeedbackCallback[FeedbackT] | None = None,
         goal_uuid: UUID | None = None,
     ) -> ResultResponse[ResultT] | None:
-        """Send a goal and wait for its end.
+        """Send a goal and wait for its result.
 
         Returns:
             The end state with the result; the state is 0 where the goal was not accepted.
@@ -279,7 +279,7 @@ class ActionClient(Generic[GoalT, ResultT, FeedbackT]):
         future.reached_nobody()
 
     def feedback_waiting(self) -> int:
-        """Return how many messages of feedback wait for the executor (ours)."""
+        """Return how many feedback messages are queued for the executor (ours)."""
         return self._feedback.pending()
 
     # -- topics ----------------------------------------------------------------------------------
@@ -316,7 +316,7 @@ class ActionClient(Generic[GoalT, ResultT, FeedbackT]):
                 self._unanswered[key] = state
 
     def destroy(self) -> None:
-        """Give up what is pending and take the client out of the graph. Idempotent."""
+        """Cancel what is pending and remove the client from the graph. Idempotent."""
         self._node.destroy_subscription(self._status)
         self._node.destroy_subscription(self._feedback)
         for client in (self._results, self._cancels, self._goals):

@@ -72,7 +72,7 @@ class ClientGoalHandle(Generic[ResultT]):
 
     @property
     def goal_id(self) -> UUID:
-        """Its id."""
+        """Id of the goal."""
         return self._goal_id
 
     @property
@@ -120,7 +120,7 @@ class ClientGoalHandle(Generic[ResultT]):
         return self._client.ask_for_result(self._goal_id)
 
     def get_result(self) -> ResultResponse[ResultT] | None:
-        """Wait for the end state and the result.
+        """Request the goal's final status and result, and wait for the response.
 
         Raises:
             ExternalShutdownException: The context was shut down meanwhile.

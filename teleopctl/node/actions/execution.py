@@ -15,7 +15,7 @@ OutcomeT = TypeVar("OutcomeT")
 
 
 class Executions:
-    """Coroutines that wait for the executor of a node, which may get one only later.
+    """Coroutines queued for a node's executor, which may be set later.
 
     So they also begin where a program spins its node now and then, and starts a goal in between.
     """
@@ -41,7 +41,7 @@ class Executions:
         return begin()
 
     def destroy(self) -> None:
-        """Begin nothing more."""
+        """Drop the queued coroutines."""
         self._waiting.clear()
         self._guard.destroy()
         self._node.destroy_guard_condition(self._guard)
@@ -50,7 +50,7 @@ class Executions:
 async def outcome_of(
     callback: Callable[..., OutcomeT | Awaitable[OutcomeT]], *args: object
 ) -> OutcomeT:
-    """Call a function or a coroutine function and return what it returns in the end."""
+    """Return the result of a function or coroutine function."""
     outcome = callback(*args)
     if hasattr(outcome, "__await__"):
         return await cast("Awaitable[OutcomeT]", outcome)

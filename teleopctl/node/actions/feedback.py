@@ -13,7 +13,7 @@ FeedbackCallback = Callable[[FeedbackMessage[FeedbackT]], object]
 
 
 class FeedbackCallbacks(Generic[FeedbackT]):
-    """The callbacks of a client's goals.
+    """Feedback callbacks of a client's goals.
 
     A goal's feedback ends with its result. What came before the result and still waits for the
     executor then is delivered; what comes later is not.
@@ -27,12 +27,12 @@ class FeedbackCallbacks(Generic[FeedbackT]):
         self._taken = 0
 
     def add(self, key: bytes, callback: FeedbackCallback[FeedbackT]) -> None:
-        """Have a callback called with the feedback of a goal, accepted already or not."""
+        """Register a feedback callback for a goal, accepted already or not."""
         with self._lock:
             self._callbacks[key] = callback
 
     def end(self, key: bytes, waiting: int = 0, then: Callable[[], object] = lambda: None) -> None:
-        """Call no more for a goal, once so many messages that wait have been taken.
+        """Unregister a goal's callback after the queued feedback was handled.
 
         Args:
             key: The goal's.
@@ -47,7 +47,7 @@ class FeedbackCallbacks(Generic[FeedbackT]):
         then()
 
     def call(self, message: FeedbackMessage[FeedbackT] | None) -> object:
-        """Pass a message on, None for one that could not be read.
+        """Call the callback of a feedback message's goal; None stands for an unreadable message.
 
         Returns:
             What the callback returns, which may be a coroutine.

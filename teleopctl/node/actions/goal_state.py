@@ -20,7 +20,7 @@ _ENCAPSULATION_SIZE = 4
 
 
 class GoalState(enum.IntEnum):
-    """The states, with their numbers in action_msgs/msg/GoalStatus."""
+    """Goal states, with their numbers in action_msgs/msg/GoalStatus."""
 
     UNKNOWN = 0
     ACCEPTED = 1
@@ -32,7 +32,7 @@ class GoalState(enum.IntEnum):
 
     @property
     def is_active(self) -> bool:
-        """Whether the goal has begun and not ended."""
+        """Whether the goal is accepted, executing or canceling."""
         return self in _ACTIVE
 
 
@@ -61,7 +61,7 @@ _TRANSITIONS = {
 
 
 class InvalidGoalTransitionError(TeleopctlError, RCLError):
-    """An event cannot happen to a goal in its present state.
+    """An event is not possible in the goal's present state.
 
     Args:
         state: The state that it is in.
@@ -80,7 +80,7 @@ class InvalidGoalTransitionError(TeleopctlError, RCLError):
 
 
 def next_state(state: GoalState, event: GoalEvent) -> GoalState:
-    """Return the state that an event leads to.
+    """Return the state after an event.
 
     Raises:
         InvalidGoalTransitionError: It cannot happen in this state.

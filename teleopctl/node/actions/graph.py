@@ -17,7 +17,7 @@ def get_action_names_and_types(node: GraphView) -> NamesAndTypes:
 def get_action_server_names_and_types_by_node(
     node: GraphView, remote_node_name: str, remote_node_namespace: str
 ) -> NamesAndTypes:
-    """Return the actions that a node serves.
+    """Return the actions that a node has servers of.
 
     Raises:
         NodeNameNonExistentError: There is no such node.
@@ -28,7 +28,7 @@ def get_action_server_names_and_types_by_node(
 def get_action_client_names_and_types_by_node(
     node: GraphView, remote_node_name: str, remote_node_namespace: str
 ) -> NamesAndTypes:
-    """Return the actions whose client a node is.
+    """Return the actions that a node has clients of.
 
     Raises:
         NodeNameNonExistentError: There is no such node.

@@ -51,7 +51,7 @@ _RESULT_TIMEOUT_S = 900
 
 
 class ActionServer(Generic[GoalT, ResultT, FeedbackT]):
-    """Works on goals of one action.
+    """Server of an action: accepts goals, publishes feedback and sends results.
 
     Requests are served in the callback group. The execute callback is a task of the executor,
     outside any group: a goal can be cancelled meanwhile where the executor has another thread, or
@@ -182,7 +182,7 @@ class ActionServer(Generic[GoalT, ResultT, FeedbackT]):
     def register_execute_callback(
         self, execute_callback: ExecuteCallback[GoalT, ResultT, FeedbackT]
     ) -> None:
-        """Replace the callback that works on a goal.
+        """Replace the callback that executes goals.
 
         Raises:
             TypeError: It cannot be called.
@@ -261,7 +261,7 @@ class ActionServer(Generic[GoalT, ResultT, FeedbackT]):
         return self._node.get_clock().nanoseconds()
 
     def elapsed_ns(self) -> int:
-        """Return the count by which the node's clock measures spans, in nanoseconds (ours)."""
+        """Return the node clock's elapsed nanoseconds, unaffected by time jumps (ours)."""
         return self._node.get_clock().elapsed_ns()
 
     def publish_status(self) -> None:
@@ -274,7 +274,7 @@ class ActionServer(Generic[GoalT, ResultT, FeedbackT]):
             self._status.publish(message)
 
     def publish_feedback(self, goal_id: UUID, feedback: FeedbackT) -> None:
-        """Send feedback of a goal (ours)."""
+        """Publish feedback about a goal (ours)."""
         if not self._destroyed:
             message = self._action_type.Impl.FeedbackMessage(goal_id=goal_id, feedback=feedback)
             self._feedback.publish(message)
@@ -284,7 +284,7 @@ class ActionServer(Generic[GoalT, ResultT, FeedbackT]):
         goal_handle: ServerGoalHandle[GoalT, ResultT, FeedbackT],
         execute_callback: ExecuteCallback[GoalT, ResultT, FeedbackT] | None,
     ) -> None:
-        """Have the executor call the execute callback, or the one that is given, with a goal."""
+        """Schedule an execute callback for a goal."""
         callback = execute_callback or self._execute_callback
         if callback is not None:
             self._executions.add(functools.partial(self._execute, callback, goal_handle))
@@ -317,7 +317,7 @@ class ActionServer(Generic[GoalT, ResultT, FeedbackT]):
     # -- the end of goals ------------------------------------------------------------------------
 
     def notify_goal_done(self) -> None:
-        """Begin to count the time that the result of a goal is kept."""
+        """Start the time after which the result of an ended goal expires."""
         with self.lock:
             if self._expiry.is_canceled() and self._timeout_ns >= 0:
                 self._expiry.restart(self._timeout_ns)
@@ -341,7 +341,7 @@ class ActionServer(Generic[GoalT, ResultT, FeedbackT]):
                 self._expiry.restart(min(next_ns, self._timeout_ns))
 
     def destroy(self) -> None:
-        """Forget all goals and take the server out of the graph. Idempotent."""
+        """Drop all goals and remove the server from the graph. Idempotent."""
         with self.lock:
             if self._destroyed:
                 return

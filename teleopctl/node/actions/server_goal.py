@@ -43,23 +43,23 @@ class GoalServer(Protocol[GoalT, ResultT, FeedbackT]):
         """Publish the status array of all goals."""
 
     def publish_feedback(self, goal_id: UUID, feedback: FeedbackT) -> None:
-        """Send feedback of a goal."""
+        """Publish feedback about a goal."""
 
     def notify_execute(
         self,
         goal_handle: ServerGoalHandle[GoalT, ResultT, FeedbackT],
         execute_callback: ExecuteCallback[GoalT, ResultT, FeedbackT] | None,
     ) -> None:
-        """Have a goal executed."""
+        """Schedule the execution of a goal."""
 
     def notify_goal_done(self) -> None:
-        """Take note that a goal has ended."""
+        """Handle the end of a goal."""
 
     def now_ns(self) -> int:
         """Return the time of the server's clock in nanoseconds."""
 
     def elapsed_ns(self) -> int:
-        """Return the count by which the server's clock measures spans, in nanoseconds."""
+        """Return the node clock's elapsed nanoseconds, unaffected by time jumps."""
 
 
 class ServerGoalHandle(Generic[GoalT, ResultT, FeedbackT]):
@@ -105,37 +105,37 @@ class ServerGoalHandle(Generic[GoalT, ResultT, FeedbackT]):
 
     @property
     def request(self) -> GoalT:
-        """The goal."""
+        """Goal message of the request."""
         return self._request
 
     @property
     def goal_id(self) -> UUID:
-        """Its id."""
+        """Id of the goal."""
         return self._info.goal_id
 
     @property
     def goal_info(self) -> GoalInfo:
-        """Its id and when it was accepted (ours)."""
+        """Id and acceptance time of the goal (ours)."""
         return self._info
 
     @property
     def state(self) -> GoalState:
-        """Its state (ours)."""
+        """State of the goal (ours)."""
         return GoalState.UNKNOWN if self._destroyed else self._state
 
     @property
     def status(self) -> int:
-        """Its state as a number of action_msgs/msg/GoalStatus; 0 when it is forgotten."""
+        """Status number of action_msgs/msg/GoalStatus; 0 after the goal has expired."""
         return int(self.state)
 
     @property
     def is_active(self) -> bool:
-        """Whether it has not ended."""
+        """Whether the goal has not ended."""
         return self.state.is_active
 
     @property
     def is_cancel_requested(self) -> bool:
-        """Whether it is to be cancelled: it should end by `canceled` soon."""
+        """Whether the goal was requested to be canceled, and should end by `canceled` soon."""
         return self.state is GoalState.CANCELING
 
     def execute(
@@ -172,7 +172,7 @@ class ServerGoalHandle(Generic[GoalT, ResultT, FeedbackT]):
         self._update(GoalEvent.EXECUTE)
 
     def succeed(self, response: ResultT | None = None) -> None:
-        """End well; the result may be given here, or returned by the execute callback.
+        """End the goal as succeeded, with a result or that of the execute callback.
 
         Raises:
             InvalidGoalTransitionError: It does not run.
@@ -181,7 +181,7 @@ class ServerGoalHandle(Generic[GoalT, ResultT, FeedbackT]):
         self._end(GoalEvent.SUCCEED, response)
 
     def abort(self, response: ResultT | None = None) -> None:
-        """End without having reached the goal; see `succeed`."""
+        """End the goal as aborted, with a result; see `succeed`."""
         self._end(GoalEvent.ABORT, response)
 
     def canceled(self, response: ResultT | None = None) -> None:
@@ -194,7 +194,7 @@ class ServerGoalHandle(Generic[GoalT, ResultT, FeedbackT]):
         self._end(GoalEvent.CANCELED, response)
 
     def destroy(self) -> None:
-        """Forget the goal: nothing is sent for it any more. Idempotent."""
+        """Drop the goal: nothing is sent about it any more. Idempotent."""
         self._destroyed = True
         self._response.cancel()
 
@@ -218,7 +218,7 @@ class ServerGoalHandle(Generic[GoalT, ResultT, FeedbackT]):
 
     # Any: the response of whatever action it is.
     def when_finished(self, reply: Callable[[Any], None]) -> None:
-        """Call ``reply`` with the response to a request for the result (ours)."""
+        """Call ``reply`` with the result response once the goal has ended (ours)."""
 
         def answer(response: Future[ResultResponse[ResultT]]) -> None:
             if not response.cancelled():
@@ -227,7 +227,7 @@ class ServerGoalHandle(Generic[GoalT, ResultT, FeedbackT]):
         self._response.add_done_callback(answer)
 
     def check_result(self, result: object) -> None:
-        """Raise TypeError for what is no result of the action (ours)."""
+        """Raise TypeError if a result is not of the action's type (ours)."""
         expected = self._server.action_type.Result
         if result is not None and not isinstance(result, expected):
             raise TypeError(f"Expected {expected}, got {type(result)}")

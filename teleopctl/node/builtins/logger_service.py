@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 class LoggerService:
-    """``~/get_logger_levels`` and ``~/set_logger_levels``."""
+    """Services ``~/get_logger_levels`` and ``~/set_logger_levels`` of a node."""
 
     def __init__(self, node: NodeEndpoints) -> None:
         node.create_service(

@@ -61,7 +61,7 @@ class NodeOptions:
             _given.options = outer
 
     def command_line(self, own: Sequence[str] | None) -> list[str]:
-        """Return the whole command line of the node."""
+        """Return the node's own command line extended by the options' arguments."""
         return [*self.arguments, *(["--", *own] if own else ())]
 
     def flag(self, name: str, own: bool) -> bool:
@@ -77,6 +77,6 @@ _given = _Given()
 
 
 def next_options() -> NodeOptions | None:
-    """Return what the next node of this thread is given, if anything; it is given once."""
+    """Return, once, the options for the next node of this thread."""
     options, _given.options = _given.options, None
     return options

@@ -53,6 +53,6 @@ class RosoutPublisher:
             )
 
     def destroy(self) -> None:
-        """Stop publishing."""
+        """Destroy the publisher."""
         logging.remove_sink(self._logger_name)
         self._publisher.destroy()

@@ -42,7 +42,7 @@ class KeepLast(Generic[ItemT]):
         return len(self._items)
 
     def put(self, item: ItemT, size: int) -> bool:
-        """Add an arrival; True: the newest is always taken."""
+        """Add an arrival; always True, since the oldest one makes room."""
         del size
         self._items.append(item)
         return True
@@ -92,7 +92,7 @@ class KeepAll(Generic[ItemT]):
         return len(self._items)
 
     def put(self, item: ItemT, size: int) -> bool:
-        """Add an arrival, after a wait for room if need be; False when there was none.
+        """Add an arrival, waiting for room if needed; return False if there was none.
 
         Args:
             item: What has arrived.

@@ -41,7 +41,7 @@ def _look_again() -> None:
 
 # Any, here and below: the request plays no part.
 class ResponseFuture(Future[ResultT]):
-    """The future of a response: what waits for it is called back by the executor of the node.
+    """Future of a service response, whose callbacks the node's executor calls.
 
     Args:
         client: Whose request it is.
@@ -144,7 +144,7 @@ class ResponseFuture(Future[ResultT]):
 
 
 class Client(ServiceEnd, Waitable, Generic[RequestT, ResponseT]):
-    """Sends requests to one service; made by ``Node.create_client``.
+    """Client of a service; made by ``Node.create_client``.
 
     A request that reaches no server, or whose server goes away, stays pending until the caller
     gives it up (`remove_pending_request`, a timeout): a server that comes later never sees it.
@@ -188,7 +188,7 @@ class Client(ServiceEnd, Waitable, Generic[RequestT, ResponseT]):
         return bool(self.node.matched(EntityKind.SS, self.name, self.type_name))
 
     def wait_for_service(self, timeout_sec: float | None = None) -> bool:
-        """Wait until a server is there, by wall time.
+        """Wait until a server is in the graph, for some seconds of wall time.
 
         Returns:
             False when the time ran out or the context was shut down.
@@ -220,7 +220,7 @@ class Client(ServiceEnd, Waitable, Generic[RequestT, ResponseT]):
         return self.send(request)[1]
 
     def send(self, request: RequestT) -> tuple[int, ResponseFuture[ResponseT]]:
-        """Send a request; returns its number as well (ours). See `call_async`."""
+        """Send a request; return its future and its sequence number (ours). See `call_async`."""
         self._check_alive()
         if not isinstance(request, self.srv_type.Request):
             raise TypeError(f"Expected {self.srv_type.Request}, got {type(request)}")
@@ -271,7 +271,7 @@ class Client(ServiceEnd, Waitable, Generic[RequestT, ResponseT]):
 
     # Any: what is made of a response need be none.
     def make_future(self) -> ResponseFuture[Any]:
-        """Return a future of what will be made of a response (ours)."""
+        """Return a future for a value made from a response (ours)."""
         future: ResponseFuture[Any] = ResponseFuture(self)
         future.on_end(self._tell_of_answer)
         return future
@@ -286,11 +286,11 @@ class Client(ServiceEnd, Waitable, Generic[RequestT, ResponseT]):
         self.tell_executor()
 
     def pending(self) -> int:
-        """Return how much the executor has to do for answers."""
+        """Return how many responses are queued for the executor."""
         return len(self._callbacks) or int(self._news)
 
     def take(self) -> Callable[[], object] | None:
-        """Return the oldest callback of an answer.
+        """Return the callback for the oldest queued response.
 
         An answer that calls nobody back is work as well, though there is nothing to do: who spins
         once and then looks at the future is waiting for it.
@@ -304,7 +304,7 @@ class Client(ServiceEnd, Waitable, Generic[RequestT, ResponseT]):
             return _look_again if news else None
 
     def remove_pending_request(self, future: Future[Any]) -> None:
-        """Give up a request; its answer will be dropped."""
+        """Cancel a request; its response will be dropped."""
         with self._lock:
             self._pending.discard(future)
         future.cancel()

@@ -31,7 +31,7 @@ def expect_large_messages() -> None:
 
 
 class Endpoint(abc.ABC):
-    """One endpoint of a node: its key, its liveliness token and its GID.
+    """Base of endpoints: key expression, liveliness token and GID.
 
     Subclasses declare their data channel first and call `_announce` last, so that nobody
     meets an endpoint that does not serve yet; closing goes the other way round.
@@ -94,7 +94,7 @@ class Endpoint(abc.ABC):
 
     @property
     def is_destroyed(self) -> bool:
-        """Whether it was destroyed (ours)."""
+        """Whether the endpoint was destroyed (ours)."""
         return self._destroyed
 
     @property
@@ -116,7 +116,7 @@ class Endpoint(abc.ABC):
             raise InvalidHandle(f"{type(self).__name__} of '{self.name}' was destroyed")
 
     def destroy(self) -> None:
-        """Take the endpoint out of the graph and close its channel. Idempotent."""
+        """Remove the endpoint from the graph and close its channel. Idempotent."""
         if self._destroyed:
             return
         self._destroyed = True

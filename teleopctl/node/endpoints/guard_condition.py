@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class GuardCondition(Waitable):
-    """Made by ``Node.create_guard_condition``; triggers that come close together are one call."""
+    """Guard condition, whose callback the executor calls once after one or more triggers."""
 
     def __init__(
         self, node: NodeCore, callback: Callable[[], object], callback_group: CallbackGroup
@@ -28,7 +28,7 @@ class GuardCondition(Waitable):
         self._destroyed = False
 
     def trigger(self) -> None:
-        """Have the callback called."""
+        """Schedule the callback."""
         with self._lock:
             if self._destroyed:
                 return
@@ -42,20 +42,20 @@ class GuardCondition(Waitable):
 
     @property
     def is_destroyed(self) -> bool:
-        """Whether it was destroyed (ours)."""
+        """Whether the guard condition was destroyed (ours)."""
         return self._destroyed
 
     def destroy(self) -> None:
-        """Call back no more."""
+        """Destroy the guard condition."""
         self._destroyed = True
         self._triggered = False
 
     def pending(self) -> int:
-        """Return 1 while a trigger waits."""
+        """Return 1 while a trigger is pending, else 0."""
         return int(self._triggered)
 
     def take(self) -> Callable[[], object] | None:
-        """Return the callback if it was triggered."""
+        """Return the callback if the condition was triggered, else None."""
         with self._lock:
             if not self._triggered:
                 return None

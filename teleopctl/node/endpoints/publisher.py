@@ -42,7 +42,7 @@ class _DestroyedChannel:
 
 
 class Publisher(Endpoint, Generic[MessageT]):
-    """Sends messages of one type on one topic; made by ``Node.create_publisher``.
+    """Publisher of one topic; made by ``Node.create_publisher``.
 
     Attributes:
         sends_while_ending: Whether it still sends between a signal and the release of the session
@@ -171,7 +171,7 @@ class Publisher(Endpoint, Generic[MessageT]):
         return True
 
     def assert_liveliness(self) -> None:
-        """Show that the publisher is alive, where its liveliness is asserted by topic.
+        """Assert the publisher's liveliness, if its QoS is manual by topic.
 
         Otherwise there is nothing to do: the liveliness is that of its token in the graph.
 

@@ -34,7 +34,7 @@ Declare: TypeAlias = "Callable[[str, AllowableParameterValue, ParameterDescripto
 
 
 class QoSPolicyKind(enum.IntEnum):
-    """The policies, with the numbers of ``rmw/qos_policy_kind.h``."""
+    """QoS policies, with the numbers of ``rmw/qos_policy_kind.h``."""
 
     INVALID = 1
     DURABILITY = 2

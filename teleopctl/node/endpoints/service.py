@@ -40,7 +40,7 @@ ServiceCallback: TypeAlias = Callable[[RequestT, ResponseT], ResponseT | Awaitab
 
 
 class ServiceHandle(Handle):
-    """Stands for a service whose requests a program takes and answers itself."""
+    """Handle of a service whose requests the program takes and answers itself."""
 
     # Any, here and below: requests and responses of the service's type.
     entity: Service[Any, Any]
@@ -49,7 +49,7 @@ class ServiceHandle(Handle):
         self,
         request_type: type[object],  # noqa: ARG002 -- rclpy's; the service knows
     ) -> tuple[Any, ServiceInfo | None]:
-        """Take the oldest request that waits; two times None when none does."""
+        """Take the oldest queued request; return None twice if there is none."""
         return self.entity.take_request() or (None, None)
 
     def service_send_response(self, response: Any, header: ServiceInfo) -> None:
@@ -58,7 +58,7 @@ class ServiceHandle(Handle):
 
 
 class Service(ServiceEnd, Waitable, Generic[RequestT, ResponseT]):
-    """Answers requests on one name; made by ``Node.create_service``.
+    """Server of a service; made by ``Node.create_service``.
 
     Requests wait in a queue as deep as the QoS says, at least a thousand; the oldest falls out,
     which ends the wait of its client.
@@ -120,16 +120,16 @@ class Service(ServiceEnd, Waitable, Generic[RequestT, ResponseT]):
         return ServiceHandle(self, self.name)
 
     def pending(self) -> int:
-        """Return how many requests wait."""
+        """Return how many requests are queued."""
         return len(self._queries)
 
     def take(self) -> Callable[[], object] | None:
-        """Return the handling of the oldest request; None when none waits."""
+        """Return the handler of the oldest queued request; None if there is none."""
         arrival = self._queries.take()
         return None if arrival is None else functools.partial(self._handle, *arrival)
 
     def take_request(self) -> tuple[RequestT, ServiceInfo] | None:
-        """Take the oldest request that waits, without an executor (ours).
+        """Take the oldest queued request, without an executor (ours).
 
         Returns:
             The request, and what `send_response` needs to answer it; None when none waits.
@@ -186,7 +186,7 @@ class Service(ServiceEnd, Waitable, Generic[RequestT, ResponseT]):
         return None
 
     def send_response(self, response: ResponseT, header: ServiceInfo) -> None:
-        """Answer a request.
+        """Send the response to a request.
 
         Args:
             response: The answer.
@@ -227,7 +227,7 @@ async def _reply_later(reply: Callable[[ResponseT], None], answer: Awaitable[Res
 
 
 class DeferringService(Service[RequestT, ResponseT]):
-    """A service whose callback sends the response itself: at once, later or never.
+    """Service whose callback sends the response itself: at once, later or never.
 
     A request whose ``reply`` is let go of unused ends the wait of its client. For the services of
     actions, which go on after the response, or wait long with it.

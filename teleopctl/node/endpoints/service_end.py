@@ -49,7 +49,7 @@ class ServiceInfo(NamedTuple):
 
 
 class ServiceEnd(Endpoint):
-    """A client or a server of a service.
+    """Common base of clients and servers of a service.
 
     Attributes:
         srv_type: The service's class.
@@ -65,7 +65,7 @@ class ServiceEnd(Endpoint):
         service_event_qos_profile: QoSProfile,
         introspection_state: ServiceIntrospectionState,
     ) -> None:
-        """Publish events of each call on ``SERVICE/_service_event``.
+        """Set whether each call is published on ``SERVICE/_service_event``.
 
         Args:
             clock: Stamps the events.

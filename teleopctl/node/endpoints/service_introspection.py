@@ -29,7 +29,7 @@ _REQUEST_SENT, _REQUEST_RECEIVED, _RESPONSE_SENT, _RESPONSE_RECEIVED = range(4)
 
 
 class ServiceIntrospection:
-    """Publishes what one client, or one server, sees of its service's calls; off at first.
+    """Publishes the introspection events of one client or server; off by default.
 
     Args:
         endpoint: The client or server.
@@ -46,7 +46,7 @@ class ServiceIntrospection:
         self._state = ServiceIntrospectionState.OFF
 
     def configure(self, clock: Clock, qos: QoSProfile, state: ServiceIntrospectionState) -> None:
-        """Switch on or off; the publisher stays as it was made until it is switched off."""
+        """Switch introspection on or off; the publisher keeps its QoS until it is switched off."""
         self._state = ServiceIntrospectionState(state)
         self._clock = clock
         if self._state is ServiceIntrospectionState.OFF:
@@ -109,7 +109,7 @@ class ServiceIntrospection:
             publisher.publish(message)
 
     def close(self) -> None:
-        """Take the publisher out of the graph. Idempotent."""
+        """Destroy the publisher of events. Idempotent."""
         publisher, self._publisher = self._publisher, None
         if publisher is not None:
             publisher.destroy()

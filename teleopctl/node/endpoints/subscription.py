@@ -59,7 +59,7 @@ RawCallback: TypeAlias = Callable[[bytes], object] | Callable[[bytes, MessageInf
 
 
 class SubscriptionHandle(Handle):
-    """Stands for a subscription from which a program takes messages itself."""
+    """Handle of a subscription whose messages the program takes itself."""
 
     entity: Subscription[Any]
 
@@ -69,12 +69,12 @@ class SubscriptionHandle(Handle):
         msg_type: type[object],  # noqa: ARG002 -- rclpy's; the subscription knows
         raw: bool,
     ) -> tuple[Any, MessageInfo] | None:
-        """Take the oldest message that waits; see `Subscription.take_message`."""
+        """Take the oldest queued message; see `Subscription.take_message`."""
         return self.entity.take_message(raw=raw)
 
 
 class Subscription(Endpoint, Waitable, Generic[MessageT]):
-    """Receives messages of one type on one topic; made by ``Node.create_subscription``.
+    """Subscription of one topic; made by ``Node.create_subscription``.
 
     Samples wait undecoded in a queue as deep as the QoS says (the oldest falls out) until the
     executor takes them. Where all are to be kept, a full queue holds a reliable publisher up; see
@@ -200,7 +200,7 @@ class Subscription(Endpoint, Waitable, Generic[MessageT]):
 
     @property
     def is_cft_enabled(self) -> bool:
-        """False: the transport filters no messages, as under rmw_zenoh."""
+        """Return False: content filters are not supported, as under rmw_zenoh."""
         return False
 
     def set_content_filter(
@@ -208,7 +208,7 @@ class Subscription(Endpoint, Waitable, Generic[MessageT]):
         filter_expression: str,  # noqa: ARG002 -- rclpy's
         expression_parameters: list[str],  # noqa: ARG002 -- likewise
     ) -> None:
-        """Refuse, as under rmw_zenoh.
+        """Raise: content filters are not supported, as under rmw_zenoh.
 
         Raises:
             RCLError: Always.
@@ -216,7 +216,7 @@ class Subscription(Endpoint, Waitable, Generic[MessageT]):
         raise RCLError("content filters are not supported by the middleware (Zenoh)")
 
     def get_content_filter(self) -> ContentFilterOptions:
-        """Refuse likewise.
+        """Raise: content filters are not supported, as under rmw_zenoh.
 
         Raises:
             RCLError: Always.
@@ -233,11 +233,11 @@ class Subscription(Endpoint, Waitable, Generic[MessageT]):
         return len(self.node.matched(EntityKind.MP, self.name, self.type_name))
 
     def pending(self) -> int:
-        """Return how many samples wait."""
+        """Return how many messages are queued."""
         return len(self._samples)
 
     def take(self) -> Callable[[], object] | None:
-        """Return the call of the callback with the oldest sample; None when none waits."""
+        """Return the call of the callback with the oldest queued message; None if there is none."""
         arrival = self._samples.take()
         # One may have come while the subscription was being destroyed.
         if arrival is None or self._destroyed:
@@ -286,7 +286,7 @@ class Subscription(Endpoint, Waitable, Generic[MessageT]):
 
     # Any: a message of the subscription's type, or bytes.
     def take_message(self, *, raw: bool = False) -> tuple[Any, MessageInfo] | None:
-        """Take the oldest message that waits, without an executor (ours).
+        """Take the oldest queued message, without an executor (ours).
 
         Args:
             raw: Return its bytes instead of a message.

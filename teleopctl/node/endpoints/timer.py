@@ -44,7 +44,7 @@ class PeriodicTimer:
 
     @property
     def timer_period_ns(self) -> int:
-        """The period in nanoseconds; a new one counts from the next call on, as in rcl."""
+        """Period in nanoseconds; a new period applies after the next call, as in rcl."""
         return self._period_ns
 
     @timer_period_ns.setter
@@ -58,7 +58,7 @@ class PeriodicTimer:
 
     @property
     def is_destroyed(self) -> bool:
-        """Whether it was destroyed (ours)."""
+        """Whether the timer was destroyed (ours)."""
         return self._destroyed
 
     def is_ready(self) -> bool:
@@ -66,7 +66,7 @@ class PeriodicTimer:
         return not self._cancelled and self.clock.elapsed_ns() >= self._next_call_ns
 
     def pending(self) -> int:
-        """Return 1 while a call is due."""
+        """Return 1 while a call is due, else 0."""
         return int(self.is_ready())
 
     def is_canceled(self) -> bool:
@@ -74,7 +74,7 @@ class PeriodicTimer:
         return self._cancelled
 
     def cancel(self) -> None:
-        """Stop calling until `reset`."""
+        """Cancel the timer until `reset`."""
         self._cancelled = True
 
     def restart(self, period_ns: int) -> None:
@@ -101,11 +101,11 @@ class PeriodicTimer:
 
     @property
     def waits_for_event(self) -> bool:
-        """True while only a message on ``/clock`` can make it due, not the passing of time."""
+        """Whether the timer waits for a message on ``/clock`` rather than for time to pass."""
         return isinstance(self.clock, ROSClock) and self.clock.ros_time_is_active
 
     def count_call(self) -> bool:
-        """Count as called and schedule the next call; False when it was cancelled."""
+        """Mark the due call as made and schedule the next; return False if cancelled."""
         if self._cancelled:
             return False
         now_ns = self.clock.elapsed_ns()
@@ -118,7 +118,7 @@ class PeriodicTimer:
         return True
 
     def destroy(self) -> None:
-        """Stop for good."""
+        """Destroy the timer."""
         self._destroyed = True
         self._cancelled = True
         if isinstance(self.clock, ROSClock):
@@ -145,7 +145,7 @@ class PeriodicTimer:
 
 
 class TimerHandle(Handle):
-    """Stands for a timer whose calls a program counts itself."""
+    """Handle of a timer whose calls the program counts itself."""
 
     entity: PeriodicTimer
 
@@ -154,7 +154,7 @@ class TimerHandle(Handle):
         return self.entity.is_ready()
 
     def call_timer(self) -> None:
-        """Count as called: the next call is due one period later.
+        """Mark the due call as made: the next is due one period later.
 
         Raises:
             TimerCancelledError: It was cancelled.
@@ -163,7 +163,7 @@ class TimerHandle(Handle):
             raise TimerCancelledError("the timer was cancelled")
 
     def cancel_timer(self) -> None:
-        """Be due no more until `reset_timer`."""
+        """Cancel the timer until `reset_timer`."""
         self.entity.cancel()
 
     def is_timer_canceled(self) -> bool:
@@ -187,12 +187,12 @@ class TimerHandle(Handle):
         return self.entity.timer_period_ns
 
     def change_timer_period(self, period_nsec: int) -> None:
-        """Set the period in nanoseconds; the next call stays when it is."""
+        """Set the period in nanoseconds; the next call's time does not change."""
         self.entity.timer_period_ns = period_nsec
 
 
 class Timer(PeriodicTimer):
-    """Calls back each period of a clock; made by ``Node.create_timer``."""
+    """Timer that calls back each period of a clock; made by ``Node.create_timer``."""
 
     def __init__(
         self,
@@ -211,11 +211,11 @@ class Timer(PeriodicTimer):
 
     @property
     def node(self) -> NodeCore:
-        """The node that it belongs to."""
+        """Node of the timer."""
         return self._node
 
     def take(self) -> Callable[[], object] | None:
-        """Count as called and schedule the next call; executors do so before they call back.
+        """Mark the due call as made and return it; executors do so before calling back.
 
         Returns:
             The callback; None when there is none or the timer was cancelled meanwhile.

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class TopicStatisticsOptions(NamedTuple):
-    """Has a subscription publish how old its messages are, and how far apart they come.
+    """Options for the statistics of a subscription: message age and period.
 
     Attributes:
         publish_period_sec: Length of a window in seconds of wall time; positive.
@@ -37,7 +37,7 @@ class TopicStatisticsOptions(NamedTuple):
 
 
 class Measurements:
-    """Mean, extremes and deviation of the measurements of a window, which are not kept.
+    """Running mean, extremes and deviation of the measurements in a window.
 
     The mean and the sum of squared differences from it follow each measurement (Welford 1962).
     """
@@ -50,7 +50,7 @@ class Measurements:
         self._max = -math.inf
 
     def add(self, value: float) -> None:
-        """Take a measurement in."""
+        """Add a measurement."""
         before = value - self._mean
         self._count += 1
         self._mean += before / self._count
@@ -95,7 +95,7 @@ class TopicStatistics:
         self._window_start_ns = time.time_ns()
 
     def saw(self, source_ns: int | None) -> None:
-        """Take note of a message.
+        """Measure the age and period of a message.
 
         Args:
             source_ns: When it was sent, in nanoseconds since the epoch; None when that is unknown.

@@ -54,11 +54,11 @@ class Waitable:
     """Told of arrivals in the place of the executor, while somebody waits by hand."""
 
     def take(self) -> Callable[[], object] | None:
-        """Return what is to be done for the oldest arrival; None when nothing is left."""
+        """Return the call for the oldest arrival; None if there is none."""
         raise NotImplementedError
 
     def pending(self) -> int:
-        """Return how many arrivals wait."""
+        """Return how many arrivals are queued."""
         raise NotImplementedError
 
     def tell_executor(self) -> None:

@@ -16,33 +16,33 @@ _EntityT = TypeVar("_EntityT", bound="SimpleManagedEntity")
 
 
 class ManagedEntity:
-    """Callbacks for the transitions of the node that has it, each called with the state before.
+    """Base of entities whose callbacks accompany the transitions of a lifecycle node.
 
     All succeed unless they are overridden.
     """
 
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Take what is needed: parameters, publishers, devices."""
+        """Acquire resources: parameters, publishers, devices."""
         return TransitionCallbackReturn.SUCCESS
 
     def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Give back what `on_configure` took."""
+        """Release the resources of `on_configure`."""
         return TransitionCallbackReturn.SUCCESS
 
     def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Give back everything, from whichever state."""
+        """Release all resources, from any state."""
         return TransitionCallbackReturn.SUCCESS
 
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Begin to work."""
+        """Start working."""
         return TransitionCallbackReturn.SUCCESS
 
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Pause."""
+        """Stop working, keeping the resources."""
         return TransitionCallbackReturn.SUCCESS
 
     def on_error(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Put in order after another callback's error; success leads to unconfigured."""
+        """Recover from another callback's error; success leads to unconfigured."""
         return TransitionCallbackReturn.SUCCESS
 
 
@@ -53,18 +53,18 @@ class SimpleManagedEntity(ManagedEntity):
         self._enabled = False
 
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Begin to work."""
+        """Mark the entity as activated."""
         self._enabled = True
         return TransitionCallbackReturn.SUCCESS
 
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Pause."""
+        """Mark the entity as deactivated."""
         self._enabled = False
         return TransitionCallbackReturn.SUCCESS
 
     @property
     def is_activated(self) -> bool:
-        """Whether it works."""
+        """Whether the entity is activated."""
         return self._enabled
 
     @overload

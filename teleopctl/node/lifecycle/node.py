@@ -33,7 +33,7 @@ _CALLBACKS = {
 
 
 class LifecycleNodeMixin(ManagedEntity):
-    """The life cycle of a class that is a `Node` as well.
+    """Mix-in that adds the life cycle to a `Node` class.
 
     The callbacks ``on_…`` pass a transition on to the managed entities, in the order in which they
     were added, up to the first one that does not succeed: an override calls ``super()``. A callback
@@ -74,7 +74,7 @@ class LifecycleNodeMixin(ManagedEntity):
     # -- transitions -----------------------------------------------------------------------------
 
     def trigger_configure(self) -> TransitionCallbackReturn:
-        """Go from unconfigured to inactive; return what `on_configure` returned.
+        """Run the transition from unconfigured to inactive; return `on_configure`'s result.
 
         Raises:
             TransitionNotPossibleError: The node is in another state. So the next four.
@@ -82,19 +82,19 @@ class LifecycleNodeMixin(ManagedEntity):
         return self._change_state("configure")
 
     def trigger_cleanup(self) -> TransitionCallbackReturn:
-        """Go from inactive to unconfigured."""
+        """Run the transition from inactive to unconfigured."""
         return self._change_state("cleanup")
 
     def trigger_shutdown(self) -> TransitionCallbackReturn:
-        """Go to finalized, for good."""
+        """Run the transition to finalized."""
         return self._change_state("shutdown")
 
     def trigger_activate(self) -> TransitionCallbackReturn:
-        """Go from inactive to active."""
+        """Run the transition from inactive to active."""
         return self._change_state("activate")
 
     def trigger_deactivate(self) -> TransitionCallbackReturn:
-        """Go from active to inactive."""
+        """Run the transition from active to inactive."""
         return self._change_state("deactivate")
 
     def _change_state(self, asked: int | str) -> TransitionCallbackReturn:
@@ -146,7 +146,7 @@ class LifecycleNodeMixin(ManagedEntity):
         return self._pass_on("on_deactivate", state)
 
     def on_error(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Have the managed entities put themselves in order."""
+        """Recover the managed entities from an error."""
         return self._pass_on("on_error", state)
 
     def _pass_on(self, name: str, state: LifecycleState) -> TransitionCallbackReturn:
@@ -165,7 +165,7 @@ class LifecycleNodeMixin(ManagedEntity):
     # -- entities --------------------------------------------------------------------------------
 
     def add_managed_entity(self, entity: ManagedEntity) -> None:
-        """Take something along through the transitions.
+        """Add an entity whose callbacks accompany the node's transitions.
 
         Raises:
             TypeError: It is no `ManagedEntity`.
@@ -205,13 +205,13 @@ class LifecycleNodeMixin(ManagedEntity):
         return publisher
 
     def destroy_lifecycle_publisher(self, publisher: LifecyclePublisher[MessageT]) -> bool:
-        """Destroy such a publisher; False when it is not this node's."""
+        """Destroy a lifecycle publisher; return False if it is not this node's."""
         self._managed_entities.pop(publisher, None)
         return Node.destroy_publisher(self._node, publisher)
 
 
 class LifecycleNode(LifecycleNodeMixin, Node):
-    """A managed node.
+    """Node with a managed life cycle.
 
     Args:
         node_name: See `Node`.

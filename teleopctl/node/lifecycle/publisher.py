@@ -10,7 +10,7 @@ from teleopctl.node.values.qos import QoSProfile
 
 
 class LifecyclePublisher(SimpleManagedEntity, Publisher[MessageT]):
-    """Drops messages until it is activated; made by ``create_lifecycle_publisher``.
+    """Publisher that drops messages unless activated; made by ``create_lifecycle_publisher``.
 
     It is in the graph from the beginning.
     """

@@ -61,7 +61,7 @@ class StateMachine:
         return _from(self._state)
 
     def begin(self, asked: int | str) -> LifecycleState:
-        """Begin a transition.
+        """Start a transition: enter the state in which its callback runs.
 
         Args:
             asked: Its number or its label.
@@ -88,7 +88,7 @@ class StateMachine:
         return before
 
     def end(self, outcome: TransitionCallbackReturn) -> LifecycleState:
-        """Go on from the state in which a callback ran; return the state that was reached."""
+        """Finish a transition by its callback's outcome; return the reached state."""
         before = self._state
         label = outcome.to_label()
         (after,) = (each.goal for each in _from(before) if each.label == label)

@@ -11,7 +11,7 @@ from teleopctl.base.typed import NamedTuple
 
 
 class PrimaryState(IntEnum):
-    """The states in which a managed node, a controller or hardware rests."""
+    """Primary states of lifecycle nodes, controllers and hardware."""
 
     UNKNOWN = 0
     UNCONFIGURED = 1
@@ -26,7 +26,7 @@ class PrimaryState(IntEnum):
 
 
 class TransitionState(IntEnum):
-    """The states in which a callback runs."""
+    """Transition states, in which callbacks run."""
 
     CONFIGURING = 10
     CLEANINGUP = 11
@@ -49,7 +49,7 @@ class TransitionCallbackReturn(Enum):
     ERROR = 99
 
     def to_label(self) -> str:
-        """Return the label of the transition that the outcome makes."""
+        """Return the label of the transition that follows from the outcome."""
         return f"transition_{self.name.lower()}"
 
 
@@ -66,7 +66,7 @@ class LifecycleState(NamedTuple):
 
 
 class Transition(NamedTuple):
-    """A way from one state to another."""
+    """A life cycle transition between two states."""
 
     id: int
     label: str

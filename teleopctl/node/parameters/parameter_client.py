@@ -165,7 +165,7 @@ class AsyncParameterClient:
         use_wildcard: bool = False,
         callback: DoneCallback[SetParameters.Response] | None = None,
     ) -> ResponseFuture[SetParameters.Response]:
-        """Set what a parameter file holds, one by one; see `parameter_messages`."""
+        """Set the parameters of a parameter file one by one; see `parameter_messages`."""
         return self.set_parameters(_messages_of_file(parameter_file, use_wildcard), callback)
 
     def load_parameter_file_atomically(
@@ -174,7 +174,7 @@ class AsyncParameterClient:
         use_wildcard: bool = False,
         callback: DoneCallback[SetParametersAtomically.Response] | None = None,
     ) -> ResponseFuture[SetParametersAtomically.Response]:
-        """Set all that a parameter file holds, or nothing; see `parameter_messages`."""
+        """Set all parameters of a parameter file, or none; see `parameter_messages`."""
         return self.set_parameters_atomically(
             _messages_of_file(parameter_file, use_wildcard), callback
         )
@@ -185,7 +185,7 @@ class AsyncParameterClient:
         qos_profile: QoSProfile = qos_profile_services_default,
         callback_group: CallbackGroup | None = None,
     ) -> Subscription[ParameterEvent]:
-        """Subscribe to the changes of all nodes' parameters; returns the subscription."""
+        """Subscribe to the parameter events of all nodes; return the subscription."""
         return self._node.create_subscription(
             get_message("rcl_interfaces/msg/ParameterEvent"),
             "/parameter_events",

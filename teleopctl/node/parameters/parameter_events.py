@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class ParameterCallbackHandle:
-    """Stands for a callback of one parameter."""
+    """Handle of a callback for one parameter."""
 
     parameter_name: str
     node_name: str
@@ -29,13 +29,13 @@ class ParameterCallbackHandle:
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class ParameterEventCallbackHandle:
-    """Stands for a callback of all events."""
+    """Handle of a callback for all parameter events."""
 
     callback: Callable[[ParameterEvent], object]
 
 
 class ParameterEventHandler:
-    """Listens to the changes of parameters and calls back; the newest callback comes first.
+    """Calls back on parameter events; the newest callback is called first.
 
     Args:
         node: The node that listens.
@@ -66,7 +66,7 @@ class ParameterEventHandler:
         )
 
     def destroy(self) -> None:
-        """Listen no longer."""
+        """Destroy the subscription."""
         self.node.destroy_subscription(self.parameter_event_subscription)
 
     def _handle(self, event: ParameterEvent) -> None:
@@ -100,7 +100,7 @@ class ParameterEventHandler:
     def add_parameter_callback(
         self, parameter_name: str, node_name: str, callback: Callable[[ParameterMessage], object]
     ) -> ParameterCallbackHandle:
-        """Call back with a ``rcl_interfaces/msg/Parameter`` when one parameter has changed.
+        """Register a callback for changes of one parameter of a node.
 
         Args:
             parameter_name: Its name.
@@ -118,7 +118,7 @@ class ParameterEventHandler:
     def add_parameter_event_callback(
         self, callback: Callable[[ParameterEvent], object]
     ) -> ParameterEventCallbackHandle:
-        """Call back with each ``rcl_interfaces/msg/ParameterEvent``; returns what takes it back."""
+        """Register a callback for every parameter event; return its handle."""
         handle = ParameterEventCallbackHandle(callback)
         with self._lock:
             self._of_all.insert(0, handle)

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 class ParameterService:
-    """Serves a node's parameters to the rest of the graph."""
+    """Parameter services of a node."""
 
     def __init__(self, node: NodeEndpoints, store: ParameterStore) -> None:
         self._node = node

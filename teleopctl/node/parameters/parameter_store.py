@@ -56,7 +56,7 @@ def _invalid_answer(callback: Callable[..., object], answer: object, expected: s
 
 
 class ParameterStore:
-    """Holds a node's parameters and guards every change.
+    """Parameters of a node, with the rules and callbacks that check each change.
 
     Args:
         overrides: Values from the command line and from files, by name; they replace the default
@@ -189,7 +189,7 @@ class ParameterStore:
         return override
 
     def undeclare(self, name: str) -> None:
-        """Forget a parameter.
+        """Undeclare a parameter.
 
         Raises:
             ParameterNotDeclaredException: There is none of that name.
@@ -205,7 +205,7 @@ class ParameterStore:
         self._on_change([], [], [parameter])
 
     def get(self, name: str) -> Parameter:
-        """Return a parameter.
+        """Return a declared parameter.
 
         Raises:
             ParameterNotDeclaredException: There is none, and undeclared ones are not allowed.
@@ -258,7 +258,7 @@ class ParameterStore:
     def describe(
         self, name: str, descriptor: ParameterDescriptor, alternative: Parameter | None
     ) -> Parameter:
-        """Give a parameter another descriptor; see ``Node.set_descriptor``."""
+        """Replace the descriptor of a parameter; see ``Node.set_descriptor``."""
         with self._lock:
             if name not in self._parameters:
                 raise ParameterNotDeclaredException(name)

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 def range_problem(name: str, value: object, descriptor: ParameterDescriptor) -> str | None:
-    """Return why a number is outside the range of its descriptor; None when it is inside."""
+    """Return why a number violates its descriptor's range; None if it does not."""
     ranges = descriptor.integer_range if isinstance(value, int) else descriptor.floating_point_range
     if isinstance(value, bool) or not isinstance(value, int | float) or not ranges:
         return None
@@ -34,7 +34,7 @@ def range_problem(name: str, value: object, descriptor: ParameterDescriptor) -> 
 
 
 def is_listed(name: str, prefixes: Sequence[str], depth: int) -> bool:
-    """Apply the rule of ListParameters; depth 0 is without limit and counts from the prefix."""
+    """Return whether ListParameters lists a name; depth 0 is without limit."""
     if not prefixes:
         return depth == 0 or name.count(".") < depth
     for prefix in prefixes:

@@ -18,7 +18,7 @@ Submit = Callable[[Work], bool]
 
 
 class CallbackGroup:
-    """Common base of the groups.
+    """Base of callback groups.
 
     One of your own overrides `can_execute`, `beginning_execution` and `ending_execution`; it is
     then asked before each of its callbacks, and again after each other one.
@@ -38,7 +38,7 @@ class CallbackGroup:
         cls.decides = cls.decides or (cls.__module__ != __name__ and not rule.isdisjoint(vars(cls)))
 
     def add_entity(self, entity: Any) -> None:
-        """Add a timer or something that receives."""
+        """Add a timer, subscription or other entity."""
         self.entities.add(ref(entity, self.entities.discard))
 
     def has_entity(self, entity: Any) -> bool:
@@ -50,11 +50,11 @@ class CallbackGroup:
         raise NotImplementedError
 
     def beginning_execution(self, entity: Any) -> bool:
-        """Take note that a callback begins; False when it may not after all."""
+        """Record that a callback starts; return False if it may not."""
         raise NotImplementedError
 
     def ending_execution(self, entity: Any) -> None:
-        """Take note that a callback has ended."""
+        """Record that a callback has ended."""
         raise NotImplementedError
 
     def run(self, work: Work, submit: Submit) -> None:
@@ -63,14 +63,14 @@ class CallbackGroup:
 
 
 class ReentrantCallbackGroup(CallbackGroup):
-    """Any number of its callbacks may run at once."""
+    """Callback group whose callbacks may run in parallel."""
 
     def can_execute(self, entity: Any) -> bool:  # noqa: ARG002 -- whichever it is
-        """Always true."""
+        """Return True."""
         return True
 
     def beginning_execution(self, entity: Any) -> bool:  # noqa: ARG002 -- whichever it is
-        """Always true."""
+        """Return True."""
         return True
 
     def ending_execution(self, entity: Any) -> None:
@@ -78,7 +78,7 @@ class ReentrantCallbackGroup(CallbackGroup):
 
 
 class MutuallyExclusiveCallbackGroup(CallbackGroup):
-    """One of its callbacks runs at a time; the others wait in order."""
+    """Callback group that runs one callback at a time; others wait in order."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -94,7 +94,7 @@ class MutuallyExclusiveCallbackGroup(CallbackGroup):
             return self._active is None
 
     def beginning_execution(self, entity: Any) -> bool:
-        """Take note of a callback that begins; False while another one runs."""
+        """Record that a callback starts; return False while another one runs."""
         with self._lock:
             assert ref(entity) in self.entities
             if self._active is not None:

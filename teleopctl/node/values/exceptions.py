@@ -26,14 +26,14 @@ class ShutdownException(Exception):
 
 
 class ROSInterruptException(ExternalShutdownException):
-    """A rate's sleep was cut short by shutdown."""
+    """A rate's sleep was interrupted by a shutdown."""
 
     def __init__(self) -> None:
         super().__init__("rclpy.shutdown() has been called")
 
 
 class TimeoutException(Exception):
-    """A bounded wait ran out."""
+    """A wait has timed out."""
 
 
 class ConditionReachedException(Exception):
@@ -49,7 +49,7 @@ class RCLError(RuntimeError):
 
 
 class ContextInvalidError(RCLError):
-    """A message is published after its context was shut down; the text is rclpy's."""
+    """A message was published after the context's shutdown; the text is rclpy's."""
 
     def __init__(self) -> None:
         super().__init__("Failed to publish: publisher's context is invalid")
@@ -60,7 +60,7 @@ class ContextEndedError(ContextInvalidError, ExternalShutdownException):
 
 
 class TimerCancelledError(RCLError):
-    """A call of a timer is counted by hand, and the timer was cancelled."""
+    """A cancelled timer was called by its handle."""
 
 
 class NodeNameNonExistentError(RCLError):
@@ -72,7 +72,7 @@ class ServiceUnavailableError(UnavailableError):
 
 
 class NameValidationException(TeleopctlError):
-    """A node, topic, service or parameter name breaks ROS 2's rules.
+    """A node, topic, service or parameter name violates ROS 2's rules.
 
     Args:
         name: The name as it was given.
@@ -91,31 +91,31 @@ class NameValidationException(TeleopctlError):
 
 
 class InvalidNodeNameException(NameValidationException):
-    """The name of a node is not allowed."""
+    """A node name is invalid."""
 
     kind = "node name"
 
 
 class InvalidNamespaceException(NameValidationException):
-    """A namespace is not allowed."""
+    """A namespace is invalid."""
 
     kind = "namespace"
 
 
 class InvalidTopicNameException(NameValidationException):
-    """The name of a topic is not allowed."""
+    """A topic name is invalid."""
 
     kind = "topic name"
 
 
 class InvalidServiceNameException(NameValidationException):
-    """The name of a service is not allowed."""
+    """A service name is invalid."""
 
     kind = "service name"
 
 
 class UnknownSubstitutionError(TeleopctlError, ValueError):
-    """The name of a topic or service has braces that stand for nothing.
+    """A topic or service name contains an unknown substitution in braces.
 
     Args:
         name: The name as it was given.
@@ -168,7 +168,7 @@ class ParameterImmutableException(ParameterException):
 
 
 class InvalidParameterException(ParameterException):
-    """The name of a parameter is not allowed."""
+    """A parameter name is invalid."""
 
     def __init__(self, parameters: str | list[str]) -> None:
         super().__init__("Invalid parameter name", parameters)
@@ -187,7 +187,7 @@ class InvalidParameterTypeException(ParameterException):
 
 
 class InvalidParameterValueException(ParameterException):
-    """A value was refused by a callback or a range."""
+    """A parameter value was rejected by a callback or its range."""
 
     def __init__(self, name: str, value: object, reason: str) -> None:
         super().__init__(

@@ -20,7 +20,7 @@ ResultT = TypeVar("ResultT")
 
 
 class Future(Generic[ResultT]):
-    """A value that arrives later.
+    """Result of an asynchronous operation, as rclpy's class of this name.
 
     Args:
         executor: Runs the callbacks that wait for it; None runs them where the value is set.
@@ -59,7 +59,7 @@ class Future(Generic[ResultT]):
         return self._result
 
     def exception(self) -> BaseException | None:
-        """Return the exception that it ended with."""
+        """Return the exception of the operation; None if it succeeded."""
         return self._exception
 
     def set_result(self, result: ResultT) -> None:
@@ -70,14 +70,14 @@ class Future(Generic[ResultT]):
         self._finish()
 
     def set_exception(self, exception: BaseException) -> None:
-        """End with an exception; likewise."""
+        """Set the exception; see `set_result`."""
         with self._lock:
             self._exception = exception
             self._cancelled = False
         self._finish()
 
     def cancel(self) -> None:
-        """End without a value, unless it has ended already."""
+        """Cancel the future, unless it is done."""
         with self._lock:
             if self._finished.is_set():
                 return
@@ -85,11 +85,11 @@ class Future(Generic[ResultT]):
         self._finish()
 
     def wait(self, timeout_s: float | None = None) -> bool:
-        """Block this thread until it has ended (ours); False when the time ran out."""
+        """Block this thread until the future has ended (ours); return False on timeout."""
         return self._finished.wait(timeout_s)
 
     def add_done_callback(self, callback: Callable[[Future[ResultT]], object]) -> None:
-        """Call ``callback(self)`` once it has ended; at once if it has."""
+        """Call ``callback(self)`` once the future is done; at once if it is."""
         with self._lock:
             if not self._finished.is_set():
                 self._callbacks.append(callback)
@@ -97,13 +97,13 @@ class Future(Generic[ResultT]):
         self._call(callback)
 
     def remove_done_callback(self, callback: Callable[[Future[ResultT]], object]) -> None:
-        """Take a callback back; unknown ones are ignored."""
+        """Unregister a callback; unknown ones are ignored."""
         with self._lock:
             if callback in self._callbacks:
                 self._callbacks.remove(callback)
 
     def on_end(self, listener: Callable[[], object]) -> None:
-        """Call ``listener`` once it has ended, on the thread that ends it (ours)."""
+        """Call ``listener`` once the future has ended, on the thread that ends it (ours)."""
         with self._lock:
             if not self._finished.is_set():
                 self._listeners.append(listener)
@@ -111,7 +111,7 @@ class Future(Generic[ResultT]):
         listener()
 
     def forget_on_end(self, listener: Callable[[], object]) -> None:
-        """Take a listener back; unknown ones are ignored (ours)."""
+        """Unregister a listener; unknown ones are ignored (ours)."""
         with self._lock:
             if listener in self._listeners:
                 self._listeners.remove(listener)
@@ -190,7 +190,7 @@ def _send(coroutine: CoroutineType[Any, None, ResultT]) -> object:
 
 
 class Task(Future[ResultT]):
-    """A function or coroutine that an executor runs to its end.
+    """Future of a function or coroutine that an executor runs.
 
     Args:
         handler: Function, coroutine function or coroutine.
@@ -226,7 +226,7 @@ class Task(Future[ResultT]):
         return self._executing
 
     def step(self) -> None:
-        """Run until the end or the next ``await`` of something unfinished.
+        """Run the coroutine until its end or the next ``await`` of a pending future.
 
         An exception of the function ends the task and is raised again, so that spinning tells
         of it; one that a coroutine awaits reaches the coroutine.

@@ -7,18 +7,18 @@ from teleopctl.node.values.exceptions import InvalidHandle
 
 
 class Destroyable(Protocol):
-    """An entity that can be destroyed."""
+    """Interface of entities that can be destroyed."""
 
     @property
     def is_destroyed(self) -> bool:
-        """Whether it was destroyed."""
+        """Whether the entity was destroyed."""
 
     def destroy(self) -> None:
-        """Take it down."""
+        """Destroy the entity."""
 
 
 class Handle:
-    """Stands for an entity where rclpy has the entity of its C library.
+    """Handle of an entity, where rclpy has that of its C library.
 
     Args:
         entity: The entity (ours).
@@ -32,7 +32,7 @@ class Handle:
 
     @property
     def pointer(self) -> int:
-        """A number that no other living entity has."""
+        """Number that identifies the entity among all living ones."""
         return id(self.entity)
 
     def destroy_when_not_in_use(self) -> None:

@@ -39,7 +39,10 @@ class LibraryLogs:
                 _install()
 
     def close(self) -> None:
-        """Leave it to another context, or Python's logging as it was. Idempotent."""
+        """Stop routing library logs, and restore Python's logging if no other context routes them.
+
+        Idempotent.
+        """
         with _lock:
             if self not in _routes:
                 return

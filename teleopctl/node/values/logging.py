@@ -49,7 +49,7 @@ _COLORS = {
 
 
 class Caller(NamedTuple):
-    """The line of code that logs."""
+    """Source location of a log call."""
 
     file: str
     function: str
@@ -116,7 +116,7 @@ def _console_instance() -> _Console:
 
 
 def set_console_enabled(enabled: bool) -> None:
-    """Switch the output to the console (``--disable-stdout-logs``)."""
+    """Enable or disable the console output (``--disable-stdout-logs``)."""
     _console_instance().enabled = enabled
 
 
@@ -146,13 +146,13 @@ def get_logger_level(name: str) -> LoggingSeverity:
 
 
 def reset_levels() -> None:
-    """Forget the levels that were set, but for the root's default."""
+    """Reset all logger levels but the root's default."""
     _levels.clear()
     _levels[""] = LoggingSeverity.INFO
 
 
 def effective_level(name: str) -> LoggingSeverity:
-    """Return the level that counts for a logger: its own or that of the nearest ancestor."""
+    """Return the effective level of a logger: its own, or its nearest ancestor's."""
     while name:
         level = _levels.get(name, LoggingSeverity.UNSET)
         if level:
@@ -162,17 +162,17 @@ def effective_level(name: str) -> LoggingSeverity:
 
 
 def add_sink(name: str, sink: Sink) -> None:
-    """Hand every message of a logger and its children to ``sink`` as well."""
+    """Also pass every message of a logger and its children to ``sink``."""
     _sinks[name] = sink
 
 
 def remove_sink(name: str) -> None:
-    """Stop handing messages on."""
+    """Remove the sink of a logger."""
     _sinks.pop(name, None)
 
 
 def emit(severity: LoggingSeverity, name: str, text: str, caller: Caller, time_ns: int) -> None:
-    """Write a message that has passed its logger's level: to the console and to the sink."""
+    """Write a log message to the console and the sinks."""
     _console_instance().write(severity, name, text, caller, time_ns)
     owner = name
     while owner:
@@ -183,11 +183,11 @@ def emit(severity: LoggingSeverity, name: str, text: str, caller: Caller, time_n
 
 
 class Instant(Protocol):
-    """A point in time."""
+    """Interface of a time point."""
 
     @property
     def nanoseconds(self) -> int:
-        """Since the clock's beginning."""
+        """Nanoseconds since the clock's epoch."""
 
 
 class TimeSource(Protocol):
@@ -198,7 +198,7 @@ class TimeSource(Protocol):
 
 
 class RcutilsLogger:
-    """A named logger with rclpy's methods and filters.
+    """Logger with rclpy's methods and filters.
 
     The filters are keyword arguments of each call: ``throttle_duration_sec``, ``once`` and
     ``skip_first``, each counted per calling line.
@@ -223,7 +223,7 @@ class RcutilsLogger:
         set_logger_level(self.name, level)
 
     def get_effective_level(self) -> LoggingSeverity:
-        """Return the level that counts for this logger."""
+        """Return the effective level of this logger."""
         return effective_level(self.name)
 
     def is_enabled_for(self, severity: int) -> bool:
@@ -317,7 +317,7 @@ class RcutilsLogger:
 
 
 def get_logger(name: str) -> RcutilsLogger:
-    """Return a logger that belongs to no node.
+    """Return a logger without a node.
 
     Raises:
         ValueError: The name is empty.

@@ -62,7 +62,7 @@ def _first_after_slash(forbidden: frozenset[str], text: str) -> int | None:
 
 
 def validate_name(name: str, *, is_service: bool = False) -> None:
-    """Check a topic or service name that is not expanded yet.
+    """Check a topic or service name that is not yet expanded.
 
     Raises:
         InvalidTopicNameException: A rule is broken (topics); the message says which and where.
@@ -201,7 +201,7 @@ def expand_name(name: str, node_name: str, namespace: str, *, is_service: bool =
 
 
 def expand_unchecked(name: str, node_name: str, namespace: str) -> str:
-    """Return the absolute form of a name that `validate_name` accepts; it may still break rules.
+    """Return the absolute form of a name that `validate_name` accepts, without further checks.
 
     Raises:
         UnknownSubstitutionError: Braces hold neither ``node`` nor ``ns`` nor ``namespace``.

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 class ParameterType(enum.IntEnum):
-    """The types of ``rcl_interfaces/msg/ParameterType``."""
+    """Parameter types, as in ``rcl_interfaces/msg/ParameterType``."""
 
     NOT_SET = 0
     BOOL = 1
@@ -35,7 +35,7 @@ class ParameterType(enum.IntEnum):
 
     @classmethod
     def from_parameter_value(cls, value: object) -> ParameterType:
-        """Return the type that a Python value has as a parameter.
+        """Return the parameter type of a Python value.
 
         An empty sequence is a byte array, as in rclpy; a mix of integers and floats is doubles.
 
@@ -92,7 +92,7 @@ class ParameterType(enum.IntEnum):
 
 
 def why_no_parameter(value: object) -> str | None:
-    """Return why no parameter can have a value that stands in YAML; None if one can."""
+    """Return why a YAML value cannot be a parameter; None if it can."""
     try:
         ParameterType.from_parameter_value(value)
     except TypeError as error:
@@ -104,7 +104,7 @@ def why_no_parameter(value: object) -> str | None:
 
 
 class Parameter:
-    """One parameter of a node.
+    """A parameter: name, type and value.
 
     Args:
         name: Its name, parts separated by dots.
@@ -154,7 +154,7 @@ class Parameter:
 
     @classmethod
     def from_parameter_msg(cls, message: ParameterMessage) -> Parameter:
-        """Make one from a ``rcl_interfaces/msg/Parameter``."""
+        """Return the parameter of a ``rcl_interfaces/msg/Parameter``."""
         type_ = ParameterType(message.value.type)
         return cls(message.name, type_, parameter_value_to_python(message.value))
 
@@ -188,7 +188,7 @@ class Parameter:
 
 
 def parameter_value_from_yaml(text: str) -> ParameterValue:
-    """Return the ParameterValue that ``param set`` makes of a word on the command line.
+    """Parse a command-line word as a ParameterValue, as ``param set`` does.
 
     The word is YAML: ``1`` is an integer, ``1.0`` a double, ``true`` a boolean, ``"1"`` and what
     fits nothing else a string, ``[1, 2]`` an integer array.

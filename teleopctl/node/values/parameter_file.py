@@ -140,7 +140,7 @@ def parameter_messages(
     target_nodes: Sequence[str] | None = None,
     namespace: str = "",
 ) -> dict[str, ParameterMessage]:
-    """Return what a parameter file holds as messages, by name.
+    """Return the parameters of a file as messages, by name.
 
     Args:
         path: The file.
@@ -197,7 +197,7 @@ def _is_meant(section: str, node: str) -> bool:
 
 # Any: a value of YAML, of whatever type; the message is a ParameterValue.
 def plain_parameter_value(value: Any) -> Any:
-    """Return what a ``ParameterValue`` holds, with bytes as numbers; None when it is not set."""
+    """Return the Python value of a ``ParameterValue``, bytes as numbers; None if not set."""
     from teleopctl.node.values.parameter_value import parameter_value_to_python
 
     found = parameter_value_to_python(value)

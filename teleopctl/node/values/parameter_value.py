@@ -24,7 +24,7 @@ _NOT_SET, _BYTE_ARRAY, _BOOL_ARRAY = 0, 5, 6
 
 
 def parameter_value_to_python(message: ParameterValue) -> AllowableParameterValue:
-    """Return the Python value that a ``rcl_interfaces/msg/ParameterValue`` holds.
+    """Return the Python value of a ``rcl_interfaces/msg/ParameterValue``.
 
     Raises:
         ValueError: Its type is none of parameters.

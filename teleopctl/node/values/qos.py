@@ -50,7 +50,7 @@ class _Policy(enum.IntEnum, metaclass=_PolicyType):
 
     @classmethod
     def get_from_short_key(cls, name: str) -> Self:
-        """Return the member of that name.
+        """Return the member with this lower-case name.
 
         Raises:
             UsageError: There is none.
@@ -65,7 +65,7 @@ class _Policy(enum.IntEnum, metaclass=_PolicyType):
 
 
 class ReliabilityPolicy(_Policy):
-    """Whether lost messages are sent again."""
+    """QoS policy: reliable or best effort."""
 
     SYSTEM_DEFAULT = 0
     RELIABLE = 1
@@ -75,7 +75,7 @@ class ReliabilityPolicy(_Policy):
 
 
 class DurabilityPolicy(_Policy):
-    """Whether late subscribers get earlier messages."""
+    """QoS policy: whether late subscriptions receive earlier messages."""
 
     SYSTEM_DEFAULT = 0
     TRANSIENT_LOCAL = 1
@@ -104,11 +104,11 @@ class LivelinessPolicy(_Policy):
 
 
 class InvalidQoSProfileException(Exception):
-    """A profile is incomplete or contradicts itself."""
+    """A QoS profile is incomplete or contradictory."""
 
 
 class QoSProfile:
-    """The quality of service of one publisher, subscription, service or client.
+    """QoS profile of a publisher, subscription, service or client.
 
     Args:
         history: Default KEEP_LAST.
@@ -172,7 +172,7 @@ class QoSProfile:
 
     @property
     def depth(self) -> int:
-        """Messages kept with KEEP_LAST; 0 stands for the middleware's own number.
+        """History depth with KEEP_LAST; 0 is the middleware's default.
 
         Raises:
             ValueError: A number that is set is negative.
@@ -195,7 +195,7 @@ class QoSProfile:
 
     @property
     def is_latched(self) -> bool:
-        """True for transient local: late subscribers get the last messages."""
+        """Whether the durability is transient local."""
         return self.durability == DurabilityPolicy.TRANSIENT_LOCAL
 
     @property
@@ -206,7 +206,7 @@ class QoSProfile:
         return self.depth or RMW_DEFAULT_DEPTH
 
     def to_wire(self) -> EndpointQos:
-        """Return the profile as a token carries it, system defaults resolved as rmw_zenoh does."""
+        """Return the profile for a liveliness token, with rmw_zenoh's defaults."""
         return EndpointQos(
             reliability=self.reliability or ReliabilityPolicy.RELIABLE,
             durability=self.durability or DurabilityPolicy.VOLATILE,
@@ -233,12 +233,12 @@ class QoSProfile:
         )
 
     def get_c_qos_profile(self) -> QoSProfile:
-        """Return the profile itself, where rclpy has that of its C library."""
+        """Return the profile itself; rclpy returns that of its C library here."""
         return self
 
     # Any: whatever type each policy has.
     def to_dict(self) -> dict[str, Any]:
-        """Return what to make the same profile of (rclpy: of the C library's profile)."""
+        """Return the constructor arguments of the profile."""
         return {name.lstrip("_"): getattr(self, name) for name in self.__slots__}
 
     def __eq__(self, other: object) -> bool:
@@ -259,7 +259,7 @@ def _wire_duration(duration: Duration) -> int:
 
 
 def bound_ns(duration: Duration) -> int | None:
-    """Return a duration of a profile in nanoseconds; None where it is unspecified or endless."""
+    """Return a duration of a profile in nanoseconds; None if unspecified or infinite."""
     nanoseconds = duration.nanoseconds
     return nanoseconds if 0 < nanoseconds < INFINITE_NS else None
 
@@ -269,7 +269,7 @@ def _rclpy_duration(nanoseconds: int) -> Duration:
 
 
 def qos_from(profile_or_depth: QoSProfile | int) -> QoSProfile:
-    """Return a profile; an integer is the depth of the default profile, as in rclpy.
+    """Return a QoS profile; an integer is the depth of the default profile, as in rclpy.
 
     Raises:
         TypeError: The value is neither.
@@ -337,7 +337,7 @@ class QoSPresetProfiles(enum.Enum):
 
     @classmethod
     def get_from_short_key(cls, name: str) -> QoSProfile:
-        """Return the preset of that name.
+        """Return the preset with this lower-case name.
 
         Raises:
             UsageError: There is none.

@@ -19,7 +19,7 @@ from teleopctl.node.values.time import Duration, Infinite
 
 
 class QoSCompatibility(enum.IntEnum):
-    """Whether two profiles fit."""
+    """Compatibility of two QoS profiles: ok, warning or error."""
 
     OK = 0
     WARNING = 1
@@ -40,7 +40,7 @@ _UNDECIDED = frozenset({"SYSTEM_DEFAULT", "UNKNOWN"})
 def qos_check_compatible(
     publisher_qos: QoSProfile, subscription_qos: QoSProfile
 ) -> tuple[QoSCompatibility, str]:
-    """Return whether two profiles fit, and why not.
+    """Return the compatibility of two QoS profiles, and the reason.
 
     Where a policy is left to the system or unknown, and it could matter, that is a warning.
     """

@@ -32,7 +32,7 @@ _ALIASES = {"-r": "--remap", "-p": "--param", "-e": "--enclave"}
 
 
 class RemapRule(NamedTuple):
-    """``[NODE:]FROM:=TO``; FROM is a name or one of ``__ns``, ``__node``, ``__name``."""
+    """Remapping ``[NODE:]FROM:=TO``; FROM is a name, ``__ns``, ``__node`` or ``__name``."""
 
     node: str | None
     match: str
@@ -66,21 +66,21 @@ class RosArguments(NamedTuple):
     program: tuple[str, ...] = ()
 
     def node_name(self, name: str) -> str | None:
-        """Return the name that ``__node`` or ``__name`` gives a node; None without such a rule."""
+        """Return the remapped node name; None without a rule for it."""
         for rule in self.remaps:
             if rule.match in ("__node", "__name") and rule.applies_to(name):
                 return rule.replacement
         return None
 
     def namespace(self, node_name: str) -> str | None:
-        """Return the namespace that ``__ns`` gives a node; None without such a rule."""
+        """Return the remapped namespace; None without a rule for it."""
         for rule in self.remaps:
             if rule.match == "__ns" and rule.applies_to(node_name):
                 return rule.replacement
         return None
 
     def remap(self, name: str, node_name: str, namespace: str, *, is_service: bool) -> str:
-        """Return what an absolute name becomes; the first rule that matches counts."""
+        """Return a remapped absolute name; the first matching rule applies."""
         for rule in self.remaps:
             match = rule.match
             if match.startswith("__") or not rule.applies_to(node_name):
@@ -96,7 +96,7 @@ class RosArguments(NamedTuple):
 
     # Any: YAML's values, which `Parameter` checks.
     def parameter_overrides(self, node_name: str, namespace: str) -> dict[str, Any]:
-        """Return the parameter values meant for a node, files and single ones, later ones win."""
+        """Return the parameter values for a node; later files and values override earlier ones."""
         full_name = fully_qualified(namespace, node_name)
         overrides: dict[str, Any] = {}
         for source in self.parameters:
@@ -170,7 +170,7 @@ def _parameter_rule(text: str) -> ParameterRule:
 
 
 def parse_ros_arguments(args: Sequence[str]) -> RosArguments:
-    """Read a command line.
+    """Parse the ``--ros-args`` of a command line.
 
     Raises:
         UsageError: A rule or an option is malformed; exit status 2.

@@ -14,26 +14,26 @@ class Schedulable(Protocol):
     callback_group: CallbackGroup
 
     def take(self) -> Callable[[], object] | None:
-        """Return what is to be done for the oldest arrival; None when nothing is left."""
+        """Return the call for the oldest arrival; None if there is none."""
 
     def pending(self) -> int:
-        """Return how many arrivals wait."""
+        """Return how many arrivals are queued."""
 
 
 class Scheduler(Protocol):
-    """Runs callbacks; all methods may be called from any thread."""
+    """Interface of executors; all methods are thread-safe."""
 
     @property
     def is_shutdown(self) -> bool:
-        """Whether it runs no callbacks any more."""
+        """Whether the executor was shut down."""
 
     # Any: a node's class stands above this one.
 
     def add_node(self, node: Any) -> bool:
-        """Serve a node from now on; False when it was served already."""
+        """Add a node; return False if it was added before."""
 
     def remove_node(self, node: Any) -> None:
-        """Stop serving a node."""
+        """Remove a node."""
 
     def schedule(self, waitable: Schedulable) -> None:
         """Queue an entity whose arrivals the spinning thread will take."""
@@ -50,4 +50,4 @@ class Scheduler(Protocol):
     def create_task(
         self, callback: Callable[..., object], *args: object, **kwargs: object
     ) -> object:
-        """Run a function or coroutine; returns its future."""
+        """Run a function or coroutine; return its future."""

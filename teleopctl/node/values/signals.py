@@ -23,7 +23,7 @@ class Endable(Protocol):
     """Interface of contexts that signals end."""
 
     def ok(self) -> bool:
-        """Whether it runs."""
+        """Return whether the context is initialized."""
 
     def end_by_signal(self) -> None:
         """End the context because of a signal."""
@@ -50,7 +50,7 @@ _previous: dict[int, signal._HANDLER] = {}
 
 
 def heed(context: Endable, options: SignalHandlerOptions) -> None:
-    """Have signals end a context; without effect outside the main thread."""
+    """End a context on signals; has no effect outside the main thread."""
     if threading.current_thread() is not threading.main_thread():
         return
     if _SIGNALS[options]:
@@ -74,7 +74,7 @@ def forget(context: Endable) -> None:
 
 
 def heeded_signals() -> SignalHandlerOptions:
-    """Return which signals end a context at present."""
+    """Return the signals that end a context at present."""
     heeded = SignalHandlerOptions.NO
     for option in (SignalHandlerOptions.SIGINT, SignalHandlerOptions.SIGTERM):
         (number,) = _SIGNALS[option]

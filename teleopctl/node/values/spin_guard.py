@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 class SpinGuard:
-    """Held by the thread that spins; a thread that holds it may take it again.
+    """Lock of the thread that spins; re-entrant within the thread.
 
     Another thread that would take it gets a RuntimeError.
     """
@@ -46,7 +46,7 @@ class SpinGuard:
 
     @contextlib.contextmanager
     def until(self, future: Future[ResultT], wake: Callable[[], object]) -> Iterator[None]:
-        """Hold it, and have the end of a future wake the thread."""
+        """Hold the lock, and wake the thread when a future ends."""
         with self:
             future.on_end(wake)
             try:

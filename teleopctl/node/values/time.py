@@ -44,7 +44,7 @@ class Duration:
 
     @property
     def seconds(self) -> float:
-        """The span in seconds (ours; rclpy has ``nanoseconds`` only)."""
+        """Duration in seconds (ours; rclpy has ``nanoseconds`` only)."""
         return to_seconds(self.nanoseconds)
 
     def to_msg(self) -> DurationMessage:
@@ -55,7 +55,7 @@ class Duration:
 
     @classmethod
     def from_msg(cls, msg: Stamp) -> Duration:
-        """Make one from a ``builtin_interfaces/msg/Duration``."""
+        """Return the duration of a ``builtin_interfaces/msg/Duration``."""
         return cls(nanoseconds=to_nanoseconds(msg))
 
     def __repr__(self) -> str:
@@ -114,7 +114,7 @@ Infinite = Duration(nanoseconds=_INFINITE_NS)
 
 
 class Time:
-    """A point in time of one clock.
+    """A time of one clock type.
 
     Args:
         seconds: Seconds since the clock's epoch, added to ``nanoseconds``; not negative.
@@ -150,7 +150,7 @@ class Time:
 
     @property
     def clock_type(self) -> ClockType:
-        """The clock that this time belongs to."""
+        """Clock type of the time."""
         return self._clock_type
 
     def seconds_nanoseconds(self) -> tuple[int, int]:
@@ -165,7 +165,7 @@ class Time:
 
     @classmethod
     def from_msg(cls, msg: Stamp, clock_type: ClockType = ClockType.ROS_TIME) -> Time:
-        """Make one from a ``builtin_interfaces/msg/Time``."""
+        """Return the time of a ``builtin_interfaces/msg/Time``."""
         return cls(nanoseconds=to_nanoseconds(msg), clock_type=clock_type)
 
     def _comparable(self, other: object) -> int:

@@ -6,7 +6,7 @@ _SIZE = 32
 
 
 class TypeHash:
-    """The hash of a type's definition.
+    """Hash of a type's definition.
 
     Args:
         version: Of the way in which it is computed; 1 for RIHS01.

@@ -38,7 +38,7 @@ class _NeverHappens(Waitable):
 
 
 class EventHandle(Handle):
-    """Counts an event of a publisher or subscription, to be added to a wait set.
+    """Handle of a publisher's or subscription's event, to be added to a wait set.
 
     Args:
         endpoint: Whose event.
@@ -67,5 +67,5 @@ class EventHandle(Handle):
         return endpoint.events[-1]
 
     def take_event(self) -> NamedTuple:
-        """Return what has happened so far, and what of it since the last call."""
+        """Return the event's counters, with the changes since the last call."""
         return self.entity.status()

@@ -37,7 +37,7 @@ class _Loose(Waitable):
 
 
 class LooseGuardCondition(_Loose):
-    """A condition that any thread can trigger, to be added to a wait set."""
+    """Guard condition to be added to a wait set."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
@@ -51,7 +51,7 @@ class LooseGuardCondition(_Loose):
         self.tell_executor()
 
     def pending(self) -> int:
-        """Return 1 while a trigger waits."""
+        """Return 1 while a trigger is pending, else 0."""
         return int(self._triggered)
 
     def take(self) -> Callable[[], object] | None:
@@ -117,14 +117,14 @@ class ClientHandle(Handle):
         return self.entity.service_is_ready()
 
     def send_request(self, request: Any) -> int:
-        """Send a request; returns the ``sequence_number`` that its response will have."""
+        """Send a request; return the ``sequence_number`` of its response."""
         return self.entity.send(request)[0]
 
     def take_response(
         self,
         response_type: type[object],  # noqa: ARG002 -- rclpy's; the client knows
     ) -> tuple[ServiceInfo | None, Any]:
-        """Take the oldest response that waits; two times None when none does."""
+        """Take the oldest queued response; return None twice if there is none."""
         try:
             return self.entity.responses.popleft()
         except IndexError:
@@ -166,7 +166,7 @@ def serve_loosely(
 
 
 def tick_loosely(clock: Clock, period_ns: int, *, autostart: bool = True) -> TimerHandle:
-    """Return a timer whose calls are counted by hand.
+    """Return a timer whose calls the program counts itself.
 
     Raises:
         ValueError: The period is negative.

@@ -38,11 +38,11 @@ class Waitable:
     # Any, here and below: each waitable has its own, and `execute` gets what it has taken.
 
     def add_future(self, future: Future[Any]) -> None:
-        """Keep a future whose callbacks are to be run."""
+        """Add a future whose callbacks are to be run."""
         self._futures.append(future)
 
     def remove_future(self, future: Future[Any]) -> None:
-        """Forget it again."""
+        """Remove a future."""
         self._futures.remove(future)
 
     def is_ready(self, wait_set: WaitSet) -> bool:
@@ -50,24 +50,24 @@ class Waitable:
         raise NotImplementedError("Must be implemented by subclass")
 
     def take_data(self) -> Any:
-        """Take what has arrived."""
+        """Take the data that has arrived."""
         raise NotImplementedError("Must be implemented by subclass")
 
     async def execute(self, taken_data: Any) -> Any:
-        """Do the work with what was taken."""
+        """Handle the data that was taken."""
         raise NotImplementedError("Must be implemented by subclass")
 
     def get_num_entities(self) -> NumberOfEntities:
-        """Return how many entities it adds to a wait set."""
+        """Return how many entities the waitable adds to a wait set."""
         raise NotImplementedError("Must be implemented by subclass")
 
     def add_to_wait_set(self, wait_set: WaitSet) -> None:
-        """Add what it waits for."""
+        """Add the waitable's entities to a wait set."""
         raise NotImplementedError("Must be implemented by subclass")
 
 
 class ServedWaitable(NodeWaitable):
-    """Has the executor of a node serve a program's own waitable.
+    """Serves a program's own waitable by the executor of a node.
 
     It is looked at when it is added to the node, and whenever something arrives for what it has
     added to the wait set then or the last time.
@@ -101,11 +101,11 @@ class ServedWaitable(NodeWaitable):
         self.tell_executor()
 
     def pending(self) -> int:
-        """Return 1 while it is to be looked at."""
+        """Return 1 while a check is scheduled, else 0."""
         return int(self._is_due)
 
     def take(self) -> Callable[[], object] | None:
-        """Return the execution of the waitable; None when it is not ready."""
+        """Return the waitable's `execute` call; None if it is not ready."""
         self._is_due = False
         self._wait_set.clear_entities()
         with self.waitable:
@@ -141,7 +141,7 @@ class ServedWaitable(NodeWaitable):
         self.look()
 
     def close(self) -> None:
-        """Wait for nothing any more."""
+        """Stop waiting."""
         self._is_due = False
         for alarm in self._alarms.values():
             self._destroy_timer(alarm)

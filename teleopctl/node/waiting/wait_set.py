@@ -35,27 +35,27 @@ class WaitSet:
         self._ready: set[Entity] = set()
 
     def add_subscription(self, subscription: Handle | Waitable) -> int:
-        """Wait for messages as well; returns the index for `is_ready`."""
+        """Add a subscription; return its index for `is_ready`."""
         return self._add("subscription", subscription)
 
     def add_guard_condition(self, guard: Handle | Waitable) -> int:
-        """Wait for a trigger as well; returns the index for `is_ready`."""
+        """Add a guard condition; return its index for `is_ready`."""
         return self._add("guard_condition", guard)
 
     def add_timer(self, timer: Handle | PeriodicTimer) -> int:
-        """Wait until a timer is due as well; returns the index for `is_ready`."""
+        """Add a timer; return its index for `is_ready`."""
         return self._add("timer", timer)
 
     def add_client(self, client: Handle | Waitable) -> int:
-        """Wait for responses as well; returns the index for `is_ready`."""
+        """Add a client; return its index for `is_ready`."""
         return self._add("client", client)
 
     def add_service(self, service: Handle | Waitable) -> int:
-        """Wait for requests as well; returns the index for `is_ready`."""
+        """Add a service; return its index for `is_ready`."""
         return self._add("service", service)
 
     def add_event(self, event: Handle | Waitable) -> int:
-        """Wait for an event of an endpoint as well; returns the index for `is_ready`."""
+        """Add an event; return its index for `is_ready`."""
         return self._add("event", event)
 
     def _add(self, kind: str, entity: Handle | Entity) -> int:
@@ -66,7 +66,7 @@ class WaitSet:
         return len(self._entities[kind]) - 1
 
     def clear_entities(self) -> None:
-        """Wait for nothing any more."""
+        """Remove all entities."""
         self.listen(None)
         for entities in self._entities.values():
             entities.clear()
@@ -81,7 +81,7 @@ class WaitSet:
                     entity.tell_executor()
 
     def timers(self) -> list[PeriodicTimer]:
-        """Return the timers that are waited for."""
+        """Return the timers of the set."""
         return [one for one in self._entities["timer"] if isinstance(one, PeriodicTimer)]
 
     def has_arrivals(self) -> bool:
@@ -89,7 +89,10 @@ class WaitSet:
         return any(one.pending() for entities in self._entities.values() for one in entities)
 
     def look(self) -> bool:
-        """Note what is ready; False when nothing is. A trigger is taken by being noted."""
+        """Record which entities are ready; return False if none is.
+
+        A trigger is taken by being noted.
+        """
         found = [one for entities in self._entities.values() for one in entities if one.pending()]
         self._ready = set(found)
         for guard in self._entities["guard_condition"]:
@@ -98,7 +101,7 @@ class WaitSet:
         return bool(found)
 
     def wait(self, timeout_nsec: int) -> None:
-        """Wait until something is ready, or so many nanoseconds; negative waits for ever."""
+        """Wait until an entity is ready, or for so many nanoseconds; negative is for ever."""
         end_ns = None if timeout_nsec < 0 else time.monotonic_ns() + timeout_nsec
         arrived = threading.Event()
         self.listen(arrived.set)
@@ -126,7 +129,7 @@ class WaitSet:
         return max(0, min(due)) / 1e9 if due else None
 
     def is_ready(self, entity_type: str, index: int) -> bool:
-        """Whether an entity was ready at the last look.
+        """Return whether an entity was ready at the last wait.
 
         Args:
             entity_type: One of `KINDS`.
@@ -135,5 +138,5 @@ class WaitSet:
         return self._entities[entity_type][index] in self._ready
 
     def get_ready_entities(self, entity_type: str) -> list[int]:
-        """Return the ``pointer`` of the handles of one kind that were ready at the last look."""
+        """Return the ``pointer`` of each ready entity's handle, of one kind."""
         return [id(entity) for entity in self._entities[entity_type] if entity in self._ready]

@@ -36,7 +36,7 @@ class Stage(Protocol):
 
     @property
     def node(self) -> Node:
-        """The node, for its clock, clients and logger."""
+        """The viewer's node, for its clock, clients and logger."""
 
     @property
     def scene(self) -> viser.SceneApi:
@@ -61,7 +61,7 @@ class Stage(Protocol):
         """
 
     def on(self, function: Callable[..., object]) -> Callable[..., None]:
-        """Make a function that viser calls one that runs on the node's thread instead."""
+        """Wrap a function for viser's callbacks, so that it runs on the node's thread."""
 
     def subscribe(
         self, topic: str, type_name: str, callback: Callable[[Any], object], qos: QoSProfile
@@ -69,21 +69,21 @@ class Stage(Protocol):
         """Subscribe to a topic; return a function that ends the subscription."""
 
     def knows(self, type_name: str) -> bool:
-        """Whether a type is known on this machine.
+        """Return whether a message type is known on this machine.
 
         One that is not is learned from a node that uses it, if there is one; until then nothing
         is received.
         """
 
     def work(self, task: Callable[[], Any], then: Callable[[Any], object]) -> None:
-        """Do something that takes long, in another thread, and give its result to ``then``.
+        """Run a long task in another thread, and pass its result to ``then``.
 
         ``then`` is called on the node's thread. An exception of the task is its result.
         """
 
 
 class Display:
-    """A kind of display.
+    """Base of displays.
 
     Attributes:
         rviz_class: The class's name in ``.rviz`` files, without its package.
@@ -135,23 +135,23 @@ class Display:
 
     @property
     def is_enabled(self) -> bool:
-        """Whether it is to be drawn for those who look."""
+        """Whether the display is enabled, and its group too."""
         return self.in_shown_group and self.values.given.get("Enabled", True) is not False
 
     @property
     def is_drawn(self) -> bool:
-        """Whether it listens and draws."""
+        """Whether the display is subscribed and drawn."""
         return self._drawn
 
     def begin(self) -> None:
-        """Listen and draw, until `end`."""
+        """Subscribe and draw, until `end`."""
         if self._drawn:
             return
         self._drawn = True
         self._start()
 
     def end(self) -> None:
-        """Listen no more and take everything out of the picture."""
+        """Unsubscribe and remove everything from the scene."""
         if not self._drawn:
             return
         self._drawn = False
@@ -159,7 +159,7 @@ class Display:
         self.stopped()
 
     def follow(self, *, jumped_back: bool) -> None:
-        """Move on to the next picture.
+        """Update the display for the next picture.
 
         Args:
             jumped_back: Whether time is earlier than at the last one.
@@ -171,7 +171,7 @@ class Display:
         self._guarded(self.tick)
 
     def listen_to(self, topic: str) -> None:
-        """Choose the topic."""
+        """Set the topic."""
         self.topic = topic
         place = self.values.given.get(self.topic_key)
         if isinstance(place, dict):
@@ -181,7 +181,7 @@ class Display:
         self.reset()
 
     def reset(self) -> None:
-        """Forget what was received, and subscribe again: latched messages come once more."""
+        """Clear the display and subscribe again, which brings latched messages back."""
         self.messages = 0
         self.status = (OK, "")
         if self._drawn:
@@ -190,7 +190,7 @@ class Display:
             self._start()
 
     def set(self, name: str, value: Any) -> None:
-        """Set a property and draw accordingly."""
+        """Set a property and redraw."""
         self.values.set(name, value)
         if self._drawn:
             self._guarded(lambda: self.changed(name))
@@ -201,13 +201,13 @@ class Display:
         """Make what the display keeps besides; called once, at the end of the constructor."""
 
     def started(self) -> None:
-        """Draw what is there without a message."""
+        """Draw what needs no message."""
 
     def stopped(self) -> None:
-        """Take everything out of the picture."""
+        """Remove everything from the scene."""
 
     def received(self, message: Any) -> None:
-        """Draw a message."""
+        """Handle a message."""
 
     def changed(self, name: str) -> None:  # noqa: ARG002 -- for those who ask which one
         """Redraw after a property was set; by default by stopping and starting the display."""
@@ -218,7 +218,7 @@ class Display:
         """Update poses; called once per picture while a browser shows the page."""
 
     def time_jumped_back(self) -> None:
-        """Forget what is of a time that is yet to come.
+        """Drop messages with stamps in the future, after time has jumped back.
 
         A latched message may have come before the clock went back, and will not come again: it is
         asked for once more.
@@ -238,7 +238,7 @@ class Display:
         return ""
 
     def show_part(self, name: str, *, shown: bool) -> None:
-        """Show one of `parts`, or do not."""
+        """Show or hide one of the `parts`."""
 
     # --- what it uses -------------------------------------------------------------------------
 
@@ -259,7 +259,7 @@ class Display:
         return topic_qos(self.stage.node, self.topic, self.values.given, latched=self.latched)
 
     def say(self, level: str, text: str = "") -> None:
-        """Set the status."""
+        """Set the display's status."""
         self.status = (level, text)
 
     def _start(self) -> None:

@@ -14,7 +14,7 @@ from teleopctl.viewer.scene.drawing import Drawing, merged
 
 
 class DrawnDisplay(StampedDisplay):
-    """Draws what `drawing` makes of each message, once for each picture at most."""
+    """Base of displays that draw each message by `drawing`."""
 
     def _prepare(self) -> None:
         super()._prepare()
@@ -27,14 +27,14 @@ class DrawnDisplay(StampedDisplay):
         raise NotImplementedError
 
     def placed(self, message: Any, pose: Transform) -> None:
-        """Add a message's drawing, and forget those that are too many."""
+        """Add a message's drawing, and drop the oldest beyond the limit."""
         self._drawings.append(self.drawing(message).moved(pose))
         while len(self._drawings) > self.keeps:
             self._drawings.popleft()
         self._stale = True
 
     def tick(self) -> None:
-        """Send what has changed."""
+        """Send changed drawings to the scene."""
         super().tick()
         if self._stale:
             self._stale = False
@@ -45,7 +45,7 @@ class DrawnDisplay(StampedDisplay):
         return merged(self._drawings)
 
     def emptied(self) -> None:
-        """Forget the drawings; the picture follows with the next tick while it is drawn."""
+        """Clear all drawings."""
         self._drawings.clear()
         self._stale = True
         if not self.is_drawn:

@@ -12,7 +12,7 @@ _FIXED_FRAME = "<Fixed Frame>"
 
 
 class Grid(Display):
-    """A square grid around the origin of a frame."""
+    """Display of a square grid around the origin of a frame."""
 
     rviz_class = "Grid"
     properties: ClassVar[tuple[Property, ...]] = (
@@ -28,7 +28,7 @@ class Grid(Display):
         self._node: Any = None
 
     def started(self) -> None:
-        """Draw the lines."""
+        """Draw the grid's lines."""
         frame = self.values.text("Reference Frame")
         above = "" if frame == _FIXED_FRAME else self.stage.frames.node_of(frame)
         cell = self.values.number("Cell Size")
@@ -47,10 +47,10 @@ class Grid(Display):
         )
 
     def stopped(self) -> None:
-        """Take them out of the picture."""
+        """Remove the grid from the scene."""
         if self._node is not None:
             self._node.remove()
             self._node = None
 
     def time_jumped_back(self) -> None:
-        """A grid is of no time."""
+        """Do nothing: a grid has no time."""

@@ -20,7 +20,7 @@ _ARRIVALS = 30
 
 # Any stands for messages and for what viser gives.
 class PictureFeed:
-    """Takes messages as they come and shows as many as make sense.
+    """Decodes the newest image message in another thread, and shows it.
 
     Args:
         stage: Where work is done in another thread.
@@ -48,7 +48,7 @@ class PictureFeed:
 
     @property
     def rate(self) -> float:
-        """Messages per second, of late; 0 for fewer than two."""
+        """Return the recent rate of messages in Hz; 0 for fewer than two."""
         arrivals, now = self._arrivals, time.monotonic()
         if len(arrivals) < 2:
             return 0.0
@@ -69,7 +69,7 @@ class PictureFeed:
             self._newest = self._last
 
     def tick(self) -> None:
-        """Begin with the newest message, if it is time."""
+        """Start decoding the newest message, if it is due."""
         now = time.monotonic()
         if self._newest is None or self._busy or now < self._due:
             return
@@ -84,7 +84,7 @@ class PictureFeed:
         )
 
     def clear(self) -> None:
-        """Forget everything; what is being decoded is not shown."""
+        """Drop all messages, also the one being decoded."""
         self._newest = self._last = None
         self._turn += 1
         self._arrivals.clear()
@@ -115,7 +115,7 @@ def put(handle: Any, picture: Picture) -> None:
 
 
 def base_topic(topic: str) -> str:
-    """The topic of the images that are not compressed beside one that may be."""
+    """Return the base topic of an image topic, without its transport."""
     head, _, tail = topic.rpartition("/")
     return head if tail in _TRANSPORTS and head else topic
 

@@ -41,7 +41,7 @@ class Property:
 
 
 class Properties:
-    """The properties of one display.
+    """Property values of one display.
 
     Args:
         known: What the display understands.
@@ -57,21 +57,21 @@ class Properties:
         return read(self.known[name], self.given)
 
     def number(self, name: str) -> float:
-        """A property that is a number."""
+        """Return a numeric property."""
         value = self[name]
         assert isinstance(value, int | float)
         return float(value)
 
     def flag(self, name: str) -> bool:
-        """A property that is true or false."""
+        """Return a boolean property."""
         return bool(self[name])
 
     def text(self, name: str) -> str:
-        """A property that is a text."""
+        """Return a text property."""
         return str(self[name])
 
     def color(self, name: str) -> Color:
-        """A property that is a colour."""
+        """Return a colour property."""
         value = self[name]
         assert isinstance(value, tuple)
         return value

@@ -24,12 +24,12 @@ from teleopctl.viewer.scene.drawing import (
 
 
 def vector_of(message: Any) -> tuple[float, float, float]:
-    """The numbers of a ``Point``, ``Point32`` or ``Vector3``."""
+    """Return the coordinates of a ``Point``, ``Point32`` or ``Vector3``."""
     return (message.x, message.y, message.z)
 
 
 def pose_of(pose: Any) -> Transform | None:
-    """A ``geometry_msgs/msg/Pose``; None for one that cannot be drawn."""
+    """Return the transform of a ``geometry_msgs/msg/Pose``; None if it cannot be drawn."""
     p, q = pose.position, pose.orientation
     place, turn = (p.x, p.y, p.z), (q.x, q.y, q.z, q.w)
     if not is_drawable((*place, *turn)):
@@ -38,14 +38,14 @@ def pose_of(pose: Any) -> Transform | None:
 
 
 def points_of(points: Iterable[Any]) -> tuple[Floats, int]:
-    """Points that can be drawn, shape (n, 3), and how many cannot."""
+    """Return the drawable points, shape (n, 3), and the number of others."""
     rows = np.array([(p.x, p.y, p.z) for p in points], np.float64).reshape(-1, 3)
     good = drawable_rows(rows)
     return rows[good], int(len(rows) - good.sum())
 
 
 def poses_of(poses: Iterable[Any]) -> tuple[Floats, Floats, int]:
-    """Poses that can be drawn.
+    """Return the drawable poses, and the number of others.
 
     Returns:
         Positions, shape (n, 3); unit rotations w x y z, shape (n, 4); how many cannot be drawn.
@@ -67,17 +67,17 @@ def poses_of(poses: Iterable[Any]) -> tuple[Floats, Floats, int]:
 
 
 def rgba_of(color: tuple[int, int, int], alpha: float = 1.0) -> Rgba:
-    """A colour of a property."""
+    """Return a colour property with an opacity, each part from 0 to 1."""
     red, green, blue = color
     return (red / 255, green / 255, blue / 255, alpha)
 
 
 def left_out_text(count: int, what: str) -> str:
-    """One sentence on what is not drawn."""
+    """Return a sentence about what is not drawn."""
     one = "1 is" if count == 1 else f"{count} are"
     return f"{one} not drawn: {what} must be finite numbers"
 
 
 def length_of(x: float, y: float, z: float) -> float:
-    """The length of a vector."""
+    """Return the Euclidean length of a vector."""
     return math.sqrt(x * x + y * y + z * z)

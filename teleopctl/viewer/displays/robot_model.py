@@ -24,7 +24,7 @@ _TICKS_PER_LOOK_AT_FRAMES = 10
 
 
 class RobotModel(Display):
-    """The robot: visual and collision geometry, each link a child of its frame's node."""
+    """Display of the robot: visual and collision geometry of each link."""
 
     rviz_class = "RobotModel"
     message_type = "std_msgs/msg/String"
@@ -56,16 +56,16 @@ class RobotModel(Display):
 
     @property
     def description(self) -> RobotDescription | None:
-        """The robot that is drawn."""
+        """The description of the drawn robot."""
         return self._description
 
     @property
     def meshes(self) -> Mapping[str, MeshFile]:
-        """The files of its meshes, by URI."""
+        """The robot's meshes, by URI."""
         return self._parts.meshes
 
     def received(self, message: Any) -> None:
-        """Take a description and read its meshes, while the old one stays in the picture."""
+        """Read a robot description and its meshes in another thread, then draw them."""
         if self.values.text("Description Source") == "Topic":
             text = message.data
             self._take_text(lambda: text)
@@ -82,7 +82,7 @@ class RobotModel(Display):
             self._listen()
 
     def reload(self) -> None:
-        """Read the files of the robot's meshes again, those that have changed."""
+        """Read changed mesh files of the robot again."""
         if self._description is not None:
             text = self._description.urdf
             self._take_text(lambda: text)
@@ -185,7 +185,7 @@ class RobotModel(Display):
         return float(alpha) if is_number else 1.0
 
     def tick(self) -> None:
-        """Find out which links stand nowhere."""
+        """Set the status by which links have no transform."""
         self._ticks += 1
         if self._ticks % _TICKS_PER_LOOK_AT_FRAMES or self._description is None:
             return
@@ -219,10 +219,10 @@ class RobotModel(Display):
         self.say(ERROR if self._refused else WARN if text else OK, text)
 
     def stopped(self) -> None:
-        """Take the links out of the picture."""
+        """Remove the links from the scene."""
         for node in self._nodes:
             node.remove()
         self._nodes.clear()
 
     def time_jumped_back(self) -> None:
-        """A robot is of no time."""
+        """Do nothing: a robot description has no time."""

@@ -44,7 +44,7 @@ class Parts:
 
 
 def load_parts(description: RobotDescription, known: Parts, folder: Path | None = None) -> Parts:
-    """Read the files of a robot, each once; those that have not changed are taken over.
+    """Read a robot's meshes and textures; unchanged files are reused.
 
     Args:
         description: The robot.
@@ -95,7 +95,7 @@ def _is_unchanged(file: MeshFile | Texture) -> bool:
 
 
 def shapes_of(description: RobotDescription) -> list[Geometry]:
-    """All shapes of a robot, those that are seen first."""
+    """Return all shapes of a robot, visual ones first."""
     links = description.links.values()
     return [visual.geometry for link in links for visual in link.visuals] + [
         collision.geometry for link in links for collision in link.collisions

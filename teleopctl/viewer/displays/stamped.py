@@ -19,7 +19,7 @@ _WAITING = 10
 
 
 class StampedDisplay(Display):
-    """Draws the newest message, or the newest few.
+    """Base of displays that draw the newest stamped messages.
 
     A message whose frame or time is not known yet waits for its transform. Where newer ones arrive
     meanwhile, the newest that can be placed is drawn, so that a late tf delays the picture but
@@ -44,7 +44,7 @@ class StampedDisplay(Display):
     # --- what a kind of display defines -------------------------------------------------------
 
     def placed(self, message: Any, pose: Transform) -> None:
-        """Draw a message.
+        """Draw a message at the pose of its frame.
 
         Args:
             message: The message.
@@ -52,12 +52,12 @@ class StampedDisplay(Display):
         """
 
     def emptied(self) -> None:
-        """Take everything out of the picture."""
+        """Remove everything from the scene."""
 
     # --- what the viewer calls ----------------------------------------------------------------
 
     def received(self, message: Any) -> None:
-        """Draw a message as soon as its place is known."""
+        """Draw a message as soon as its transform is known."""
         self._waiting.append(message)
         self._place()
 
@@ -69,18 +69,18 @@ class StampedDisplay(Display):
             self._place()
 
     def changed(self, name: str) -> None:  # noqa: ARG002 -- whichever it is
-        """Draw the same messages with the new property."""
+        """Redraw the messages with a changed property."""
         self.draw_anew()
 
     def stopped(self) -> None:
-        """Forget everything."""
+        """Drop all messages."""
         self._waiting.clear()
         self._placed.clear()
         self._waits = False
         self.emptied()
 
     def draw_anew(self) -> None:
-        """Place everything again."""
+        """Redraw all messages."""
         again = [*self._placed, *self._waiting][-max(self.keeps, _WAITING) :]
         self._placed.clear()
         self._waiting = deque(again, maxlen=max(self.keeps, _WAITING))

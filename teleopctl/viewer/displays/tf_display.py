@@ -22,7 +22,7 @@ _MOST_LISTED = 100
 
 
 class TfDisplay(Display):
-    """Every frame's axes, x red, y green, z blue, and its name."""
+    """Display of all tf frames: axes and names."""
 
     rviz_class = "TF"
     properties: ClassVar[tuple[Property, ...]] = (
@@ -60,7 +60,7 @@ class TfDisplay(Display):
         )
 
     def stopped(self) -> None:
-        """Show neither."""
+        """Hide axes and names."""
         self.stage.frames.show(axes=False, names=False)
 
     def tick(self) -> None:
@@ -87,7 +87,7 @@ class TfDisplay(Display):
         )
 
     def parts(self) -> dict[str, bool]:
-        """The frames, and whether each is switched on."""
+        """Return the frames, with their visibility."""
         return {
             name: self._is_on(name) for name in sorted(self.stage.frames.by_name)[:_MOST_LISTED]
         }
@@ -105,7 +105,7 @@ class TfDisplay(Display):
         return "\n\n".join(filter(None, (left_out, text)))
 
     def show_part(self, name: str, *, shown: bool) -> None:
-        """Show a frame, or do not."""
+        """Show or hide a frame."""
         given = self.values.given
         if not _is_mapping(given.get("Frames")):
             given["Frames"] = {}
@@ -143,7 +143,7 @@ class TfDisplay(Display):
             return None
 
     def time_jumped_back(self) -> None:
-        """Frames move by themselves."""
+        """Do nothing: tf moves the frames."""
 
 
 def _is_mapping(value: Any) -> TypeGuard[dict[Any, Any]]:

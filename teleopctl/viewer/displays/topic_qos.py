@@ -22,7 +22,7 @@ _MOST = 100
 def topic_qos(
     node: Node, topic: str, given: Mapping[str, Any], *, latched: bool = False
 ) -> QoSProfile:
-    """Return the profile with which to subscribe.
+    """Return the QoS profile with which a display subscribes to a topic.
 
     Args:
         node: Who asks.

@@ -81,11 +81,11 @@ class Audience:
         below.on_client_disconnect(forget)
 
     def on_change(self, callback: Callable[[], object]) -> None:
-        """Have something called, in the server's thread, when a browser shows or hides the page."""
+        """Set a callback for when a browser shows or hides the page; called in the server's thread."""
         self._changed.append(callback)
 
     def looks(self, browser: int) -> bool:
-        """Whether a browser shows the page.
+        """Return whether a browser shows the page.
 
         Args:
             browser: viser's number of it.

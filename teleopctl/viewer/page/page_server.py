@@ -9,7 +9,7 @@ from teleopctl.viewer.page.audience import Audience
 
 
 class PageServer(viser.ViserServer):
-    """The server of a page; see `open_server`.
+    """viser server with the page's access checks; see `open_server`.
 
     Args:
         host: The address to listen on.

@@ -56,7 +56,7 @@ class PageError(TeleopctlError):
 def open_server(
     host: str = "127.0.0.1", port: int = DEFAULT_PORT, *, token: str | None = None
 ) -> PageServer:
-    """Open the page.
+    """Open the page's server.
 
     Args:
         host: The address to listen on.

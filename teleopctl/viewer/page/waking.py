@@ -18,13 +18,13 @@ class _LoopEvent(asyncio.Event):
         self._thread = thread
 
     def set(self) -> None:
-        """Wake those who wait, in the event's own thread."""
+        """Set the event from any thread, and wake its waiters."""
         if threading.current_thread() is self._thread:
             super().set()
 
 
 def wake_in_its_thread(server: viser.ViserServer) -> None:
-    """Keep what is drawn in other threads from failing.
+    """Make viser's events safe to set from other threads.
 
     What is drawn wakes the senders twice: where it is drawn, and by a call in the server's loop.
     The first of the two walks through a list of asyncio's that the loop changes meanwhile: now and

@@ -28,7 +28,7 @@ _NOBODY = "No bag is played. Look at one with <code>teleopctl bag view BAG</code
 
 
 class BagPanel(Panel):
-    """Time and rate of a player with rosbag2's services; with teleopctl's also a time line."""
+    """Panel of a bag player: time, rate and, with teleopctl's player, a time line."""
 
     title: ClassVar[str] = "Bag"
     icon = "movie"
@@ -63,15 +63,15 @@ class BagPanel(Panel):
             self._rate.on_update(self.page.on(self._choose_rate))
 
     def began(self) -> None:
-        """Look for a player."""
+        """Look for a player in the graph."""
         self.graph_changed()
 
     def ended(self) -> None:
-        """Listen to nothing."""
+        """Unsubscribe from everything."""
         self._follow("")
 
     def graph_changed(self) -> None:
-        """Notice players that come and go."""
+        """Follow players that come and go."""
         node = self.page.node
         players = sorted(
             name.removesuffix(f"/{_SEEK}")
@@ -84,7 +84,7 @@ class BagPanel(Panel):
             self._follow(players[0] if players else "")
 
     def tick(self) -> None:
-        """Show where it is."""
+        """Show the playback time."""
         if not self._player:
             return
         passed_s = (self._now_ns - self._start_ns) / NANOSECONDS_PER_SECOND

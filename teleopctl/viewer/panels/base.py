@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 class Panel:
-    """A tab.
+    """Base of panels: one tab of the page.
 
     Attributes:
         title: What stands on it.
@@ -32,7 +32,7 @@ class Panel:
         self.gui = page.gui
 
     def build(self) -> None:
-        """Add what the tab shows; called once, inside the tab."""
+        """Add the panel's controls; called once."""
 
     def tick(self) -> None:
         """Update the tab; called ten times a second while a browser shows the page."""
@@ -47,4 +47,4 @@ class Panel:
         """Update the tab after nodes, topics or services have come or gone."""
 
     def close(self) -> None:
-        """The page ends."""
+        """Close the panel, with the page."""

@@ -24,7 +24,7 @@ _NOTHING = np.zeros((1, 1, 3), np.uint8)
 
 
 class CameraPanel(Panel):
-    """The newest picture of one topic."""
+    """Panel with the newest image of one camera."""
 
     title: ClassVar[str] = "Camera"
     icon = "camera"
@@ -117,13 +117,13 @@ class CameraPanel(Panel):
     # --- the picture --------------------------------------------------------------------------
 
     def began(self) -> None:
-        """Listen on, if a camera is switched on."""
+        """Subscribe to the chosen camera."""
         self._watched = True
         self.graph_changed()
         self._listen()
 
     def ended(self) -> None:
-        """Listen to nothing."""
+        """Unsubscribe from everything."""
         self._watched = False
         self._listen()
 

@@ -38,7 +38,7 @@ _VARIANCES = {"Covariance x": 0.25, "Covariance y": 0.25, "Covariance yaw": (mat
 
 @dataclass(frozen=True, slots=True)
 class Tool:
-    """A tool.
+    """A tool that is used by clicks in the scene.
 
     Attributes:
         title: What its button says.
@@ -87,7 +87,7 @@ class ClickTools:
         self._heed: Callable[..., None] | None = None
 
     def build(self) -> None:
-        """Add the buttons, and what stands below them while one is pressed."""
+        """Add the tools' buttons, and the controls of the active tool."""
         gui = self._page.gui
         self._buttons: Any = gui.add_button_group(
             "Click for",
@@ -98,7 +98,7 @@ class ClickTools:
         self._advice: Any = gui.add_markdown("", visible=False)
 
     def put_away(self) -> None:
-        """Take no more clicks, and remove what was drawn."""
+        """Deactivate the tool, and remove its drawing."""
         self._let_go()
         self._say("")
         self._canvas.remove()

@@ -70,7 +70,7 @@ class ControllersPanel(Panel):
         self._is_watched = False
 
     def build(self) -> None:
-        """Add the choice of a manager, and the places of what it has."""
+        """Add the choice of a controller manager, and the places of its controllers."""
         self._note = self.gui.add_html(_note(_NOBODY))
         self._choice: Any = self.gui.add_dropdown("Manager", ("",), visible=False)
         self._choice.on_update(self.page.on(lambda _event: self._look()))
@@ -83,7 +83,7 @@ class ControllersPanel(Panel):
         self._hardware = self.gui.add_folder("Hardware", visible=False)
 
     def began(self) -> None:
-        """Follow the manager."""
+        """Follow the chosen controller manager."""
         self._is_watched = True
         self._errors.begin()
         self._look()
@@ -96,11 +96,11 @@ class ControllersPanel(Panel):
         self._calls.close()
 
     def close(self) -> None:
-        """End everything."""
+        """Stop following everything."""
         self.ended()
 
     def graph_changed(self) -> None:
-        """Follow managers that come and go."""
+        """Follow controller managers that come and go."""
         if self._is_watched:
             self._look()
 
@@ -337,7 +337,7 @@ class _Row:
     def show(
         self, state: str, type_name: str, interfaces: list[str], actions: tuple[str, ...] | None
     ) -> None:
-        """Show its state.
+        """Show a controller's or component's state.
 
         Args:
             state: The state's name.
@@ -377,7 +377,7 @@ class _Row:
         self._buttons.visible = self._can_act and not busy
 
     def remove(self) -> None:
-        """Take it off the page."""
+        """Remove the row from the page."""
         self._folder.remove()
 
 

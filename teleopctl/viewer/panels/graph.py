@@ -30,7 +30,7 @@ _PICTURE = """<style>
 
 
 class GraphPanel(Panel):
-    """Nodes, and the topics through which they talk."""
+    """Panel with the graph of nodes and topics, as rqt_graph draws it."""
 
     title: ClassVar[str] = "Graph"
     icon = "topology-star-3"
@@ -43,7 +43,7 @@ class GraphPanel(Panel):
         self._ticks = _TICKS_BETWEEN_PICTURES
 
     def build(self) -> None:
-        """Add the choices and the place of the picture."""
+        """Add the choices and the place of the drawing."""
         self._shown: Any = self.gui.add_dropdown("Show", tuple(_SHOWN))
         self._hidden: Any = self.gui.add_checkbox(
             "Hidden too", False, hint="/rosout, /clock, this page, names with _ and the like"
@@ -63,7 +63,7 @@ class GraphPanel(Panel):
         self._ticks = _TICKS_BETWEEN_PICTURES
 
     def tick(self) -> None:
-        """Draw a graph that has changed, once a second at most."""
+        """Redraw a changed graph, at most once a second."""
         self._ticks += 1
         if not self._is_old or self._is_being_drawn or self._ticks < _TICKS_BETWEEN_PICTURES:
             return

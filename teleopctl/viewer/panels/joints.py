@@ -76,7 +76,7 @@ class JointsPanel(Panel):
         self._ends: list[Any] = []
 
     def build(self) -> None:
-        """Add what stands above the sliders."""
+        """Add the controls above the sliders."""
         self._note = self.gui.add_html(_note("Waiting for /robot_description…"))
         self._refusal = self.gui.add_html("", visible=False)
         self._take_over = self.gui.add_button("Move the picture by hand", visible=False)
@@ -87,7 +87,7 @@ class JointsPanel(Panel):
         self._all.on_click(self.page.on(self._move_all))
 
     def began(self) -> None:
-        """Listen to the description and to the joints."""
+        """Subscribe to the robot description and the joint states."""
         stage = self.page.stage
         self._ends = [
             stage.subscribe(
@@ -106,7 +106,7 @@ class JointsPanel(Panel):
         self._targets.listen()
 
     def ended(self) -> None:
-        """Listen to nothing; sliders that publish the joints go on."""
+        """Unsubscribe; sliders that publish joint states continue."""
         for end in self._ends:
             end()
         self._ends = []
@@ -115,7 +115,7 @@ class JointsPanel(Panel):
         self._targets.hush()
 
     def close(self) -> None:
-        """Publish no more."""
+        """Stop publishing."""
         self._targets.close()
 
     def graph_changed(self) -> None:
@@ -287,7 +287,7 @@ class JointsPanel(Panel):
                 self._measured[name] = position
 
     def tick(self) -> None:
-        """Show where the joints stand, or where they are sent."""
+        """Show the joints' positions, or their commanded ones."""
         if self._is_silent:
             # A joint that is not moved would be sent to where it stood long ago.
             self._measured.clear()

@@ -46,7 +46,7 @@ class Line(NamedTuple):
 
 
 class LogPanel(Panel):
-    """Lines by level, node and text."""
+    """Panel of log lines, filtered by level, node and text."""
 
     title: ClassVar[str] = "Log"
     icon = "list-details"
@@ -85,7 +85,7 @@ class LogPanel(Panel):
         )
 
     def ended(self) -> None:
-        """Listen no more."""
+        """Unsubscribe from /rosout."""
         if self._end is not None:
             self._end()
             self._end = None
@@ -194,13 +194,13 @@ class _Block:
         return LINES_OF_A_BLOCK - len(self._lines)
 
     def add(self, lines: list[Line]) -> None:
-        """Show lines, the oldest of them given first."""
+        """Add lines, in the order of their time."""
         self._lines += [_shown(line) for line in lines]
         body = "".join(reversed(self._lines))
         self._handle.content = f'<div style="padding:0 12px">{body}</div>'
 
     def remove(self) -> None:
-        """Take it out of the page."""
+        """Remove the block from the page."""
         self._handle.remove()
 
 

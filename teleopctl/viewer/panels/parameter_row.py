@@ -27,7 +27,7 @@ _MOST_EXACT = 2**53
 
 
 class ParameterRow:
-    """A checkbox, a slider where the descriptor has a range, else a text that Enter sets.
+    """Control of a parameter: a checkbox, a slider for a range, else a text field.
 
     A value that is being set is not sent again before the answer is there; then the newest is.
 
@@ -83,7 +83,7 @@ class ParameterRow:
             form.on_submit(lambda _event: take(self._handle.value))
 
     def show(self, message: Any) -> None:
-        """Show what the node has now."""
+        """Show the parameter's present value."""
         self._message = message
         if self._is_busy:
             return
@@ -97,12 +97,12 @@ class ParameterRow:
             self._handle.value = parameter_text(message)
 
     def accepted(self, message: Any) -> None:
-        """The node has taken a value."""
+        """Handle the node's acceptance of a value."""
         self._message = message
         self._go_on()
 
     def refused(self) -> None:
-        """The node has refused a value: what it has is shown again."""
+        """Handle the node's rejection of a value, by showing the present one again."""
         self._next = None
         self._go_on()
 
@@ -142,7 +142,7 @@ class ParameterRow:
 
 
 def parameter_text(message: Any) -> str:
-    """A parameter's value as a person types it; see `value_from_text`.
+    """Return a parameter's value as a user types it; see `value_from_text`.
 
     Args:
         message: As rcl_interfaces/Parameter.

@@ -45,7 +45,7 @@ class ParametersPanel(Panel):
         self._end: Callable[[], None] | None = None
 
     def build(self) -> None:
-        """Add the choice of a node, a filter, and the place of the parameters."""
+        """Add the choice of a node, a filter and the place of the parameters."""
         self._choice: Any = self.gui.add_dropdown("Node", (_NONE,))
         self._choice.on_update(self.page.on(lambda _event: self._choose()))
         self._filter: Any = self.gui.add_text("Contains", "", visible=False)
@@ -68,7 +68,7 @@ class ParametersPanel(Panel):
             self._load()
 
     def ended(self) -> None:
-        """Listen to nothing."""
+        """Unsubscribe from everything."""
         if self._end is not None:
             self._end()
             self._end = None
@@ -80,7 +80,7 @@ class ParametersPanel(Panel):
             self._offer_nodes()
 
     def tick(self) -> None:
-        """Follow the filter."""
+        """Apply the filter."""
         if self._must_rebuild:
             self._rebuild()
 

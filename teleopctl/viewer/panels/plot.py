@@ -28,7 +28,7 @@ _SILENT_S = 3.0
 
 
 class PlotPanel(Panel):
-    """Plots, each of some numbers of any topics."""
+    """Panel of plots of numeric message fields."""
 
     title: ClassVar[str] = "Plot"
     icon = "chart-line"
@@ -45,7 +45,7 @@ class PlotPanel(Panel):
         self._ticks = 0
 
     def build(self) -> None:
-        """Add the choice of a number, what holds for all plots, and their place."""
+        """Add the choice of a field, the common controls and the place of the plots."""
         on = self.page.on
         self._topic: Any = self.gui.add_dropdown("Topic", (_CHOOSE,))
         self._topic.on_update(on(lambda _event: self._choose_topic()))
@@ -73,7 +73,7 @@ class PlotPanel(Panel):
             topic.begin()
 
     def ended(self) -> None:
-        """Listen to nothing."""
+        """Unsubscribe from everything."""
         self._watched = False
         for topic in self._topics.values():
             topic.end()
@@ -236,7 +236,7 @@ class PlotPanel(Panel):
     # --- drawing ------------------------------------------------------------------------------
 
     def tick(self) -> None:
-        """Draw what is new."""
+        """Redraw plots with new samples."""
         self._ticks += 1
         if self._is_graph_new and self._ticks % _TICKS_PER_LIST == 0:
             self._follow_graph()

@@ -23,7 +23,7 @@ _MARKS = {OK: "", ERROR: "🔴 "}
 
 
 class ScenePanel(Panel):
-    """Displays: add, remove, enable, set."""
+    """Panel of the displays: add, remove, enable and set them."""
 
     title: ClassVar[str] = "Scene"
     icon = "stack-2"
@@ -74,7 +74,7 @@ class ScenePanel(Panel):
         self.page.picture.add(self._kind.value)
 
     def tick(self) -> None:
-        """Follow frames, displays and how they fare."""
+        """Update the list of displays and their status."""
         self._show_displays()
         for row in self._rows.values():
             row.follow()
@@ -177,7 +177,7 @@ class _Row:
             self._display.listen_to(event.target.value)
 
     def offer(self, topics: dict[str, list[str]]) -> None:
-        """Offer the topics of the display's type, and the one that is chosen."""
+        """Offer the topics that suit the display."""
         if self._topic is None:
             return
         own = self._display.topic
@@ -189,7 +189,7 @@ class _Row:
             self._topic.value = own
 
     def follow(self) -> None:
-        """Show how the display fares."""
+        """Show the display's status."""
         level, text = self._display.status
         content = "" if level == OK and not text else f"**{level}** {escaped_markdown(text)}"
         if content != self._status.content:
@@ -228,5 +228,5 @@ class _Row:
         return lambda event: self._display.show_part(name, shown=event.target.value)
 
     def remove(self) -> None:
-        """Take it out of the list."""
+        """Remove the display from the list."""
         self._folder.remove()

@@ -75,17 +75,17 @@ class SimulationPanel(Panel):
             self._reset.on_click(self.page.on(lambda _event: self._reset_world()))
 
     def began(self) -> None:
-        """Look for a simulator."""
+        """Look for a simulator in the graph."""
         self._is_watched = True
         self._look()
 
     def ended(self) -> None:
-        """Listen to nothing."""
+        """Unsubscribe from everything."""
         self._is_watched = False
         self._follow("")
 
     def graph_changed(self) -> None:
-        """Notice simulators that come and go."""
+        """Follow simulators that come and go."""
         if self._is_watched:
             self._look()
 
@@ -149,7 +149,7 @@ class SimulationPanel(Panel):
 
     @property
     def is_running(self) -> bool:
-        """Whether time has moved lately."""
+        """Whether simulated time has advanced recently."""
         return len(self._clock) > 1 and time.monotonic() - self._clock[-1][0] < self._stands_s
 
     @property
@@ -160,7 +160,7 @@ class SimulationPanel(Panel):
         return max(_STANDS_S, 3.0 * (self._clock[-1][0] - self._clock[-2][0]))
 
     def measured_factor(self) -> float:
-        """Simulated seconds in a second, over the last one; 0 while time stands still."""
+        """Return the real-time factor over the last second; 0 while time stands still."""
         if not self.is_running:
             return 0.0
         last_s, last_simulated_s = self._clock[-1]
@@ -174,7 +174,7 @@ class SimulationPanel(Panel):
         return (last_simulated_s - simulated_s) / measured_s if measured_s > _LEAST_S else 0.0
 
     def tick(self) -> None:
-        """Show the time."""
+        """Show the simulated time and the real-time factor."""
         self._ticks += 1
         if self._simulator and self._ticks % _TICKS_PER_TEXT == 0:
             self._show()

@@ -43,7 +43,7 @@ _ECHO = (
 
 
 class TopicsPanel(Panel):
-    """A table of topics, and an echo."""
+    """Panel with a table of topics, and an echo of one of them."""
 
     title: ClassVar[str] = "Topics"
     icon = "messages"
@@ -62,7 +62,7 @@ class TopicsPanel(Panel):
         self._watched = False
 
     def build(self) -> None:
-        """Add the search, the switch, the table and the echo."""
+        """Add the search field, the table and the echo."""
         on = self.page.on
         self._search: Any = self.gui.add_text("Search", "", hint="A part of a name or a type")
         self._search.on_update(on(lambda _event: self._show_table()))
@@ -81,13 +81,13 @@ class TopicsPanel(Panel):
     # --- listening ----------------------------------------------------------------------------
 
     def began(self) -> None:
-        """Listen to what is echoed and measured."""
+        """Subscribe to what is echoed and measured."""
         self._watched = True
         self._listen()
         self._switch()
 
     def ended(self) -> None:
-        """Listen to nothing."""
+        """Unsubscribe from everything."""
         self._watched = False
         self._hush()
         self._switch()
@@ -197,7 +197,7 @@ class TopicsPanel(Panel):
         self._text.content = _SAID.format(text=escaped(text))
 
     def tick(self) -> None:
-        """Show the newest message, and what was measured."""
+        """Show the newest message and the measured rates."""
         self._ticks += 1
         if self._ticks % _TICKS_PER_TABLE == 0:
             self._tick_table()

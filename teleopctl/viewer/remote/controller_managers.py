@@ -112,6 +112,6 @@ class ControllerManagerWatch:
             self.ask()
 
     def close(self) -> None:
-        """Follow it no more."""
+        """Stop following the manager."""
         self._end()
         self._calls.close()

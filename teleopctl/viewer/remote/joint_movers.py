@@ -42,12 +42,12 @@ class JointMover(Protocol):
     is_immediate: bool
 
     def moves(self, joint: str, measured: Mapping[str, float]) -> bool:
-        """Whether a joint can be moved, given what is known of where joints are."""
+        """Return whether a joint can be moved."""
 
     def command(
         self, joints: JointSet, moved: Mapping[str, float], measured: Mapping[str, float]
     ) -> float:
-        """Move joints.
+        """Command joint positions.
 
         Args:
             joints: Where every joint shall be.
@@ -59,7 +59,7 @@ class JointMover(Protocol):
         """
 
     def close(self) -> None:
-        """End what it has opened."""
+        """Close publishers and clients."""
 
 
 class Nobody:
@@ -75,7 +75,7 @@ class Nobody:
         self.description = description
 
     def moves(self, joint: str, measured: Mapping[str, float]) -> bool:  # noqa: ARG002 -- none
-        """No."""
+        """Return False."""
         return False
 
     def command(self, *_: Any) -> float:
@@ -87,7 +87,7 @@ class Nobody:
 
 
 class StatePublisher:
-    """The sliders put the joints: states are published, for all or for one who listens.
+    """Mover that publishes the sliders' positions as joint states.
 
     Args:
         node: Who publishes.
@@ -119,7 +119,7 @@ class StatePublisher:
         moved: Mapping[str, float],  # noqa: ARG002 -- all of them are published
         measured: Mapping[str, float],  # noqa: ARG002
     ) -> float:
-        """Publish where the joints are now."""
+        """Publish the joint positions."""
         self._joints = joints
         self._publish()
         return 0.0
@@ -130,7 +130,7 @@ class StatePublisher:
         self._publisher.publish(state)
 
     def close(self) -> None:
-        """Publish no more."""
+        """Stop publishing."""
         if self._timer is not None:
             self._node.destroy_timer(self._timer)
         self._node.destroy_publisher(self._publisher)
@@ -138,7 +138,7 @@ class StatePublisher:
 
 @dataclass(frozen=True, slots=True)
 class Route:
-    """A controller that takes positions.
+    """A controller that takes joint positions.
 
     Attributes:
         name: Its node.
@@ -152,7 +152,7 @@ class Route:
 
 
 class Controllers:
-    """Active controllers, each for its joints.
+    """Mover that sends joint positions to active controllers.
 
     Args:
         node: Who publishes to them.
@@ -194,7 +194,7 @@ class Controllers:
     def command(
         self, joints: JointSet, moved: Mapping[str, float], measured: Mapping[str, float]
     ) -> float:
-        """Send each controller concerned the positions of its joints."""
+        """Send each controller the positions of its joints."""
         wanted = dict(zip(joints.names, joints.positions(), strict=True))
         longest = 0.0
         for route in self._routes:
@@ -251,7 +251,7 @@ class Controllers:
             self._timer.cancel()
 
     def close(self) -> None:
-        """Send no more."""
+        """Stop sending."""
         self._node.destroy_timer(self._timer)
         for publisher in self._publishers.values():
             self._node.destroy_publisher(publisher)

@@ -69,13 +69,13 @@ class JointTargets:
         return isinstance(self._mover, Nobody) and bool(self._gone) and not self._others()
 
     def begin(self, joints: JointSet, limits: Joints) -> None:
-        """Look for those who move these joints."""
+        """Look for movers of these joints."""
         self._joints, self._limits = joints, limits
         self._found = ()
         self.look()
 
     def listen(self) -> None:
-        """Follow controller managers."""
+        """Follow the controller managers."""
         self._is_looking = True
         self.look()
 
@@ -87,7 +87,7 @@ class JointTargets:
         self._watches.clear()
 
     def look(self) -> None:
-        """Look again; to be called when the graph has changed."""
+        """Choose the mover again; to be called when the graph has changed."""
         if not self._is_looking:
             return
         managers = controller_managers(self._node)
@@ -107,7 +107,7 @@ class JointTargets:
         self._choose()
 
     def close(self) -> None:
-        """End everything."""
+        """Stop following, and close the mover."""
         self.hush()
         if self._mover is not None:
             self._mover.close()

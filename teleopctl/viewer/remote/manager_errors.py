@@ -18,7 +18,7 @@ _LONGEST_WAIT_TICKS = 5
 
 
 class ManagerErrors:
-    """The errors that nodes have logged lately.
+    """Recent errors on /rosout, to explain failed calls of a controller manager.
 
     Args:
         page: Where to listen.
@@ -32,24 +32,24 @@ class ManagerErrors:
         self._end: Callable[[], None] | None = None
 
     def begin(self) -> None:
-        """Listen."""
+        """Subscribe to /rosout."""
         self._end = self._page.stage.subscribe(
             "/rosout", "rcl_interfaces/msg/Log", self._take, qos_profile_rosout_default
         )
 
     def end(self) -> None:
-        """Listen no more."""
+        """Unsubscribe."""
         if self._end is not None:
             self._end()
             self._end = None
         self._waiting.clear()
 
     def now(self) -> int:
-        """A mark: what is logged from here on."""
+        """Return a mark for errors that are logged from here on."""
         return self._count
 
     def cause(self, nodes: Sequence[str], since: int, tell: Callable[[str | None], object]) -> None:
-        """Find out what a failure was caused by.
+        """Look for the logged cause of a failure, and pass it to a callback.
 
         Args:
             nodes: Who may have said it, by full names.
@@ -62,7 +62,7 @@ class ManagerErrors:
         self._answer()
 
     def tick(self) -> None:
-        """Wait less long."""
+        """Give up on causes that have not been logged in time."""
         for question in self._waiting:
             question.ticks += 1
         self._answer()

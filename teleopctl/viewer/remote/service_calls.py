@@ -21,7 +21,7 @@ _PATIENCE_S = 5.0
 
 
 class ServiceCalls:
-    """Calls services, and keeps their clients until `close`.
+    """Calls services asynchronously, and keeps their clients until `close`.
 
     Args:
         page: Whose node calls; the answers are brought to its thread.
@@ -43,7 +43,7 @@ class ServiceCalls:
         patience_s: float | None = None,
         **fields: Any,
     ) -> None:
-        """Call a service.
+        """Call a service; the response or the failure goes to a callback.
 
         Args:
             service: Its name.

@@ -79,7 +79,7 @@ class Canvas:
         self._shown_surfaces: dict[str, tuple[Surface, Texture | None]] = {}
 
     def show(self, drawing: Drawing) -> None:
-        """Draw this and nothing else."""
+        """Replace the scene nodes by those of a drawing."""
         before = set(self._nodes)
         kept: set[str] = set()
         for shape, rows in drawing.solids.items():
@@ -97,13 +97,13 @@ class Canvas:
             self._remove(name)
 
     def remove(self) -> None:
-        """Take everything out of the picture."""
+        """Remove all nodes from the scene."""
         for name in list(self._nodes):
             self._remove(name)
 
     @property
     def nodes(self) -> dict[str, Any]:
-        """The nodes by their names below the path."""
+        """Return the scene nodes, by their names below the path."""
         return {name: node for name, (node, _) in self._nodes.items()}
 
     def _remove(self, name: str) -> None:

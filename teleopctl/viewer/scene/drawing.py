@@ -40,13 +40,13 @@ _ALONG_Z = (0.0, 0.0, 0.0, 1.0)
 
 @dataclass(slots=True)
 class Rows:
-    """Rows of numbers, some one by one and some in blocks of shape (n, columns)."""
+    """Growing array of rows, given one by one or in blocks of shape (n, columns)."""
 
     single: list[tuple[float, ...]] = field(default_factory=list)
     blocks: list[Floats] = field(default_factory=list)
 
     def stack(self, columns: int) -> Floats:
-        """All rows, shape (n, columns)."""
+        """Return all rows, shape (n, columns)."""
         blocks = list(self.blocks)
         if self.single:
             blocks.append(np.array(self.single, np.float64))
@@ -55,7 +55,7 @@ class Rows:
         return np.vstack(blocks) if blocks else np.empty((0, columns))
 
     def add(self, other: Rows) -> None:
-        """Take another's rows as well."""
+        """Append the rows of another object."""
         self.single += other.single
         self.blocks += other.blocks
 
@@ -90,7 +90,7 @@ class Surface:
 
 @dataclass(slots=True)
 class Drawing:
-    """Solids, lines, points, texts and surfaces in one frame.
+    """Solids, lines, points, texts and triangles in one frame, to be drawn.
 
     Attributes:
         solids: By the name of their shape: one of `unit_shapes`, or a mesh's URI. Columns are
@@ -116,7 +116,7 @@ class Drawing:
     def solids_at(
         self, shape: str, positions: Floats, pose: Transform, scale: Vector, colors: Floats
     ) -> None:
-        """Add many solids of one size, turned alike.
+        """Add many solids of one size and orientation.
 
         Args:
             shape: Their shape.
@@ -244,7 +244,7 @@ class ArrowSize:
 
 
 def merged(drawings: Iterable[Drawing]) -> Drawing:
-    """One drawing of all."""
+    """Return one drawing with the content of several."""
     out = Drawing()
     for one in drawings:
         for shape, rows in one.solids.items():
@@ -259,7 +259,7 @@ def merged(drawings: Iterable[Drawing]) -> Drawing:
 
 
 def is_drawable(numbers: Iterable[float]) -> bool:
-    """Whether numbers are neither infinite, nor NaN, nor farther than anything can be drawn."""
+    """Return whether numbers are finite and near enough to be drawn."""
     # A comparison with NaN is false. The sum takes a third of the time of looking at each.
     return sum(map(abs, numbers)) < _FAR_M
 
@@ -272,7 +272,7 @@ def drawable_rows(rows: Floats | npt.NDArray[np.float32]) -> npt.NDArray[np.bool
 
 
 def unit_rotation(x: float, y: float, z: float, w: float) -> tuple[float, float, float, float]:
-    """A rotation of length 1 from what a message holds; all zeros, the unset default, is none."""
+    """Return a unit quaternion; the identity for all zeros, which is a message's default."""
     try:
         return normalize((x, y, z, w))
     except ZeroDivisionError:
@@ -280,14 +280,14 @@ def unit_rotation(x: float, y: float, z: float, w: float) -> tuple[float, float,
 
 
 def moved_points(points: Floats, pose: Transform) -> Floats:
-    """Points, shape (n, 3), in the frame in which theirs stands at a pose."""
+    """Return points, shape (n, 3), transformed by a pose."""
     turn = np.array(matrix_from_quaternion(pose.rotation)).reshape(3, 3)
     out: Floats = points @ turn.T + np.array(pose.translation)
     return out
 
 
 def along(start: Sequence[float], end: Sequence[float]) -> tuple[Transform, float]:
-    """A pose at a start whose x axis points to an end, and how far that is."""
+    """Return a pose at a start whose x axis points to an end, and their distance."""
     dx, dy, dz = (b - a for a, b in zip(start, end, strict=True))
     length = math.sqrt(dx * dx + dy * dy + dz * dz)
     yaw, pitch = math.atan2(dy, dx), math.atan2(-dz, math.hypot(dx, dy))

@@ -28,7 +28,7 @@ _TOLD_S = 10.0
 
 
 class FrameBuffer(LiveBuffer):
-    """A buffer of transforms that has a bound.
+    """tf buffer with a limited number of frames.
 
     tf2 never forgets a frame. A program that names each thing that it sees anew would fill the
     memory of the page, and of every browser.
@@ -49,11 +49,11 @@ class FrameBuffer(LiveBuffer):
 
     @property
     def is_full(self) -> bool:
-        """Whether frames had to be forgotten or left out of late."""
+        """Whether frames were dropped or left out recently."""
         return time.monotonic() - self._full_s < _TOLD_S
 
     def silent(self, longer_than_s: float) -> set[str]:
-        """The moving frames that are silent while others are not.
+        """Return the moving frames without recent transforms, while others have them.
 
         Nobody counts as silent where all are: a simulation that is paused, a bag that has ended.
 
@@ -78,13 +78,13 @@ class FrameBuffer(LiveBuffer):
         }
 
     def clear(self) -> None:
-        """Forget where moving frames stood."""
+        """Drop all moving frames."""
         with self._changed:
             super().clear()
             self._heard = {name: at_s for name, at_s in self._heard.items() if math.isinf(at_s)}
 
     def forget(self, frames: Iterable[str]) -> None:
-        """Forget frames, and all names that nothing speaks of then."""
+        """Drop frames, with all names that are then unused."""
         names = tuple(frames)
         with self._changed:
             super().forget(names)

@@ -34,7 +34,7 @@ _AXES_RADIUS_M = 0.01
 
 @dataclass(slots=True)
 class Frame:
-    """A frame in the picture.
+    """A tf frame's node in the scene.
 
     Attributes:
         name: Its name in tf.
@@ -52,7 +52,7 @@ class Frame:
 
 
 class Frames:
-    """All frames of a buffer, drawn.
+    """The tf frames in the scene, with axes, names and poses.
 
     Args:
         scene: Where to draw.
@@ -77,11 +77,11 @@ class Frames:
 
     @property
     def fixed(self) -> str:
-        """The frame in which everything is drawn; empty until one is known."""
+        """The fixed frame; empty until one is known."""
         return self._fixed
 
     def fix(self, name: str) -> None:
-        """Draw everything in a frame; an empty name leaves the choice to the tree's root."""
+        """Set the fixed frame; an empty name means the tree's root."""
         self._wanted_fixed = name.removeprefix("/")
 
     def show(
@@ -93,7 +93,7 @@ class Frames:
         timeout_s: float = math.inf,
         which: Callable[[str], bool] = lambda _name: True,
     ) -> None:
-        """Choose what is drawn of each frame.
+        """Set which axes, arrows and names are shown.
 
         Args:
             axes: Whether its axes are: x red, y green, z blue.
@@ -114,7 +114,7 @@ class Frames:
         return self._frame(name).node.name
 
     def update(self) -> None:
-        """Move everything to where it stands now."""
+        """Update the poses of all frames."""
         latest = dict(self.buffer.latest())
         parents = {child: sample.parent for child, sample in latest.items()}
         self._choose_fixed(parents)
@@ -148,7 +148,7 @@ class Frames:
         return self.buffer.lookup(self._fixed, frame, stamp_ns)[1]
 
     def remove(self) -> None:
-        """Take everything out of the picture."""
+        """Remove all frames from the scene."""
         for frame in self.by_name.values():
             frame.node.remove()
         self.by_name.clear()
@@ -220,7 +220,7 @@ class Frames:
 
 
 def scene_name(name: str) -> str:
-    """A name as one part of a path in the scene, where a slash would begin the next."""
+    """Return a name as one part of a scene path, with slashes escaped."""
     return name.replace("/", "\u2215") or "_"
 
 

@@ -22,7 +22,7 @@ _MOST_COVERED = 0.5
 
 
 def furnished(glb: bytes, *, is_gltf: bool) -> bytes:
-    """Make a file one that looks as it does in RViz.
+    """Adapt a GLB file, so that it looks as in RViz.
 
     All is seen from both sides, what is partly opaque is seen through, and what has no material
     gets one whose colour `dressed` sets.
@@ -90,7 +90,7 @@ def dressed(glb: bytes, rgba: Rgba, alpha: float = 1.0) -> bytes:
 
 
 def tinted(glb: bytes, rgba: Rgba) -> bytes:
-    """Lay a colour over a `furnished` file, as RViz tints the meshes of markers.
+    """Return a GLB file tinted by a colour, as RViz tints the meshes of markers.
 
     RViz draws the mesh, then the mesh in the colour, which covers at most half of what is below.
     What has no material of its own has the colour alone. A picture is multiplied instead by what

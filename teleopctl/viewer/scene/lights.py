@@ -14,7 +14,7 @@ _SKY = 0.7
 
 
 def light(scene: viser.SceneApi) -> None:
-    """Light a scene from the side from which robots are seen at first, with no shadows."""
+    """Add lights without shadows to a scene."""
     scene.configure_default_lights(enabled=False, cast_shadow=False)
     scene.configure_environment_map("city", environment_intensity=_SKY)
     for number, (position, intensity) in enumerate(_LIGHTS):

@@ -27,7 +27,7 @@ class MeshError(TeleopctlError):
 
 @dataclass(frozen=True, slots=True)
 class MeshFile:
-    """A mesh in memory, in metres.
+    """A loaded mesh, in metres.
 
     Attributes:
         path: The file.
@@ -49,7 +49,7 @@ class MeshFile:
 
 
 def load_mesh(uri: str, folder: Path | None = None, *, bare: bool = False) -> MeshFile:
-    """Read a mesh.
+    """Load a mesh file.
 
     Args:
         uri: ``package://``, ``file://`` or a path.
@@ -71,7 +71,7 @@ def load_mesh(uri: str, folder: Path | None = None, *, bare: bool = False) -> Me
 
 
 def load_embedded_mesh(name: str, data: bytes, *, bare: bool = False) -> MeshFile:
-    """Read a mesh that came in a message.
+    """Load a mesh that came in a message.
 
     Args:
         name: The name of a file, whose ending tells the format.
@@ -113,7 +113,7 @@ def packed(mesh: MeshFile) -> MeshFile:
 
 
 def file_of(uri: str, folder: Path | None = None) -> Path:
-    """The file that a description names.
+    """Return the path of a mesh URI.
 
     Args:
         uri: ``package://``, ``file://`` or a path.

@@ -66,7 +66,7 @@ def drawn_mesh(path: Path, data: bytes | None = None, *, bare: bool = False) -> 
 
 
 def bare_glb(vertices: Vertices, faces: Faces) -> bytes:
-    """Triangles as binary glTF, without normals: so they are shown as flat as they are."""
+    """Return triangles as binary glTF without normals, for flat shading."""
     mesh = trimesh.Trimesh(vertices, faces, process=False)
     written: Any = mesh.export(file_type="glb", include_normals=False)
     return furnished(bytes(written), is_gltf=False)

@@ -25,7 +25,7 @@ _DEFAULT_RGBA: Rgba = (0.7, 0.7, 0.72, 1.0)
 
 
 class Shapes:
-    """Draws shapes; what several have in common is made once.
+    """Draws shapes of robots; equal ones share their data.
 
     Args:
         scene: Where to draw.
@@ -191,7 +191,7 @@ def _lengths(shape: Geometry) -> tuple[float, ...]:
 
 
 def undrawable(shape: Geometry, origin: Pose | None = None) -> bool:
-    """Whether a shape has sizes that are no numbers, or none, or stands nowhere."""
+    """Return whether a shape has invalid sizes or an invalid pose."""
     lengths = _lengths(shape)
     if not is_drawable(lengths) or (origin and not is_drawable((*origin.xyz, *origin.rpy))):
         return True
@@ -200,12 +200,12 @@ def undrawable(shape: Geometry, origin: Pose | None = None) -> bool:
 
 
 def mesh_uris(shapes: list[Geometry]) -> list[str]:
-    """The meshes among shapes, each once."""
+    """Return the mesh URIs among shapes, each once."""
     return list(dict.fromkeys(shape.uri for shape in shapes if isinstance(shape, Mesh)))
 
 
 def box_around(shape: Geometry, meshes: Mapping[str, MeshFile]) -> tuple[Vector3, Vector3] | None:
-    """The lowest and highest corner of a shape in its own frame; None for what is not drawn."""
+    """Return the corners of a shape's bounding box in its own frame; None if it is not drawn."""
     if undrawable(shape):
         return None
     match shape:

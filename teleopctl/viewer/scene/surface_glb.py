@@ -31,7 +31,7 @@ def surface_glb(
     texture: Texture | None = None,
     normals: Floats | None = None,
 ) -> bytes:
-    """Write triangles that are seen from both sides.
+    """Return two-sided triangles as binary glTF.
 
     Without a texture they have their colours whatever the light; a texture is lit, and multiplied
     by the colours. glTF stands on y where ROS stands on z; viser turns neither, so coordinates
@@ -94,13 +94,13 @@ class _File:
         self._accessors: list[dict[str, Any]] = []
 
     def append(self, data: bytes) -> int:
-        """Add bytes; the number of their view."""
+        """Append bytes; return the number of their buffer view."""
         self._views.append({"buffer": 0, "byteOffset": len(self._numbers), "byteLength": len(data)})
         self._numbers += data + b"\0" * (-len(data) % 4)
         return len(self._views) - 1
 
     def add(self, rows: npt.NDArray[np.float32] | npt.NDArray[np.uint16], kind: int) -> int:
-        """Add rows of numbers; the number of their accessor."""
+        """Append rows of numbers; return the number of their accessor."""
         accessor: dict[str, Any] = {
             "bufferView": self.append(rows.tobytes()),
             "componentType": kind,
@@ -114,7 +114,7 @@ class _File:
         return len(self._accessors) - 1
 
     def packed(self, described: dict[str, Any]) -> bytes:
-        """The whole file."""
+        """Return the complete file."""
         described["buffers"] = [{"byteLength": len(self._numbers)}]
         described["bufferViews"], described["accessors"] = self._views, self._accessors
         text = json.dumps(described, separators=(",", ":")).encode()

@@ -16,7 +16,7 @@ class TextureError(TeleopctlError):
 
 @dataclass(frozen=True, slots=True)
 class Texture:
-    """A picture in memory.
+    """A loaded texture.
 
     Attributes:
         data: What its file would hold.
@@ -36,7 +36,7 @@ class Texture:
 
 
 def load_texture(uri: str, folder: Path | None = None) -> Texture:
-    """Read a picture.
+    """Load a texture file.
 
     Args:
         uri: ``package://``, ``file://`` or a path.
@@ -60,7 +60,7 @@ def load_texture(uri: str, folder: Path | None = None) -> Texture:
 
 
 def load_embedded_texture(name: str, data: bytes) -> Texture:
-    """Read a picture that came in a message.
+    """Load a texture that came in a message.
 
     Args:
         name: What it is called there.

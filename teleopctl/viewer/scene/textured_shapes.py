@@ -19,7 +19,7 @@ _AROUND, _FROM_POLE_TO_POLE = 48, 25
 
 
 class MappedShape(NamedTuple):
-    """Triangles.
+    """Triangles with texture coordinates.
 
     Attributes:
         corners: Three for each, counter-clockwise from outside, shape (3 n, 3).
@@ -34,7 +34,7 @@ class MappedShape(NamedTuple):
 
 @functools.cache
 def mapped_shape(name: str) -> MappedShape:
-    """The triangles of a shape.
+    """Return the triangles of a shape with texture coordinates.
 
     Args:
         name: ``box``; ``cylinder`` of diameter 1 and height 1 along z; ``sphere`` of diameter 1.

@@ -53,7 +53,7 @@ def fit_textures(meshes: Iterable[Any]) -> list[str]:
 
 
 def fit_texture(image: Image.Image) -> Image.Image:
-    """A picture that browsers can show, and no larger than they can.
+    """Return a picture in a size and format that browsers show.
 
     Raises:
         OSError: It cannot be read.

@@ -22,7 +22,7 @@ _FINE = (48, 23)
 
 @functools.cache
 def unit_shape(name: str, *, fine: bool = False) -> Triangles:
-    """The triangles of a shape.
+    """Return the triangles of a shape of unit size.
 
     Args:
         name: ``box``; ``sphere`` of diameter 1; ``cylinder`` of diameter 1 and height 1 along z;

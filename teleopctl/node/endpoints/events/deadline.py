@@ -28,7 +28,7 @@ class DeadlineHandler(EventHandler):
         self._watchdog = None if deadline_ns is None else Watchdog(deadline_ns, self._missed)
 
     def saw(self, gid: bytes, sequence: int) -> None:
-        """Begin a new period with a message."""
+        """Restart the deadline period after a message."""
         del gid, sequence
         if self._watchdog is not None:
             self._watchdog.sign()
@@ -44,6 +44,6 @@ class DeadlineHandler(EventHandler):
         return DeadlineMissedInfo(self._total, self._total - before)
 
     def close(self) -> None:
-        """Count no more."""
+        """Stop counting."""
         if self._watchdog is not None:
             self._watchdog.close()

@@ -19,7 +19,7 @@ _OTHER_SIDE = {EntityKind.MP: EntityKind.MS, EntityKind.MS: EntityKind.MP}
 
 
 class GraphHandler(EventHandler):
-    """Follows which endpoints of the other side fulfil a condition.
+    """Base of handlers that follow the matching endpoints of a topic.
 
     Args:
         endpoint: A publisher or subscription; its other side is looked at.
@@ -56,7 +56,7 @@ class GraphHandler(EventHandler):
         """Learn who has come and gone, under the lock."""
 
     def close(self) -> None:
-        """Leave the graph alone."""
+        """Stop following the graph."""
         self.node.context.forget_on_graph_change(self._look)
 
 

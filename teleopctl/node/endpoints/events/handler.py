@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def taken_by_hand(info: object) -> None:
-    """Stand for the callback of an event that a program takes itself; never called."""
+    """Placeholder callback of an event that a program takes itself; never called."""
     del info
 
 
@@ -34,7 +34,7 @@ class EventHandler(Waitable):
         group.add_entity(self)
 
     def tell_executor(self) -> None:
-        """Have the executor take what has happened, unless the program does so itself."""
+        """Notify the executor of the event, unless the program takes events itself."""
         if self.is_served or self.listener is not None:
             super().tell_executor()
 
@@ -61,7 +61,7 @@ class EventHandler(Waitable):
         raise NotImplementedError
 
     def saw(self, gid: bytes, sequence: int) -> None:
-        """Take note of a message that came, or that was published.
+        """Handle a message that was received or published.
 
         Args:
             gid: The publisher's identity.
@@ -69,13 +69,13 @@ class EventHandler(Waitable):
         """
 
     def asserted(self, gid: bytes) -> None:
-        """Take note that a publisher asserted its liveliness without a message."""
+        """Handle a liveliness assertion without a message."""
 
     def close(self) -> None:
-        """Count no more."""
+        """Stop counting."""
 
     def destroy(self) -> None:
-        """Count no more. Idempotent."""
+        """Stop counting. Idempotent."""
         if not self.is_destroyed:
             self.is_destroyed = True
             self.close()

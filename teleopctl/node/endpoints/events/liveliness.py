@@ -44,12 +44,12 @@ class LivelinessLostHandler(EventHandler):
         self._watchdog = Watchdog(lease_ns or INFINITE_NS, self._lost) if is_watched else None
 
     def saw(self, gid: bytes, sequence: int) -> None:
-        """Take note of a message."""
+        """Restart the lease after a message."""
         del sequence
         self.asserted(gid)
 
     def asserted(self, gid: bytes) -> None:
-        """Take note of an assertion."""
+        """Restart the lease after an assertion."""
         del gid
         if self._watchdog is not None:
             self._watchdog.sign()
@@ -70,7 +70,7 @@ class LivelinessLostHandler(EventHandler):
         return LivelinessLostInfo(self._total, self._total - before)
 
     def close(self) -> None:
-        """Count no more."""
+        """Stop counting."""
         if self._watchdog is not None:
             self._watchdog.close()
 
@@ -107,12 +107,12 @@ class LivelinessChangedHandler(GraphHandler):
                 watchdog.sign()
 
     def saw(self, gid: bytes, sequence: int) -> None:
-        """Take note of a message."""
+        """Mark a publisher as alive after a message."""
         del sequence
         self.asserted(gid)
 
     def asserted(self, gid: bytes) -> None:
-        """Take note of an assertion."""
+        """Mark a publisher as alive after an assertion."""
         watchdog = self._watchdogs.get(gid)
         if watchdog is None:
             return

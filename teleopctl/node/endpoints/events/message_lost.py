@@ -15,7 +15,7 @@ _MOST_SENDERS = 1000
 
 
 class MessageLostHandler(EventHandler):
-    """Notices messages that have not arrived by the gaps in their senders' numbering."""
+    """Detects lost messages by gaps in publishers' sequence numbers."""
 
     def __init__(self, node: NodeCore, callback: EventCallback, group: CallbackGroup) -> None:
         super().__init__(node, callback, group)
@@ -24,7 +24,7 @@ class MessageLostHandler(EventHandler):
         self._told = 0
 
     def saw(self, gid: bytes, sequence: int) -> None:
-        """Take note of an arrival: a message's number among those of its publisher."""
+        """Compare a message's sequence number with its publisher's last one."""
         with self._lock:
             missed = max(0, sequence - self._last.get(gid, sequence - 1) - 1)
             if gid not in self._last and len(self._last) >= _MOST_SENDERS:

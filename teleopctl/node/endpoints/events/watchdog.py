@@ -37,7 +37,7 @@ class Watchdog:
         self._is_closed = False
 
     def sign(self) -> None:
-        """Take note of a sign of life."""
+        """Restart the period."""
         with self._changed:
             if self._is_closed:
                 return
@@ -53,7 +53,7 @@ class Watchdog:
             self._on_silence(passed)
 
     def close(self) -> None:
-        """Count no more."""
+        """Stop counting."""
         with self._changed:
             self._is_closed = True
             self._changed.notify_all()

@@ -16,7 +16,7 @@ _FIXED_FRAME = "<Fixed Frame>"
 
 
 class Axes(Display):
-    """The axes of a frame: x red, y green, z blue."""
+    """Display of a frame's axes: x red, y green, z blue."""
 
     rviz_class = "Axes"
     properties: ClassVar[tuple[Property, ...]] = (
@@ -30,7 +30,7 @@ class Axes(Display):
         self._canvas: Canvas | None = None
 
     def started(self) -> None:
-        """Draw them below their frame's node."""
+        """Draw the axes below their frame's node."""
         frame = self.values.text("Reference Frame")
         above = "" if frame == _FIXED_FRAME else self.stage.frames.node_of(frame)
         drawing = Drawing()
@@ -48,10 +48,10 @@ class Axes(Display):
         self.say(OK) if known else self.say(WARN, f"No transform from [{name}] to [{fixed}]")
 
     def stopped(self) -> None:
-        """Take them out of the picture."""
+        """Remove the axes from the scene."""
         if self._canvas is not None:
             self._canvas.remove()
             self._canvas = None
 
     def time_jumped_back(self) -> None:
-        """Frames move by themselves."""
+        """Do nothing: tf moves the frame."""

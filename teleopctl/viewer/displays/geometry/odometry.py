@@ -54,18 +54,18 @@ class Odometry(DrawnDisplay):
             super().received(message)
 
     def stopped(self) -> None:
-        """Forget the way."""
+        """Clear the poses."""
         self._last = None
         super().stopped()
 
     def placed(self, message: Any, pose: Transform) -> None:
-        """Add a pose to the way."""
+        """Add a pose to the drawn ones."""
         self._covariance = Drawing()
         super().placed(message, pose)
         self._covariance = self._covariance.moved(pose)
 
     def drawing(self, message: Any) -> Drawing:
-        """The pose's shape; its covariance is drawn while it is the newest."""
+        """Return the drawing of a pose; the newest one has its covariance."""
         drawing = Drawing()
         pose = pose_of(message.pose.pose)
         if pose is not None:
@@ -77,11 +77,11 @@ class Odometry(DrawnDisplay):
         return drawing
 
     def whole(self) -> Drawing:
-        """The way, and how uncertain its end is."""
+        """Return the drawing of all poses, with the newest one's covariance."""
         return merged([super().whole(), self._covariance])
 
     def emptied(self) -> None:
-        """Forget the drawings."""
+        """Clear all drawings."""
         self._covariance = Drawing()
         super().emptied()
 

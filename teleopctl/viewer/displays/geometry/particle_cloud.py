@@ -36,7 +36,7 @@ class ParticleCloud(DrawnDisplay):
         self.values.given.setdefault("Class", f"nav2_rviz_plugins/{self.rviz_class}")
 
     def drawing(self, message: Any) -> Drawing:
-        """One shape at each particle, those of about one weight at once."""
+        """Return a drawing with a shape at each particle, grouped by weight."""
         low = self.values.number("Min Arrow Length")
         more = max(self.values.number("Max Arrow Length") - low, 0.0)
         by_share: dict[float, list[Any]] = {}

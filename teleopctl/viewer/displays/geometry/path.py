@@ -17,7 +17,7 @@ from teleopctl.viewer.scene.drawing import HAIR, ArrowSize, Drawing
 
 
 class Path(DrawnDisplay):
-    """A line through poses of one frame, and the poses where they are wanted."""
+    """Display of a path: a line, and optionally shapes at its poses."""
 
     rviz_class = "Path"
     message_type = "nav_msgs/msg/Path"

@@ -32,7 +32,7 @@ class PointStamped(DrawnDisplay):
         return int(self.values.number("History Length"))
 
     def drawing(self, message: Any) -> Drawing:
-        """A ball."""
+        """Return the drawing of a point: a sphere."""
         drawing = Drawing()
         place = vector_of(message.point)
         if not is_drawable(place):

@@ -21,7 +21,7 @@ _THIN_M = 0.001
 
 
 class Polygon(DrawnDisplay):
-    """The outline of a polygon, such as a robot's footprint."""
+    """Display of a polygon's outline, such as a robot's footprint."""
 
     rviz_class = "Polygon"
     message_type = "geometry_msgs/msg/PolygonStamped"
@@ -31,7 +31,7 @@ class Polygon(DrawnDisplay):
     )
 
     def drawing(self, message: Any) -> Drawing:
-        """The closed line."""
+        """Return the drawing of a polygon: a closed line."""
         drawing = Drawing()
         points, left_out = points_of(message.polygon.points)
         if left_out:
@@ -44,7 +44,7 @@ class Polygon(DrawnDisplay):
 
 
 class GridCells(DrawnDisplay):
-    """Squares of one size."""
+    """Display of grid cells: squares of one size."""
 
     rviz_class = "GridCells"
     message_type = "nav_msgs/msg/GridCells"
@@ -54,7 +54,7 @@ class GridCells(DrawnDisplay):
     )
 
     def drawing(self, message: Any) -> Drawing:
-        """One flat square at each point."""
+        """Return the drawing of grid cells: a flat square at each point."""
         drawing = Drawing()
         width, height = message.cell_width, message.cell_height
         if not is_drawable((width, height)) or width <= 0 or height <= 0:

@@ -18,14 +18,14 @@ NOT_FINITE = "The pose is not drawn: its numbers must be finite"
 
 
 class Pose(DrawnDisplay):
-    """One pose."""
+    """Display of a stamped pose."""
 
     rviz_class = "Pose"
     message_type = "geometry_msgs/msg/PoseStamped"
     properties: ClassVar[tuple[Property, ...]] = shape_properties()
 
     def drawing(self, message: Any) -> Drawing:
-        """The pose's shape."""
+        """Return the drawing of the pose's shape."""
         drawing = Drawing()
         pose = pose_of(message.pose)
         if pose is None:
@@ -36,14 +36,14 @@ class Pose(DrawnDisplay):
 
 
 class PoseWithCovariance(DrawnDisplay):
-    """One pose, and how uncertain it is."""
+    """Display of a stamped pose with covariance."""
 
     rviz_class = "PoseWithCovariance"
     message_type = "geometry_msgs/msg/PoseWithCovarianceStamped"
     properties: ClassVar[tuple[Property, ...]] = (*shape_properties(), *COVARIANCE_PROPERTIES)
 
     def drawing(self, message: Any) -> Drawing:
-        """The pose's shape and its covariance."""
+        """Return the drawing of the pose's shape and covariance."""
         drawing = Drawing()
         pose = pose_of(message.pose.pose)
         if pose is None:

@@ -17,7 +17,7 @@ from teleopctl.viewer.scene.drawing import HAIR, ArrowSize, Drawing, Rgba
 
 
 class PoseArray(DrawnDisplay):
-    """Poses of one frame."""
+    """Display of an array of poses."""
 
     rviz_class = "PoseArray"
     message_type = "geometry_msgs/msg/PoseArray"
@@ -35,7 +35,7 @@ class PoseArray(DrawnDisplay):
     )
 
     def drawing(self, message: Any) -> Drawing:
-        """One shape at each pose."""
+        """Return a drawing with a shape at each pose."""
         positions, rotations, left_out = poses_of(message.poses)
         if left_out:
             self.say(WARN, left_out_text(left_out, "poses"))
@@ -63,7 +63,7 @@ class PoseArray(DrawnDisplay):
 
 
 def flat_arrow(drawing: Drawing, length: float, color: Rgba) -> None:
-    """Add an arrow of three lines along x, as flat as RViz draws those of many poses."""
+    """Add a flat arrow of three lines along x, as RViz draws pose arrays."""
     tip, left, right = (1.0, 0.0, 0.0), (0.75, 0.2, 0.0), (0.75, -0.2, 0.0)
     ends = length * np.array([(0.0, 0.0, 0.0), tip, tip, left, tip, right])
     drawing.line(ends, np.array(color), HAIR, strip=False)

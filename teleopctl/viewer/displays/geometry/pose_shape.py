@@ -11,7 +11,7 @@ _MOST_M = 1000.0
 
 
 def shape_properties(group: str = "") -> tuple[Property, ...]:
-    """The properties of the shape.
+    """Return the properties of a pose's shape, below a group.
 
     Args:
         group: What they stand below in a file; empty where they are the display's own.

@@ -20,7 +20,7 @@ _TIP_BACK = (0.0, -math.sqrt(0.5), 0.0, math.sqrt(0.5))
 
 
 class Range(DrawnDisplay):
-    """A cone from the sensor along its x axis, as long as the measured distance."""
+    """Display of a range: a cone along the sensor's x axis."""
 
     rviz_class = "Range"
     message_type = "sensor_msgs/msg/Range"
@@ -36,7 +36,7 @@ class Range(DrawnDisplay):
         return int(self.values.number("Buffer Length"))
 
     def drawing(self, message: Any) -> Drawing:
-        """The cone."""
+        """Return the drawing of a range: a cone."""
         drawing = Drawing()
         if not is_drawable((message.field_of_view, message.min_range, message.max_range)):
             self.say(ERROR, "The cone is not drawn: its numbers must be finite")

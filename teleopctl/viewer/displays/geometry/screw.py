@@ -52,7 +52,7 @@ class ScrewDisplay(DrawnDisplay):
     about_name: ClassVar[str]
 
     def vectors(self, message: Any) -> tuple[Vector, Vector]:
-        """The vector along which it acts, and the one about which it turns."""
+        """Return the linear and the angular vector of a message."""
         raise NotImplementedError
 
     @property
@@ -61,7 +61,7 @@ class ScrewDisplay(DrawnDisplay):
         return int(self.values.number("History Length"))
 
     def drawing(self, message: Any) -> Drawing:
-        """The two arrows."""
+        """Return the drawing of the two vectors: arrows."""
         drawing = Drawing()
         vectors = self.vectors(message)
         if not is_drawable((*vectors[0], *vectors[1])):
@@ -105,7 +105,7 @@ def _draw_turn(drawing: Drawing, pose: Transform, length: float, color: Rgba) ->
 
 
 class Wrench(ScrewDisplay):
-    """A force, and a torque."""
+    """Display of a wrench: force and torque."""
 
     rviz_class = "Wrench"
     message_type = "geometry_msgs/msg/WrenchStamped"
@@ -113,12 +113,12 @@ class Wrench(ScrewDisplay):
     properties: ClassVar[tuple[Property, ...]] = _properties("Force", "Torque", 2.0)
 
     def vectors(self, message: Any) -> tuple[Vector, Vector]:
-        """Newton, and newton metres."""
+        """Return force (N) and torque (N m)."""
         return vector_of(message.wrench.force), vector_of(message.wrench.torque)
 
 
 class TwistStamped(ScrewDisplay):
-    """A velocity."""
+    """Display of a twist: linear and angular velocity."""
 
     rviz_class = "TwistStamped"
     message_type = "geometry_msgs/msg/TwistStamped"
@@ -126,12 +126,12 @@ class TwistStamped(ScrewDisplay):
     properties: ClassVar[tuple[Property, ...]] = _properties("Linear", "Angular", 1.0)
 
     def vectors(self, message: Any) -> tuple[Vector, Vector]:
-        """Metres per second, and radians per second."""
+        """Return linear (m/s) and angular velocity (rad/s)."""
         return vector_of(message.twist.linear), vector_of(message.twist.angular)
 
 
 class AccelStamped(ScrewDisplay):
-    """An acceleration."""
+    """Display of an acceleration, linear and angular."""
 
     rviz_class = "AccelStamped"
     message_type = "geometry_msgs/msg/AccelStamped"
@@ -139,5 +139,5 @@ class AccelStamped(ScrewDisplay):
     properties: ClassVar[tuple[Property, ...]] = _properties("Linear", "Angular", 2.0)
 
     def vectors(self, message: Any) -> tuple[Vector, Vector]:
-        """Metres per second squared, and radians per second squared."""
+        """Return linear (m/s²) and angular acceleration (rad/s²)."""
         return vector_of(message.accel.linear), vector_of(message.accel.angular)

@@ -27,7 +27,7 @@ _POINTS_AT_ONCE = 64
 
 
 class Trace(Display):
-    """A line through the places where a frame was, in the fixed frame.
+    """Display of a frame's path in the fixed frame.
 
     RViz has no such display. Its time is the node's, so that the line of a paused simulation stays.
     """
@@ -48,7 +48,7 @@ class Trace(Display):
         self._canvas: Canvas | None = None
 
     def started(self) -> None:
-        """Begin a line, which needs two places."""
+        """Start a new line, which is drawn from two points on."""
         self._canvas = Canvas(self.stage.scene, self.root)
         self._is_new = True
 
@@ -65,7 +65,7 @@ class Trace(Display):
         self.started()
 
     def tick(self) -> None:
-        """Note where the frame stands."""
+        """Add the frame's present position to the line."""
         name, fixed = self.values.text("Frame").removeprefix("/"), self.stage.frames.fixed
         if fixed != self._fixed:
             # Where the frame was in the other fixed frame says nothing here.

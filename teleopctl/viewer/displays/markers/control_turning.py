@@ -17,7 +17,7 @@ INHERIT, FIXED, VIEW_FACING = 0, 1, 2
 
 
 class ControlTurning:
-    """The rotation of one control.
+    """Orientation of an interactive marker's control.
 
     Args:
         control: The ``visualization_msgs/msg/InteractiveMarkerControl``.
@@ -44,7 +44,7 @@ class ControlTurning:
         self._view = Transform()
 
     def face(self, view: Quaternion) -> bool:
-        """Turn to a viewer, whose x axis points ahead and whose z axis up; whether that is new."""
+        """Turn the control toward a camera; return whether it has changed."""
         if not self.faces_viewer or view == self._view.rotation:
             return False
         self._view = Transform(rotation=view)

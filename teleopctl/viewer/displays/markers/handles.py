@@ -49,7 +49,7 @@ Moved = Callable[[str, str, Transform], object]
 
 
 class Handle:
-    """The gizmo of one control.
+    """viser gizmo of one control.
 
     Args:
         stage: Where to draw.
@@ -107,7 +107,7 @@ class Handle:
         self.node.on_update(note)
 
     def place(self, pose: Transform) -> None:
-        """Stand where the marker stands."""
+        """Set the gizmo's pose."""
         self._pose = pose
         put(self.node, self._turning.beside(pose) @ self._turn)
 
@@ -137,7 +137,7 @@ def _one_hot(axis: int, value: bool) -> tuple[bool, bool, bool]:
 
 
 def has_handle(control: Any) -> bool:
-    """Whether a control moves or turns its marker."""
+    """Return whether a control moves or rotates its marker."""
     return control.interaction_mode in _PARTS
 
 

@@ -33,7 +33,7 @@ _WORD_EVERY_S = 0.4
 
 
 class InteractiveMarkers(Display):
-    """The interactive markers of one server."""
+    """Display of a server's interactive markers."""
 
     rviz_class = "InteractiveMarkers"
     message_type = "visualization_msgs/msg/InteractiveMarkerUpdate"
@@ -72,7 +72,7 @@ class InteractiveMarkers(Display):
         self.values.given[_NAMESPACE] = topic.removesuffix(_UPDATE)
 
     def qos(self) -> QoSProfile:
-        """Every update counts."""
+        """Return a reliable QoS with a long queue: every update counts."""
         return QoSProfile(depth=100)
 
     def started(self) -> None:
@@ -94,7 +94,7 @@ class InteractiveMarkers(Display):
         )
 
     def stopped(self) -> None:
-        """Take all markers out of the picture."""
+        """Remove all markers from the scene."""
         self._turn += 1
         self._clear()
         if self._client is not None:
@@ -133,7 +133,7 @@ class InteractiveMarkers(Display):
             self._say_how()
 
     def changed(self, name: str) -> None:  # noqa: ARG002 -- whichever it is
-        """Draw the same markers with the new property."""
+        """Redraw the markers with a changed property."""
         for marker in list(self.markers.values()):
             self._draw(marker.message, marker.pose)
 

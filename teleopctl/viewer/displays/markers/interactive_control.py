@@ -25,7 +25,7 @@ _WHITE = (1.0, 1.0, 1.0, 1.0)
 
 
 class InteractiveControl:
-    """Draws a control.
+    """Draws one control of an interactive marker.
 
     Args:
         stage: Where to draw.
@@ -105,7 +105,7 @@ class InteractiveControl:
         return drawing
 
     def refresh(self) -> None:
-        """Draw what its markers look like; again when a file has arrived."""
+        """Redraw the control's markers, when a mesh or texture was loaded."""
         before = self._canvas.nodes
         self._canvas.show(self._drawing)
         if self._clicked is None:
@@ -115,7 +115,7 @@ class InteractiveControl:
                 node.on_click(self._clicked)
 
     def place(self, pose: Transform, *, with_handle: bool = True) -> None:
-        """Stand where the interactive marker stands.
+        """Set the pose of the control's marker.
 
         Args:
             pose: Its pose.

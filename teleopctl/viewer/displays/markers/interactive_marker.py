@@ -116,7 +116,7 @@ class InteractiveMarker:
         self.follow()
 
     def refresh(self) -> None:
-        """Draw what its markers look like; again when a file has arrived."""
+        """Redraw the marker's shapes, when a mesh or texture was loaded."""
         for control in self._controls:
             control.refresh()
 
@@ -136,7 +136,7 @@ class InteractiveMarker:
         return bool(self._facing)
 
     def face(self, camera: Transform) -> None:
-        """Turn to a viewer what is to be turned to one, unless a person holds the marker.
+        """Turn view-facing controls toward the camera, unless a user drags the marker.
 
         Args:
             camera: From where it is seen, in the fixed frame; see `Stage.camera`.
@@ -153,7 +153,7 @@ class InteractiveMarker:
                 control.place(self.pose)
 
     def follow(self) -> None:
-        """Stand where its frame stands, or stood at its time.
+        """Update the pose by the marker's frame, at its stamp if it has one.
 
         Raises:
             TransformException: That is not known.
@@ -174,25 +174,25 @@ class InteractiveMarker:
 
     @property
     def is_placed(self) -> bool:
-        """Whether its place is known."""
+        """Whether the marker's transform is known."""
         frame = self._stage.frames.by_name.get(self.message.header.frame_id.removeprefix("/"))
         return self._placed and (
             not self._is_locked or (frame is not None and frame.pose is not None)
         )
 
     def place_anew(self) -> None:
-        """Find its place in another fixed frame."""
+        """Update the pose after a change of the fixed frame."""
         self._placed = False
         self.follow()
 
     def stand_at(self, pose: Transform) -> None:
-        """Take a pose of the server's, unless a person holds the marker."""
+        """Set the pose that the server publishes, unless a user drags the marker."""
         if not self.held:
             self.pose = pose
             self._put_everything()
 
     def remove(self) -> None:
-        """Take it out of the picture."""
+        """Remove the marker from the scene."""
         self._close_menu()
         if self._stage.scene.get_handle_by_name(self._place.name) is self._place:
             self._place.remove()

@@ -14,7 +14,7 @@ _MOST_NAMESPACES = 100
 
 
 class Marker(Display):
-    """The markers of one topic."""
+    """Display of a topic's markers."""
 
     rviz_class = "Marker"
     message_type = "visualization_msgs/msg/Marker"
@@ -38,7 +38,7 @@ class Marker(Display):
         self._tell()
 
     def tick(self) -> None:
-        """Follow frames and lifetimes."""
+        """Update poses, and remove markers whose lifetime is over."""
         self.markers.follow()
         if self.markers.show():
             known = {str(ns) for ns in self._shown_parts}
@@ -52,22 +52,22 @@ class Marker(Display):
         self.say(WARN if fault else OK, fault)
 
     def parts(self) -> dict[str, bool]:
-        """The namespaces, and whether each is shown."""
+        """Return the namespaces, with their visibility."""
         return {str(ns): shown is not False for ns, shown in self._shown_parts.items()}
 
     def show_part(self, name: str, *, shown: bool) -> None:
-        """Show a namespace, or do not."""
+        """Show or hide a namespace."""
         key = next((ns for ns in self._shown_parts if str(ns) == name), name)
         self._shown_parts[key] = shown
         self.markers.hide(name, hidden=not shown)
 
     def stopped(self) -> None:
-        """Take everything out of the picture."""
+        """Remove everything from the scene."""
         self.markers.remove()
 
 
 class MarkerArray(Marker):
-    """The markers of one topic, many in a message."""
+    """Display of a topic's marker arrays."""
 
     rviz_class = "MarkerArray"
     message_type = "visualization_msgs/msg/MarkerArray"

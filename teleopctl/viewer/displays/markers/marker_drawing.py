@@ -56,7 +56,7 @@ def own_pose(marker: Any) -> Transform:
 
 
 def draw_marker(marker: Any, pose: Transform) -> tuple[Drawing, str]:
-    """Draw a marker.
+    """Return the drawing of a marker.
 
     Args:
         marker: The message, of which `own_pose` has been asked.

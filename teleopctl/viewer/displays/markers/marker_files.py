@@ -27,7 +27,7 @@ _MOST_AT_ONCE = 4
 
 
 def file_key(marker: Any) -> str:
-    """The name of a marker's mesh or texture among all; empty for a marker with neither."""
+    """Return the cache key of a marker's mesh or texture; empty if it has none."""
     if marker.type == MESH:
         uri, data = str(marker.mesh_resource), marker.mesh_file.data
         suffix = "" if marker.mesh_use_embedded_materials else _BARE
@@ -41,7 +41,7 @@ def file_key(marker: Any) -> str:
 
 
 class MarkerFiles:
-    """Meshes and textures by their keys.
+    """Loads markers' meshes and textures, each once.
 
     Args:
         stage: Who has a thread for reading.
@@ -64,7 +64,7 @@ class MarkerFiles:
         self._waiting: dict[str, Callable[[], MeshFile | Texture]] = {}
 
     def want(self, marker: Any) -> str:
-        """Read a marker's file, unless that has been done.
+        """Load a marker's mesh or texture, unless it is loaded already.
 
         Returns:
             Its key, or an empty text where there is no file.

@@ -54,7 +54,7 @@ class _Entry:
 
 
 class MarkerSet:
-    """Takes markers, follows frames and time, and draws.
+    """The markers of a display, with their drawings, poses and lifetimes.
 
     Args:
         stage: Where to draw.
@@ -135,7 +135,7 @@ class MarkerSet:
     # --- the picture --------------------------------------------------------------------------
 
     def follow(self) -> None:
-        """Place what waits, and remove what has had its time."""
+        """Draw markers whose transform has arrived, and remove expired ones."""
         now_ns = self._now_ns() if self._expires_ns else 0
         if self._expires_ns and now_ns >= self._expires_ns:
             due = [k for k, e in self._entries.items() if 0 < e.expires_ns <= now_ns]
@@ -150,7 +150,7 @@ class MarkerSet:
             self._place()
 
     def show(self) -> bool:
-        """Send what has changed; whether anything has."""
+        """Send changed drawings to the scene; return whether there were any."""
         if not self._stale:
             return False
         groups: dict[str, list[Drawing]] = {group: [] for group in self._stale}
@@ -172,7 +172,7 @@ class MarkerSet:
         return True
 
     def hide(self, ns: str, *, hidden: bool) -> None:
-        """Draw a namespace, or do not."""
+        """Show or hide a namespace."""
         (self.hidden.add if hidden else self.hidden.discard)(ns)
         self._stale |= {entry.group for entry in self._entries.values()}
 

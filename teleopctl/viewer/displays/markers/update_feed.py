@@ -15,7 +15,7 @@ _MOST_WAITING = 100
 
 
 class UpdateFeed:
-    """Puts updates in order.
+    """Puts an interactive marker server's updates in sequence.
 
     Attributes:
         needs_state: Whether the full state has to be asked for.
@@ -30,7 +30,7 @@ class UpdateFeed:
 
     # Any: as above.
     def take(self, update: Any) -> bool:
-        """Take an update; whether it applies now."""
+        """Add an update; return whether it can be applied now."""
         if self._server and update.server_id != self._server:
             # another server, or the same one started again
             self._lose()

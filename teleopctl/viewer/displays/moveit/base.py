@@ -36,28 +36,28 @@ class MoveItDisplay(Display):
         self._turn = 0
 
     def listen_to(self, topic: str) -> None:
-        """Choose the topic, which MoveIt's files have without its quality of service."""
+        """Set the topic; MoveIt's files have none of its QoS."""
         super().listen_to(topic)
         self.values.given[self.topic_key] = topic
 
     # --- what a kind of display defines -------------------------------------------------------
 
     def described(self) -> None:
-        """Draw the robot: its description is there, or a property has been set."""
+        """Draw the robot, for a new description or a changed property."""
 
     def cleared(self) -> None:
-        """Take everything out of the picture."""
+        """Remove everything from the scene."""
 
     # --- what the viewer calls ----------------------------------------------------------------
 
     def started(self) -> None:
-        """Listen to the description."""
+        """Subscribe to the robot description."""
         self._end_description = self.stage.subscribe(
             _DESCRIPTION, "std_msgs/msg/String", self._take_description, qos_profile_latched
         )
 
     def stopped(self) -> None:
-        """Take everything out of the picture."""
+        """Unsubscribe, and remove everything from the scene."""
         if self._end_description is not None:
             self._end_description()
             self._end_description = None
@@ -70,7 +70,7 @@ class MoveItDisplay(Display):
         self.described()
 
     def time_jumped_back(self) -> None:
-        """States and plans are of no time."""
+        """Do nothing: robot states and plans have no time."""
 
     def _take_description(self, message: Any) -> None:
         urdf, folder = message.data, self.stage.robot_folder
@@ -94,7 +94,7 @@ class MoveItDisplay(Display):
     # --- what it uses -------------------------------------------------------------------------
 
     def make_ghost(self, name: str, alpha: float, color: Color | None = None) -> Ghost | None:
-        """A robot below the real one's root, not yet in a state; None while none is described.
+        """Return a further drawing of the robot; None without a description.
 
         Args:
             name: The name of its node.

@@ -25,7 +25,7 @@ _NUMBERS = {_BOX: 3, _SPHERE: 1, _CYLINDER: 2, _CONE: 2}
 
 @dataclass(slots=True)
 class SceneObject:
-    """An object.
+    """A collision object of a planning scene.
 
     Attributes:
         frame: The frame that it stands in.
@@ -43,7 +43,7 @@ class SceneObject:
 
 
 class SceneObjects:
-    """All objects of a scene.
+    """The collision objects of a planning scene.
 
     Attributes:
         by_id: The objects.
@@ -95,7 +95,7 @@ class SceneObjects:
         self._add_shapes(known, message)
 
     def paint(self, colors: Any) -> None:
-        """Give objects the colours of ``moveit_msgs/msg/ObjectColor``."""
+        """Set the objects' colours from ``moveit_msgs/msg/ObjectColor``."""
         for one in colors:
             found = self.by_id.get(one.id)
             if found is not None and is_drawable((one.color.r, one.color.g, one.color.b)):

@@ -50,7 +50,7 @@ class GhostModel:
 
     @classmethod
     def of(cls, urdf: str, folder: Path | None = None) -> GhostModel:
-        """Read a description and its meshes; takes long.
+        """Read a robot description and its meshes; takes long.
 
         Args:
             urdf: The description.
@@ -93,7 +93,7 @@ class GhostModel:
 
 
 class Ghost:
-    """One robot in the picture.
+    """A drawing of the robot in a given state, beside the real one.
 
     Args:
         scene: Where to draw.
@@ -131,7 +131,7 @@ class Ghost:
     def stand(
         self, positions: Mapping[str, float], besides: Mapping[str, Transform] | None = None
     ) -> None:
-        """Bring the joints into a state.
+        """Set the joint positions, and thereby the pose of each link.
 
         Args:
             positions: Of joints, by name; the others rest.
@@ -159,12 +159,12 @@ class Ghost:
         return self._poses
 
     def show(self, *, shown: bool) -> None:
-        """Show it, or do not."""
+        """Show or hide the robot."""
         if self._root.visible != shown:
             self._root.visible = shown
 
     def remove(self) -> None:
-        """Take it out of the picture."""
+        """Remove the robot from the scene."""
         self._root.remove()
 
 

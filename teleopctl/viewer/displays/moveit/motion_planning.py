@@ -21,7 +21,7 @@ _GOAL = "Planning Request"
 
 
 class MotionPlanning(PlanningScene):
-    """The scene, the planned path as a robot that moves along it, and one at its end.
+    """Display of the planning scene, the planned path and its goal state.
 
     In RViz the goal is dragged and plans are asked for; here what others plan is shown.
     """
@@ -46,23 +46,23 @@ class MotionPlanning(PlanningScene):
         self._goal_besides: Mapping[str, Transform] = {}
 
     def begin(self) -> None:
-        """Listen to the planned path as well."""
+        """Subscribe to the scene and to the planned path."""
         super().begin()
         self._planned.begin()
 
     def end(self) -> None:
-        """Listen to neither any more."""
+        """Unsubscribe from both."""
         self._planned.end()
         super().end()
 
     def set(self, name: str, value: Any) -> None:
-        """Set a property, of the scene or of the path."""
+        """Set a property of the scene or of the path."""
         super().set(name, value)
         if name.startswith(f"{_PATH}/"):
             self._planned.set(name.removeprefix(f"{_PATH}/"), value)
 
     def tick(self) -> None:
-        """Move on along the path, and stand at its end."""
+        """Animate the path, and draw its goal state."""
         super().tick()
         self._planned.besides = self.robot_poses
         self._planned.follow(jumped_back=False)
@@ -79,7 +79,7 @@ class MotionPlanning(PlanningScene):
         self._stand_at_goal()
 
     def cleared(self) -> None:
-        """Take everything out of the picture."""
+        """Remove everything from the scene."""
         super().cleared()
         self._remove_goal()
         self._goal_path = None

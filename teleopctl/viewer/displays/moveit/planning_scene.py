@@ -30,7 +30,7 @@ SCENE_PROPERTIES = (
 
 
 class PlanningScene(MoveItDisplay):
-    """Objects, those that the robot holds, and the robot."""
+    """Display of a planning scene: collision objects, attached objects and the robot."""
 
     rviz_class = "PlanningScene"
     message_type = "moveit_msgs/msg/PlanningScene"
@@ -61,7 +61,7 @@ class PlanningScene(MoveItDisplay):
         self._request.begin()
 
     def stopped(self) -> None:
-        """Take everything out of the picture."""
+        """Remove everything from the scene."""
         self._request.end()
         super().stopped()
 
@@ -89,7 +89,7 @@ class PlanningScene(MoveItDisplay):
         self._tell()
 
     def tick(self) -> None:
-        """Draw what has changed."""
+        """Redraw what has changed."""
         namespace = self.values.text("Move Group Namespace").strip("/")
         self._request.tick(f"/{namespace}/get_planning_scene".replace("//", "/"))
         if self._stale:
@@ -104,7 +104,7 @@ class PlanningScene(MoveItDisplay):
         self._tell()
 
     def cleared(self) -> None:
-        """Take everything out of the picture."""
+        """Remove everything from the scene."""
         self._objects.clear()
         self._state = {}
         self._octomap = self._stale = False

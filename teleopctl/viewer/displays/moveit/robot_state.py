@@ -14,7 +14,7 @@ from teleopctl.viewer.displays.properties import Property
 
 
 class RobotState(MoveItDisplay):
-    """The robot in the newest state."""
+    """Display of the newest robot state."""
 
     rviz_class = "RobotState"
     message_type = "moveit_msgs/msg/DisplayRobotState"
@@ -34,7 +34,7 @@ class RobotState(MoveItDisplay):
         self._left_out = 0
 
     def received(self, message: Any) -> None:
-        """Take a state."""
+        """Draw the robot in a received state."""
         state, self._left_out = positions_in(message.state.joint_state)
         hidden = getattr(message, "hide", False)
         self._state = None if hidden else {**(self._state or {}), **state}
@@ -46,7 +46,7 @@ class RobotState(MoveItDisplay):
         self._stand()
 
     def cleared(self) -> None:
-        """Take the robot out of the picture."""
+        """Remove the robot from the scene."""
         self._remove()
         self._state = None
 

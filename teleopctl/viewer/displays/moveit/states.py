@@ -19,7 +19,7 @@ _DEFAULT_PERIOD_S = 0.05
 
 
 def positions_in(joint_state: Any) -> tuple[Positions, int]:
-    """The positions of a ``sensor_msgs/msg/JointState``, and how many of them are no numbers."""
+    """Return the finite positions of a ``sensor_msgs/msg/JointState``, and how many are not."""
     return _zipped(joint_state.name, joint_state.position)
 
 
@@ -37,7 +37,7 @@ def left_out_text(count: int) -> str:
 
 @dataclass(frozen=True, slots=True)
 class Path:
-    """A planned path.
+    """A planned path: joint positions over time.
 
     Attributes:
         times: When each state is reached, in seconds from the start, never falling.
@@ -51,7 +51,7 @@ class Path:
 
     @classmethod
     def of(cls, message: Any) -> Path:
-        """Read a ``moveit_msgs/msg/DisplayTrajectory``; its trajectories follow one another."""
+        """Read a ``moveit_msgs/msg/DisplayTrajectory``, with its trajectories in sequence."""
         state, left_out = positions_in(message.trajectory_start.joint_state)
         times: list[float] = []
         states: list[Positions] = []
@@ -80,7 +80,7 @@ class Path:
         return period * len(self.states)
 
     def at(self, elapsed: float, display_time: str) -> Positions:
-        """The state to show.
+        """Return the joint positions to show after so many seconds.
 
         Args:
             elapsed: Seconds since it began.

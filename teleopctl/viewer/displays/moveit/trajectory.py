@@ -30,7 +30,7 @@ PATH_PROPERTIES = (
 
 
 class Trajectory(MoveItDisplay):
-    """The newest path, played once or over and over.
+    """Display of the newest trajectory, animated once or repeatedly.
 
     Attributes:
         besides: Where the links of a robot stand that is drawn besides; see `Ghost.stand`.
@@ -58,7 +58,7 @@ class Trajectory(MoveItDisplay):
         return self._next or self._path
 
     def received(self, message: Any) -> None:
-        """Take a path."""
+        """Start the animation of a received path."""
         path = Path.of(message)
         if not path.states:
             self.say(WARN, "The path has no states")
@@ -79,13 +79,13 @@ class Trajectory(MoveItDisplay):
             self._draw_trail(self._path)
 
     def cleared(self) -> None:
-        """Take the robot out of the picture, and forget its path."""
+        """Remove the robot from the scene, and drop the path."""
         self._remove()
         self._path = self._next = None
         self._playing = False
 
     def tick(self) -> None:
-        """Move on along the path."""
+        """Continue the animation of the path."""
         if not self._playing or self._path is None:
             return
         if self._ghost is None:

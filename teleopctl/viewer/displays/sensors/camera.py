@@ -27,7 +27,7 @@ _THICKNESS = 0.01
 
 
 class Camera(PictureDisplay):
-    """The pyramid of what a camera sees, with the newest picture at its end."""
+    """Display of a camera's frustum, with the newest image at its end."""
 
     rviz_class = "Camera"
     properties: ClassVar[tuple[Property, ...]] = (
@@ -44,7 +44,7 @@ class Camera(PictureDisplay):
         self._end_info: Callable[[], None] | None = None
 
     def started(self) -> None:
-        """Listen to how the camera sees."""
+        """Subscribe to the camera's CameraInfo."""
         super().started()
         if self.topic:
             topic = camera_info_topic(self.topic)
@@ -53,7 +53,7 @@ class Camera(PictureDisplay):
             )
 
     def stopped(self) -> None:
-        """Take it out of the picture."""
+        """Remove the frustum from the scene."""
         super().stopped()
         if self._end_info is not None:
             self._end_info()
@@ -61,7 +61,7 @@ class Camera(PictureDisplay):
         self._remove()
 
     def changed(self, name: str) -> None:
-        """Draw with another size, or range of grey."""
+        """Redraw with another size or range of grey."""
         super().changed(name)
         if name == "Frustum Size" and self._frustum is not None:
             self._frustum.scale = self.values.number(name)
@@ -70,7 +70,7 @@ class Camera(PictureDisplay):
         self._info = info
 
     def show(self, message: Any, picture: Picture) -> None:
-        """Show a picture where its camera stands."""
+        """Show an image in the frustum."""
         frame = message.header.frame_id or (self._info.header.frame_id if self._info else "")
         view = field_of_view(self._info)
         if not frame:

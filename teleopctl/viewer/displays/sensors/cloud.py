@@ -27,7 +27,7 @@ class CloudError(TeleopctlError):
 
 @dataclass(frozen=True, slots=True)
 class Cloud:
-    """Points.
+    """Points with their channels, read from a message.
 
     Attributes:
         points: Where they are in the message's frame, (n, 3), in metres.
@@ -44,7 +44,7 @@ class Cloud:
 
 # Any: a PointCloud2 message.
 def read_cloud(message: Any, most: int) -> Cloud:
-    """Read the points of a cloud.
+    """Read the points of a ``sensor_msgs/msg/PointCloud2``.
 
     Args:
         message: A ``sensor_msgs/msg/PointCloud2``.
@@ -107,7 +107,7 @@ def read_old_cloud(message: Any, most: int) -> Cloud:
 
 # Any: a LaserScan message.
 def read_scan(message: Any, sweep: Transform | None = None) -> Cloud:
-    """Read what a scanner has hit.
+    """Read the points of a ``sensor_msgs/msg/LaserScan``.
 
     Args:
         message: A ``sensor_msgs/msg/LaserScan``.
@@ -134,7 +134,7 @@ def near(points: Array) -> npt.NDArray[np.bool_]:
 
 
 def kept_points(points: Floats, total: int, channels: dict[str, Array], kept: Array) -> Cloud:
-    """The points of which something is true.
+    """Return the points that a mask keeps.
 
     Args:
         points: All, (n, 3).
@@ -162,5 +162,5 @@ def _swept(points: Array, sweep: Transform) -> Array:
 
 
 def has_moved(sweep: Transform) -> bool:
-    """Whether a scanner has moved so much in one scan that it could be seen."""
+    """Return whether a scanner moved visibly during one scan."""
     return math.hypot(*sweep.translation) > 1e-3 or abs(sweep.rotation[3]) < math.cos(5e-4)

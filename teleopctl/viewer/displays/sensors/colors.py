@@ -75,7 +75,7 @@ class Coloring:
 
     @classmethod
     def of(cls, values: Properties) -> Coloring:
-        """Read the properties."""
+        """Read the colour properties of a display."""
         if values.flag("Use rainbow"):
             table = _RAINBOW[::-1] if values.flag("Invert Rainbow") else _RAINBOW
         else:
@@ -98,7 +98,7 @@ class Coloring:
         )
 
     def colors(self, cloud: Cloud, pose: Transform) -> tuple[Colors, str]:
-        """Colour points.
+        """Return the colours of points.
 
         Args:
             cloud: The points.

@@ -38,7 +38,7 @@ _STEP = math.log(1.1)
 
 
 class DepthCloud(PointsDisplay):
-    """The points that a depth camera sees."""
+    """Display of the points of a depth image."""
 
     rviz_class = "DepthCloud"
     message_type = RAW
@@ -76,7 +76,7 @@ class DepthCloud(PointsDisplay):
         return self._type_of(self.topic)
 
     def started(self) -> None:
-        """Listen to how the camera sees, and to the colours."""
+        """Subscribe to the CameraInfo and to the colour image."""
         if not self.topic:
             return
         self._listen_to(camera_info_topic(self.topic), _INFO, self._take_info)
@@ -85,7 +85,7 @@ class DepthCloud(PointsDisplay):
             self._listen_to(color, self._type_of(color), self._colors.append)
 
     def stopped(self) -> None:
-        """Take the points out of the picture, and listen no more."""
+        """Remove the points from the scene, and unsubscribe."""
         super().stopped()
         while self._ends:
             self._ends.pop()()
@@ -105,7 +105,7 @@ class DepthCloud(PointsDisplay):
             self._newest, self._due = newest, 0.0
 
     def tick(self) -> None:
-        """Draw what is newest, once it is known how the camera sees."""
+        """Draw the newest depth image, once the CameraInfo has been received."""
         if self._info is not None:
             super().tick()
         elif self.messages:
@@ -113,7 +113,7 @@ class DepthCloud(PointsDisplay):
             self.say(WARN, f"Nothing has come from {topic}: where the points are is not known")
 
     def read(self, job: Job) -> Cloud:
-        """Read the points of a depth image."""
+        """Return the points of a depth image."""
         self._wrong = ""
         try:
             return self._points(job)

@@ -18,7 +18,7 @@ _MARGIN_PX = 12
 
 
 class Image(PictureDisplay):
-    """A window with the newest picture."""
+    """Display of the newest image, in a window."""
 
     rviz_class = "Image"
 

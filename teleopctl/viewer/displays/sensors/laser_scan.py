@@ -14,7 +14,7 @@ _LONGEST_S = 1.0
 
 
 class LaserScan(PointsDisplay):
-    """The hits of a scanner, each from where the scanner was at that moment."""
+    """Display of a laser scan, each point from the scanner's pose at its time."""
 
     rviz_class = "LaserScan"
     message_type = "sensor_msgs/msg/LaserScan"
@@ -25,6 +25,6 @@ class LaserScan(PointsDisplay):
         return round(duration * 1e9) if 0.0 < duration <= _LONGEST_S else 0
 
     def read(self, job: Job) -> Cloud:
-        """Read the hits of a message."""
+        """Return the points of a scan."""
         sweep = job.sweep
         return read_scan(job.message, sweep if sweep is not None and has_moved(sweep) else None)

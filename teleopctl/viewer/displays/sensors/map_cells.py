@@ -28,7 +28,7 @@ class MapError(TeleopctlError):
 
 
 def cells_of(message: Any) -> tuple[Cells, str]:
-    """The cells of a map, row by row from its origin, shape (height, width).
+    """Return the cells of a map, row by row from its origin, shape (height, width).
 
     Args:
         message: A ``nav_msgs/msg/OccupancyGrid``.
@@ -78,7 +78,7 @@ def patch(cells: Cells, update: Any) -> bool:
 
 
 def to_png(cells: Cells, scheme: str, alpha: float) -> bytes:
-    """Draw cells, the first row at the top.
+    """Return the map's cells as a PNG image, the first row at the top.
 
     Args:
         cells: The cells.
@@ -101,7 +101,7 @@ def to_png(cells: Cells, scheme: str, alpha: float) -> bytes:
 
 
 def palette(scheme: str) -> npt.NDArray[np.uint8]:
-    """Red, green, blue and opacity of each value as an unsigned byte, shape (256, 4)."""
+    """Return the RGBA colour of each cell value, shape (256, 4), bytes."""
     number = np.arange(256)
     table = np.zeros((256, 4), np.uint8)
     table[:, 3] = 255

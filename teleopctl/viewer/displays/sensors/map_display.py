@@ -36,7 +36,7 @@ _NOTHING = np.zeros((1, 1, 4), np.uint8)
 
 
 class Map(Display):
-    """A map as a picture, with the changes that come on its other topic."""
+    """Display of a map and its updates."""
 
     rviz_class = "Map"
     message_type = "nav_msgs/msg/OccupancyGrid"
@@ -61,7 +61,7 @@ class Map(Display):
         self._end_updates: Callable[[], None] | None = None
 
     def started(self) -> None:
-        """Listen to changes."""
+        """Subscribe to the map's updates."""
         if self.topic:
             topic = self.values.text("Update Topic") or f"{self.topic}_updates"
             self._end_updates = self.stage.subscribe(
@@ -69,7 +69,7 @@ class Map(Display):
             )
 
     def stopped(self) -> None:
-        """Take the map out of the picture."""
+        """Remove the map from the scene."""
         if self._end_updates is not None:
             self._end_updates()
         self._end_updates = self._info = self._cells = None
@@ -78,7 +78,7 @@ class Map(Display):
         self._remove()
 
     def changed(self, name: str) -> None:
-        """Draw in other colours, or listen elsewhere."""
+        """Redraw with other colours, or subscribe to another topic."""
         if name != "Update Topic":
             self._stale, self._due = True, 0.0
         elif self._end_updates is not None:
@@ -87,10 +87,10 @@ class Map(Display):
             Map.started(self)
 
     def time_jumped_back(self) -> None:
-        """A map is of no time."""
+        """Do nothing: a map has no time."""
 
     def received(self, message: Any) -> None:
-        """Take a map."""
+        """Draw a received map."""
         self._cells = None
         resolution = message.info.resolution
         if not 0.0 < resolution < math.inf:

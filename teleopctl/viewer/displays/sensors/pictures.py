@@ -39,13 +39,13 @@ class PictureDisplay(Display):
         return type_by_name(self.topic)
 
     def qos(self) -> QoSProfile:
-        """The newest is enough."""
+        """Return a best-effort QoS: only the newest image is shown."""
         qos = super().qos()
         qos.depth = 1
         return qos
 
     def started(self) -> None:
-        """Take the range of grey from the properties."""
+        """Set the range of grey from the properties."""
         values = self.values
         self._feed.shades = GreyRange(
             automatic=values.flag("Normalize Range"),
@@ -55,27 +55,27 @@ class PictureDisplay(Display):
         )
 
     def stopped(self) -> None:
-        """Forget what was to be shown."""
+        """Drop pending images."""
         self._feed.clear()
         self._fares = (OK, "")
 
     def changed(self, name: str) -> None:
-        """Show the last picture with another range."""
+        """Show the last image with another range of grey."""
         if name in _GREY:
             PictureDisplay.started(self)
             self._feed.again()
 
     def received(self, message: Any) -> None:
-        """Keep it for the next picture."""
+        """Store an image, to be shown with the next picture."""
         self.say(*self._fares)
         self._feed.take(message)
 
     def tick(self) -> None:
-        """Begin with the newest picture, if it is time."""
+        """Show the newest image, if it is due."""
         self._feed.tick()
 
     def time_jumped_back(self) -> None:
-        """A picture is of no time."""
+        """Do nothing: images have no time here."""
 
     def _take_picture(self, message: Any, picture: Picture | PictureError) -> None:
         if not self.is_drawn:
@@ -90,5 +90,5 @@ class PictureDisplay(Display):
         self.say(*self._fares)
 
     def show(self, message: Any, picture: Picture) -> None:
-        """Show a picture."""
+        """Show a decoded image."""
         raise NotImplementedError

@@ -72,7 +72,7 @@ class Job:
 
 @dataclass(frozen=True, slots=True)
 class Drawable:
-    """Points, ready to be drawn.
+    """Points with colours, ready to be drawn.
 
     Attributes:
         center: The middle of the points in their frame.
@@ -102,7 +102,7 @@ class _Drawn:
 
 
 class PointsDisplay(Display):
-    """A display of points."""
+    """Base of displays of points."""
 
     properties: ClassVar[tuple[Property, ...]] = POINT_PROPERTIES
 
@@ -120,7 +120,7 @@ class PointsDisplay(Display):
         self._fares = (OK, "")
 
     def read(self, job: Job) -> Cloud:
-        """Read the points of a message; called in another thread.
+        """Return the points of a message; called in another thread.
 
         Raises:
             CloudError: It holds none that can be drawn.
@@ -128,7 +128,7 @@ class PointsDisplay(Display):
         raise NotImplementedError
 
     def size_m(self, drawable: Drawable) -> float:  # noqa: ARG002 -- for those that measure it
-        """The size of a point in metres."""
+        """Return the size of a point in metres."""
         return self.values.number("Size (m)")
 
     def duration_ns(self, message: Any) -> int:  # noqa: ARG002 -- for those that take their time
@@ -136,13 +136,13 @@ class PointsDisplay(Display):
         return 0
 
     def qos(self) -> QoSProfile:
-        """The newest is enough."""
+        """Return a best-effort QoS: only the newest message is drawn."""
         qos = super().qos()
         qos.depth = 1
         return qos
 
     def stopped(self) -> None:
-        """Take the points out of the picture, and forget those that wait."""
+        """Remove the points from the scene, and drop pending messages."""
         self._turn += 1
         self._waiting = self._newest = self._ready = None
         while self._drawn_ones:
@@ -161,12 +161,12 @@ class PointsDisplay(Display):
         return self._newest if self._newest is not None else last
 
     def received(self, message: Any) -> None:
-        """Keep it for the next picture."""
+        """Store a message, to be drawn with the next picture."""
         self.say(*self._fares)
         self._newest = message
 
     def tick(self) -> None:
-        """Draw what is ready, begin with the next, and take out what is too old."""
+        """Draw what is ready, start on the next message, and remove what is too old."""
         self._draw_ready()
         self._stay_in_place()
         now = time.monotonic()

@@ -43,7 +43,7 @@ class PointsNode:
     def draw(
         self, points: Floats, colors: Colors, style: str, size_m: float, pixels: int, alpha: float
     ) -> None:
-        """Draw points in the place of those that were drawn.
+        """Draw points in place of the previous ones.
 
         Args:
             points: Where they are, (n, 3).
@@ -109,17 +109,17 @@ class PointsNode:
     def place(
         self, position: tuple[float, float, float], wxyz: tuple[float, float, float, float]
     ) -> None:
-        """Put the points where their frame stands."""
+        """Set the pose of the points' frame."""
         if self._handle is not None:
             self._handle.position, self._handle.wxyz = position, wxyz
 
     def show(self, *, shown: bool) -> None:
-        """Show the points, or do not."""
+        """Show or hide the points."""
         if self._handle is not None and self._handle.visible != shown:
             self._handle.visible = shown
 
     def remove(self) -> None:
-        """Take them out of the picture."""
+        """Remove the points from the scene."""
         if self._handle is not None:
             self._handle.remove()
         self._handle, self._kind = None, ()

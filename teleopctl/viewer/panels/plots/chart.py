@@ -32,7 +32,7 @@ _LONGEST_LABEL = 60
 
 
 class Line(NamedTuple):
-    """A number in a plot: its topic, its path, what the legend calls it, its samples."""
+    """A line of a plot: topic, field, label and samples."""
 
     topic: str
     path: str
@@ -46,7 +46,7 @@ class Line(NamedTuple):
 
 
 class Chart:
-    """A plot in the page.
+    """A plot on the page.
 
     Args:
         gui: Where to add it.
@@ -74,7 +74,7 @@ class Chart:
             gui.add_button_group("This plot", BUTTONS, order=1.0).on_click(on_button)
 
     def add(self, lines: Sequence[Line]) -> None:
-        """Draw more numbers."""
+        """Add lines to the plot."""
         self.lines += lines
         self._drawn = ()
         # uPlot is given its series at the start.
@@ -97,7 +97,7 @@ class Chart:
             self._note.visible = bool(text)
 
     def remove(self) -> None:
-        """Take it out of the page."""
+        """Remove the plot from the page."""
         self._folder.remove()
 
     def freeze(self) -> None:
@@ -109,7 +109,7 @@ class Chart:
         self.frozen_s = None
 
     def draw(self, window_s: float) -> None:
-        """Send what the window shows, if that is something new."""
+        """Send the samples of the time window to the browser, if they have changed."""
         news = (window_s, self.frozen_s, *(line.series.added for line in self.lines))
         if self.frozen_s is not None:
             news = news[:2]
@@ -171,12 +171,12 @@ class Chart:
         self.say("")
 
     def window(self, window_s: float) -> tuple[Floats, list[Floats]]:
-        """Times and values as they are drawn."""
+        """Return the times and values of the window, as they are drawn."""
         end_s = self._end_s()
         return sampled([line.series for line in self.lines], end_s - window_s, end_s)
 
     def samples(self, window_s: float) -> list[tuple[Floats, Floats]]:
-        """Times and values of the window as they came, for each line."""
+        """Return the received times and values of the window, for each line."""
         end_s = self._end_s()
         start_s = end_s - window_s
         found = (line.series.between(start_s, end_s) for line in self.lines)

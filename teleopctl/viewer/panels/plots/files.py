@@ -42,7 +42,7 @@ def to_csv(names: Sequence[str], samples: Sequence[tuple[Floats, Floats]]) -> by
 
 
 class Curve(NamedTuple):
-    """A line of a picture: its name, its colour, its values at the picture's times."""
+    """A curve of a PNG plot: name, colour and values."""
 
     name: str
     color: str
@@ -50,7 +50,7 @@ class Curve(NamedTuple):
 
 
 def to_png(times: Floats, curves: Sequence[Curve]) -> bytes:
-    """Draw curves over the same times, with axes and a legend.
+    """Return a PNG plot of curves over the same times, with axes and a legend.
 
     Args:
         times: In seconds.

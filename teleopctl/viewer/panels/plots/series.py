@@ -21,7 +21,7 @@ _LARGEST = 1e100
 
 
 class Series:
-    """The last samples of one value; times are in seconds of any clock.
+    """The last samples of one field, with times in seconds.
 
     Attributes:
         added: How many samples were added in all.
@@ -34,7 +34,7 @@ class Series:
         self._count = 0
 
     def add(self, time_s: float, value: float) -> None:
-        """Add a sample; NaN is one that is missing."""
+        """Add a sample; NaN marks a gap."""
         if self._count == len(self._times):
             self._make_room()
         self._times[self._count] = time_s
@@ -58,7 +58,7 @@ class Series:
         return float(self._times[self._count - 1]) if self._count else None
 
     def clear(self) -> None:
-        """Forget all samples."""
+        """Drop all samples."""
         self._count = 0
         self.added += 1
 
@@ -81,7 +81,7 @@ class Series:
 def sampled(
     series: Sequence[Series], start_s: float, end_s: float, most: int = 1000
 ) -> tuple[Floats, list[Floats]]:
-    """Several series at common times, few enough to send.
+    """Return several series at common times, thinned to a number of points.
 
     What does not fit is thinned out to the least and the greatest value of each short interval, so
     that no peak is lost. Between its samples a series has the values of the line through them, and

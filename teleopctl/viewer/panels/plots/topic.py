@@ -28,7 +28,7 @@ _JUMP_BACK_S = 1.0
 
 
 class PlottedTopic:
-    """Listens to a topic and notes numbers of its messages.
+    """Subscription of a plotted topic, which collects samples of its fields.
 
     The time of a message is its stamp. Where it has none, or the first one is more than ten seconds
     from the node's clock (a recording that is played, a machine whose clock is wrong), it is the
@@ -61,7 +61,7 @@ class PlottedTopic:
         self.came_s = time.monotonic()
 
     def begin(self) -> None:
-        """Listen, as the publishers offer it; once more when they have changed."""
+        """Subscribe with the publishers' QoS; again after that has changed."""
         qos = topic_qos(self._stage.node, self.name, {})
         if self._end is not None and qos == self._qos:
             return
@@ -70,32 +70,32 @@ class PlottedTopic:
         self._end = self._stage.subscribe(self.name, self.type_name, self._take, qos)
 
     def end(self) -> None:
-        """Listen no more."""
+        """Unsubscribe."""
         if self._end is not None:
             self._end()
             self._end = None
 
     @property
     def is_listening(self) -> bool:
-        """Whether it listens."""
+        """Whether the topic is subscribed to."""
         return self._end is not None
 
     def clear(self) -> None:
-        """Forget what was noted."""
+        """Drop all samples."""
         self._takes_stamps = None
         self._last_s = -float("inf")
         for one in self.series.values():
             one.clear()
 
     def follow(self, path: str) -> Series:
-        """Note one number of each message from now on."""
+        """Collect samples of a field from now on."""
         if path not in self.series:
             self._readers[path] = field_reader(path)
             self.series[path] = Series()
         return self.series[path]
 
     def forget(self, path: str) -> None:
-        """Note it no more."""
+        """Stop collecting samples of a field."""
         self.series.pop(path, None)
         self._readers.pop(path, None)
 

@@ -32,7 +32,7 @@ _LARGEST = 4e307
 
 @dataclass(frozen=True)
 class VerticalAxis:
-    """Range and ticks of an axis.
+    """Range and ticks of a vertical axis.
 
     A tick stands at ``base + factor * label``; the title names base and factor, as matplotlib's
     offset text does.
