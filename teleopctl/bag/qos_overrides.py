@@ -29,7 +29,7 @@ _VALUES = ("depth", "avoid_ros_namespace_conventions")
 
 
 def read_qos_overrides(file: Path) -> dict[str, QoSProfile]:
-    """Read the file of ``--qos-profile-overrides-path``: profiles by topic.
+    """Read the file of ``--qos-profile-overrides-path``: QoS profiles by topic.
 
     Policies have the names of the command line, such as ``best_effort``; a duration is a mapping
     of ``sec`` and ``nsec``.

@@ -23,7 +23,7 @@ _LONGEST_S = INFINITE_NS // NANOSECONDS_PER_SECOND
 
 
 def format_offers(profiles: Sequence[EndpointQos]) -> str:
-    """Return the text of profiles; empty for none."""
+    """Return the text of offered QoS profiles, as metadata.yaml has it; empty for none."""
     if not profiles:
         return ""
     listed = [
@@ -45,7 +45,7 @@ def format_offers(profiles: Sequence[EndpointQos]) -> str:
 
 # Any: YAML's values, from a file that nobody here wrote.
 def parse_offers(value: Any) -> tuple[EndpointQos, ...]:
-    """Read profiles from the text of version 8, or the list of version 9.
+    """Parse offered QoS profiles: the text of version 8 or the list of version 9.
 
     Policies and durations that are missing or unknown are those of the default profile.
 

@@ -21,12 +21,12 @@ NO_TIME_NS = 2**63 - 1
 
 
 def whole_type_name(name: str) -> str:
-    """Return a type's name of three parts; Crystal's, and some writers', have two."""
+    """Return a type name in three parts; old bags have ``package/Type``."""
     return name.replace("/", "/msg/") if name.count("/") == 1 else name
 
 
 class TypeText(NamedTuple):
-    """The text that defines a message type.
+    """Definition text of a message type, with its encoding.
 
     Attributes:
         encoding: ``ros2msg`` or ``ros2idl``; empty where no definition is known.
@@ -61,7 +61,7 @@ class BagTopic(NamedTuple):
 
     @property
     def is_latched(self) -> bool:
-        """Whether late subscribers are to get what was published before they came."""
+        """Whether the topic's publishers are transient local."""
         return any(profile.is_transient_local for profile in self.qos)
 
 

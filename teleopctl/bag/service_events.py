@@ -20,7 +20,7 @@ _RESPONSES = (2, 3)
 
 
 def is_service_event(topic: str, type_name: str) -> bool:
-    """Whether a topic carries the events of a service."""
+    """Return whether a topic carries service introspection events."""
     return (
         len(topic) > len(TOPIC_SUFFIX)
         and topic.endswith(TOPIC_SUFFIX)
@@ -30,7 +30,7 @@ def is_service_event(topic: str, type_name: str) -> bool:
 
 
 def service_of(topic: str, type_name: str) -> tuple[str, str]:
-    """Return name and type of the service whose events a topic carries."""
+    """Return name and type of the service behind an event topic."""
     return topic.removesuffix(TOPIC_SUFFIX), type_name.removesuffix(_TYPE_SUFFIX)
 
 
@@ -68,5 +68,5 @@ class ServiceCounter:
             self._responses[message.topic].add((client, number))
 
     def counts(self, topic: str) -> ServiceCounts:
-        """Return what was counted for the service with these events."""
+        """Return the counts of the service behind an event topic."""
         return ServiceCounts(len(self._requests[topic]), len(self._responses[topic]))

@@ -37,7 +37,7 @@ def out(line: str = "") -> None:
 
 
 def out_coloured(*parts: tuple[str, str]) -> None:
-    """Write one line of data to stdout, in parts of a text and its colour, "" for none.
+    """Write a line to stdout, in parts of text and colour.
 
     The colour is an escape sequence of a terminal; it is left out where none is wanted.
     """
@@ -49,12 +49,12 @@ def out_coloured(*parts: tuple[str, str]) -> None:
 
 
 def out_lines(lines: Iterable[str]) -> None:
-    """Write many lines of data to stdout at once."""
+    """Write lines to stdout at once."""
     sys.stdout.write("".join(printable_line(line) + "\n" for line in lines))
 
 
 def out_text(text: str) -> None:
-    """Write data of several lines to stdout, with a line break at its end."""
+    """Write a text to stdout, with a line break."""
     sys.stdout.write(printable_text(text) + "\n")
 
 
@@ -64,7 +64,7 @@ def clear_terminal() -> None:
 
 
 def flush() -> None:
-    """Hand what was written to the reader now; a streaming verb does so after each message."""
+    """Flush stdout; streaming verbs do so after each message."""
     sys.stdout.flush()
 
 
@@ -120,7 +120,7 @@ def warn(text: str) -> None:
 
 
 def error(failure: TeleopctlError) -> None:
-    """Write what went wrong and what to do about it to stderr."""
+    """Write an error and its hint to stderr."""
     begin = _coloured(f"{PROGRAM}:", _BOLD_RED, sys.stderr)
     _note(f"{begin} {printable_text(failure.message)}")
     if failure.hint:
@@ -128,7 +128,7 @@ def error(failure: TeleopctlError) -> None:
 
 
 def colour_enabled(stream: TextIO) -> bool:
-    """Whether to colour what is written to ``stream``.
+    """Return whether to colour the output of ``stream``.
 
     ``NO_COLOR`` forbids it, ``FORCE_COLOR`` demands it, otherwise a terminal has it.
     """
@@ -142,7 +142,7 @@ def colour_enabled(stream: TextIO) -> bool:
 
 
 def replace_missing_streams() -> None:
-    """Write to nowhere where a stream was closed before the program began (``>&-``)."""
+    """Replace standard streams that are closed (``>&-``) by the null device."""
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:
             # It stays open until the end; pathlib is not imported for it by every command.
@@ -151,14 +151,14 @@ def replace_missing_streams() -> None:
 
 
 def traceback() -> None:
-    """Write where the exception in hand comes from to stderr."""
+    """Write the traceback of the current exception to stderr."""
     import traceback
 
     traceback.print_exc()
 
 
 def tolerate_narrow_encodings() -> None:
-    """Replace what the terminal's encoding lacks, as on older Windows consoles, by ``?``."""
+    """Replace characters that the terminal's encoding lacks by ``?``."""
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure") and (stream.encoding or "").lower() != "utf-8":
             stream.reconfigure(errors="replace")

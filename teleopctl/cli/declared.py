@@ -31,7 +31,7 @@ _OF_VERBS = ("help", "negative_numbers", "passes_on", "passes_everything_on", "e
 
 
 class DeclaredVerb:
-    """A verb and what it takes.
+    """A verb's help and parameters, cached between runs.
 
     Attributes:
         verb: The verb.
@@ -59,7 +59,7 @@ def nouns() -> dict[str, str]:
 
 
 def find(path: Sequence[str]) -> DeclaredVerb | Group | None:
-    """Return what is declared under a noun, or under a noun and a verb; None for nothing.
+    """Return the declaration of a noun, or of a verb; None for nothing.
 
     Raises:
         BrokenPluginError: It is a stranger's and cannot be loaded.

@@ -48,7 +48,7 @@ def show(words: Sequence[str]) -> bool:
 
 
 def text_of(path: Sequence[str], found: DeclaredVerb | Group) -> str:
-    """The page of a noun or a verb as plain text."""
+    """Return the help page of a noun or a verb, as text."""
     page = _of_group(path, found) if isinstance(found, Group) else _of_verb(path, found)
     return "\n".join("".join(text for text, _ in line) for line in page)
 

@@ -19,7 +19,7 @@ def out_names(
     show_types: bool = False,
     as_json: bool = False,
 ) -> None:
-    """Print names, one a line.
+    """Print names, one per line.
 
     Args:
         entries: Each name with its types.
@@ -38,7 +38,7 @@ def out_names(
 
 
 def out_types(types: Sequence[str], *, as_json: bool) -> None:
-    """Print the types of one name, one a line or as a list."""
+    """Print the types of one name, one per line or as JSON."""
     if as_json:
         console.out_json(list(types))
     else:
@@ -46,7 +46,7 @@ def out_types(types: Sequence[str], *, as_json: bool) -> None:
 
 
 def out_files(files: Iterable[object], *, as_json: bool) -> None:
-    """Print the paths of files that were written, one a line or as a list."""
+    """Print the paths of written files, one per line or as JSON."""
     if as_json:
         console.out_json({"files": [str(file) for file in files]})
     else:
@@ -54,7 +54,7 @@ def out_files(files: Iterable[object], *, as_json: bool) -> None:
 
 
 def types_of(name: str, known: NamesAndTypes, *, kind: str) -> Sequence[str]:
-    """Look up what types a name has.
+    """Return the types of a name.
 
     Args:
         name: A full name.

@@ -20,5 +20,5 @@ def live_graph() -> Graph:
 
 
 def absolute_name(name: str) -> str:
-    """The name with its leading slash, which people leave out."""
+    """Return a name with a leading slash."""
     return name if name.startswith("/") else f"/{name}"

@@ -34,7 +34,7 @@ _GARBAGE = 50_000
 
 
 def main() -> NoReturn:
-    """Run the command line of this process and end with its exit status."""
+    """Run this process's command line and exit with its status."""
     # What is imported stays: to look for garbage in it is a tenth of a short command.
     gc.disable()
     try:

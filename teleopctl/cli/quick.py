@@ -18,7 +18,7 @@ _NUMBER_CHARACTERS = frozenset("0123456789.")
 def parse(
     verb: Verb, function: Callable[..., object], words: Sequence[str]
 ) -> dict[str, object] | None:
-    """The keyword arguments that a command line means, or None where Typer has to look.
+    """Parse simple command lines without Typer; return None for others.
 
     Args:
         verb: The verb.

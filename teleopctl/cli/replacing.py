@@ -9,7 +9,7 @@ from teleopctl.errors import SystemFailureError
 
 
 def replace_this_process(command: list[str]) -> int:
-    """Run a command in the place of this process, with its terminal, signals and exit status.
+    """Replace this process by a command.
 
     Returns:
         The exit status, on Windows only.

@@ -43,7 +43,7 @@ _LIST_NAMES = frozenset({"list", "find"})
 
 
 def plain_line(words: Sequence[str]) -> list[str]:
-    """Return a command line without the options that change nothing, the others behind the verb."""
+    """Return a command line without options that have no effect."""
     if not words or words[0] not in GROUPS:
         return list(words)
     group, *rest = _behind_the_verb(words)

@@ -13,6 +13,6 @@ VERBS = {
 
 
 def exists(path: Sequence[str]) -> bool:
-    """Whether ``ros2`` has a verb, given as one word (``action``) or two (``topic``, ``list``)."""
+    """Return whether ``ros2`` has a noun or a verb."""
     verb, *rest = path
     return verb in VERBS and (not rest or rest[0] in VERBS[verb].split())

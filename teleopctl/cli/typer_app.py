@@ -56,7 +56,7 @@ def run(words: Sequence[str]) -> int:
 
 
 def command_tree(words: Sequence[str]) -> TyperGroup:
-    """The root command, with only the verb that ``words`` name really loaded.
+    """Return the root command, with only the verb that ``words`` name loaded.
 
     Raises:
         BrokenPluginError: That verb is a stranger's and cannot be loaded.
@@ -68,7 +68,7 @@ def command_tree(words: Sequence[str]) -> TyperGroup:
         version: Annotated[bool, typer.Option("--version")] = False,
         debug: Annotated[bool, typer.Option("--debug")] = False,
     ) -> None:
-        """Both options are read before Typer is loaded."""
+        """Declare the global options, which are read before Typer is loaded."""
 
     position, chosen = _first_word(words)
     # Strangers' verbs are looked for only where none of ours has been chosen.
@@ -115,7 +115,7 @@ def _group_command(group: Group, words: Sequence[str]) -> TyperGroup:
 
     @app.callback()
     def noun() -> None:
-        """A noun does nothing without a verb."""
+        """Do nothing: a noun needs a verb."""
 
     _, chosen = _first_word(words)
     for verb_name, verb in group.verbs.items():
@@ -196,7 +196,7 @@ class _Command(TyperCommand):
     """A verb, whose help is the page that it has anywhere else."""
 
     def get_help(self, ctx: Any) -> str:  # Any: a class of the library that Typer carries along
-        """The page, for spellings of ``--help`` that only Typer understands, such as ``-vh``."""
+        """Return the help page, for spellings of ``--help`` that only Typer parses."""
         path = ctx.command_path.split()[1:]
         found = declared.find(path)
         return "" if found is None else help_page.text_of(path, found)

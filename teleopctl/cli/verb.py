@@ -43,13 +43,13 @@ class Declaration:
 
 
 class Argument(Declaration):
-    """A parameter given by position; one of type ``list[str]`` takes all that is left."""
+    """A positional parameter; one of type ``list[str]`` takes all remaining words."""
 
     __slots__ = ()
 
 
 class Option(Declaration):
-    """A parameter given by name; one of type ``bool`` is a flag without a value.
+    """A named parameter; one of type ``bool`` is a flag.
 
     Args:
         flags: Its spellings, such as ``"-t", "--show-types"``.
@@ -124,7 +124,7 @@ class Verb:
 
 
 class Group:
-    """Verbs under one noun, such as ``topic``.
+    """A noun with its verbs, such as ``topic``.
 
     Args:
         help: One line for the list of groups.
@@ -151,7 +151,7 @@ class Group:
 
 
 class Parameter:
-    """One parameter of a verb's function.
+    """A parameter of a verb's function.
 
     Attributes:
         name: What the function calls it.
@@ -183,7 +183,7 @@ class Parameter:
 
     @property
     def takes_value(self) -> bool:
-        """Whether it is an option that a value has to follow."""
+        """Return whether the parameter is an option with a value."""
         option = self.declaration
         return isinstance(option, Option) and self.type is not bool and option.alone is None
 

@@ -21,23 +21,23 @@ _LOOKS = (*SUFFIXES[:-1], "launch.py")
 
 
 def is_launch_file(name: str) -> bool:
-    """Whether a name looks like that of a launch file."""
+    """Return whether a file name is that of a launch file."""
     return name.endswith(_LOOKS) and not name.endswith("package.xml")
 
 
 def builtin_files() -> list[str]:
-    """Return the names of the launch files that teleopctl brings."""
+    """Return the names of the built-in launch files."""
     return sorted(path.name for path in _builtin_folder().glob("*.yaml"))
 
 
 def builtin_file(name: str) -> Path | None:
-    """Return the launch file of that name that teleopctl brings, or None."""
+    """Return the built-in launch file of this name, or None."""
     path = _builtin_folder() / name
     return path if path.is_file() else None
 
 
 def is_builtin(file: Path) -> bool:
-    """Whether a launch file is one that teleopctl brings."""
+    """Return whether a launch file is built in."""
     return file.parent == _builtin_folder()
 
 

@@ -58,7 +58,7 @@ def bag_folder(file: Path, arguments: dict[str, str]) -> Path | None:
 def recorded(
     plan: LaunchPlan, folder: Path, file: Path, arguments: Mapping[str, str]
 ) -> LaunchPlan:
-    """Return the plan with a recorder that is there before everything else and until its end.
+    """Return a launch plan with a recorder that runs from before the start to the end.
 
     Args:
         plan: What is to be started.

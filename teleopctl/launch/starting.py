@@ -40,12 +40,12 @@ _log_directory: Path | None = None
 
 
 def log_directory_here() -> Path | None:
-    """Return the folder of the launch that this process evaluates, or None where it does not."""
+    """Return the log folder of the launch that this process evaluates, or None."""
     return _log_directory
 
 
 def new_log_directory() -> Path:
-    """Return the folder of a launch that starts now: date, host and process, as in ROS 2."""
+    """Return a new log folder's path: date, host and process id, as in ROS 2."""
     stamp = datetime.now().strftime("%Y-%m-%d-%H-%M-%S-%f")
     return background.logs_dir() / f"{stamp}-{socket.gethostname()}-{os.getpid()}"
 
@@ -53,7 +53,7 @@ def new_log_directory() -> Path:
 def evaluated(
     request: LaunchRequest, log_directory: Path, *, is_shown: bool = False
 ) -> tuple[LaunchPlan, Evaluation]:
-    """Read and evaluate a launch file; nothing is started or written.
+    """Return the evaluated plan of a launch file; nothing is started or written.
 
     Args:
         request: What is wanted.
@@ -133,7 +133,7 @@ def _own_temporary_files() -> Iterator[None]:
 
 @_own_temporary_files()
 def run_here(request: LaunchRequest, *, on_terminal: bool = False, coloured: bool = False) -> int:
-    """Launch in the foreground and return the exit status.
+    """Run a launch in the foreground, and return the exit status.
 
     Args:
         request: What is wanted.
@@ -261,12 +261,12 @@ def start_in_background(
 
 
 def name_of(file: Path) -> str:
-    """Return what a launch of a file is called."""
+    """Return the name of a launch of a file."""
     return file.stem.removesuffix(".launch")
 
 
 def free_name(name: str) -> str:
-    """Return a name that no launch and no background process has: the given one, or with a number.
+    """Return an unused name for a launch: the given one, or with a number.
 
     What had that name and has died is forgotten.
     """
@@ -307,7 +307,7 @@ def _findable(log_directory: Path, request: LaunchRequest) -> Iterator[None]:
 
 
 def prepare(plan: LaunchPlan) -> None:
-    """Make what the processes of a plan need: a router, the log folder, parameter files.
+    """Prepare the start of a plan: router, log folder and parameter files.
 
     Raises:
         TeleopctlError: Something of it cannot be made.

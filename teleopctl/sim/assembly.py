@@ -45,7 +45,7 @@ _LEAST_TIMESTEP_S = 1e-5
 
 
 def declare_parameters(node: Node) -> None:
-    """Declare the parameters of a simulator, but for ``gravity``, which its world decides.
+    """Declare the simulator's parameters, except ``gravity``.
 
     Raises:
         InvalidParameterError: A number is out of its range.
@@ -74,7 +74,7 @@ def declare_parameters(node: Node) -> None:
 
 
 def number_of(node: Node, name: str) -> float:
-    """Return a parameter that is a number.
+    """Return a numeric parameter of a node.
 
     Raises:
         InvalidParameterError: It is something else, or out of its range.
@@ -83,7 +83,7 @@ def number_of(node: Node, name: str) -> float:
 
 
 def checked_number(parameter: Parameter) -> float:
-    """Return the number of a parameter that may not have been set yet.
+    """Return the number of a parameter that is not yet set.
 
     Raises:
         InvalidParameterError: It is something else, or out of its range.
@@ -102,7 +102,7 @@ def checked_number(parameter: Parameter) -> float:
 
 
 class Assembly(NamedTuple):
-    """A simulator, ready to run.
+    """A simulation with its publishers and sensors.
 
     Attributes:
         robot: The robot, its model and the simulation.
@@ -155,7 +155,7 @@ def build_robot(node: Node, urdf: str) -> SimulatedRobot:
 
 
 def assemble(node: Node, robot: SimulatedRobot) -> Assembly:
-    """Make what publishes a simulation, and set its gravity.
+    """Make the publishers of a simulation, and set its gravity.
 
     Args:
         node: Publishes, and has the parameters.

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 class SimulatedRobot(NamedTuple):
-    """A simulation and what it was built from.
+    """A simulation with the description, model and sensors that it was built from.
 
     Attributes:
         description: The robot, as its URDF says.
@@ -55,7 +55,7 @@ def simulate(
     gps_origin: Sequence[float] = (),
     warn: Callable[[str], object] = lambda _: None,
 ) -> SimulatedRobot:
-    """Build a simulation.
+    """Build a simulation of a robot from URDF text.
 
     Args:
         urdf: The robot description.

@@ -64,7 +64,7 @@ _ARRIVED = 1e-9
 
 
 class Drives:
-    """The drives of a robot's joints.
+    """Position and velocity drives of a robot's joints.
 
     Args:
         model: The ``mujoco.MjModel``, whose gains change while running.
@@ -152,7 +152,7 @@ class Drives:
         )
 
     def reset(self) -> None:
-        """Stand still where the joints are, without commands."""
+        """Hold the joints at their present positions, without commands."""
         self.settled = False
         nothing = [0.0] * len(self._drive)
         actual = self._d.qpos[self._qpos]
@@ -190,7 +190,7 @@ class Drives:
         return {f"drives{name}": np.array(getattr(self, name), float) for name in _STATE}
 
     def restore(self, saved: Mapping[str, Array]) -> None:
-        """Remember what `save` returned."""
+        """Restore the state that `save` returned."""
         for name in _STATE:
             setattr(self, name, saved[f"drives{name}"].tolist())
         self._mode = [int(mode) for mode in self._mode]
@@ -205,7 +205,7 @@ class Drives:
         velocity: Sequence[float] = (),
         effort: Sequence[float] = (),
     ) -> None:
-        """Take commands for the control period that begins now.
+        """Apply commands for the control period that begins now.
 
         Position wins over velocity, velocity over effort, where a joint is commanded more than
         one. A joint without a finite command holds where it is. What a joint cannot do is cut.
@@ -258,7 +258,7 @@ class Drives:
         self._set_modes([_POSITION] * len(self._mode))
 
     def commandable(self, name: str) -> bool:
-        """Whether a joint takes commands."""
+        """Return whether a joint accepts commands."""
         return name in self._drive_of
 
     def _apply_gains(self) -> None:
@@ -270,7 +270,7 @@ class Drives:
 
     @property
     def changing(self) -> bool:
-        """Whether any set-point has another speed in this control period than in the one before."""
+        """Return whether any set-point changes its speed in this control period."""
         return self._setpoint_speed != self._speed_before
 
     def _index_command(self, names: list[str]) -> None:
@@ -351,7 +351,7 @@ class Drives:
         self._m.body_gravcomp[self._own] = carried[self._own]
 
     def leave_alone(self, links: Iterable[str]) -> None:
-        """Name the links on which gravity does not act, before the first reset.
+        """Set the links without gravity, before the first reset.
 
         A joint that moves nothing else carries nothing. One that moves others too counts what lifts
         these links among the effort that it can exert.
@@ -366,7 +366,7 @@ class Drives:
                 m.jnt_actgravcomp[joint] = 0
 
     def plan_period(self) -> None:
-        """Set the path of every set-point for the control period that begins."""
+        """Compute the path of every set-point for the control period that begins."""
         period_s, settled = self._period_s, True
         setpoints, drawn, stiffness = self._setpoint, self._drawn, self._stiffness
         fed_forward, speeds, speeds_before = (

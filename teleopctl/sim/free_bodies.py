@@ -32,7 +32,7 @@ class LinkPose:
 
 
 class FreeBodies:
-    """The free bodies of a simulation, in the order of ``bodies``.
+    """Free bodies of a simulation, in the order of ``bodies``.
 
     Args:
         model: The ``mujoco.MjModel``.
@@ -54,16 +54,16 @@ class FreeBodies:
         self._row = {body.link: row for row, body in enumerate(bodies)}
 
     def index(self, link: str) -> int | None:
-        """The number of a link among the free bodies, or None."""
+        """Return the index of a link among the free bodies, or None."""
         return self._row.get(link)
 
     def pose(self, index: int) -> Array:
-        """Position in the world (m) and rotation (w x y z), (7,)."""
+        """Return a body's position in the world (m) and rotation (w x y z), (7,)."""
         start = self._qpos[index]
         return np.array(self._d.qpos[start : start + 7])
 
     def twist(self, index: int) -> Array:
-        """Velocity of its origin (m/s) and angular velocity (rad/s), both in the world, (6,)."""
+        """Return a body's velocity (m/s) and angular velocity (rad/s) in the world, (6,)."""
         start = self._dof[index]
         twist = np.array(self._d.qvel[start : start + 6])
         # MuJoCo has the linear part in the world's frame, the angular one in the body's.
@@ -71,7 +71,7 @@ class FreeBodies:
         return twist
 
     def put(self, index: int, pose: Array, twist: Array | None = None) -> None:
-        """Put a body somewhere.
+        """Set a body's pose and velocity.
 
         Args:
             index: Its number.

@@ -41,7 +41,7 @@ def choose_backend() -> str:
 
 
 def missing_library(reason: object) -> TeleopctlError:
-    """The error of a machine that cannot draw.
+    """Return the error for a machine without a graphics library.
 
     Args:
         reason: What failed, in the words of whoever noticed.

@@ -25,7 +25,7 @@ _COAST_NS = 50_000_000
 
 
 class LockstepLoop:
-    """Runs a simulation until it is stopped; all methods may be called from any thread.
+    """Runs a simulation in lockstep with a controller; thread-safe.
 
     Args:
         simulation: What to step; nobody else may touch it while the loop runs.
@@ -82,7 +82,7 @@ class LockstepLoop:
     # --- called from outside ----------------------------------------------------------------
 
     def offer(self, command: Command) -> None:
-        """Hand in a command as it arrives."""
+        """Pass a received command to the loop."""
         with self._changed:
             if command.stamp_ns == 0 and self._simulation.time_ns != 0:
                 self._unstamped = command
@@ -130,13 +130,13 @@ class LockstepLoop:
 
     @property
     def paused(self) -> bool:
-        """Whether time stands still."""
+        """Whether the simulation is paused."""
         with self._changed:
             return self._paused
 
     @property
     def reached_factor(self) -> float:
-        """Simulated seconds in the last second of wall time; 0 while time stands still."""
+        """Real-time factor over the last second; 0 while paused."""
         return 0.0 if self.paused else self._pacer.reached.of(self._simulation.time_ns)
 
     def step(self, count: int, on_end: Callable[[bool], None]) -> None:

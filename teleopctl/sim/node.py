@@ -52,7 +52,7 @@ _PATIENCE_S = 10.0
 
 
 class MujocoSim(Node):
-    """The simulator's node. Physics runs on a thread of its own, services on the executor's."""
+    """Node ``mujoco_sim``. Physics runs on a thread of its own, services on the executor's."""
 
     def __init__(self) -> None:
         progress.tell(progress.STARTING)
@@ -262,7 +262,7 @@ class MujocoSim(Node):
         return _PATIENCE_S + number_of(self, "lockstep_timeout")
 
     def destroy_node(self) -> None:
-        """End physics, then the node."""
+        """Stop the simulation, and destroy the node."""
         if self._loop is not None:
             self._loop.stop()
         # Ctrl-C may have come while the thread was being started.

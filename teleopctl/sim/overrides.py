@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 def refuse_joints(simulation: Simulation, state: Any) -> str:
-    """Why a JointState cannot be taken over; empty if it can.
+    """Return why a JointState cannot be applied; empty if it can.
 
     Args:
         simulation: What it is meant for.
@@ -41,7 +41,7 @@ def refuse_joints(simulation: Simulation, state: Any) -> str:
 
 
 def refuse_bodies(simulation: Simulation, states: Sequence[Any]) -> str:
-    """Why FreeJointStates cannot be taken over; empty if they can."""
+    """Return why FreeJointStates cannot be applied; empty if they can."""
     bodies = simulation.free_bodies
     for state in states:
         if bodies.index(state.name) is None:

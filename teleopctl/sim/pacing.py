@@ -31,7 +31,7 @@ class ReachedFactor:
             self._marks.clear()
 
     def note(self, sim_ns: int) -> None:
-        """Take the simulated time of now."""
+        """Record the present simulated time."""
         now = time.monotonic()
         if not self._marks or now >= self._marks[-1][0] + _LOOK_S:
             with self._lock:
@@ -40,7 +40,7 @@ class ReachedFactor:
                     self._marks.popleft()
 
     def of(self, sim_ns: int) -> float:
-        """The factor up to a simulated time that is now; 0 where nothing has been noted."""
+        """Return the real-time factor at a simulated time; 0 without records."""
         now = time.monotonic()
         with self._lock:
             began_s, began_ns = next(
@@ -52,7 +52,7 @@ class ReachedFactor:
 
 
 class Pacer:
-    """Absolute deadlines on the wall clock for simulated times.
+    """Maps simulated times to deadlines on the wall clock.
 
     Args:
         real_time_factor: Simulated seconds per second of wall time; 0 for as fast as possible.
@@ -70,11 +70,11 @@ class Pacer:
 
     @property
     def real_time_factor(self) -> float:
-        """Simulated seconds per second of wall time; 0 for as fast as possible."""
+        """Requested real-time factor; 0 for as fast as possible."""
         return self._factor
 
     def set_factor(self, real_time_factor: float, sim_ns: int) -> None:
-        """Change the factor, from this simulated time on."""
+        """Set the real-time factor from a simulated time on."""
         self._factor = real_time_factor
         self.anchor(sim_ns)
 
@@ -84,7 +84,7 @@ class Pacer:
         self._sim_ns = sim_ns
 
     def resume(self, sim_ns: int) -> None:
-        """Go on from this simulated time, after standing still or elsewhere."""
+        """Restart the pace at a simulated time, after a pause or a jump."""
         self.anchor(sim_ns)
         self.reached.restart()
         self.reached.note(sim_ns)
@@ -122,7 +122,7 @@ class Beat:
 
     @property
     def next_ns(self) -> int:
-        """The simulated time of the next beat."""
+        """Simulated time of the next beat."""
         return self._count * self._period_ns
 
     def restart(self) -> None:
@@ -130,12 +130,12 @@ class Beat:
         self._count = 0
 
     def take(self, now_ns: int) -> bool:
-        """Whether a beat is due; if so, the next one is the first multiple after ``now_ns``."""
+        """Return whether a beat is due, and move to the next one after ``now_ns``."""
         if now_ns < self.next_ns:
             return False
         self._count = now_ns // self._period_ns + 1
         return True
 
     def skip_to(self, now_ns: int) -> None:
-        """Leave out what was due before ``now_ns``."""
+        """Skip all beats before ``now_ns``."""
         self._count = -(-now_ns // self._period_ns)

@@ -17,7 +17,7 @@ _NO_PAIR = 2**31 - 1
 
 
 class Parting:
-    """The pairs of links of a simulation whose contact waits until they have come apart.
+    """Pairs of links that overlap at the start, whose contacts are disabled until they part.
 
     Each `check` looks at one pair, in turn, so its cost does not grow with the robot; without
     pairs that wait, there is nothing to look at. Pairs whose shapes never part wait for ever.
@@ -38,12 +38,12 @@ class Parting:
         self._waiting: deque[_Pair] = deque()
 
     def reset(self) -> None:
-        """The start again: all pairs wait."""
+        """Disable the contacts of all pairs, as at the start."""
         self._waiting = deque(self._pairs)
         self._m.exclude_signature[:] = self._excluded
 
     def save(self) -> npt.NDArray[np.float64]:
-        """The numbers of the pairs that wait, in the order in which they are looked at."""
+        """Return the numbers of the pairs still overlapping."""
         return np.array([self._pairs.index(pair) for pair in self._waiting], float)
 
     def restore(self, waiting: npt.NDArray[np.float64]) -> None:
@@ -61,7 +61,7 @@ class Parting:
         return bool(self._waiting)
 
     def moved_to(self, model: mujoco.MjModel, data: mujoco.MjData) -> Parting:
-        """Return the same pairs in another model of the robot; those that came apart still touch.
+        """Return the same pairs in another model of the robot, with their states.
 
         Args:
             model: The other ``mujoco.MjModel``, whose excluded pairs are changed.

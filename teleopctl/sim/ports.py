@@ -42,7 +42,7 @@ def _standing(base: FixedBase) -> Any:
 
 
 def reported_joints(model: RobotModel) -> npt.NDArray[np.intp]:
-    """The joints that the state of a control tick has, as indices into those of the model, (n,)."""
+    """Return the indices of the joints that control ticks report, (n,)."""
     reported = [
         index
         for index, joint in enumerate(model.joints)
@@ -52,7 +52,7 @@ def reported_joints(model: RobotModel) -> npt.NDArray[np.intp]:
 
 
 class TopicPorts:
-    """Publishes a simulation; implements `teleopctl.sim.loop_ports.Ports`.
+    """Publishes a simulation's outputs; implements `teleopctl.sim.loop_ports.Ports`.
 
     Messages are made once; what changes is written into their bytes each time.
 
@@ -100,7 +100,7 @@ class TopicPorts:
             self._bodies = FreeBodyPorts(self._node, self._simulation)
 
     def show_base(self, shown: bool) -> None:
-        """Whether the robot's free root link is among the transforms, see `FreeBodyPorts`."""
+        """Set whether the robot's free root link is among the transforms."""
         if self._bodies is not None:
             self._bodies.show_base(shown)
 
@@ -131,7 +131,7 @@ class TopicPorts:
         self._clock_publisher.publish(self._time)
 
     def publish_state(self, time_ns: int) -> None:
-        """Send the state of a control tick to the controller."""
+        """Publish the joint states of a control tick."""
         simulation = self._simulation
         reset = simulation.resets != self._resets
         message = self._state_after_reset if reset else self._state
@@ -141,13 +141,13 @@ class TopicPorts:
         self._state_publisher.publish(message.at(time_ns))
 
     def publish_view(self, time_ns: int) -> None:
-        """Send the pose of every joint to those who look."""
+        """Publish the joint states and free bodies for viewers."""
         if self._bodies is not None:
             self._bodies.publish(time_ns)
         self._view_publisher.publish(self._view.at(time_ns))
 
     def controller_lost(self, time_ns: int, waited_s: float) -> None:
-        """Report that the controller did not answer."""
+        """Log that the controller did not answer."""
         what = (
             f"No command for the state of {to_seconds(time_ns):.3f} s came within {waited_s:g} s"
             if waited_s > 0.0
@@ -156,11 +156,11 @@ class TopicPorts:
         self._logger.warning(f"{what}; the joints hold and the simulation goes on without it")
 
     def controller_back(self, time_ns: int) -> None:
-        """Report that a lost controller answers again."""
+        """Log that the controller answers again."""
         self._logger.info(f"The controller answers again at {to_seconds(time_ns):.3f} s")
 
     def fell_behind(self, seconds: float, factor: float) -> None:
-        """Report that the pace could not be held."""
+        """Log that the real-time factor could not be held."""
         self._logger.warning(
             f"The simulation is slower than its real_time_factor and lost {seconds:.2f} s; it "
             f"reached {factor:.2f} in the last second",
@@ -168,7 +168,7 @@ class TopicPorts:
         )
 
     def diverged(self, time_ns: int) -> None:
-        """Report that physics broke down."""
+        """Log that the physics became unstable."""
         self._logger.error(
             f"Physics became unstable before {to_seconds(time_ns):.3f} s and was reset; check "
             "masses and inertias, or use a smaller timestep",
@@ -176,7 +176,7 @@ class TopicPorts:
         )
 
     def commands_cut(self, sentences: Sequence[str]) -> None:
-        """Report commands that joints cannot follow."""
+        """Log commands that exceed joints' limits."""
         for sentence in sentences:
             self._logger.warning(sentence)
 
@@ -233,7 +233,7 @@ class _JointStates:
         ]
 
     def at(self, time_ns: int) -> bytearray:
-        """The bytes of the message of this time, good until the next call."""
+        """Return the serialized message of a time, valid until the next call."""
         self._message.set_stamp(time_ns)
         for source, taken in self._taken:
             source.take(self._joints, out=taken, mode="clip")
@@ -246,7 +246,7 @@ class _JointStates:
 
 
 class FreeBodyPorts:
-    """Publishes where free bodies are, as messages and as transforms.
+    """Publishes poses of free bodies, as messages and transforms.
 
     The robot's own root link is among the transforms only when that is asked for: mostly somebody
     else says where it is, such as odometry, and a frame has one parent.
@@ -281,7 +281,7 @@ class FreeBodyPorts:
         self.show_base(self._base_shown)
 
     def show_base(self, shown: bool) -> None:
-        """Whether the robot's root link is among the transforms."""
+        """Set whether the robot's root link is among the transforms."""
         self._base_shown = shown
         # It is the first of the free bodies.
         self._shown = self._transforms[1 if self._has_base and not shown else 0 :]
@@ -300,7 +300,7 @@ class FreeBodyPorts:
         return [self._publisher]
 
     def publish(self, time_ns: int) -> None:
-        """Send the pose and the velocity of every free body, in the world."""
+        """Publish the pose and velocity of every free body, in the world."""
         set_stamp(self._states.header.stamp, time_ns)
         for index, transform in enumerate(self._transforms):
             x, y, z, qw, qx, qy, qz = map(float, self._bodies.pose(index))

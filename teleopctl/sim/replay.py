@@ -21,7 +21,7 @@ _NODE = "mujoco_sim"
 
 
 class Rerun:
-    """A simulator that runs once more, and publishes to a function all that the run determines.
+    """Runs a recorded simulation again, and passes all determined messages to a function.
 
     It is made as `MujocoSim` is, from the same parameters, and runs as fast as the machine allows.
 
@@ -73,7 +73,7 @@ class Rerun:
         end_ns: int,
         on_tick: Callable[[int], object] = lambda _: None,
     ) -> None:
-        """Run from the start.
+        """Run the simulation from the start.
 
         Where a state has no command, nobody answered it, and the joints hold as they did then.
 
@@ -97,7 +97,7 @@ class Rerun:
 
     @property
     def moving_frames(self) -> set[str]:
-        """The frames of what moves freely, which go to ``/tf``."""
+        """Return the frames of freely moving bodies, which are published on ``/tf``."""
         assert self._simulation is not None
         return {body.link for body in self._simulation.free_bodies.bodies}
 
@@ -138,22 +138,22 @@ class _SilentPorts:
     """Reports nothing; see `teleopctl.sim.loop_ports.Ports`."""
 
     def controller_lost(self, time_ns: int, waited_s: float) -> None:
-        """Do nothing: it was lost then too."""
+        """Do nothing: it was reported during the recording."""
 
     def controller_back(self, time_ns: int) -> None:
-        """Do nothing: it came back then too."""
+        """Do nothing: it was reported during the recording."""
 
     def fell_behind(self, seconds: float, factor: float) -> None:
         """Do nothing: there is no pace to hold."""
 
     def diverged(self, time_ns: int) -> None:
-        """Do nothing: what became of it is in the states."""
+        """Do nothing: the states show it."""
 
     def commands_cut(self, sentences: Sequence[str]) -> None:
         """Do nothing: it was reported during the recording."""
 
     def put_back(self, time_ns: int, things: Sequence[str]) -> None:
-        """Do nothing: likewise."""
+        """Do nothing: the states show it."""
 
 
 class _AnsweredTopics(_SilentPorts):
@@ -173,7 +173,7 @@ class _AnsweredTopics(_SilentPorts):
         self.on_state: Callable[[int], object] = lambda _: None
 
     def publish_state(self, time_ns: int) -> None:
-        """Publish the state, and have it answered."""
+        """Publish the state, and apply the recorded command."""
         self._topics.publish_state(time_ns)
         self.on_state(time_ns)
 

@@ -36,7 +36,7 @@ _PARTING_NS = 10_000_000
 
 
 class Simulation:
-    """A robot model in motion.
+    """Physics simulation of a robot and its world.
 
     Args:
         model: The robot.
@@ -128,7 +128,7 @@ class Simulation:
 
     @property
     def timestep_s(self) -> float:
-        """The physics step, in seconds."""
+        """Physics step in seconds."""
         return float(self._m.opt.timestep)
 
     @property
@@ -142,7 +142,7 @@ class Simulation:
         return self.steps_per_period - self._steps % self.steps_per_period
 
     def steps_until(self, time_ns: int) -> int:
-        """Physics steps from now to the first one at or after a time; 0 if it has passed."""
+        """Return the number of physics steps until a time; 0 if it has passed."""
         tick, rest = divmod(time_ns, self.control_period_ns)
         within = -(-rest * self.steps_per_period // self.control_period_ns)
         wanted = tick * self.steps_per_period + within
@@ -166,7 +166,7 @@ class Simulation:
             self._steps += block
 
     def coast(self, count: int) -> None:
-        """Advance by physics steps in one go, across control ticks that would change nothing.
+        """Advance by physics steps across control ticks that change nothing.
 
         The bits are those of `step`. It ends early, at a control tick, where the drives have
         something to do, and at the one that would have found that physics broke down.
@@ -210,12 +210,12 @@ class Simulation:
         self.step(self.steps_until(time_ns))
 
     def reset(self) -> None:
-        """Back to time zero, initial positions and no commands."""
+        """Reset to time zero and the initial positions, without commands."""
         self.reset_state()
         self.reset_time()
 
     def reset_time(self) -> None:
-        """Back to time zero; everything stays as it is."""
+        """Reset the time to zero; states stay."""
         self._steps = 0
 
     def reset_state(
@@ -224,7 +224,7 @@ class Simulation:
         velocities: Mapping[str, float] | None = None,
         keyframe: str = "",
     ) -> None:
-        """Back to the initial positions, at rest and without commands; time stays.
+        """Reset positions and velocities, without commands; the time stays.
 
         Args:
             positions: Where joints are to be instead (rad or m), by name.
@@ -288,7 +288,7 @@ class Simulation:
         self.read()
 
     def refresh(self) -> None:
-        """Work out what follows from positions and velocities that were set from outside."""
+        """Recompute what depends on positions and velocities that were set."""
         mujoco.mj_forward(self._m, self._d)
         self.read()
 
@@ -301,13 +301,13 @@ class Simulation:
         velocity: Sequence[float] = (),
         effort: Sequence[float] = (),
     ) -> None:
-        """Take commands for the control period that begins now; see `Drives.apply`."""
+        """Apply commands for the control period that begins now; see `Drives.apply`."""
         self._drives.apply(names, position, velocity, effort)
         if self._file_actuators:
             self._file_actuators.apply(names, position, velocity, effort)
 
     def take_cut_commands(self) -> list[str]:
-        """A sentence for each joint that has first been commanded more than it can do since."""
+        """Return a sentence for each joint whose command first exceeded its limits."""
         cut, self._drives.cut = self._drives.cut, []
         return cut
 
@@ -317,17 +317,17 @@ class Simulation:
         self._file_actuators.hold()
 
     def commandable(self, name: str) -> bool:
-        """Whether a joint takes commands."""
+        """Return whether a joint accepts commands."""
         return self._drives.commandable(name) or name in self._file_actuators
 
     # --- state ----------------------------------------------------------------------------
 
     def read(self) -> None:
-        """Copy the present joint states into `positions`, `velocities` and `efforts`."""
+        """Copy the joint states into `positions`, `velocities` and `efforts`."""
         self._states.read(moving=not self._drives.settled)
 
     def observe(self) -> tuple[mujoco.MjModel, mujoco.MjData]:
-        """MuJoCo's model, and a copy of its data with what its sensors measure at this time.
+        """Return MuJoCo's model and a copy of its data, with sensor values of this time.
 
         Both are of MuJoCo's own types, which have no static ones. They are good until the next
         step.
@@ -341,11 +341,11 @@ class Simulation:
 
     @property
     def present_model(self) -> RobotModel:
-        """The model with what stands in the world where it was put."""
+        """The model, with static objects at their present poses."""
         return replace(self.model, mj_model=self._m)
 
     def put_standing(self, body: str, pose: Array) -> None:
-        """Put something that stands in the world elsewhere, until the next reset.
+        """Set the pose of a static object, until the next reset.
 
         Args:
             body: Its topmost body.
@@ -373,16 +373,16 @@ class Simulation:
         wake(self._m, self._d)
 
     def end_pushes(self, body: str) -> bool:
-        """End what pushes a body; returns whether anything did."""
+        """End the pushes of a body; return whether there were any."""
         return self._pushes.forget(body, self._d)
 
     @property
     def gravity(self) -> list[float]:
-        """The acceleration of free fall in the world: x, y, z, in m/s²."""
+        """Gravity in the world, (3,), in m/s²."""
         return [float(part) for part in self._m.opt.gravity]
 
     def set_gravity(self, gravity: Array | Sequence[float]) -> None:
-        """Set the acceleration of free fall in the world, (3,), in m/s²."""
+        """Set the gravity in the world, (3,), in m/s²."""
         self._m.opt.gravity[:] = gravity
         wake(self._m, self._d)
 
@@ -399,5 +399,5 @@ class Simulation:
 
     @property
     def diverged(self) -> bool:
-        """Whether the robot's physics has broken down since the last reset."""
+        """Whether the robot's physics has become unstable since the last reset."""
         return self._breakdowns.broken

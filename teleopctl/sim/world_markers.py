@@ -52,7 +52,7 @@ class WorldMarkers:
             self._publish(markers)
 
     def renew(self, model: RobotModel) -> None:
-        """Show another world in the place of the one so far."""
+        """Replace the published world."""
         self._publish([_Marker(action=_Marker.DELETEALL), *world_markers(model)])
 
     def _publish(self, markers: list[Any]) -> None:
@@ -73,7 +73,7 @@ class WorldMarkers:
 
 
 def world_markers(model: RobotModel) -> list[Any]:
-    """Markers of the shapes of a model's world, except its ground.
+    """Return markers of the shapes of a model's world, except the ground.
 
     Args:
         model: Robot and world.

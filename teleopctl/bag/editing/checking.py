@@ -32,7 +32,7 @@ class Finding(NamedTuple):
 
 
 def check(path: Path, told: Told = lambda _done: None) -> Iterator[Finding]:
-    """Yield what is wrong with a bag: all of it is read.
+    """Read a whole bag; yield its faults.
 
     Files: their ends, checksums, and indexes against what they index. ``metadata.yaml`` against the
     files. Topics: definitions and hashes, messages that cannot be decoded, numbers of messages
@@ -119,7 +119,7 @@ class _TopicCheck:
             )
 
     def add(self, message: BagMessage) -> None:
-        """Look at a message."""
+        """Check a message."""
         self._count += 1
         if self._topic.is_counted and self._sequences.add(message.sequence):
             self._first_gap_ns = self._first_gap_ns or message.log_time_ns

@@ -27,7 +27,7 @@ Told = Callable[[float], object]
 
 @dataclass(frozen=True)
 class Output:
-    """A bag that is to be written.
+    """An output bag with its selection and options.
 
     Attributes:
         folder: Where; nothing may be there.
@@ -122,7 +122,7 @@ class _Selected:
                 self._write(message._replace(log_time_ns=output.start_ns, sequence=0))
 
     def take(self, message: BagMessage) -> None:
-        """Write a message, if it is one of those that were chosen."""
+        """Write a message, if it is selected."""
         if message.topic in self.topics and self.start_ns <= message.log_time_ns < self.end_ns:
             self._write(message)
 

@@ -15,7 +15,7 @@ DATABASE_SUFFIX = ".db3"
 
 
 def faults_of(file: Path) -> Iterator[Fault]:
-    """Yield what is wrong with a file of a bag of ROS 2; all of it is read."""
+    """Read a whole file of a ROS 2 bag; yield its faults."""
     if file.suffix == SUFFIX:
         with TemporaryFolder(Path(gettempdir())) as folder:
             yield from _faults_inside(file, folder)

@@ -29,7 +29,7 @@ _OF_WRITING = {
 
 @dataclass(frozen=True)
 class Input:
-    """A bag that is to be read.
+    """An input bag with its storage.
 
     Attributes:
         path: Its folder or file.
@@ -45,7 +45,7 @@ class Input:
 
 
 def read_inputs(path: Path) -> tuple[list[Input], list[str]]:
-    """Read a file of inputs.
+    """Read the inputs' YAML file of ``bag convert``.
 
     Returns:
         The inputs, and remarks on what has no effect, each with its place.

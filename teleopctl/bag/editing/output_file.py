@@ -81,7 +81,7 @@ _OF_RECORDING = {
 
 
 def read_outputs(path: Path) -> tuple[list[Output], list[str]]:
-    """Read a file of outputs.
+    """Read the outputs' YAML file of ``bag convert``.
 
     Returns:
         The outputs, and remarks on what has no effect, each with its place.

@@ -10,7 +10,7 @@ from teleopctl.bag.storage.bag import Bag
 
 
 class BagPart:
-    """A bag, and of its messages those that were received in a span of time; see `Bag`.
+    """Part of a bag: the messages received in a time span; see `Bag`.
 
     Its metadata, attachments and records are those of the whole bag.
 
@@ -50,7 +50,7 @@ class BagPart:
         return self._bag.attachments()
 
     def records(self) -> Iterator[tuple[str, dict[str, str]]]:
-        """Yield the names and values of its records of metadata."""
+        """Yield the metadata records of the bag."""
         return self._bag.records()
 
     def close(self) -> None:

@@ -44,7 +44,7 @@ class Recovery(NamedTuple):
 
 
 def recover(path: Path, output: Path | None = None, told: Told = lambda _done: None) -> Recovery:
-    """Make a bag whole.
+    """Recover a damaged bag.
 
     What was only cut off gets its end in place: nothing is taken from it but the beginning of a
     record. What is broken otherwise stays as it is, and what can be read goes into a new bag.

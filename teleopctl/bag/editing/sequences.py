@@ -4,7 +4,7 @@ from __future__ import annotations
 
 
 class Sequences:
-    """The numbers of one topic's messages; see `teleopctl.bag.records.BagTopic.is_counted`.
+    """Counts missing sequence numbers of a topic.
 
     What publishers send at the same time may stand in the bag in another order than it was counted.
     """
@@ -20,7 +20,7 @@ class Sequences:
         return 0 if self._first is None else self._last - self._first + 1 - self._count
 
     def add(self, number: int) -> bool:
-        """Take the number of the next message; return whether those before it have not come yet.
+        """Add a message's number; return whether numbers before it are missing.
 
         Args:
             number: 0 for what is repeated and not counted.

@@ -54,7 +54,7 @@ class Sources:
         return merged
 
     def require_one_type(self, names: Collection[str]) -> None:
-        """Refuse topics that have several types.
+        """Raise for topics that have several types.
 
         Raises:
             RefusedError: One has, since no bag can hold that.
@@ -80,7 +80,7 @@ class Sources:
         return heapq.merge(*parts, key=attrgetter("log_time_ns"))
 
     def attachments(self) -> Iterator[BagAttachment]:
-        """Yield the files inside the bags, each once."""
+        """Yield the attachments of all bags, each once."""
         seen = set()
         for bag in self._bags:
             for attachment in bag.attachments():
@@ -89,7 +89,7 @@ class Sources:
                     yield attachment
 
     def records(self) -> Iterator[tuple[str, dict[str, str]]]:
-        """Yield the records of metadata, each once, but for those that a writer makes itself."""
+        """Yield the metadata records of all bags, without those that a writer makes itself."""
         seen: list[tuple[str, dict[str, str]]] = []
         for bag in self._bags:
             for record in bag.records():

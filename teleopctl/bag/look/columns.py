@@ -35,7 +35,7 @@ _Put: TypeAlias = Callable[[Any, list[Cell]], None]
 
 
 class Columns:
-    """The columns of a type of message.
+    """Table columns of a message type.
 
     Args:
         message_class: The type.
@@ -50,7 +50,7 @@ class Columns:
         self.names, self._put = self._message(message_class, "")
 
     def row(self, message: Message) -> list[Cell]:
-        """The cells of a message; None is what it does not have."""
+        """Return the cells of a message; None for missing elements."""
         cells: list[Cell] = []
         self._put(message, cells)
         return cells
@@ -97,7 +97,7 @@ class Columns:
 
 
 def measure(message: Message, lengths: Lengths, path: str = "") -> None:
-    """Note how long the sequences of a message are, where they are longer than was noted."""
+    """Update the largest lengths of a message's sequences."""
     for field in message.__definition__.fields:
         kind = field.type
         if kind.shape is Shape.SINGLE and not kind.is_nested:

@@ -14,7 +14,7 @@ TIMES = ("log_time_ns", "publish_time_ns")
 
 
 class CsvTable:
-    """A file that gets a row for each message of a topic.
+    """CSV file with a row per message of a topic.
 
     Args:
         path: The file.
@@ -43,5 +43,5 @@ class CsvTable:
         self.row_count += 1
 
     def close(self) -> None:
-        """Write what is left."""
+        """Flush and close the file."""
         self._file.close()

@@ -21,7 +21,7 @@ _NS_PER_S = 1e9
 
 
 class Curve(NamedTuple):
-    """A line of a drawing.
+    """A curve of a plot.
 
     Attributes:
         name: The field, and what its message calls it, such as the joint.

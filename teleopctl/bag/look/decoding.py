@@ -15,7 +15,7 @@ PICTURES = frozenset({"sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage"
 
 
 class Decoded(NamedTuple):
-    """A message of a bag; times in nanoseconds since the epoch, as in `BagMessage`."""
+    """A decoded message of a bag; times in nanoseconds since the epoch."""
 
     topic: str
     log_time_ns: int
@@ -25,7 +25,7 @@ class Decoded(NamedTuple):
 
 
 class Decoder:
-    """Reads messages of some topics of a bag.
+    """Decodes the messages of selected topics.
 
     What cannot be read is passed over and counted: a bag may hold the messages of a broken node.
 
@@ -68,7 +68,7 @@ class Decoder:
 
     # Any: as above.
     def message_class(self, topic: str) -> type[Any]:
-        """The class of the messages of a topic."""
+        """Return the message class of a topic."""
         return self._classes[topic]
 
     def messages(

@@ -15,7 +15,7 @@ _LONGEST = 150
 
 
 def make_folder(folder: Path) -> None:
-    """Make the folder that files are written to.
+    """Create the output folder.
 
     Raises:
         RefusedError: It holds something already.
@@ -34,7 +34,7 @@ def make_folder(folder: Path) -> None:
 
 @contextlib.contextmanager
 def whole_or_gone(paths: Collection[Path]) -> Iterator[None]:
-    """Remove what was begun where writing it does not come to its end, as by Ctrl-C.
+    """Remove partly written files if the block fails or is interrupted.
 
     Half a table can be read as well as a whole one, and nothing would tell.
 
@@ -54,7 +54,7 @@ def whole_or_gone(paths: Collection[Path]) -> Iterator[None]:
 
 
 def file_stems(topics: Iterable[str]) -> dict[str, str]:
-    """The name of a file, without suffix, for each topic.
+    """Return a file name without suffix for each topic.
 
     ``/arm/joint_states`` is ``arm__joint_states``. No name of ROS 2 has two underscores in a row,
     so that names which are valid stay different; others, and those that differ in case only, get a

@@ -95,7 +95,7 @@ class Film:
         self.frame_count += 1
 
     def close(self) -> None:
-        """Write what is left, and the end of the file."""
+        """Finish and close the file."""
         if self.frame_count:
             self._file.mux(self._stream.encode(None))
         self._file.close()

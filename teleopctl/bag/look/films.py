@@ -21,7 +21,7 @@ _MOST_REPEATED = 100_000
 
 
 class ExportedFilm(NamedTuple):
-    """A film that was written.
+    """A written video file.
 
     Attributes:
         path: Where it is.
@@ -43,7 +43,7 @@ class ExportedFilm(NamedTuple):
 
 
 class FilmExport:
-    """Writes each topic of pictures into a film.
+    """Exports each image topic to a video.
 
     A frame is shown when its message was recorded, so that films, plots and tables have the same
     time; it begins with the first frame. Frames of another size than the first are left out.
@@ -80,7 +80,7 @@ class FilmExport:
                 raise UsageError(f"{name} has no pictures, but {topic.type_name}")
 
     def films(self) -> Iterator[ExportedFilm]:
-        """Write the films and yield each when it is written.
+        """Write the videos, and yield each when it is finished.
 
         Topics without a picture make none.
 
@@ -141,7 +141,7 @@ class _Pictures:
         return self._reason or self._decoder.reasons.get(self._topic, "")
 
     def frames(self) -> Iterator[tuple[float, PilImage]]:
-        """Yield seconds since the first picture, and pictures."""
+        """Yield the pictures with their times since the first one, in seconds."""
         shades = GreyRange()
         start_ns, size = 0, (0, 0)
         for decoded in self._decoder.messages([self._topic]):
@@ -165,7 +165,7 @@ class _Pictures:
 def at_rate(
     frames: Iterable[tuple[float, PilImage]], rate: float
 ) -> Iterator[tuple[float, PilImage]]:
-    """Yield at each time of a constant rate the latest frame that is not younger.
+    """Yield, at a constant rate, the newest frame of each time.
 
     The last frame is always there, at the next time of the rate.
 

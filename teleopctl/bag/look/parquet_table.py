@@ -23,7 +23,7 @@ _NAMES = {
 
 
 class ParquetTable:
-    """A file that gets a row for each message of a topic.
+    """Parquet file with a row per message of a topic.
 
     Args:
         path: The file.
@@ -73,7 +73,7 @@ class ParquetTable:
             self._flush()
 
     def close(self) -> None:
-        """Write what is left, and the end of the file."""
+        """Finish and close the file."""
         self._flush()
         self._writer.close()
 

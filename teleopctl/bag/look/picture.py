@@ -20,7 +20,7 @@ _FEW_POINTS = 40
 
 
 def check_picture_name(file: Path) -> None:
-    """Check that a picture can be written under a name.
+    """Raise if no plot can be written to a file of this name.
 
     Raises:
         UsageError: It does not end as a picture.
@@ -30,7 +30,7 @@ def check_picture_name(file: Path) -> None:
 
 
 def save_picture(curves: Sequence[Curve], file: Path, title: str = "") -> None:
-    """Draw curves over seconds, with a legend.
+    """Write a plot of curves over seconds, with a legend.
 
     In an SVG, texts stay texts, and each curve is an element whose ``id`` is its name.
 

@@ -22,7 +22,7 @@ _MOST_FILES = 100
 
 
 class ExportedFile(NamedTuple):
-    """A file that was written.
+    """A written table.
 
     Attributes:
         path: Where it is.
@@ -42,7 +42,7 @@ class ExportedFile(NamedTuple):
 
 
 class TableExport:
-    """Writes each topic of a bag into a table.
+    """Exports each topic of a bag to a table.
 
     Holds one chunk of the bag and some rows of each table in memory at a time. A bag with
     sequences is read twice for CSV, whose columns have to be known first.
@@ -80,7 +80,7 @@ class TableExport:
         self._topics = [name for name in self._decoder.topics if name not in self.left_out]
 
     def files(self) -> Iterator[ExportedFile]:
-        """Write the tables and yield each file when it is written.
+        """Write the tables, and yield each when it is finished.
 
         Raises:
             RefusedError: The folder holds something already.

@@ -140,7 +140,7 @@ def message_indexes(stream: BinaryIO, index: ChunkIndex) -> list[MessageIndex]:
 
 
 def read_record(kind: type[_Record], data: bytes) -> _Record:
-    """Read a record from its content.
+    """Parse a record from its content.
 
     Raises:
         Exception: One of `BROKEN`.
@@ -159,7 +159,7 @@ def read_message(data: bytes, start: int, end: int) -> Message:
 
 
 def records_of(data: bytes) -> Iterator[tuple[int, int, int]]:
-    """Yield of each record of a chunk's content what it is, and where its own begins and ends.
+    """Yield the opcode and the content's offsets of each record in a chunk.
 
     Raises:
         ValueError: The chain of records is broken, as `struct.error` says too, or there are more
@@ -189,7 +189,7 @@ def _count_records(data: bytes) -> None:
 
 
 def read_content(stream: BinaryIO, index: ChunkIndex, *, checked: bool = True) -> bytes:
-    """Return the records of a chunk as bytes.
+    """Return the decompressed content of a chunk.
 
     Args:
         stream: The file; it is left somewhere.
@@ -221,7 +221,7 @@ def read_content(stream: BinaryIO, index: ChunkIndex, *, checked: bool = True) -
 
 
 def read_compression(stream: BinaryIO, length: int) -> tuple[str, int]:
-    """Read what stands behind the head of a chunk: the compression, and how many bytes follow.
+    """Read a chunk's compression and the size of its content.
 
     Raises:
         Exception: One of `BROKEN`: it contradicts the length of the record.

@@ -99,14 +99,14 @@ class ChunkBuilder:
         return bool(self._indexes)
 
     def add_record(self, data: bytes) -> None:
-        """Add a schema or a channel."""
+        """Add a schema or channel record."""
         self._parts.append(data)
         self.size += len(data)
 
     def add_message(
         self, channel: int, sequence: int, log_ns: int, publish_ns: int, data: bytes
     ) -> None:
-        """Add a message of a channel that was added."""
+        """Add a message record."""
         length = len(data)
         head = _MESSAGE.pack(
             Opcode.MESSAGE, MESSAGE_HEAD.size + length, channel, sequence, log_ns, publish_ns

@@ -34,7 +34,7 @@ _ZEROS = 512
 
 
 class CutChunk(NamedTuple):
-    """The whole records at the beginning of a chunk. Its checksum cannot be compared.
+    """The complete records at the beginning of a truncated chunk. Its checksum cannot be compared.
 
     Attributes:
         compression: Its own.
@@ -62,7 +62,7 @@ def read_cut_chunk(stream: BinaryIO, found: Scan) -> CutChunk | None:
 
 
 def chunk_of(cut: CutChunk, offset: int) -> bytes:
-    """Make a whole chunk of one that was cut off, with its message indexes.
+    """Return a complete chunk made of a truncated one, with its message indexes.
 
     Args:
         cut: What there is of it.

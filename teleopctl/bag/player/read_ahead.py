@@ -85,7 +85,7 @@ class ReadAhead:
             )
 
     def close(self) -> None:
-        """End the thread."""
+        """Stop the reading thread."""
         with self._changed:
             self._is_closed = True
             self._changed.notify_all()
@@ -124,7 +124,7 @@ class ReadAhead:
 def by_sent_time(
     messages: Iterator[BagMessage], most: int, most_bytes: int = MOST_BYTES
 ) -> Iterator[BagMessage]:
-    """Yield messages in the order in which they were sent.
+    """Yield messages in the order of their publish times.
 
     They come in the order of their receipt: one that was overtaken by more than the queue holds
     stays out of order.

@@ -27,7 +27,7 @@ class TopicKind(enum.Enum):
 
 
 def kind_of(name: str, type_name: str) -> tuple[TopicKind, str]:
-    """Return what a topic belongs to, and the name of that: topic, service or action."""
+    """Return the kind of a topic, and the name of its topic, service or action."""
     action = _ACTION_TOPIC.fullmatch(name)
     if action:
         return TopicKind.ACTION, action["action"]
@@ -75,7 +75,7 @@ class PlaySelection:
                 raise UsageError(f"'{expression}' is not a regular expression: {error}") from error
 
     def expanded(self, expand: Callable[[str], str]) -> PlaySelection:
-        """Return the same selection with absolute names."""
+        """Return the selection with absolute names."""
 
         def absolute(names: tuple[str, ...]) -> tuple[str, ...]:
             return tuple(expand(name) for name in names)
@@ -92,7 +92,7 @@ class PlaySelection:
         )
 
     def chooses(self, name: str, type_name: str) -> bool:
-        """Whether a topic is played.
+        """Return whether a topic is played.
 
         Args:
             name: Its full name.

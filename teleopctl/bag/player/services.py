@@ -17,7 +17,7 @@ START_TIME, END_TIME = "playback.start_time_ns", "playback.end_time_ns"
 
 
 class PlayerServices:
-    """``~/pause``, ``~/seek`` and the others of ``rosbag2_interfaces``.
+    """Services of the player: ``~/pause``, ``~/seek`` and others of ``rosbag2_interfaces``.
 
     Args:
         node: The player's node.
@@ -53,7 +53,7 @@ class PlayerServices:
             node.declare_parameter(name, time_ns)
 
     def close(self) -> None:
-        """Destroy the services, and take the parameters back."""
+        """Destroy the services, and undeclare the parameters."""
         for name in (START_TIME, END_TIME):
             if self._node.has_parameter(name):
                 self._node.undeclare_parameter(name)

@@ -25,7 +25,7 @@ class Split(NamedTuple):
 
 
 class Source:
-    """Bags that are open, with their messages merged by time.
+    """Open bags with their messages merged by time.
 
     Args:
         bags: The bags' paths, each with its storage where the path does not tell.
@@ -79,7 +79,7 @@ class Source:
         )
 
     def latched_before(self, topics: Collection[str], time_ns: int) -> list[BagMessage]:
-        """Return what late subscribers of latched topics have at a time, oldest first.
+        """Return the messages that late subscribers of latched topics have at a time.
 
         Args:
             topics: Only these.
@@ -97,7 +97,7 @@ class Source:
         return sorted(found, key=lambda message: message.log_time_ns)
 
     def splits_between(self, start_ns: int, end_ns: int) -> list[Split]:
-        """Return the changes of files behind one time and up to another."""
+        """Return the file boundaries between two times."""
         first, behind = (
             bisect.bisect_right(self.splits, time_ns, key=lambda split: split.time_ns)
             for time_ns in (start_ns, end_ns)

@@ -54,7 +54,7 @@ class Tape:
         self.position_ns = line.now_ns()
 
     def jump_to(self, time_ns: int, read_ahead_s: float = 0.0) -> None:
-        """Go on from another time; what latched topics had then is sent.
+        """Jump to a time, and publish what latched topics had then.
 
         Args:
             time_ns: In nanoseconds since the epoch.
@@ -90,7 +90,7 @@ class Tape:
         return message, False
 
     def send_next(self, message: BagMessage) -> bool:
-        """Send the next message; False where it is nothing to be sent."""
+        """Publish the next message; return False if it is not played."""
         assert self._queue is not None
         self._queue.drop_first()
         time_ns = self.time_of(message)
@@ -104,7 +104,7 @@ class Tape:
         return message.publish_time_ns if self._is_by_sent_time else message.log_time_ns
 
     def close(self) -> None:
-        """End reading."""
+        """Stop reading."""
         if self._queue is not None:
             self._queue.close()
             self._queue = None

@@ -13,10 +13,10 @@ class SteadyTime(Protocol):
     """Steady clock to wait by; tests provide their own."""
 
     def now_ns(self) -> int:
-        """The time in nanoseconds, from any origin."""
+        """Return the time in nanoseconds, from any origin."""
 
     def wait(self, changed: threading.Condition, longest_ns: int | None) -> None:
-        """Wait until a condition, which the caller holds, is notified or the time is over.
+        """Wait until a condition is notified or the time is over.
 
         Args:
             changed: The condition.
@@ -35,7 +35,7 @@ class _ProcessTime:
 
 
 class TimeLine:
-    """Playback time, which runs at a rate, stands still while paused, and jumps.
+    """Playback time: runs at a rate, can be paused, and can jump.
 
     One thread waits on it; any thread may change it, and a change takes effect in the wait.
 
@@ -70,11 +70,11 @@ class TimeLine:
 
     @property
     def is_paused(self) -> bool:
-        """Whether it stands still."""
+        """Whether the playback time is paused."""
         return self._is_paused
 
     def now_ns(self) -> int:
-        """The playback time, in nanoseconds since the epoch."""
+        """Return the playback time, in nanoseconds since the epoch."""
         with self._changed:
             return self._now_ns()
 
@@ -91,7 +91,7 @@ class TimeLine:
             self._is_paused = False
 
     def set_rate(self, rate: float) -> bool:
-        """Change how fast it runs from now on; False, and no change, for a rate of 0 or less."""
+        """Set the rate; return False for a rate of 0 or less."""
         if not 0 < rate < float("inf"):
             return False
         with self._changed:
@@ -100,7 +100,7 @@ class TimeLine:
         return True
 
     def jump(self, time_ns: int) -> None:
-        """Make it another time, in nanoseconds since the epoch."""
+        """Set the playback time, in nanoseconds since the epoch."""
         with self._changed:
             self._set(time_ns)
 
@@ -111,7 +111,7 @@ class TimeLine:
             self._changed.notify_all()
 
     def wait_until(self, time_ns: int | None) -> bool:
-        """Wait for a playback time; while paused it does not come.
+        """Wait for a playback time, however long it is paused.
 
         Args:
             time_ns: In nanoseconds since the epoch; None waits until something changes.

@@ -95,7 +95,7 @@ class Circumstances:
         self._thread.start()
 
     def close(self) -> None:
-        """Gather what is missing, in bounded time; it is written then, or never."""
+        """Collect missing metadata for a limited time, and stop."""
         self._end_s = time.monotonic() + _LONGEST_END_S
         self._is_over.set()
         self._changed.set()
@@ -291,12 +291,12 @@ class _Questions:
 
     @property
     def is_pending(self) -> bool:
-        """Whether an answer may still come."""
+        """Return whether a response is pending."""
         return bool(self._lists or self._values)
 
     # Any: YAML's values.
     def step(self) -> dict[str, Any]:
-        """Take the answers that have come; return those of them that are complete, as documents."""
+        """Handle new responses; return the documents that are complete."""
         for name, future in [*self._lists.items()]:
             if future.is_settled():
                 del self._lists[name]

@@ -19,7 +19,7 @@ _EVENT = "_Event"
 
 
 class Definitions:
-    """Finds definitions: those of this program where the hash is the same, else the publishers'.
+    """Finds type definitions: in this process, else from the nodes of the graph.
 
     Args:
         node: Who asks other nodes; it needs no executor for this.
@@ -40,7 +40,7 @@ class Definitions:
         return self._found[key]
 
     def ask_for(self, type_name: str, version: str, graph: Graph) -> TypeText:
-        """A definition as the nodes that use it explain it; an empty one where none does.
+        """Return the definition that a node of the graph serves; an empty one if none does.
 
         It takes as long as they take to answer, at most some seconds.
         """

@@ -43,7 +43,7 @@ class EarlyMessages:
         )
 
     def hand_over(self, key: str, receiver: Receiver) -> None:
-        """Call a function with the messages of a key, from the first one on, until `forget`.
+        """Pass the messages of a key to a function, the kept ones first, until `forget`.
 
         Args:
             key: Where the topic's publishers of one version of its type send.
@@ -57,14 +57,14 @@ class EarlyMessages:
             self._receivers[key] = receiver
 
     def forget(self, key: str) -> None:
-        """Keep nothing of a key, whose messages come otherwise."""
+        """Drop the kept messages of a key, and keep no more."""
         with self._lock:
             for data, _ in self._held.pop(key, ()):
                 self._bytes -= len(data)
             self._receivers[key] = None
 
     def close(self) -> None:
-        """Listen no more."""
+        """Unsubscribe from everything."""
         self._subscriber.undeclare()
 
     def _take(self, sample: zenoh.Sample) -> None:

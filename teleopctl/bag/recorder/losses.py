@@ -12,7 +12,7 @@ _MOST_TOPICS = 5
 
 
 class Losses(NamedTuple):
-    """Messages that were not recorded, by topic.
+    """Numbers of messages that were not recorded, by topic.
 
     Attributes:
         in_recorder: They came faster than they could be written, and found no room.
@@ -27,7 +27,7 @@ class Losses(NamedTuple):
 
     @property
     def topics(self) -> list[str]:
-        """The topics that lost something, sorted."""
+        """Return the topics with losses, sorted."""
         return sorted({*self.in_recorder, *self.in_transport})
 
 
@@ -41,17 +41,17 @@ class LossCounter:
         self._told = Losses({}, {})
 
     def lost_here(self, topic: str) -> None:
-        """A message found no room."""
+        """Count a message for which the queue had no room."""
         with self._lock:
             self._in_recorder[topic] += 1
 
     def lost_on_the_way(self, topic: str, count: int) -> None:
-        """So many messages never came."""
+        """Count messages that were lost in transport."""
         with self._lock:
             self._in_transport[topic] += count
 
     def so_far(self) -> Losses:
-        """All losses since the beginning."""
+        """Return all losses since the start."""
         with self._lock:
             return Losses(dict(self._in_recorder), dict(self._in_transport))
 

@@ -17,7 +17,7 @@ _MUCH_BYTES = 4 * 2**20
 
 
 class MessageQueue:
-    """Messages on their way to the disk, bounded in bytes.
+    """Queue of messages for the writing thread, limited in bytes.
 
     A full one refuses what comes; who refuses counts it.
 
@@ -42,7 +42,7 @@ class MessageQueue:
 
     @property
     def is_closed(self) -> bool:
-        """Whether nothing is taken any more."""
+        """Whether the queue is closed."""
         return self._is_closed
 
     def put(self, message: BagMessage) -> bool:
@@ -62,7 +62,7 @@ class MessageQueue:
         return True
 
     def call(self, task: Callable[[], object]) -> bool:
-        """Have the thread that writes call a function, behind the messages that are here now.
+        """Queue a function for the writing thread, after the present messages.
 
         Returns:
             False where the queue is closed, so that nobody will call it.
@@ -78,7 +78,7 @@ class MessageQueue:
     def take_all(
         self, longest_s: float
     ) -> tuple[list[BagMessage], list[Callable[[], object]], bool]:
-        """Wait for something to do.
+        """Wait for messages or functions, and return all of them.
 
         Args:
             longest_s: Longest wait in seconds.
@@ -96,12 +96,12 @@ class MessageQueue:
             return messages, tasks, self._is_closed
 
     def written(self, size: int) -> None:
-        """Give room back that messages took."""
+        """Release the space of written messages."""
         with self._lock:
             self._bytes -= size
 
     def close(self) -> None:
-        """Take nothing more; what is here is still to be written. Idempotent."""
+        """Close the queue; the present messages are still written. Idempotent."""
         with self._lock:
             self._is_closed = True
         self._hurry.set()

@@ -31,7 +31,7 @@ _REPORT_S = 1.0
 
 
 def default_folder() -> Path:
-    """The folder that rosbag2 chooses where none is named: ``rosbag2_`` and the local time.
+    """Return rosbag2's default folder: ``rosbag2_`` and the local time.
 
     Where there is one of this very second already, a number stands behind it.
     """
@@ -41,7 +41,7 @@ def default_folder() -> Path:
 
 
 class Recorder:
-    """Records topics into a bag, from the moment it is made until it is closed.
+    """Records topics into a bag until it is closed.
 
     It has a context, a node and threads of its own, so that a program or a test can use it beside
     its own nodes, or without any:
@@ -119,28 +119,28 @@ class Recorder:
 
     @property
     def is_paused(self) -> bool:
-        """Whether what comes is left out."""
+        """Whether the recording is paused."""
         return not self._gate.is_open
 
     @property
     def is_following(self) -> bool:
-        """Whether topics that appear are recorded."""
+        """Whether new topics are recorded."""
         return self._session is not None and self._session.is_following
 
     @property
     def topics(self) -> list[str]:
-        """The topics that are subscribed to, sorted."""
+        """Names of the subscribed topics, sorted."""
         return [] if self._session is None else self._session.topics.names
 
     @property
     def message_count(self) -> int:
-        """Messages of the present bag or the last one: written, or on their way to the disk."""
+        """Number of recorded messages of the present or last bag."""
         session = self._session or self._last_session
         return 0 if session is None else session.message_count
 
     @property
     def left_out_count(self) -> int:
-        """Messages that came while the recorder was paused."""
+        """Number of messages received while paused."""
         return self._gate.left_out
 
     @property
@@ -150,7 +150,7 @@ class Recorder:
         return Losses({}, {}) if session is None else session.losses.so_far()
 
     def record(self, folder: Path | None = None) -> None:
-        """Begin a bag, after `stop`.
+        """Start a new bag, after `stop`.
 
         Args:
             folder: Where it is to be; by default where the last one was to be.
@@ -209,13 +209,13 @@ class Recorder:
                     )
 
     def pause(self) -> None:
-        """Leave out what comes from now on."""
+        """Pause the recording."""
         if self._gate.is_open:
             self._gate.is_open = False
             self.node.get_logger().info("Pausing recording.")
 
     def resume(self) -> None:
-        """Record what comes from now on."""
+        """Resume the recording."""
         if not self._gate.is_open:
             self._gate.is_open = True
             if self._session is not None:
@@ -223,21 +223,21 @@ class Recorder:
             self.node.get_logger().info("Resuming recording.")
 
     def toggle_paused(self) -> None:
-        """Pause, or resume."""
+        """Toggle the pause."""
         if self._gate.is_open:
             self.pause()
         else:
             self.resume()
 
     def follow(self, *, active: bool) -> None:
-        """Begin or end to record topics that appear."""
+        """Start or stop recording new topics."""
         session = self._session
         if session is not None and session.is_following != active:
             self.node.get_logger().info(f"Topics discovery {'started' if active else 'stopped'}.")
             session.follow(active=active)
 
     def flush(self) -> None:
-        """Wait until all that was received is with the operating system, or in the memory.
+        """Wait until all received messages are written, or in the snapshot buffer.
 
         Raises:
             SystemFailureError: The disk refused.
@@ -246,15 +246,15 @@ class Recorder:
             self._session.flush()
 
     def split(self) -> Future[tuple[Path, Path]] | None:
-        """Begin a new file; None where nothing is recorded."""
+        """Start a new file; return None if no bag is open."""
         return None if self._session is None else self._session.split()
 
     def take_snapshot(self) -> Future[bool] | None:
-        """Write what is in memory into the bag; None where nothing is recorded."""
+        """Write the snapshot buffer to the bag; return None if no bag is open."""
         return None if self._session is None else self._session.take_snapshot()
 
     def wait(self, timeout_s: float | None = None) -> bool:
-        """Wait until the recorder is closed, or cannot go on.
+        """Wait until the recorder is closed or has failed.
 
         Returns:
             Whether that came before the time was up.
@@ -263,14 +263,14 @@ class Recorder:
         return self._ended.wait(timeout_s)
 
     def on_end(self, callback: Callable[[], object]) -> None:
-        """Call a function once the recorder cannot go on, from any thread; at once if it cannot."""
+        """Call a function when the recorder fails, from any thread; at once if it has."""
         self._on_end = callback
         self._is_awaited = True
         if self._ended.is_set():
             callback()
 
     def close(self) -> None:
-        """Finish the bag and leave the graph. Idempotent.
+        """Finish the bag, and unsubscribe. Idempotent.
 
         Raises:
             SystemFailureError: The disk refused, now or before; what was written can be read.

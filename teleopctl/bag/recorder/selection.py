@@ -71,7 +71,7 @@ class Selection:
 
     @property
     def is_empty(self) -> bool:
-        """Whether nothing could ever be chosen."""
+        """Return whether nothing can ever be selected."""
         everything = self.all_topics or self.all_services or self.all_actions
         named = self.topics or self.services or self.actions or self.topic_types
         return not (everything or named or self.regex or self.static_topics)
@@ -97,7 +97,7 @@ class Selection:
         )
 
     def chooses(self, topic: str, type_name: str) -> bool:
-        """Whether a topic's name and type are among those to be recorded."""
+        """Return whether a topic is selected by name and type."""
         action = _ACTION_TOPIC.fullmatch(topic)
         is_static = topic in self.static_topics
         if action is not None:
@@ -121,7 +121,7 @@ class Selection:
         return bool(self.include_hidden_topics or is_own_kind) or not is_hidden_name(topic)
 
     def is_ready(self, topic: str, graph: Graph) -> bool:
-        """Whether a topic has the publishers and subscribers that it has to have."""
+        """Return whether a topic has the required publishers and subscribers."""
         needs_publisher = not self.include_unpublished_topics and topic not in self.static_topics
         if needs_publisher and not graph.publishers(topic):
             return False

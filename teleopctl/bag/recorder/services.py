@@ -34,39 +34,39 @@ class Controls(Protocol):
 
     @property
     def is_paused(self) -> bool:
-        """Whether what comes is left out."""
+        """Whether the recording is paused."""
 
     @property
     def is_following(self) -> bool:
-        """Whether topics that appear are recorded."""
+        """Whether new topics are recorded."""
 
     def record(self, folder: Path | None = None) -> None:
-        """Begin a bag."""
+        """Start a new bag."""
 
     def stop(self) -> None:
         """Finish the bag."""
 
     def pause(self) -> None:
-        """Leave out what comes."""
+        """Pause the recording."""
 
     def resume(self) -> None:
-        """Record what comes."""
+        """Resume the recording."""
 
     def toggle_paused(self) -> None:
-        """Pause, or resume."""
+        """Toggle the pause."""
 
     def follow(self, *, active: bool) -> None:
-        """Begin or end to record topics that appear."""
+        """Start or stop recording new topics."""
 
     def split(self) -> Future[tuple[Path, Path]] | None:
-        """Begin a new file."""
+        """Start a new file."""
 
     def take_snapshot(self) -> Future[bool] | None:
-        """Write what is in memory."""
+        """Write the snapshot buffer."""
 
 
 class RecorderServices:
-    """Offers a recorder's methods to the graph, and publishes what happens to its bag.
+    """Services of the recorder, and the topics with its events.
 
     Args:
         node: The recorder's node.
@@ -102,7 +102,7 @@ class RecorderServices:
             node.create_service(service, f"~/{snake_case(name)}", answer)
 
     def tell_split(self, closed: Path, opened: Path) -> None:
-        """Publish that a file has ended and another one begins."""
+        """Publish the split event."""
         self._splits.publish(
             self._split_event(
                 closed_file=str(closed.absolute()),
@@ -112,7 +112,7 @@ class RecorderServices:
         )
 
     def tell_losses(self, losses: Losses) -> None:
-        """Publish what was lost since the last time."""
+        """Publish the losses since the last call."""
         self._lost.publish(
             self._lost_event(
                 node_name=self._node.get_fully_qualified_name(),

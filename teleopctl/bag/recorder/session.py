@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 class Session:
-    """One recording; begins at once, but for simulated time, whose first message it waits for.
+    """One recording into one bag; with simulated time, it starts with the first /clock.
 
     Args:
         node: Who subscribes.
@@ -94,21 +94,21 @@ class Session:
 
     @property
     def is_following(self) -> bool:
-        """Whether topics that appear are recorded."""
+        """Whether new topics are recorded."""
         return self._follows
 
     @property
     def message_count(self) -> int:
-        """Messages that were received and not dropped."""
+        """Number of received messages that were not dropped."""
         return self._queue.count
 
     def follow(self, *, active: bool) -> None:
-        """Begin or end to record topics that appear."""
+        """Start or stop recording new topics."""
         self._follows = active
         self._changed.set()
 
     def flush(self) -> None:
-        """Wait until all that was received is with the operating system, or in the memory.
+        """Wait until all received messages are written, or in the snapshot buffer.
 
         Raises:
             SystemFailureError: The disk refused.
@@ -117,7 +117,7 @@ class Session:
             self.writing.ask(lambda writer: writer.flush()).result()
 
     def split(self) -> Future[tuple[Path, Path]]:
-        """Begin a new file."""
+        """Start a new file."""
         return self.writing.split()
 
     def take_snapshot(self) -> Future[bool]:
@@ -125,7 +125,7 @@ class Session:
         return self.writing.take_snapshot()
 
     def close(self) -> None:
-        """Write what has come, and finish the bag.
+        """Write all received messages, and finish the bag.
 
         Raises:
             SystemFailureError: The disk refused, now or before.

@@ -11,7 +11,7 @@ _MOST_LATCHED = 100
 
 
 class SnapshotBuffer:
-    """A ring of messages, bounded in bytes and in time; not safe to use from several threads.
+    """Ring buffer of messages, limited in bytes and in time; not thread-safe.
 
     What latched topics last had stays besides, however old: the description of a robot is said
     once and needed always.
@@ -31,7 +31,7 @@ class SnapshotBuffer:
         self._fallen_out: Counter[str] = Counter()
 
     def put(self, message: BagMessage, latched_depth: int = 0) -> None:
-        """Keep a message.
+        """Add a message.
 
         Args:
             message: The newest one.

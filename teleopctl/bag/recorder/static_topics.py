@@ -13,7 +13,7 @@ _EXPECTED = f"The file is a list of pairs: {_ROOT}: [[/chatter, std_msgs/msg/Str
 
 
 def read_static_topics(path: Path) -> dict[str, str]:
-    """Read rosbag2's file of topics and their types.
+    """Read rosbag2's static topics file: topics and their types.
 
     Returns:
         The type of each topic.

@@ -69,7 +69,7 @@ class _Topic:
 
 
 class Topics:
-    """The topics of a recording, on a thread of their own that the graph wakes.
+    """Subscriptions of a recording, kept up to date with the graph on a thread.
 
     Args:
         node: Who subscribes.
@@ -112,7 +112,7 @@ class Topics:
 
     @property
     def names(self) -> list[str]:
-        """The topics that are subscribed to, sorted."""
+        """Return the names of the subscribed topics, sorted."""
         return sorted(self._topics)
 
     def follow(self, graph: Graph) -> None:
@@ -154,7 +154,7 @@ class Topics:
                 self._put(topic.kept.pop(publisher)._replace(log_time_ns=now_ns))
 
     def close(self) -> None:
-        """Unsubscribe from everything; what is not described is recorded without definition."""
+        """Unsubscribe from everything; topics without a definition are recorded without."""
         for topic in self._topics.values():
             if topic.subscription is not None:
                 self._node.destroy_subscription(topic.subscription)
@@ -313,7 +313,7 @@ def _ignore(_: bytes) -> None:
 
 
 def adapted_to(publishers: list[EndpointToken]) -> QoSProfile:
-    """The quality of service with which a topic's publishers are recorded.
+    """Return the QoS profile with which a topic's publishers are recorded.
 
     As rosbag2 chooses it, but for two things that Zenoh allows and DDS does not: earlier messages
     are asked for where any publisher keeps them, and where there is no publisher yet.

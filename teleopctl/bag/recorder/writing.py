@@ -73,11 +73,11 @@ class WritingThread:
             thread.start()
 
     def add_topic(self, topic: BagTopic) -> None:
-        """Make a topic known, from any thread; what was held of it is written."""
+        """Add a topic, from any thread, and write its held messages."""
         self._queue.call(lambda: self._add_topic(topic))
 
     def ask(self, question: Callable[[BagWriter], ResultT]) -> Future[ResultT]:
-        """Have the thread call something with the bag, behind what has come so far.
+        """Call a function with the writer on the writing thread; return a future of its result.
 
         Where the recording ends before, the answer is cancelled.
         """
@@ -96,7 +96,7 @@ class WritingThread:
         return answer
 
     def split(self) -> Future[tuple[Path, Path]]:
-        """Begin a new file."""
+        """Start a new file."""
         return self.ask(lambda writer: writer.split())
 
     def take_snapshot(self) -> Future[bool]:
@@ -104,7 +104,7 @@ class WritingThread:
         return self.ask(self._write_snapshot)
 
     def close(self) -> None:
-        """Write what has come, finish the bag and end the threads.
+        """Write all queued messages, finish the bag and end the threads.
 
         Raises:
             SystemFailureError: The disk refused, now or before.

@@ -35,7 +35,7 @@ _SQLITE_MAGIC = b"SQLite format 3\0"
 
 
 class Bag(Protocol):
-    """A bag that is open for reading.
+    """Bag opened for reading.
 
     Attributes:
         path: The folder or file.
@@ -81,7 +81,7 @@ class Bag(Protocol):
         """Yield the attachments of the bag."""
 
     def records(self) -> Iterator[tuple[str, dict[str, str]]]:
-        """Yield the names and values of its records of metadata."""
+        """Yield the metadata records of the bag."""
 
     def close(self) -> None:
         """Close its files."""
@@ -158,7 +158,7 @@ def _metadata(path: Path) -> tuple[BagMetadata | None, list[str]]:
 
 
 def bag_files(path: Path) -> list[Path]:
-    """The files of a bag in the order in which they were written.
+    """Return the files of a bag in the order in which they were written.
 
     Those that ``metadata.yaml`` names, and what a recorder that was killed could no longer add.
 

@@ -90,7 +90,7 @@ class WriterOptions:
 
     @property
     def storage(self) -> str:
-        """The form of the files: ``mcap`` or ``sqlite3``."""
+        """Storage format: ``mcap`` or ``sqlite3``."""
         return MCAP if self.database_settings is None else SQLITE3
 
     @property
@@ -106,7 +106,7 @@ class WriterOptions:
 
 
 class BagWriter:
-    """A bag that is being written.
+    """Bag opened for writing.
 
     Not safe to use from several threads. What `flush` has written survives the death of this
     process.
@@ -156,7 +156,7 @@ class BagWriter:
 
     @property
     def file(self) -> McapFileWriter | DatabaseWriter:
-        """The file that is being written."""
+        """Path of the present file."""
         return self._file
 
     @property
@@ -171,7 +171,7 @@ class BagWriter:
         )
 
     def add_topic(self, topic: BagTopic) -> None:
-        """Make a topic known, before its first message. Idempotent."""
+        """Add a topic, before its first message. Idempotent."""
         if topic.name not in self._topics:
             self._topics[topic.name] = topic
             self.message_counts[topic.name] = 0
@@ -181,7 +181,7 @@ class BagWriter:
             self._attempt(lambda: self._file.add_topic(topic))
 
     def write(self, message: BagMessage) -> None:
-        """Write a message of a topic that was added; begins a new file where it is time to."""
+        """Write a message of an added topic; start a new file if the present one is full."""
         if self._splits and self._is_time_to_split(message):
             self.split(message.log_time_ns)
         try:
@@ -194,17 +194,17 @@ class BagWriter:
             self._remember(message)
 
     def attach(self, attachment: BagAttachment) -> None:
-        """Add a file inside each file of the bag, from the present one on."""
+        """Add an attachment to the present and all following files."""
         self._attachments.append(attachment)
         self._attempt(lambda: self._file.attach(attachment))
 
     def add_record(self, name: str, values: Mapping[str, str]) -> None:
-        """Add a record of metadata to each file of the bag, from the present one on."""
+        """Add a metadata record to the present and all following files."""
         self._records.append((name, dict(values)))
         self._attempt(lambda: self._file.add_record(name, values))
 
     def split(self, time_ns: int | None = None) -> tuple[Path, Path]:
-        """Begin a new file.
+        """Start a new file.
 
         Args:
             time_ns: Log time of what is repeated there; by default that of the last message.
@@ -229,7 +229,7 @@ class BagWriter:
         return ended.path, self._file.path
 
     def flush(self) -> None:
-        """Hand all that was written over to the operating system."""
+        """Flush to the operating system."""
         self._attempt(self._file.flush)
         if time.monotonic() >= self._metadata_due_s:
             self._write_metadata()

@@ -15,7 +15,7 @@ _JOURNAL_SUFFIX = "-journal"
 
 
 def is_left_open(path: Path) -> bool:
-    """Whether a database needs what is beside it to be whole.
+    """Return whether a database was left with a write-ahead log beside it.
 
     Args:
         path: The database.
@@ -25,7 +25,7 @@ def is_left_open(path: Path) -> bool:
 
 
 def finish_database(path: Path) -> None:
-    """Make a database whole in itself, which a process that was killed could not.
+    """Complete a database that a killed process has left open.
 
     Args:
         path: The database; one with nothing beside it is left alone.
@@ -51,7 +51,7 @@ def finish_database(path: Path) -> None:
 
 
 def take_in_log(database: sqlite3.Connection) -> None:
-    """Take what is in the log into the database, and keep none from now on.
+    """Merge the write-ahead log into the database, and disable it.
 
     Raises:
         sqlite3.OperationalError: Somebody else has it open.

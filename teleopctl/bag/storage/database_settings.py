@@ -28,7 +28,7 @@ _ANY_SCHEMA = "schema."
 
 
 def database_settings(preset: str = "", config_file: Path | None = None) -> tuple[str, ...]:
-    """Return SQLite's settings, each as it stands behind ``PRAGMA``.
+    """Return SQLite's ``PRAGMA`` settings of a preset and a file.
 
     Args:
         preset: One of `PRESETS`; empty for none.

@@ -43,7 +43,7 @@ _ROW_BYTES = 24
 
 
 class DatabaseWriter:
-    """One database that is being written; in the place of `McapFileWriter`.
+    """Writer of one SQLite bag file; same interface as `McapFileWriter`.
 
     What `flush` has written survives the death of this process, where the settings have SQLite
     keep a log or a journal. A database has no place for files and for records other than
@@ -87,12 +87,12 @@ class DatabaseWriter:
 
     @property
     def size(self) -> int:
-        """Bytes written so far, and about those that are going to be."""
+        """Return the size in bytes, including buffered messages."""
         return self._pages_bytes + self._row_bytes
 
     @property
     def is_empty(self) -> bool:
-        """Whether it has no message."""
+        """Return whether the file has no messages."""
         return self._first_ns is None
 
     @property
@@ -102,7 +102,7 @@ class DatabaseWriter:
 
     @property
     def message_counts(self) -> Mapping[str, int]:
-        """Its messages by topic."""
+        """Number of messages by topic."""
         return self._message_counts
 
     @property
@@ -115,7 +115,7 @@ class DatabaseWriter:
         return BagFile(self.path.name, self._first_ns, duration_ns, count)
 
     def add_topic(self, topic: BagTopic) -> None:
-        """Make a topic known, before its first message. Idempotent."""
+        """Add a topic, before its first message. Idempotent."""
         if topic.name in self._topic_ids:
             return
         definition = topic.definition
@@ -143,7 +143,7 @@ class DatabaseWriter:
         self._message_counts[topic.name] = 0
 
     def write(self, message: BagMessage) -> None:
-        """Write a message of a topic that was added."""
+        """Write a message of an added topic."""
         time_ns = message.log_time_ns
         if self._first_ns is None or time_ns < self._first_ns:
             self._first_ns = time_ns
@@ -156,7 +156,7 @@ class DatabaseWriter:
             self.flush()
 
     def attach(self, attachment: BagAttachment) -> None:
-        """Do nothing: a database has no place for files."""
+        """Do nothing: the format has no attachments."""
 
     def add_record(self, name: str, values: Mapping[str, str]) -> None:
         """Store rosbag2's metadata; the format has no place for other records."""
@@ -168,7 +168,7 @@ class DatabaseWriter:
                 )
 
     def flush(self) -> None:
-        """Hand all that was written over to the operating system."""
+        """Flush to the operating system."""
         rows, self._rows, self._row_bytes = self._rows, [], 0
         if rows:
             with self._told(), self._transaction():
@@ -191,7 +191,7 @@ class DatabaseWriter:
                 os.close(log)
 
     def close(self) -> None:
-        """Write what is left, and close the file; nothing is beside it then."""
+        """Finish and close the file."""
         self.flush()
         # Where somebody is reading it, it keeps its log, into which SQLite looks.
         with contextlib.suppress(sqlite3.OperationalError):
@@ -200,7 +200,7 @@ class DatabaseWriter:
             self._database.close()
 
     def abandon(self) -> None:
-        """Close the file after it could not be written; what a transaction had begun is undone."""
+        """Close the file after an error; the open transaction is rolled back."""
         with contextlib.suppress(sqlite3.Error):
             self._database.close()
 

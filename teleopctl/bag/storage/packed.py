@@ -27,7 +27,7 @@ _HEAD_BYTES = 18
 
 
 def require_zstd(name: str) -> None:
-    """Refuse any other compression.
+    """Raise for any compression other than zstd.
 
     Raises:
         UnsupportedError: The name is another one.
@@ -87,7 +87,7 @@ def unpack_file(path: Path, folder: Path) -> tuple[Path, str]:
 def unpack_messages(
     messages: Iterator[BagMessage], path: Path, left_out: Callable[[str], object] | None
 ) -> Iterator[BagMessage]:
-    """Yield messages that are compressed one by one as they were; see `Bag.messages`.
+    """Decompress messages that are compressed one by one.
 
     Raises:
         InvalidFileError: One is broken or over the budget, and nobody is to be told.

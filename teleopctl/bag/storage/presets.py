@@ -52,7 +52,7 @@ _Choice = TypeVar("_Choice")
 
 
 def chunk_settings(preset: str = "", config_file: Path | None = None) -> ChunkSettings:
-    """Return how chunks are made.
+    """Return the chunk settings of a preset and a file.
 
     Args:
         preset: One of `PRESETS`; empty for zstd.
@@ -117,7 +117,7 @@ def _choice(key: str, place: str, value: Any, choices: dict[str, _Choice]) -> _C
 
 
 def read_keys(file: Path) -> list[tuple[str, str, Any]]:
-    """Read a file of settings: its keys with their places and values.
+    """Read a settings file: keys with their places and values.
 
     Raises:
         InvalidFileError: It cannot be read, or is not YAML; with its line.

@@ -36,7 +36,7 @@ _PIECE_BYTES = 2**20
 
 
 class Ros1Bag:
-    """A bag of ROS 1; see `Bag`.
+    """ROS 1 bag opened for reading; see `Bag`.
 
     Args:
         path: The file.
@@ -75,7 +75,7 @@ class Ros1Bag:
         end_ns: int = NO_TIME_NS,
         left_out: Callable[[str], object] | None = None,  # noqa: ARG002 (others')
     ) -> Iterator[BagMessage]:
-        """See `Bag`."""
+        """Yield messages in the order of their log times; see `Bag.messages`."""
         from rosbags.highlevel import AnyReaderError
         from rosbags.rosbag1 import ReaderError
 
@@ -92,15 +92,15 @@ class Ros1Bag:
             raise InvalidFileError(f"{self.path}: {error}") from error
 
     def latest(self, topic: str, end_ns: int, most: int = 1) -> list[BagMessage]:
-        """See `Bag`."""
+        """Return the last messages of a topic before a log time; see `Bag.latest`."""
         return list(deque(self.messages((topic,), 0, end_ns), maxlen=most))
 
     def attachments(self) -> Iterator[BagAttachment]:
-        """Yield nothing: this form has no place for files."""
+        """Yield nothing: the format has no attachments."""
         return iter(())
 
     def records(self) -> Iterator[tuple[str, dict[str, str]]]:
-        """Yield nothing: this form has no place for records."""
+        """Yield nothing: the format has no metadata records."""
         return iter(())
 
     def close(self) -> None:

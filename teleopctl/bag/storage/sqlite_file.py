@@ -50,7 +50,7 @@ _WAL_VERSION = 2
 
 
 class SqliteFileReader:
-    """One database.
+    """SQLite bag file opened for reading.
 
     Args:
         path: The file.
@@ -168,11 +168,11 @@ class SqliteFileReader:
         return []
 
     def attachments(self) -> Iterator[BagAttachment]:
-        """Yield nothing: a database has no place for files."""
+        """Yield nothing: the format has no attachments."""
         return iter(())
 
     def records(self) -> Iterator[tuple[str, dict[str, str]]]:
-        """Yield what it has of ``metadata.yaml``, as MCAP's records do."""
+        """Yield the metadata that the database has of the bag."""
         text = self._first("SELECT metadata FROM metadata ORDER BY id DESC")
         if text:
             yield "rosbag2", {"serialized_metadata": text}
@@ -358,7 +358,7 @@ class _Database:
 
     # Any, here and below: SQLite's values.
     def rows(self, query: str, *parameters: int | str) -> Iterator[tuple[Any, ...]]:
-        """Yield what a query gives.
+        """Yield the rows of a query.
 
         Raises:
             sqlite3.Error: It fails, or a damaged file makes Python's own module fail.
@@ -367,7 +367,7 @@ class _Database:
             yield row
 
     def named_rows(self, query: str) -> Iterator[dict[str, Any]]:
-        """Yield what a query gives by the names of the columns; see `rows`."""
+        """Yield the rows of a query by column names; see `rows`."""
         for names, row in self._rows(query, ()):
             yield dict(zip(names, row, strict=True))
 

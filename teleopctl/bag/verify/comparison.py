@@ -76,7 +76,7 @@ class Difference(NamedTuple):
 
 
 class Recorded(NamedTuple):
-    """A recorded message of a simulated time.
+    """A recorded message with its simulated time.
 
     Attributes:
         time_ns: Its stamp, in nanoseconds of simulated time.
@@ -148,12 +148,12 @@ class Stream:
 
     @property
     def name(self) -> str:
-        """The topic, and whose messages where it has several publishers."""
+        """Return the topic, with the publisher if it has several."""
         return f"{self.topic} of {self.publisher}" if self.publisher else self.topic
 
     @property
     def is_same(self) -> bool:
-        """Whether nothing differed."""
+        """Return whether there are no differences."""
         return not self.difference_count
 
     def at(self, time_ns: int) -> Recorded | None:
@@ -199,7 +199,7 @@ class Stream:
                 self.add(found)
 
     def add(self, difference: Difference) -> None:
-        """Take note of a difference."""
+        """Add a difference."""
         self.difference_count += 1
         if len(self.differences) < MOST_LISTED:
             self.differences.append(difference)
@@ -208,7 +208,7 @@ class Stream:
             self.largest[difference.field] = difference
 
     def close(self, reference: Stream | None = None) -> None:
-        """Find what was recorded and is not published, and what is missing at the end.
+        """Add the recorded messages that were not replayed, and those missing at the end.
 
         Args:
             reference: What goes on for as long as this one does.
@@ -257,7 +257,7 @@ class Verdict:
 
     @property
     def is_same(self) -> bool:
-        """Whether nothing differed."""
+        """Return whether there are no differences."""
         return all(stream.is_same for stream in self.streams)
 
     @property
@@ -267,7 +267,7 @@ class Verdict:
 
     @property
     def end_ns(self) -> int:
-        """Simulated time of the last message that was compared, in nanoseconds."""
+        """Simulated time of the last compared message, in nanoseconds."""
         return max((stream.end_ns for stream in self.streams if stream.compared), default=0)
 
     @property
@@ -279,14 +279,14 @@ class Verdict:
 
     @property
     def largest(self) -> list[Difference]:
-        """The largest difference of each field that differs."""
+        """Return the largest difference of each field that differs."""
         return [each for stream in self.streams for each in stream.largest.values()]
 
 
 def differences(
     topic: str, time_ns: int, recorded: Message, replayed: Message
 ) -> Iterator[Difference]:
-    """Yield the fields that are not the same, to the bit."""
+    """Yield the fields that differ in any bit."""
     before, now = dict(leaves(recorded)), dict(leaves(replayed))
     for path in dict.fromkeys([*before, *now]):
         was, is_now = before.get(path), now.get(path)
@@ -296,7 +296,7 @@ def differences(
 
 # Any: a field of a message, of whatever type.
 def leaves(value: Any, path: str = "") -> Iterator[tuple[str, Value]]:
-    """Yield every field of a message that is no message itself, by its path."""
+    """Yield every plain field of a message by its path."""
     if isinstance(value, Message):
         names = _part_names(value)
         for field_ in type(value).get_fields_and_field_types():

@@ -42,7 +42,7 @@ _RESTARTED = 3
 
 
 class RecordedTopic(NamedTuple):
-    """A topic of a bag.
+    """A recorded topic with its messages.
 
     Attributes:
         type_name: Such as ``sensor_msgs/msg/JointState``.
@@ -58,7 +58,7 @@ class RecordedTopic(NamedTuple):
     numbers: Sequence[int] = ()
 
     def lost(self) -> list[int]:
-        """Return the numbers below that of the last message that no message has."""
+        """Return the sequence numbers that are missing among the recorded messages."""
         return sorted({*range(1, max(self.numbers, default=0))} - {*self.numbers})
 
 
@@ -163,7 +163,7 @@ def read_topics(bag: Bag, names: Collection[str]) -> dict[str, RecordedTopic]:
 def read_commands(
     topic: RecordedTopic, period_ns: int, states: Sequence[Recorded] = ()
 ) -> Commands:
-    """Find the command that the simulator took for each control tick.
+    """Return the recorded command for each control tick.
 
     Args:
         topic: Where the controllers sent them.
@@ -197,7 +197,7 @@ def read_commands(
 
 
 def end_of_run(topics: Collection[RecordedTopic]) -> int:
-    """Return the simulated time up to which a run was recorded, in nanoseconds.
+    """Return the simulated time up to which the run was recorded, in nanoseconds.
 
     Raises:
         InvalidFileError: It was not recorded from its start on, or was started again.

@@ -11,19 +11,19 @@ from teleopctl.interfaces import deserialize, get_message, to_seconds
 
 
 class Traces:
-    """Keeps the messages that are compared."""
+    """Stores the compared messages, for plots."""
 
     def __init__(self) -> None:
         self._types: dict[str, str] = {}
         self._pairs: dict[str, list[tuple[int, bytes, bytes]]] = defaultdict(list)
 
     def note(self, topic: str, type_name: str, time_ns: int, recorded: bytes, now: bytes) -> None:
-        """Keep the CDR of a simulated time, in nanoseconds, as it was and as it is now."""
+        """Store the CDR of a recorded and a replayed message of a time in nanoseconds."""
         self._types[topic] = type_name
         self._pairs[topic].append((time_ns, recorded, now))
 
     def curves(self, difference: Difference) -> list[Curve]:
-        """Return the two curves of a field that differs, over simulated seconds.
+        """Return the recorded and the replayed curve of a field, over simulated seconds.
 
         Where it is no number, a curve has gaps.
         """

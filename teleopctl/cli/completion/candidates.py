@@ -19,17 +19,17 @@ if TYPE_CHECKING:
 
 
 def topics(incomplete: str) -> list[str]:
-    """Names of topics."""
+    """Return the names of topics."""
     return _matching(incomplete, lambda graph: dict(graph.topic_names_and_types()))
 
 
 def services(incomplete: str) -> list[str]:
-    """Names of services."""
+    """Return the names of services."""
     return _matching(incomplete, lambda graph: dict(graph.service_names_and_types()))
 
 
 def nodes(incomplete: str) -> list[str]:
-    """Full names of nodes."""
+    """Return the full names of nodes."""
     return _matching(incomplete, lambda graph: graph.node_names())
 
 
@@ -56,7 +56,7 @@ def _files_and_folders(incomplete: str, is_wanted: Callable[[str], bool]) -> lis
 
 
 def programs(ctx: Line, incomplete: str) -> list[str]:
-    """For ``run``: packages and files first, then the programs of the package that was named."""
+    """Return candidates of ``run``: packages and files, then a package's programs."""
     from teleopctl import packages
 
     words = ctx.params.get("words") or []
@@ -79,14 +79,14 @@ def programs(ctx: Line, incomplete: str) -> list[str]:
 
 
 def package_names(incomplete: str) -> list[str]:
-    """Names of packages."""
+    """Return the names of packages."""
     from teleopctl import packages
 
     return [name for name in packages.package_names() if name.startswith(incomplete)]
 
 
 def launch_words(ctx: Line, incomplete: str) -> list[str]:
-    """For ``launch``: files and packages, then a package's files or a file's arguments."""
+    """Return candidates of ``launch``: files and packages, then files or arguments."""
     from teleopctl.launch import files_in_package, is_launch_file
 
     try:
@@ -105,7 +105,7 @@ def launch_words(ctx: Line, incomplete: str) -> list[str]:
 
 
 def running_processes(incomplete: str) -> list[str]:
-    """Names of what runs in the background."""
+    """Return the names of background processes."""
     from teleopctl.launch import running
 
     return sorted({e.record.name for e in running() if e.record.name.startswith(incomplete)})

@@ -54,7 +54,7 @@ def answer(words: Sequence[str]) -> None:
 
 
 def candidates(words: Sequence[str], incomplete: str) -> list[str]:
-    """Return what may stand at the end of a line.
+    """Return the candidates for the last word of a line.
 
     Args:
         words: The words before the last one, without the program's name.

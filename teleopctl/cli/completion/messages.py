@@ -16,7 +16,7 @@ _TYPES = {"message_type": "", "service_type": "_Request", "type_name": "_Goal"}
 
 
 def message_types(ctx: Line, incomplete: str) -> list[str]:
-    """Types of the topic that stands on the line, else all that are known; or one more topic."""
+    """Return the types of the topic on the line, else all known types."""
     from teleopctl.interfaces import list_types
 
     if incomplete.startswith("/"):
@@ -28,7 +28,7 @@ def message_types(ctx: Line, incomplete: str) -> list[str]:
 
 
 def service_types(ctx: Line, incomplete: str) -> list[str]:
-    """Types of the service that stands on the line, else all that are known."""
+    """Return the types of the service on the line, else all known types."""
     from teleopctl.cli.live import absolute_name, live_graph
     from teleopctl.interfaces import list_types
 
@@ -43,7 +43,7 @@ def service_types(ctx: Line, incomplete: str) -> list[str]:
 
 
 def prototypes(ctx: Line, incomplete: str) -> list[str]:
-    """A message, request or goal of the type on the line, with every field at its default."""
+    """Return a default message, request or goal of the type on the line, as YAML."""
     from teleopctl.interfaces import normalize
 
     try:
@@ -58,7 +58,7 @@ def prototypes(ctx: Line, incomplete: str) -> list[str]:
 
 
 def fields(ctx: Line, incomplete: str) -> list[str]:
-    """Fields of the messages of the topic on the line, down to the one that is typed."""
+    """Return the message fields of the topic on the line."""
     from teleopctl.interfaces import normalize
 
     try:

@@ -86,7 +86,7 @@ _SPECIAL = frozenset(" \t\"'\\$&()*;<>?[]^{|}~#!`")
 
 
 class Asked:
-    """A line up to the cursor.
+    """Words of a command line up to the cursor.
 
     Attributes:
         words: The words before the last one, without the program's name and without quotes.

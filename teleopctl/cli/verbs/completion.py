@@ -21,20 +21,20 @@ GROUP = Group(
 
 
 def bash() -> None:
-    """Print bash's script."""
+    """Print the completion script of bash."""
     console.out_text(shells.BASH)
 
 
 def zsh() -> None:
-    """Print zsh's script."""
+    """Print the completion script of zsh."""
     console.out_text(shells.ZSH)
 
 
 def fish() -> None:
-    """Print fish's script."""
+    """Print the completion script of fish."""
     console.out_text(shells.FISH)
 
 
 def powershell() -> None:
-    """Print PowerShell's script."""
+    """Print the completion script of PowerShell."""
     console.out_text(shells.POWERSHELL)

@@ -201,7 +201,7 @@ def _start(request: "LaunchRequest", name: str, timeouts: "StartTimeouts") -> No
 
 
 def split(words: list[str]) -> tuple[str | None, str, dict[str, str]]:
-    """Divide a command line into package, file and arguments.
+    """Split a command line into package, file and arguments.
 
     Raises:
         UsageError: There is no file, or an argument is not ``name:=value``.

@@ -34,7 +34,7 @@ def message_class_named(type_name: str, graph: Graph | None = None) -> type[Any]
 
 
 def service_class_named(type_name: str) -> Any:
-    """Return the class of a service type, likewise.
+    """Return the class of a service type.
 
     Raises:
         InvalidMessageError: There is no such type.
@@ -50,7 +50,7 @@ def service_class_named(type_name: str) -> Any:
 
 
 def action_class_named(type_name: str) -> Any:
-    """Return the class of an action type, likewise.
+    """Return the class of an action type.
 
     Raises:
         InvalidMessageError: There is no such type.
@@ -62,7 +62,7 @@ def action_class_named(type_name: str) -> Any:
 
 
 def goal_with(action: Any, text: str) -> Any:
-    """Make a goal of an action of what stood on the command line.
+    """Return an action goal from command-line text.
 
     Raises:
         InvalidMessageError: The values do not fit, or there are several documents.
@@ -80,7 +80,7 @@ def message_with(
     *,
     failed: str = "Failed to populate field",
 ) -> Any:
-    """Make a message of what stood on the command line or in a file.
+    """Return a message from command-line or file values.
 
     Args:
         message_class: Its class.
@@ -108,7 +108,7 @@ def message_with(
 
 
 def documents_of(text: str) -> list[object]:
-    """Return the documents of a YAML text; one of nothing where it is empty.
+    """Return the documents of a YAML text; one empty document if it is empty.
 
     Raises:
         InvalidMessageError: It is not YAML.

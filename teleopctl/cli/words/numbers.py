@@ -6,7 +6,7 @@ from teleopctl.errors import UsageError
 
 
 def check_not_negative(**options: float | None) -> None:
-    """Refuse negative values of options, which are named as on the command line, ``_`` for ``-``.
+    """Raise for negative values of options, which are named as on the command line.
 
     Raises:
         UsageError: One is negative.
@@ -17,7 +17,7 @@ def check_not_negative(**options: float | None) -> None:
 
 
 def check_positive(**options: float | None) -> None:
-    """Refuse values that are not greater than zero, likewise.
+    """Raise for option values that are not greater than zero.
 
     Raises:
         UsageError: One is not.

@@ -14,7 +14,7 @@ def is_pattern(name: str) -> bool:
 
 
 def fitting(pattern: str, names: Iterable[str], *, kind: str) -> list[str]:
-    """Return the names that fit a pattern, in their order.
+    """Return the names that match a pattern, in their order.
 
     Args:
         pattern: Such as ``/arm/*``.
@@ -36,7 +36,7 @@ def fitting(pattern: str, names: Iterable[str], *, kind: str) -> list[str]:
 
 
 def expanded(names: Sequence[str], known: Iterable[str], *, kind: str) -> list[str]:
-    """Return full names, each once, with those that fit in the place of every pattern.
+    """Return names with each pattern replaced by the names that match it.
 
     Raises:
         NotFoundError: Nothing fits a pattern.

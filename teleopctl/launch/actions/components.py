@@ -45,7 +45,7 @@ class LoadComponents(Action):
         return cls(container=entity.required("target"), components=components)
 
     def evaluate(self, launch: Launch) -> None:
-        """Load those whose conditions hold.
+        """Load the components whose conditions hold.
 
         Raises:
             NotFoundError: The container is one of teleopctl's, and a component is not there.

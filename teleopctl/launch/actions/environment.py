@@ -29,7 +29,7 @@ class SetEnvironment(NameAndValue):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AppendEnvironment(Action):
-    """``append_env``: puts a value behind that of a variable, with a separator between.
+    """``append_env``: appends a value to a variable, with a separator.
 
     Attributes:
         name: The variable.
@@ -87,7 +87,7 @@ class UnsetEnvironment(Action):
 
 @dataclass(frozen=True, slots=True)
 class ResetEnvironment(Action):
-    """``reset_env``: the environment is the one that the launch was started with."""
+    """``reset_env``: restores the environment with which the launch was started."""
 
     @classmethod
     def parse(cls, entity: Entity) -> Self:
@@ -96,7 +96,7 @@ class ResetEnvironment(Action):
         return cls()
 
     def evaluate(self, launch: Launch) -> None:
-        """Forget what was set."""
+        """Restore the environment of the launch's start."""
         launch.scope.environment.clear()
 
 
@@ -123,7 +123,7 @@ class ReplaceEnvironment(Action):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SetRosLogDirectory(Action):
-    """``set_ros_log_dir``: where the following nodes write their logs."""
+    """``set_ros_log_dir``: sets the log directory of the following nodes."""
 
     keys = ("new_log_dir",)
 
@@ -135,7 +135,7 @@ class SetRosLogDirectory(Action):
         return cls(folder=entity.required("new_log_dir"))
 
     def evaluate(self, launch: Launch) -> None:
-        """Set it, below the folder that it is now."""
+        """Set the log directory, relative to the present one."""
         present = launch.environment_value(_LOG_DIRECTORY) or background.logs_dir()
         folder = Path(present).absolute() / launch.text(self.folder)
         launch.scope.environment[_LOG_DIRECTORY] = str(folder)

@@ -15,7 +15,7 @@ _COMPOSITION = ("container_name", "create_own_container", "use_composition")
 
 @dataclass(frozen=True, slots=True)
 class LaunchFileOf(Action):
-    """A launch file of a package, whose arguments are the action's keys.
+    """Base of actions that include a launch file of a package, with the keys as arguments.
 
     Attributes:
         arguments: Those that are given, by key.
@@ -31,13 +31,13 @@ class LaunchFileOf(Action):
 
     @classmethod
     def parse(cls, entity: Entity) -> Self:
-        """Read the keys."""
+        """Read the keys as launch arguments."""
         needed = [(key, entity.required(key)) for key in cls.required]
         others = [(key, entity.optional(key)) for key in cls.keys if key not in cls.required]
         return cls((*needed, *((key, value) for key, value in others if value is not None)))
 
     def evaluate(self, launch: Launch) -> None:
-        """Evaluate the file."""
+        """Include the launch file."""
         give(
             tuple((literal(self.names.get(key, key)), value) for key, value in self.arguments),
             launch,
@@ -46,7 +46,7 @@ class LaunchFileOf(Action):
 
 
 class GzServer(LaunchFileOf):
-    """``gz_server``: the simulator."""
+    """``gz_server``: starts the simulator."""
 
     __slots__ = ()
     package = "ros_gz_sim"
@@ -55,7 +55,7 @@ class GzServer(LaunchFileOf):
 
 
 class GzSpawnModel(LaunchFileOf):
-    """``gz_spawn_model``: puts a robot into the simulator."""
+    """``gz_spawn_model``: spawns a robot in the simulator."""
 
     __slots__ = ()
     package = "ros_gz_sim"
@@ -68,7 +68,7 @@ class GzSpawnModel(LaunchFileOf):
 
 
 class RosGzBridge(LaunchFileOf):
-    """``ros_gz_bridge``: passes on the simulator's topics."""
+    """``ros_gz_bridge``: bridges the simulator's topics."""
 
     __slots__ = ()
     package = "ros_gz_bridge"

@@ -17,7 +17,7 @@ from teleopctl.launch.model.template import Template
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class For(Action):
-    """``for``: steps that are taken a number of times.
+    """``for``: repeats steps a number of times.
 
     Attributes:
         length: How often.
@@ -49,7 +49,7 @@ class For(Action):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ForEach(Action):
-    """``for_each``: steps that are taken once for each of some sets of values.
+    """``for_each``: repeats steps for each of some sets of values.
 
     Attributes:
         sets: YAML mappings with semicolons between; ``$(for-var NAME)`` is a value of the turn's.

@@ -17,7 +17,7 @@ _LOG_LEVELS = {"DEBUG", "INFO", "WARNING", "ERROR", "CRITICAL"}
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Log(Action):
-    """``log``: a line for the person in front of the terminal."""
+    """``log``: logs a message at a level."""
 
     keys: ClassVar[tuple[str, ...]] = ("level", "message")
 
@@ -51,33 +51,33 @@ class _LogAt(Log):
 
     @classmethod
     def parse(cls, entity: Entity) -> Self:
-        """Read the message."""
+        """Read a ``log_…``."""
         return cls(message=entity.required("message"), level=cls.fixed)
 
 
 class LogDebug(_LogAt):
-    """``log_debug``."""
+    """``log_debug``: logs a message at level DEBUG."""
 
     __slots__ = ()
     fixed = literal("DEBUG")
 
 
 class LogInfo(_LogAt):
-    """``log_info``."""
+    """``log_info``: logs a message at level INFO."""
 
     __slots__ = ()
     fixed = _INFO
 
 
 class LogWarning(_LogAt):
-    """``log_warning``."""
+    """``log_warning``: logs a message at level WARN."""
 
     __slots__ = ()
     fixed = literal("WARNING")
 
 
 class LogError(_LogAt):
-    """``log_error``."""
+    """``log_error``: logs a message at level ERROR."""
 
     __slots__ = ()
     fixed = literal("ERROR")
@@ -85,7 +85,7 @@ class LogError(_LogAt):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Shutdown(Action):
-    """``shutdown``: the launch ends; in the first walk before it has started anything."""
+    """``shutdown``: ends the launch; in the first walk, before anything is started."""
 
     keys = ("reason",)
 
@@ -97,7 +97,7 @@ class Shutdown(Action):
         return cls(reason=entity.optional("reason") or literal("reason not given"))
 
     def evaluate(self, launch: Launch) -> None:
-        """End the launch, in the first walk over the files with its reason as the error."""
+        """End the launch; in the first walk raise an error with the reason."""
         if isinstance(launch.event, ProcessExited):
             name = launch.event.plan.name
             launch.say("INFO", REQUIRED.format(name=name), "launch")

@@ -11,7 +11,7 @@ from teleopctl.launch.model.template import Template
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class NameAndValue(Action):
-    """Gives something of a name a value."""
+    """Base of actions with a name and a value."""
 
     keys = ("name", "value")
 
@@ -20,5 +20,5 @@ class NameAndValue(Action):
 
     @classmethod
     def parse(cls, entity: Entity) -> Self:
-        """Read it from a text."""
+        """Read the name and the value."""
         return cls(name=entity.required("name"), value=entity.required("value"))

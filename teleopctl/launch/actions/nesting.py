@@ -57,7 +57,7 @@ class Group(Action):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Timer(Action):
-    """``timer``: steps that are taken later.
+    """``timer``: runs steps after a period.
 
     Attributes:
         period: Seconds from now, or from the start of the launch.
@@ -83,7 +83,7 @@ class Timer(Action):
         )
 
     def evaluate(self, launch: Launch) -> None:
-        """Run the steps later."""
+        """Start the timer."""
         seconds, cancel = self.settings(launch)
         launch.after(seconds, self.steps, self.is_cancelled, outlives_shutdown=not cancel)
 
@@ -100,7 +100,7 @@ class Timer(Action):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Include(Action):
-    """``include``: another launch file, with arguments."""
+    """``include``: includes another launch file, with arguments."""
 
     keys = ("file", "arg", "let")
 
@@ -119,7 +119,7 @@ class Include(Action):
         )
 
     def evaluate(self, launch: Launch) -> None:
-        """Evaluate the file."""
+        """Include the launch file."""
         path = included_path(launch.text(self.file), launch.file)
         give(self.arguments, launch)
         launch.include(path)
@@ -133,13 +133,13 @@ class IncludeSteps(Action):
     arguments: tuple[tuple[Template, Template], ...]
 
     def evaluate(self, launch: Launch) -> None:
-        """Evaluate the steps."""
+        """Include the steps."""
         give(self.arguments, launch)
         launch.run(self.steps)
 
 
 def give(arguments: tuple[tuple[Template, Template], ...], launch: Launch) -> None:
-    """Set the launch variables that are given to an included file."""
+    """Set the launch arguments of an included file."""
     values = {launch.text(name): value for name, value in arguments}
     for name, value in values.items():
         launch.scope.variables[name] = launch.text(value)

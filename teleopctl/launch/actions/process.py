@@ -36,7 +36,7 @@ class StartProcess(Process, Action):
     __slots__ = ()
 
     def evaluate(self, launch: Launch) -> None:
-        """Add the process."""
+        """Add the process to the launch."""
         launch.start(self)
 
     @classmethod
@@ -70,7 +70,7 @@ class StartProcess(Process, Action):
 
 
 class Node(StartProcess):
-    """``node``: a program of a package, as a ROS node."""
+    """``node``: starts a program of a package as a ROS node."""
 
     __slots__ = ()
     keys = (
@@ -116,7 +116,7 @@ class Node(StartProcess):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LifecycleNode(Action):
-    """``lifecycle_node``: a node with a life cycle.
+    """``lifecycle_node``: starts a node with a managed life cycle.
 
     Attributes:
         node: Its process.
@@ -136,7 +136,7 @@ class LifecycleNode(Action):
         return cls(node=Node.parse(entity), autostart=entity.optional("autostart"))
 
     def evaluate(self, launch: Launch) -> None:
-        """Add the process, and what configures and activates the node."""
+        """Add the process, and configure and activate the node if requested."""
         plan = launch.start(self.node)
         assert plan.node_name is not None, "it has a name"
         with values.at_key("autostart"):
@@ -148,7 +148,7 @@ class LifecycleNode(Action):
 
 
 class Executable(StartProcess):
-    """``executable``: a command line."""
+    """``executable``: starts a command line."""
 
     __slots__ = ()
     keys = ("cmd", "name", "shell", *_PROCESS_KEYS)

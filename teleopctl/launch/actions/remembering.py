@@ -9,7 +9,7 @@ from teleopctl.launch.model.action import Action, Launch
 
 @dataclass(frozen=True, slots=True)
 class PushConfigurations(Action):
-    """Remembers launch variables, namespace, parameters and remappings."""
+    """``push_launch_configurations``: saves the launch configurations."""
 
     def evaluate(self, launch: Launch) -> None:
         """Save the launch configurations, for ``pop_launch_configurations``."""
@@ -18,16 +18,16 @@ class PushConfigurations(Action):
 
 @dataclass(frozen=True, slots=True)
 class PopConfigurations(Action):
-    """Brings back what `PushConfigurations` remembered last."""
+    """``pop_launch_configurations``: restores the last saved launch configurations."""
 
     def evaluate(self, launch: Launch) -> None:
-        """Bring it back."""
+        """Restore the launch configurations."""
         launch.scope.bring_back()
 
 
 @dataclass(frozen=True, slots=True)
 class PushEnvironment(Action):
-    """Remembers the environment."""
+    """``push_environment``: saves the environment."""
 
     def evaluate(self, launch: Launch) -> None:
         """Save the environment, for ``pop_environment``."""
@@ -36,8 +36,8 @@ class PushEnvironment(Action):
 
 @dataclass(frozen=True, slots=True)
 class PopEnvironment(Action):
-    """Brings back the environment that `PushEnvironment` remembered last."""
+    """``pop_environment``: restores the last saved environment."""
 
     def evaluate(self, launch: Launch) -> None:
-        """Bring it back."""
+        """Restore the environment."""
         launch.scope.bring_back_environment()

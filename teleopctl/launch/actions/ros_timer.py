@@ -21,7 +21,7 @@ class RosTimer(Timer):
     __slots__ = ()
 
     def evaluate(self, launch: Launch) -> None:
-        """Run the steps later."""
+        """Start the timer."""
         if not launch.scope.use_sim_time:
             super().evaluate(launch)
             return
@@ -69,11 +69,11 @@ class _SimulatedTimer:
         return f"after {self._seconds:g} s of /clock", self._steps
 
     def answers(self, event: object, launch: Launch) -> bool:  # noqa: ARG002 -- a handler's form
-        """Whether this is the end of the wait."""
+        """Return whether the event is the end of the wait."""
         return event == _TimeHasCome(self) or isinstance(event, ShutdownBegan)
 
     def respond(self, event: object, launch: Launch) -> Iterable[Step]:
-        """Return the steps once the time has come; end the wait with the launch."""
+        """Return the steps once the time is over; stop waiting when the launch ends."""
         if isinstance(event, ShutdownBegan) and self._ends_with_launch:
             self._ended.set()
         elif event == _TimeHasCome(self) and not self._is_cancelled():

@@ -17,7 +17,7 @@ from teleopctl.launch.model.template import Template, literal
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DeclareArgument(Action):
-    """``arg``: an argument of the file."""
+    """``arg``: declares a launch argument."""
 
     keys: ClassVar[tuple[str, ...]] = ("name", "default", "description", "choice")
 
@@ -72,7 +72,7 @@ class DeclareArgument(Action):
 
 
 class DeclareBoolean(DeclareArgument):
-    """``bool_arg``: an argument that is true or false."""
+    """``bool_arg``: declares a launch argument that is true or false."""
 
     __slots__ = ()
     keys = ("name", "default", "description")
@@ -89,13 +89,13 @@ class Let(NameAndValue):
     """``let``: sets a launch configuration."""
 
     def evaluate(self, launch: Launch) -> None:
-        """Set the variable."""
+        """Set the launch configuration."""
         launch.scope.variables[launch.text(self.name)] = launch.text(self.value)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Unset(Action):
-    """Forgets a launch variable, where it is set."""
+    """``unset``: removes a launch configuration."""
 
     name: Template
 
@@ -106,7 +106,7 @@ class Unset(Action):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Reset(Action):
-    """``reset``: forgets launch variables, namespace, parameters and remappings.
+    """``reset``: removes launch configurations, namespace, parameters and remappings.
 
     Attributes:
         keep: Variables to set afterwards, as name and value.
@@ -122,7 +122,7 @@ class Reset(Action):
         return cls(keep=entity.pairs("keep", "name", "value"))
 
     def evaluate(self, launch: Launch) -> None:
-        """Forget all but what is kept."""
+        """Remove everything that is not to be kept."""
         kept = [(launch.text(name), launch.text(value)) for name, value in self.keep]
         launch.scope.reset()
         launch.scope.variables.update(kept)
@@ -130,7 +130,7 @@ class Reset(Action):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PushNamespace(Action):
-    """``push_ros_namespace``: puts the following nodes into a namespace."""
+    """``push_ros_namespace``: sets the namespace of the following nodes."""
 
     keys = ("namespace",)
 
@@ -142,14 +142,14 @@ class PushNamespace(Action):
         return cls(namespace=entity.required("namespace"))
 
     def evaluate(self, launch: Launch) -> None:
-        """Go into the namespace."""
+        """Set the namespace, below the present one."""
         scope = launch.scope
         scope.namespace = join_namespace(scope.namespace, launch.text(self.namespace))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SetParameter(Action):
-    """``set_parameter``: a parameter of every following node."""
+    """``set_parameter``: sets a parameter of all following nodes."""
 
     keys = ("name", "value", "type")
 
@@ -161,7 +161,7 @@ class SetParameter(Action):
         return cls(parameter=parameter(entity))
 
     def evaluate(self, launch: Launch) -> None:
-        """Add the parameter, as it is now, to those of the following nodes."""
+        """Add the parameter, evaluated now, to the following nodes."""
         name = literal(launch.text(self.parameter.name))
         value = _evaluated(self.parameter.value, launch)
         launch.scope.parameters += (replace(self.parameter, name=name, value=value),)
@@ -176,7 +176,7 @@ def _evaluated(value: ParameterTree, launch: Launch) -> ParameterTree:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SetParametersFromFile(Action):
-    """``set_parameters_from_file``: a parameter file of every following node."""
+    """``set_parameters_from_file``: sets a parameter file of all following nodes."""
 
     keys = ("filename",)
 
@@ -188,13 +188,13 @@ class SetParametersFromFile(Action):
         return cls(file=entity.required("filename"))
 
     def evaluate(self, launch: Launch) -> None:
-        """Add the file to those of the following nodes."""
+        """Add the parameter file to the following nodes."""
         launch.scope.parameters += (ParameterFile(literal(launch.text(self.file))),)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SetUseSimTime(Action):
-    """``set_use_sim_time``: whether the launch's own timers, ``ros_timer``, follow ``/clock``."""
+    """``set_use_sim_time``: sets whether ``ros_timer`` follows ``/clock``."""
 
     keys = ("value",)
 
@@ -206,14 +206,14 @@ class SetUseSimTime(Action):
         return cls(value=entity.required("value"))
 
     def evaluate(self, launch: Launch) -> None:
-        """Set it for the timers that follow."""
+        """Set whether the following timers use ``/clock``."""
         with values.at_key("value"):
             launch.scope.use_sim_time = values.flag(launch.text(self.value))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SetRemap(Action):
-    """``set_remap``: a remapping of every following node."""
+    """``set_remap``: sets a remapping of all following nodes."""
 
     keys = ("from", "to")
 
@@ -226,5 +226,5 @@ class SetRemap(Action):
         return cls(source=entity.required("from"), target=entity.required("to"))
 
     def evaluate(self, launch: Launch) -> None:
-        """Add the remapping to those of the following nodes."""
+        """Add the remapping to the following nodes."""
         launch.scope.remaps += ((launch.text(self.source), launch.text(self.target)),)

@@ -60,7 +60,7 @@ class Asking:
         """Handle the end of the last call."""
 
     def begin(self, report: Callable[[TeleopctlError | None], None]) -> None:
-        """Begin, and report the end."""
+        """Start calling on a thread; report the end to the event loop."""
         # The launch does not wait for a thread that may wait for Zenoh.
         threading.Thread(target=self._work, args=(report,), name="asking", daemon=True).start()
 
@@ -86,12 +86,12 @@ class Asking:
         return ()
 
     def say(self, level: str, text: str, logger: str) -> None:
-        """Show a line to the person in front of the terminal."""
+        """Log a line of the launch."""
         self._launch.emit(_Said(self, level, text, logger))
 
     # Any: requests and responses of any service.
     def call(self, node: Node, kind: type[ServiceType[Any, Any]], name: str, request: Any) -> Any:
-        """Call a service, once it is there, and return its response.
+        """Call a service, waiting until it is there, and return the response.
 
         Raises:
             GivenUpError: There will be none.

@@ -58,7 +58,7 @@ class Loading(Asking):
             yield f"into {self.node_name}: {' '.join(words)}{then}"
 
     def ask(self, node: Node) -> None:
-        """Load them, when it is their turn."""
+        """Load the components, after earlier loads of the container have ended."""
         if self._before is not None:
             self._before.wait()
         from teleopctl.interfaces import get_service

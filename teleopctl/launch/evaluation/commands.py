@@ -25,7 +25,7 @@ COMMANDS: Final[dict[str, tuple[str, ...]]] = {
 
 
 def find_command(name: str, path: str | None) -> str | None:
-    """Return where a program is; the name itself where ours stands for it, None for nowhere."""
+    """Return the path of a program; its name if teleopctl replaces it, None if missing."""
     return shutil.which(name, path=path) or (name if name in COMMANDS else None)
 
 
@@ -38,7 +38,7 @@ def with_ours(words: Sequence[str], path: str | None) -> list[str]:
 
 
 def line_with_ours(line: str, path: str | None) -> str:
-    """Do the same with a line for the shell, of which only the beginning is looked at."""
+    """Return a shell line with teleopctl's own program in its place, if it begins with one."""
     import shlex
 
     name, space, rest = line.lstrip().partition(" ")

@@ -39,7 +39,7 @@ class Moment(NamedTuple):
 
 
 class LaunchContext:
-    """Everything that substitutions may look at.
+    """Scope, files and graph that substitutions are evaluated against.
 
     Args:
         arguments: Launch arguments from the command line.
@@ -87,7 +87,7 @@ class LaunchContext:
 
     @contextmanager
     def scoped(self) -> Iterator[None]:
-        """Restore variables, environment, namespace and so on at the end of the block."""
+        """Restore the scope at the end of the block."""
         outer = self.scope
         self.scope = outer.copy()
         try:
@@ -97,7 +97,7 @@ class LaunchContext:
 
     @contextmanager
     def inside(self, file: Path) -> Iterator[None]:
-        """Make a file the current one for the block."""
+        """Make a file the current launch file within the block."""
         outer, self.file = self.file, file
         try:
             yield
@@ -110,7 +110,7 @@ class LaunchContext:
 
     @contextmanager
     def at(self, moment: Moment) -> Iterator[None]:
-        """Come back to where the evaluation stood, for the block; what the block sets stays set."""
+        """Return to an earlier point of the evaluation within the block; changes stay."""
         outer = self.moment()
         self.scope, self.file = moment
         try:
@@ -129,7 +129,7 @@ class LaunchContext:
 
     @contextmanager
     def reading(self, text: Template) -> Iterator[None]:
-        """Name the launch argument that a text stands for in an error raised in the block."""
+        """Name the launch argument behind a text in errors raised in the block."""
         try:
             yield
         except TeleopctlError as error:
@@ -146,7 +146,7 @@ class LaunchContext:
         return {name: value for name, value in merged.items() if value is not None}
 
     def environment_value(self, name: str) -> str | None:
-        """Return a variable of that environment, or None."""
+        """Return a variable of the processes' environment, or None."""
         if name in self.scope.environment:
             return self.scope.environment[name]
         return os.environ.get(name)  # which on Windows knows it in any letter case
@@ -163,12 +163,12 @@ class LaunchContext:
             raise LaunchError(f"the launch takes {error}") from error
 
     def declare(self, name: str) -> None:
-        """Make a launch argument of the current file known."""
+        """Declare a launch argument of the current file."""
         self.declared.add(name)
         self._declared_in.setdefault(self.file, set()).add(name)
 
     def passed_on(self) -> dict[str, str]:
-        """Return the launch arguments that the current file was given and does not declare."""
+        """Return the given launch arguments that the current file does not declare."""
         given = self.scope.given | self.arguments.keys()
         return {
             name: self.scope.variables[name]
@@ -177,7 +177,7 @@ class LaunchContext:
         }
 
     def robot_description(self, file: Path, mappings: Mapping[str, str]) -> str:
-        """Expand a xacro file; each combination of file and arguments only once.
+        """Expand a xacro file, once per combination of file and arguments.
 
         Raises:
             TeleopctlError: When the file is missing or does not parse, or is no robot.
@@ -185,7 +185,7 @@ class LaunchContext:
         return self._expanded(file, mappings).text
 
     def given_to_robot(self, file: Path, mappings: Mapping[str, str]) -> dict[str, str]:
-        """Return which launch arguments a xacro file takes and the current launch file does not.
+        """Return the launch arguments that a xacro file takes and the launch file does not declare.
 
         Args:
             file: The xacro file.
@@ -213,7 +213,7 @@ class LaunchContext:
         return self._robots[key]
 
     def files_of_robot(self, file: Path, mappings: Mapping[str, str]) -> tuple[Path, ...]:
-        """Return the files that a robot description is made from.
+        """Return the files that a robot description was made from.
 
         Raises:
             TeleopctlError: As `robot_description`.
@@ -232,7 +232,7 @@ class LaunchContext:
         self._live_nodes = other._live_nodes
 
     def anonymous_name(self, name: str) -> str:
-        """Return a name that no other launch uses; the same one for the same word."""
+        """Return a unique name for this launch; the same one for the same word."""
         if name not in self._anonymous:
             import random
             import socket

@@ -37,7 +37,7 @@ class ShownEnvironment:
         self._depth += 1
 
     def end_calling_out(self, changed: dict[str, str | None]) -> None:
-        """Take what that code has changed for changes of the launch."""
+        """Apply the code's changes of ``os.environ`` to the launch's environment."""
         self._take_in(changed)
         self.show(changed)
         self._depth -= 1

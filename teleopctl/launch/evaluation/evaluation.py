@@ -90,7 +90,7 @@ def evaluate(
 
 
 def refusal(reason: str, hint: str | None = None) -> LaunchError:
-    """Return the error of a launch that its own file ends before anything is started."""
+    """Return the error for a launch that its own file ends before the start."""
     error = LaunchError(reason, hint=hint)
     # Whoever wrote the file knows better than its line number what the person has to know.
     error.place = ""
@@ -105,7 +105,7 @@ class _Registered(NamedTuple):
 
 
 class Later(NamedTuple):
-    """Steps that wait for a timer, and where they stand."""
+    """Steps that a timer runs later, with their point of the evaluation."""
 
     seconds: float
     steps: tuple[Step, ...]
@@ -169,7 +169,7 @@ class Evaluation:
         return render(text, self.context)
 
     def environment_value(self, name: str) -> str | None:
-        """An environment variable as the processes will see it, or None."""
+        """Return a variable of the processes' environment, or None."""
         return self.context.environment_value(name)
 
     def run_file(self, file: LaunchFile) -> None:
@@ -178,7 +178,7 @@ class Evaluation:
             self.run(file.steps)
 
     def run(self, steps: tuple[Step, ...]) -> None:
-        """Evaluate further steps."""
+        """Evaluate steps."""
         try:
             self._steps.add(1 + len(steps))
         except BudgetError as error:
@@ -219,7 +219,7 @@ class Evaluation:
             return values.flag(text) == condition.expected
 
     def perform(self, action: Action) -> None:
-        """Evaluate one action that stands in no file."""
+        """Evaluate an action of a program, which has no place in a file."""
         try:
             further = tuple(action.evaluate(self) or ())
         except TeleopctlError:
@@ -232,7 +232,7 @@ class Evaluation:
             self.perform(one)
 
     def scoped(self) -> AbstractContextManager[None]:
-        """Restore variables, environment, namespace and so on at the end of the block."""
+        """Restore the scope at the end of the block."""
         return self.context.scoped()
 
     def include(self, path: Path) -> None:
@@ -249,11 +249,11 @@ class Evaluation:
             self._depth -= 1
 
     def declare(self, name: str) -> None:
-        """Make a launch argument known."""
+        """Declare a launch argument."""
         self.context.declare(name)
 
     def say(self, level: str, message: str, logger: str = "launch.user") -> None:
-        """Show a line to the person in front of the terminal."""
+        """Log a line of the launch."""
         self._further.messages.append((level, logger, message))
 
     def start(self, process: Process) -> ProcessPlan:
@@ -267,15 +267,15 @@ class Evaluation:
         return self._builder.copy(self.context).build(process)
 
     def component(self, part: ComponentPart) -> ComponentPlan:
-        """Evaluate what is to be loaded into a container."""
+        """Evaluate a component to load."""
         return self._builder.build_component(part)
 
     def plan_of_node(self, full_name: str) -> ProcessPlan | None:
-        """The process, of those so far, that has a node of that name; None if none has."""
+        """Return the process with a node of this name; None if there is none so far."""
         return self._builder.plan_of_node(full_name)
 
     def action_of(self, plan: ProcessPlan) -> Process:
-        """The action that a process was made from."""
+        """Return the action that a process was made from."""
         return self._builder.actions[plan.name]
 
     def after(
@@ -286,7 +286,7 @@ class Evaluation:
         *,
         outlives_shutdown: bool = False,
     ) -> None:
-        """Run steps later, as if they stood here, unless they have been cancelled by then."""
+        """Run steps after a delay, unless they are cancelled."""
         # What they set is theirs, and what is set behind them does not reach them.
         moment = Moment(self.scope.copy(), self.file)
         timer = Later(max(0.0, seconds), steps, moment, is_cancelled, outlives_shutdown)
@@ -313,11 +313,11 @@ class Evaluation:
         self._handlers.remove(found)
 
     def is_awaited(self, event: object) -> bool:
-        """Whether a handler would answer something."""
+        """Return whether a handler would respond to an event."""
         return any(entry.handler.answers(event, self) for entry in self._handlers)
 
     def emit(self, event: object) -> None:
-        """Make something happen, which handlers answer once this is done; from any thread."""
+        """Queue an event for the handlers; any thread may call this."""
         if self._happened is None or self._evaluates == threading.get_ident():
             self._further.events.append(event)
         else:
@@ -331,11 +331,11 @@ class Evaluation:
             self._happened(ShutdownRequested(reason))
 
     def connect(self, happened: Callable[[object], None]) -> None:
-        """Take what is to be called when something has happened elsewhere."""
+        """Set the function to call with events of other threads."""
         self._happened = happened
 
     def disconnect(self) -> None:
-        """Keep what happens elsewhere from now on for the next time."""
+        """Queue events of other threads until the next `connect`."""
         self._happened = None
 
     @contextmanager
@@ -385,7 +385,7 @@ class Evaluation:
         return self.take()
 
     def take(self) -> Further:
-        """Return what has come together since the last time."""
+        """Return the steps that were collected since the last call."""
         further, self._further = self._further, Further()
         further.files, self._builder.files = self._builder.files, {}
         return further

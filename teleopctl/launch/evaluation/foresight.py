@@ -26,7 +26,7 @@ class Foreseen(NamedTuple):
 
 
 def faults(foreseen: Iterable[Foreseen]) -> Iterator[TeleopctlError]:
-    """Yield what would be missing then, such as packages and programs.
+    """Yield what the foreseen steps lack, such as packages and programs.
 
     Other errors may be none when the time has come.
     """

@@ -40,7 +40,7 @@ def _first_file(arguments: Sequence[str], _: LaunchContext) -> str:
 
 
 def parameters_in(file: str) -> ParameterFile:
-    """Read a parameter file, whose mistakes are its own and not the launch file's."""
+    """Read a parameter file; its errors name that file instead of the launch file."""
     from teleopctl.node import read_parameter_file
 
     path = resolve_uri(file).absolute()
@@ -62,7 +62,7 @@ def _file_parameter(arguments: Sequence[str], _: LaunchContext) -> str:
 
 
 def file_controllers(arguments: Sequence[str], _: LaunchContext) -> str:
-    """The controllers whose types a file gives, broadcasters first.
+    """Return the controllers whose types a parameter file sets, broadcasters first.
 
     A type stands below the controller manager's section or in a section of the controller's own;
     ROS 2's spawner reads both. A broadcaster only reads, so that states are seen before anything
@@ -118,7 +118,7 @@ def configures_any(file: ParameterFile) -> bool:
 
 
 def namespaces_of_managers(file: ParameterFile) -> list[str]:
-    """Return the namespaces in which a file names a controller manager; empty for the root's.
+    """Return the namespaces of the controller managers in a parameter file.
 
     Sections with wildcards, which suit any, are not among them.
     """

@@ -36,7 +36,7 @@ _QuotingDumper.add_representer(str, _represent_text)
 
 
 def infer(text: str) -> object:
-    """Give a text the type that YAML gives it; what is no scalar or list of scalars stays text.
+    """Parse a text as a YAML scalar or list of scalars; other texts stay texts.
 
     ``24`` is an integer, ``1e-3`` a float, ``true`` a boolean, ``[1, 2]`` a list, ``'24'`` a text.
     """
@@ -72,7 +72,7 @@ def _tree_value(tree: ParameterTree, type_name: str | None, context: LaunchConte
 
 
 def convert(text: str, type_name: str) -> object:
-    """Read a text as the type that ``type:`` demands.
+    """Convert a text to the type that ``type:`` names.
 
     Args:
         text: What the launch file says.
@@ -103,7 +103,7 @@ def convert(text: str, type_name: str) -> object:
 
 # Any: a parameter has one of nine types.
 def unify(items: list[Any]) -> list[Any]:
-    """Give a list the single type that a parameter needs: integers beside floats become floats.
+    """Convert a list to one type: integers beside floats become floats.
 
     Raises:
         LaunchError: When the items have types that do not go together.
@@ -118,7 +118,7 @@ def unify(items: list[Any]) -> list[Any]:
 
 
 def parameter_file(parameters: Iterable[tuple[str, object]]) -> str:
-    """Return a ROS parameter file that applies to any node; later values win."""
+    """Return a parameter file that applies to any node; later values override."""
     document = {"/**": {"ros__parameters": dict(parameters)}}
     text: str = yaml.dump(
         document, Dumper=_QuotingDumper, sort_keys=False, allow_unicode=True, width=2**20

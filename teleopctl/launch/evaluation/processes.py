@@ -76,7 +76,7 @@ class ProcessBuilder:
         return other
 
     def build(self, action: Process) -> ProcessPlan:
-        """Evaluate a ``node`` or an ``executable``; its parameter files come to `files`.
+        """Evaluate a ``node`` or ``executable`` to a process plan.
 
         Raises:
             TeleopctlError: When the package, the program or a parameter file does not exist, or
@@ -133,7 +133,7 @@ class ProcessBuilder:
         return plan
 
     def build_component(self, part: ComponentPart) -> ComponentPlan:
-        """Evaluate what is loaded into a container; its parameter files come to `files`.
+        """Evaluate a component to a plan; its parameter files are added to `files`.
 
         Raises:
             TeleopctlError: A parameter file does not exist, or a value cannot be read.
@@ -162,7 +162,7 @@ class ProcessBuilder:
         )
 
     def plan_of_node(self, full_name: str) -> ProcessPlan | None:
-        """Return the process, of those so far, that has a node of that name; None if none has."""
+        """Return the process with a node of this name; None if there is none so far."""
         return next((p for p in self._plans.values() if p.node_name == full_name), None)
 
     def tell(self, event: ProcessEvent) -> None:

@@ -21,7 +21,7 @@ AS_DESCRIBED = "as_described"
 
 
 def file_and_mappings(words: Sequence[str]) -> tuple[Path, dict[str, str]]:
-    """Return the file of a description and the arguments that the launch file gives.
+    """Split the words of a substitution into description file and xacro arguments.
 
     As on the command line of ``xacro``, the file may stand anywhere among them.
 
@@ -38,7 +38,7 @@ def file_and_mappings(words: Sequence[str]) -> tuple[Path, dict[str, str]]:
 
 
 def expand(words: Sequence[str], context: LaunchContext) -> str:
-    """Return the robot description of a xacro file and its ``name:=value`` arguments.
+    """Return the robot description of a xacro file with ``name:=value`` arguments.
 
     Raises:
         TeleopctlError: An argument is something else, or the file cannot be expanded.

@@ -244,7 +244,7 @@ def _made_for(
 def chosen_controllers(
     model: Path, arguments: Mapping[str, str], folder: Path
 ) -> ChosenControllers | None:
-    """Choose a robot's controllers as ``sim.yaml`` does.
+    """Return a robot's controllers and parameters, as ``sim.yaml`` chooses them.
 
     Args:
         model: The robot's file.

@@ -15,7 +15,7 @@ from teleopctl.launch.model.template import Call, ComputedText, Template
 
 
 class Substitution:
-    """A substitution.
+    """Base of substitutions, such as ``$(find-pkg-share …)``.
 
     Args:
         function: Makes the text from the evaluated arguments and the launch's context. What it
@@ -39,7 +39,7 @@ class Substitution:
         self.words = words
 
     def evaluate(self, call: Call, context: LaunchContext) -> str:
-        """Return the text that a substitution stands for.
+        """Return the text of a substitution.
 
         Raises:
             LaunchError: It has the wrong number of arguments, or fails.
@@ -54,7 +54,7 @@ class Substitution:
             raise LaunchError(f"{call.source}: {type(error).__name__}: {error}") from error
 
     def arguments(self, call: Call, context: LaunchContext) -> list[str]:
-        """Return what the function is given."""
+        """Return the evaluated arguments of a substitution."""
         return [render(argument.template, context) for argument in call.arguments]
 
     def _check_count(self, call: Call) -> None:
@@ -68,7 +68,7 @@ class Substitution:
 
 
 def render(template: Template, context: LaunchContext) -> str:
-    """Evaluate a text.
+    """Evaluate a text with substitutions.
 
     Raises:
         TeleopctlError: When a substitution is unknown, has the wrong number of arguments or fails,

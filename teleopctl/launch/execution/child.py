@@ -28,7 +28,7 @@ _ENDED_BY_TERMINATION = frozenset({128 + signal.SIGTERM, -signal.SIGTERM})
 
 
 class Child:
-    """A process of a launch.
+    """A running or ended process of a launch.
 
     Args:
         plan: What to start.
@@ -62,7 +62,7 @@ class Child:
 
     @property
     def pid(self) -> int | None:
-        """Process id, also of one that has ended; None before the first start."""
+        """Process id, also after the end; None before the first start."""
         return None if self._process is None else self._process.pid
 
     @property
@@ -100,7 +100,7 @@ class Child:
         return self.was_signalled and status in _ENDED_BY_TERMINATION
 
     def start(self) -> None:
-        """Start the process; nothing is read from it before `attend`.
+        """Start the process; its output is read from `attend` on.
 
         Raises:
             OSError: It cannot be started.
@@ -133,7 +133,7 @@ class Child:
         self._log = LogFile(self.log_file, partial(self._screen.say, "WARNING", "launch"))
 
     def attend(self) -> None:
-        """Relay what the started process writes, until it ends, on another thread."""
+        """Relay the process's output until its end, on another thread."""
         threading.Thread(
             target=self._attend,
             args=(self._process, self._log),
@@ -142,7 +142,7 @@ class Child:
         ).start()
 
     def signal(self, number: signal.Signals) -> None:
-        """Send a signal to the process and to what it started."""
+        """Send a signal to the process group."""
         process = self._process
         if process is None or process.poll() is not None:
             return

@@ -24,7 +24,7 @@ _OF_PROCESSES = (30, 133, 64, 63, 130, 31, 163, 28, 98, 29)
 
 
 def own_line(level: str, name: str, text: str) -> bytes:
-    """Return one of the launch's own lines, ``[INFO] [camera-4]: …``.
+    """Return a line of the launch itself, ``[INFO] [camera-4]: …``, coloured.
 
     Args:
         level: Its level.
@@ -41,7 +41,7 @@ def own_line(level: str, name: str, text: str) -> bytes:
 
 
 def relayed_line(name: str, line: bytes) -> bytes:
-    """Return a line of a process, with or without its end, behind the name of the process."""
+    """Return a line of a process, with the process's name in front, coloured."""
     text = line.removesuffix(b"\n")
     match = _LOG_LINE.match(text)
     if match is not None:

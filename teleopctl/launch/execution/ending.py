@@ -15,7 +15,7 @@ STEPS = (signal.SIGINT, signal.SIGTERM, getattr(signal, "SIGKILL", signal.SIGTER
 
 
 class Ending:
-    """Makes processes end.
+    """Ends processes by signals of increasing force.
 
     Args:
         loop: The loop on which this is called.

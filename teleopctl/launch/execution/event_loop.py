@@ -14,7 +14,7 @@ _LONGEST_WAIT_S = 0.2 if os.name == "nt" else None
 
 
 class EventLoop:
-    """Calls functions in the order in which they are put here, and when their time has come."""
+    """Queue of functions and timers, called one after the other on one thread."""
 
     def __init__(self) -> None:
         # SimpleQueue may be filled from a signal handler, other queues may not.
@@ -24,7 +24,7 @@ class EventLoop:
 
     @property
     def is_empty(self) -> bool:
-        """Whether nothing is there that has not been called; timers do not count."""
+        """Return whether no function is queued; timers do not count."""
         return self._events.empty()
 
     def put(self, function: Callable[[], None]) -> None:

@@ -18,7 +18,7 @@ _SAME_REQUEST_S = 1.0
 
 
 class Interrupts:
-    """Turns signals into the end of a launch, the first one, and into haste, those that follow.
+    """Turns the first signal into a shutdown of the launch, and later ones into faster ends.
 
     Args:
         loop: Where the functions below are called.
@@ -48,7 +48,7 @@ class Interrupts:
 
     @contextmanager
     def heard(self) -> Iterator[None]:
-        """Listen while the block runs; in the main thread alone."""
+        """Handle signals within the block; only in the main thread."""
         numbers = [signal.SIGINT, signal.SIGTERM]
         if hasattr(signal, "SIGHUP") and signal.getsignal(signal.SIGHUP) != signal.SIG_IGN:
             # Whoever began with `nohup` wants the launch to outlive the terminal.

@@ -114,7 +114,7 @@ def _outlived_its_start(process: ProcessStatus) -> bool:
 
 
 def signs_of_progress(log_file: Path) -> object:
-    """Return what differs after a process has got on: its reports, or else its output.
+    """Return a value that changes as a starting process makes progress.
 
     A program that never reports is judged by its output. Of one that does, output tells nothing:
     it may repeat every ten seconds that it waits.
@@ -139,7 +139,7 @@ def present_work(log_file: Path) -> str:
 
 
 def addresses(statuses: Sequence[ProcessStatus]) -> list[Address]:
-    """Return the addresses at which processes listen for browsers and Foxglove."""
+    """Return the addresses at which processes serve pages and Foxglove."""
     from teleopctl.base.token_file import Address
 
     said = [progress.read(Path(process.log_file)) for process in statuses]
@@ -151,7 +151,7 @@ def addresses(statuses: Sequence[ProcessStatus]) -> list[Address]:
 
 
 def first_failure(statuses: Sequence[ProcessStatus]) -> Failure | None:
-    """Return what went wrong first, since the rest may follow from it; None when nothing did."""
+    """Return the earliest failure of the processes; None if there is none."""
     failures: list[Failure] = []
     for process in statuses:
         log_file = Path(process.log_file)

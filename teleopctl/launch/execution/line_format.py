@@ -35,7 +35,7 @@ class LineFormat:
         self.reset()
 
     def reset(self) -> None:
-        """Forget what was chosen."""
+        """Restore the default format."""
         self._text = self._names["default"]
         self._formatter: Formatter | None = None
         if os.environ.get(self._variable):
@@ -47,7 +47,7 @@ class LineFormat:
         return self._text == self._names["default"]
 
     def choose(self, text: str, style: Style | None = None) -> None:
-        """Choose a format.
+        """Set the format.
 
         Args:
             text: One that has a name, or one of Python's ``logging``.
@@ -70,7 +70,7 @@ class LineFormat:
         return self._formatter or _formatter(self._text, "{")
 
     def line(self, level: str, name: str, message: str) -> str:
-        """Return a line, without its end."""
+        """Return a formatted line, without line break."""
         if self._formatter is None:
             return self._text.format(
                 levelname=level, name=name, message=message, created=time.time()

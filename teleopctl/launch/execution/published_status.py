@@ -24,7 +24,7 @@ class Launched(Protocol):
 
 
 class PublishedStatus:
-    """The status file of one launch.
+    """Writes the status file of one launch.
 
     Args:
         folder: The launch's log folder.
@@ -39,7 +39,7 @@ class PublishedStatus:
         self._is_late = False
 
     def publish(self) -> None:
-        """Write the file now, or as soon as that can be done."""
+        """Write the status file, now or soon."""
         try:
             status.write(self._folder, self._launch.statuses(), self._launch.pending())
         except OSError:

@@ -42,7 +42,7 @@ _SETTLED_AFTER_S = 0.5
 
 
 class NewNodes:
-    """Watches the graph for nodes that come after this object was made; a context manager.
+    """Watches the graph for nodes that appear after the object was made.
 
     Raises:
         RouterNotRunning: There is no router to ask.
@@ -80,12 +80,12 @@ class NewNodes:
         return found
 
     def wait_for_change(self, seen: Graph) -> Graph:
-        """Return a newer graph, or the same one after a moment."""
+        """Wait until the graph has changed, or a moment; return it."""
         self._watcher.wait_for(lambda graph: graph is not seen, timeout_s=_LOOK_EVERY_S)
         return self._watcher.snapshot()
 
     def snapshot(self) -> Graph:
-        """Return the graph as it is now."""
+        """Return the present graph."""
         return self._watcher.snapshot()
 
 
@@ -164,7 +164,7 @@ def wait_for_node(
     timeouts: StartTimeouts,
     show: Callable[[str], None],
 ) -> list[str]:
-    """Wait until a single node that was started in the background is up.
+    """Wait until a node started in the background is up.
 
     Args:
         new_nodes: Made before the start.
@@ -219,7 +219,7 @@ def wait_for_launch(
     timeouts: StartTimeouts,
     show: Callable[[str], None],
 ) -> None:
-    """Wait until everything that a launch in the background starts is up.
+    """Wait until all nodes of a launch in the background are up.
 
     Args:
         new_nodes: Made before the start.

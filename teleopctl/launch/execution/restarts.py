@@ -22,7 +22,7 @@ class Watcher(Protocol):
     """Interface of the watcher that requests restarts when sources are saved."""
 
     def take_in(self, plans: Iterable[ProcessPlan]) -> None:
-        """Watch what further processes are made from."""
+        """Watch the source files of further processes."""
 
 
 class Restarts:
@@ -66,17 +66,17 @@ class Restarts:
         self._said_what_it_waits_for = False
 
     def watch(self, watcher: Watcher) -> None:
-        """Have the processes watched, before the launch runs; where they are, it does not end."""
+        """Watch the processes' source files; the launch then does not end by itself."""
         self._watcher = watcher
         self.take_in(self.plans())
 
     def take_in(self, plans: Iterable[ProcessPlan]) -> None:
-        """Have further processes watched."""
+        """Watch the source files of further processes."""
         if self._watcher is not None:
             self._watcher.take_in(plans)
 
     def close(self) -> None:
-        """Start nothing any more, since the launch ends."""
+        """Stop restarting, because the launch ends."""
         self._watcher = None
         self._due.clear()
         self._made.clear()
@@ -98,7 +98,7 @@ class Restarts:
         return [child.plan for child in self._children]
 
     def restart(self, plan: ProcessPlan) -> None:
-        """Start the process of this name again, with this plan.
+        """Restart a process with a new plan.
 
         One that has ended is started, one that a person has stopped stays so.
         """
@@ -120,7 +120,7 @@ class Restarts:
         return True
 
     def keeps_dead(self, child: Child) -> bool:
-        """Whether a process that has died waits for the next save."""
+        """Return whether a dead process waits for the next save."""
         if child not in self._made:
             return False
         self.say("INFO", f"{child.plan.name} waits for the next save")

@@ -21,7 +21,7 @@ _LAUNCH_PATIENCE_S = 12.0
 
 
 class Running(NamedTuple):
-    """A process in the background.
+    """A background process with its record.
 
     Attributes:
         record: Name, pid, start time, command and log file.
@@ -41,14 +41,14 @@ class Running(NamedTuple):
 
     @property
     def qualified_name(self) -> str:
-        """``launch/exec-N`` for what a launch started, else the name."""
+        """Name of the process, with the launch's name if it has one."""
         return f"{self.launch.name}/{self.record.name}" if self.launch else self.record.name
 
 
 def running(
     folder: Path | None = None, *, include_ended: bool = False, include_foreground: bool = False
 ) -> list[Running]:
-    """Return the background processes, each launch before what it started.
+    """Return the background processes, each launch before its processes.
 
     Args:
         folder: The runtime folder that has their records; by default the user's.
@@ -71,7 +71,7 @@ def running(
 
 
 def died(folder: Path | None = None) -> list[Running]:
-    """Return what has died in the background since it was up, until `forget_died` or its stop.
+    """Return the background processes that died since they were up.
 
     That is nodes of their own, and those of launches that still run or that ended with them.
     """
@@ -117,7 +117,7 @@ def _ending(exit_status: int | None, ended_at: float) -> str:
 
 
 def duration(seconds: float) -> str:
-    """Return a time span as people read it: ``3 s``, ``2m05s``, ``1h02m``."""
+    """Return a duration for display: ``3 s``, ``2m05s``, ``1h02m``."""
     whole = max(0, int(seconds))
     minutes, hours = whole // 60, whole // 3600
     if hours:
@@ -148,7 +148,7 @@ def _orphans(folder: Path | None) -> list[Running]:
 def find_running(
     name: str, *, include_ended: bool = False, include_foreground: bool = False
 ) -> list[Running]:
-    """Find background processes by what people call them; arguments as of `running`.
+    """Find background processes by name.
 
     A name is that of a record, ``exec-N`` or ``launch/exec-N`` of what a launch started, its
     executable's, or its node's.
@@ -194,7 +194,7 @@ def _ctrl_c(launch: ProcessRecord) -> str:
 
 
 def stop_running(record: ProcessRecord) -> None:
-    """End a background process: SIGINT, and where it takes too long, harder signals."""
+    """Stop a background process: SIGINT, then harder signals."""
     is_launch = record.kind == background.LAUNCH
     background.stop(record, patience_s=_LAUNCH_PATIENCE_S if is_launch else _PATIENCE_S)
 
@@ -222,7 +222,7 @@ def started_in_background(start: Callable[[], ProcessRecord]) -> Iterator[Proces
 
 
 def newest_log(name: str) -> Path | None:
-    """Return the last log of a background process that has ended, or None."""
+    """Return the last log of an ended background process, or None."""
     if not name or any(character in name for character in "/\\*?["):
         return None
     logs = background.logs_dir().glob(f"{name}-[0-9]*.log")

@@ -17,7 +17,7 @@ _BEGIN = 60
 
 
 class Screen:
-    """Writes whole lines, from any thread.
+    """Writes lines to the terminal and the log file; thread-safe.
 
     A screen that is full or gone costs lines and nothing else, see
     `teleopctl.base.output.outlive_output`.
@@ -33,7 +33,7 @@ class Screen:
         self._log = None if log_file is None else LogFile(log_file)
 
     def say(self, level: str, name: str, text: str, *, in_short: str | None = None) -> None:
-        """Write one of the launch's own lines, ``[INFO] [launch]: …``.
+        """Write a line of the launch itself, ``[INFO] [launch]: …``.
 
         Args:
             level: Its level.
@@ -51,7 +51,7 @@ class Screen:
             self._write(f"{SCREEN_FORMAT.line(level, name, text)}\n".encode(errors="replace"))
 
     def relay(self, name: str, line: bytes, *, shown: bool, kept: bool) -> None:
-        """Write a line of a process, whichever stream it came from, as ROS 2's launch does.
+        """Write a line of a process, as ROS 2's launch does.
 
         Args:
             name: The process.

@@ -74,7 +74,7 @@ class ProcessStatus(NamedTuple):
 
 
 def status_of(child: Child, start: Start) -> ProcessStatus:
-    """Return what became of a child so far."""
+    """Return the state of a child process."""
     state: State = "waiting"
     if child.is_running:
         state = "running"
@@ -123,7 +123,7 @@ def read(folder: Path) -> list[ProcessStatus] | None:
 
 
 def pending(folder: Path) -> int:
-    """Read how many timers of a launch are still to lead to something soon."""
+    """Read the number of a launch's timers that are due soon."""
     try:
         return int(_document(folder)["pending"])
     except (OSError, ValueError, LookupError, TypeError):
@@ -142,7 +142,7 @@ def write_warnings(folder: Path, warnings: list[str]) -> None:
 
 
 def read_warnings(folder: Path) -> list[str]:
-    """Read what the evaluation of a launch found odd."""
+    """Read the warnings of a launch's evaluation."""
     try:
         warnings: list[str] = json.loads((folder / _WARNINGS_FILE).read_text(encoding="utf-8"))
     except (OSError, ValueError):
@@ -181,7 +181,7 @@ def folder_of(launch: ProcessRecord) -> Path:
 
 
 def mark_stopped(folder: Path, name: str) -> None:
-    """Note that a person stopped a process, so that it is not started again."""
+    """Mark a process as stopped by the user, so that it is not restarted."""
     with contextlib.suppress(OSError):
         (folder / f"{_STOP_PREFIX}{name}").touch()
 

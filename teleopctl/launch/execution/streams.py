@@ -13,7 +13,7 @@ _LONGEST_LINE = 1 << 16
 
 
 class Stream:
-    """One stream of a process that is about to start.
+    """Pipe of one output stream of a process.
 
     Attributes:
         written: The file descriptor that the process gets.
@@ -56,7 +56,7 @@ def _terminal() -> tuple[int, int]:
 
 
 def lines(pipe: IO[bytes]) -> Iterator[bytes]:
-    """Yield the lines that a process writes until it ends; a very long one comes in parts."""
+    """Yield the lines that a process writes; very long ones in parts."""
     while True:
         try:
             line = pipe.readline(_LONGEST_LINE)

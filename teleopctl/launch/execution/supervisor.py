@@ -44,7 +44,7 @@ _LOOK_EVERY_S = 0.02
 
 
 class Supervisor:
-    """Carries out one plan.
+    """Runs the processes of a launch plan.
 
     Args:
         plan: What to start; its log folder and files have been written.

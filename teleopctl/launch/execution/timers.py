@@ -18,7 +18,7 @@ _SOON_S = 30.0
 
 
 class Timers:
-    """Timers and work of a launch.
+    """Pending timers and service calls of a launch.
 
     Args:
         loop: Where their ends are told.
@@ -58,20 +58,20 @@ class Timers:
         return self._asking + sum(due <= soon for due, _ in tuple(self._due.values()))
 
     def add(self, seconds: float, timer: Timer) -> None:
-        """Wait for a timer."""
+        """Start a timer."""
         number = next(self._numbers)
         self._due[number] = (time.monotonic() + seconds, timer)
         self._loop.after(seconds, partial(self._time_has_come, number))
 
     def begin(self, work: Work) -> None:
-        """Begin work, and wait for its end."""
+        """Start work, and wait for its end."""
         self._works += 1
         self._asking += isinstance(work, Asking)
         work.begin(lambda error: self._loop.put(partial(self._has_ended, work, error)))
         self._published.publish()
 
     def shut_down(self) -> None:
-        """Wait only for what the end of the launch waits for."""
+        """Cancel all timers that the shutdown does not wait for."""
         self._forget(lambda timer: not timer.outlives_shutdown)
 
     def _forget(self, is_forgotten: Callable[[Timer], bool]) -> None:

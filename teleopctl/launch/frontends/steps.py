@@ -19,7 +19,7 @@ from teleopctl.launch.model.template import literal
 
 
 def launch_file(path: Path, actions: Element, deprecated: Element | None = None) -> LaunchFile:
-    """Return a launch file.
+    """Return a launch file made of actions.
 
     Args:
         path: The file.
@@ -44,7 +44,7 @@ def _steps(element: Element) -> tuple[Step, ...]:
 
 
 def read_step(name: str, content: Element) -> Step:
-    """Return one entry.
+    """Read one entry of a launch file.
 
     Args:
         name: The name of its action.

@@ -57,11 +57,11 @@ class Entity:
             self._fields[name] = value
 
     def element(self, key: str) -> Element | None:
-        """Return what stands under a key, or None."""
+        """Return the value of a key, or None."""
         return self._fields.get(key)
 
     def required_element(self, key: str) -> Element:
-        """Return what stands under a key.
+        """Return the value of a key.
 
         Raises:
             TeleopctlError: When the key is missing.
@@ -71,20 +71,20 @@ class Entity:
         return self._fields[key]
 
     def required(self, key: str) -> Template:
-        """Return the text under a key; missing or malformed text is a TeleopctlError."""
+        """Return the text of a key; raise if it is missing or malformed."""
         return self.required_element(key).template()
 
     def required_text(self, key: str) -> str:
-        """Return the text under a key as it stands, without substitutions."""
+        """Return the unevaluated text of a key."""
         return self.required_element(key).text()
 
     def optional(self, key: str) -> Template | None:
-        """Return the text under a key, or None where the key is missing."""
+        """Return the text of a key, or None if the key is missing."""
         element = self._fields.get(key)
         return None if element is None else element.template()
 
     def pairs(self, key: str, first: str, second: str) -> tuple[tuple[Template, Template], ...]:
-        """Return a list of mappings that have two keys each; empty where the key is missing."""
+        """Return the pairs of a list of mappings with two keys; empty if the key is missing."""
         element = self._fields.get(key)
         if element is None:
             return ()
@@ -95,7 +95,7 @@ class Entity:
         return tuple((entity.required(first), entity.required(second)) for entity in entities)
 
     def conditions(self) -> tuple[Condition, ...]:
-        """Return what stands under ``if`` and ``unless``."""
+        """Return the ``if`` and ``unless`` conditions."""
         return tuple(
             Condition(text, expected)
             for key, expected in (("if", True), ("unless", False))
@@ -103,7 +103,7 @@ class Entity:
         )
 
     def steps(self, key: str) -> tuple[Step, ...]:
-        """Return the actions under a key; a missing key is a TeleopctlError."""
+        """Return the actions of a key; raise if the key is missing."""
         assert self._read_steps is not None
         return self._read_steps(self.required_element(key))
 
@@ -125,7 +125,7 @@ class Action:
 
     @classmethod
     def parse(cls, entity: Entity) -> Self:
-        """Read the action from what stands below its name.
+        """Return the action that an entry of a launch file describes.
 
         Raises:
             LaunchError: A key is missing, or a value is not what it should be; `entity` makes
@@ -134,7 +134,7 @@ class Action:
         raise NotImplementedError
 
     def evaluate(self, launch: Launch) -> Iterable[Action] | None:
-        """Do it: change what the following steps see, add processes, run further steps.
+        """Execute the action: change the scope, add processes, run further steps.
 
         Returns:
             Actions to evaluate in its place, or None.
@@ -147,7 +147,7 @@ class Action:
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """One entry of a launch file.
+    """An action with its place and conditions.
 
     Attributes:
         place: Where it stands.
@@ -164,7 +164,7 @@ class Step:
 
 @dataclass(frozen=True, slots=True)
 class LaunchFile:
-    """A launch file.
+    """A parsed launch file.
 
     Attributes:
         path: The file.
@@ -176,7 +176,7 @@ class LaunchFile:
 
 
 class Launch(Protocol):
-    """A launch while it is being evaluated: what an action has to work with."""
+    """Interface of a launch that is being evaluated, for actions."""
 
     @property
     def scope(self) -> Scope:
@@ -188,7 +188,7 @@ class Launch(Protocol):
 
     @property
     def is_trial(self) -> bool:
-        """Whether this is a look ahead, which is to have no effects outside."""
+        """Whether this is a dry run, which has no effects outside."""
 
     @property
     def is_ending(self) -> bool:
@@ -202,37 +202,37 @@ class Launch(Protocol):
         """Evaluate the substitutions of a text."""
 
     def environment_value(self, name: str) -> str | None:
-        """An environment variable as the processes will see it, or None."""
+        """Return a variable of the processes' environment, or None."""
 
     def run(self, steps: tuple[Step, ...]) -> None:
-        """Evaluate further steps."""
+        """Evaluate steps."""
 
     def perform(self, action: Action) -> None:
-        """Evaluate one action that stands in no file."""
+        """Evaluate an action of a program, which has no place in a file."""
 
     def scoped(self) -> AbstractContextManager[None]:
-        """Restore variables, environment, namespace and so on at the end of the block."""
+        """Restore the scope at the end of the block."""
 
     def include(self, path: Path) -> None:
         """Evaluate another launch file."""
 
     def declare(self, name: str) -> None:
-        """Make a launch argument known."""
+        """Declare a launch argument."""
 
     def say(self, level: str, message: str, logger: str = "launch.user") -> None:
-        """Show a line to the person in front of the terminal."""
+        """Log a line of the launch."""
 
     def start(self, process: Process) -> ProcessPlan:
         """Add the process of a ``node`` or an ``executable``."""
 
     def component(self, part: ComponentPart) -> ComponentPlan:
-        """Evaluate what is to be loaded into a container."""
+        """Evaluate a component to load."""
 
     def plan_of_node(self, full_name: str) -> ProcessPlan | None:
-        """The process, of those so far, that has a node of that name; None if none has."""
+        """Return the process with a node of this name; None if there is none so far."""
 
     def action_of(self, plan: ProcessPlan) -> Process:
-        """The action that a process was made from."""
+        """Return the action that a process was made from."""
 
     def after(
         self,
@@ -242,7 +242,7 @@ class Launch(Protocol):
         *,
         outlives_shutdown: bool = False,
     ) -> None:
-        """Run steps later, as if they stood here, unless they have been cancelled by then."""
+        """Run steps after a delay, unless they are cancelled."""
 
     def work(self, work: Work) -> None:
         """Start work that runs beside the processes, such as service calls."""
@@ -258,17 +258,17 @@ class Launch(Protocol):
         """
 
     def is_awaited(self, event: object) -> bool:
-        """Whether a handler would answer something."""
+        """Return whether a handler would respond to an event."""
 
     def emit(self, event: object) -> None:
-        """Make something happen, which handlers answer once this is done; from any thread."""
+        """Queue an event for the handlers; any thread may call this."""
 
     def shut_down(self, reason: str) -> None:
         """End the launch; any thread may call this."""
 
 
 class Handler(Protocol):
-    """Answers events.
+    """Base of event handlers.
 
     Attributes:
         wants_output: Whether it wants to be told of what processes write.
@@ -282,7 +282,7 @@ class Handler(Protocol):
         """Return when the handler acts and its steps, for a dry run; None if unknown."""
 
     def answers(self, event: object, launch: Launch) -> bool:
-        """Whether it would respond to an event."""
+        """Return whether the handler responds to an event."""
 
     def respond(self, event: object, launch: Launch) -> Iterable[Step]:
         """Return the steps that follow from an event; none if it does not concern the handler."""

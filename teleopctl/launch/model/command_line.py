@@ -13,7 +13,7 @@ _PRIVATE = [chr(code) for code in range(0xE000, 0xF8FF)]
 
 
 def split_command_line(text: Template) -> tuple[Template, ...]:
-    """Split a text as a shell splits it; what a substitution gives is a part of one word.
+    """Split a command line as a shell does; a substitution's value is never split.
 
     ``-r $(var rate) 'my $(var file)'`` are three words, whatever the substitutions give: a path
     with blanks in it stays one, as in ROS 2.

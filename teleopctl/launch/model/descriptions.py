@@ -26,7 +26,7 @@ class Place:
 
 @dataclass(frozen=True, slots=True)
 class Condition:
-    """``if:`` or ``unless:``.
+    """Condition ``if:`` or ``unless:`` of an action.
 
     Attributes:
         text: Has to evaluate to ``true``, ``1``, ``false`` or ``0``.
@@ -43,7 +43,7 @@ ParameterTree = Template | bool | int | float | str | list["ParameterTree"]
 
 @dataclass(frozen=True, slots=True)
 class Parameter:
-    """``param: - name: …, value: …``.
+    """Parameter of a node: ``param: - name: …, value: …``.
 
     Attributes:
         name: Dotted name.
@@ -59,7 +59,7 @@ class Parameter:
 
 @dataclass(frozen=True, slots=True)
 class ParameterFile:
-    """``param: - from: FILE``.
+    """Parameter file of a node: ``param: - from: FILE``.
 
     Attributes:
         path: The file.
@@ -99,7 +99,7 @@ class NodePart:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ComponentPart:
-    """A node that is loaded into a container.
+    """Component of a container.
 
     Attributes:
         place: Where it stands.
@@ -128,7 +128,7 @@ class ComponentPart:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Process:
-    """A process to start, ``node`` or ``executable``.
+    """Attributes of a ``node`` or ``executable``.
 
     Attributes:
         node: The node's part, or None for an ``executable``.

@@ -13,7 +13,7 @@ from teleopctl.launch.model.descriptions import Place
 
 @dataclass(frozen=True, slots=True)
 class Element:
-    """A value of a launch file and where it stands.
+    """Value of a launch file, with its file, line and key.
 
     What differs between the languages of launch files is in `fields`, `action` and `typed`; nothing
     else behind a front end knows them apart.
@@ -38,7 +38,7 @@ class Element:
         return LaunchError(f"{self.place}:{where} {message}", hint=hint)
 
     def fields(self, keys: Sequence[str]) -> Mapping[str, Element]:
-        """Return what belongs to an action or to an entry of a list, by key as it is written.
+        """Return the values of an action's keys.
 
         Args:
             keys: Those that may stand there; others may be in the answer.
@@ -54,7 +54,7 @@ class Element:
         return self.mapping(f"a mapping with {', '.join(keys)}")
 
     def action(self) -> tuple[str, Element]:
-        """Return name and content of an entry of a launch file.
+        """Return the name and content of an action.
 
         Raises:
             TeleopctlError: It is something else.
@@ -68,11 +68,11 @@ class Element:
         return next(iter(fields.items()))
 
     def typed(self) -> Element:
-        """Return the value as the boolean, number, text or list of these that it stands for."""
+        """Return the value as the YAML type it has."""
         return self
 
     def flag(self) -> bool:
-        """Return the value as true or false.
+        """Return the value as a truth value.
 
         Raises:
             TeleopctlError: It is something else.
@@ -93,7 +93,7 @@ class Element:
         return self.value
 
     def items(self, what: str) -> Iterator[Element]:
-        """Iterate over the value as a list.
+        """Return the value as a list.
 
         Raises:
             TeleopctlError: When it is something else.
@@ -115,7 +115,7 @@ class Element:
         raise self.error(f"expected a text, got {self.describe()}")
 
     def template(self) -> template.Template:
-        """Return a scalar as a text with substitutions.
+        """Return a scalar as a template of substitutions.
 
         Raises:
             TeleopctlError: When it is no scalar or its substitutions are malformed.
@@ -128,7 +128,7 @@ class Element:
             raise self.error(str(error)) from error
 
     def describe(self) -> str:
-        """Return what the value is, for messages."""
+        """Return a description of the value, for messages."""
         if isinstance(self.value, dict):
             return "a mapping with " + (", ".join(self.value) or "nothing in it")
         if isinstance(self.value, list):

@@ -25,7 +25,7 @@ class ProcessEvent:
 
 @dataclass(frozen=True, slots=True)
 class ProcessStarted(ProcessEvent):
-    """A process runs.
+    """A process was started.
 
     Attributes:
         was_saved: Whether it was started again because its source had been saved, which no handler
@@ -48,7 +48,7 @@ class ProcessExited(ProcessEvent):
 
 @dataclass(frozen=True, slots=True)
 class ProcessOutput(ProcessEvent):
-    """A process has written something.
+    """A process has written output.
 
     Attributes:
         text: A line with its ending, as it came.
@@ -61,7 +61,7 @@ class ProcessOutput(ProcessEvent):
 
 @dataclass(frozen=True, slots=True)
 class ShutdownBegan:
-    """The launch ends: nothing is started any more.
+    """The shutdown of the launch has begun.
 
     Attributes:
         reason: Why.

@@ -54,7 +54,7 @@ _ALIASES: dict[str, Mapping[str, frozenset[str]]] = {
 
 
 def output_alias(name: str) -> tuple[Output, Output]:
-    """Return what ``output: NAME`` means for stdout and stderr.
+    """Return the destinations of stdout and stderr for ``output: NAME``.
 
     Raises:
         LaunchError: There is no such name.
@@ -65,7 +65,7 @@ def output_alias(name: str) -> tuple[Output, Output]:
 
 
 def output_table(destinations: Mapping[str, frozenset[str]]) -> tuple[Output, Output]:
-    """Return what a table of destinations means for stdout and stderr.
+    """Return the destinations of stdout and stderr for a table of destinations.
 
     Raises:
         LaunchError: There is no such source or destination.

@@ -21,7 +21,7 @@ REQUIRED = "process[{name}] was required: shutting down launched system"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ProcessPlan:
-    """One process to start.
+    """A process to start, fully evaluated.
 
     Attributes:
         name: Name in the output, ``exec-N``.
@@ -69,7 +69,7 @@ class ProcessPlan:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ComponentPlan:
-    """One node to load into a container.
+    """A component to load, fully evaluated.
 
     Attributes:
         package: Package that offers it.
@@ -94,7 +94,7 @@ class ComponentPlan:
 
 @dataclass(frozen=True, slots=True)
 class SignalPlan:
-    """A signal for a process.
+    """A signal to send to a process.
 
     Attributes:
         process: Its name.
@@ -122,7 +122,7 @@ class Work(Protocol):
     """Work beside the processes, such as a coroutine; the launch waits for its end."""
 
     def begin(self, report: Callable[[TeleopctlError | None], None]) -> None:
-        """Begin it, and report its end, with an error where it failed, from any thread."""
+        """Start the work; its end is reported, from any thread."""
 
 
 @dataclass(slots=True, kw_only=True)
@@ -161,7 +161,7 @@ class Further:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LaunchPlan:
-    """Everything that a launch does of itself; what it does on events comes when they happen.
+    """Evaluated launch: the first steps, and the respondent for later events.
 
     Attributes:
         log_directory: Folder for logs and parameter files; it need not exist yet.
@@ -192,7 +192,7 @@ class Respondent(Protocol):
         """Whether any handler receives the output of processes."""
 
     def connect(self, happened: Callable[[object], None]) -> None:
-        """Take what is to be called, from any thread, when something has happened elsewhere."""
+        """Set the function to call with events of other threads."""
 
     def answer(self, event: object) -> Further:
         """Return the steps that follow from an event.

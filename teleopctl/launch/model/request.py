@@ -11,7 +11,7 @@ from teleopctl.base.private_file import write_private
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LaunchRequest:
-    """A launch file with its arguments, and how it is to be launched.
+    """A launch file, its arguments and options.
 
     Attributes:
         file: Absolute path of the launch file.
@@ -47,7 +47,7 @@ class LaunchRequest:
     required: list[str] = field(default_factory=list)
 
     def save(self, path: Path) -> None:
-        """Write the request into a file.
+        """Write the request to a file.
 
         Raises:
             OSError: It cannot be written.

@@ -40,7 +40,7 @@ class Scope:
 
     @property
     def namespace(self) -> str:
-        """Namespace of the following nodes, ``/`` at the top."""
+        """Namespace of the following nodes."""
         return join_namespace("/", self.variables.get(_NAMESPACE, ""))
 
     @namespace.setter
@@ -57,17 +57,17 @@ class Scope:
         return replace(self, variables=dict(self.variables), environment=dict(self.environment))
 
     def reset(self) -> None:
-        """Forget what ROS 2 keeps as launch configurations: all but the environment and loops."""
+        """Remove the launch configurations: all but the environment and loops."""
         self.variables.clear()
         self.parameters = ()
         self.remaps = ()
 
     def remember(self) -> None:
-        """Remember what ROS 2 keeps as launch configurations."""
+        """Save the launch configurations."""
         self.remembered += (self.copy(),)
 
     def bring_back(self) -> None:
-        """Bring back what was remembered last.
+        """Restore the last saved launch configurations.
 
         Raises:
             LaunchError: Nothing was.
@@ -80,11 +80,11 @@ class Scope:
         self.parameters, self.remaps = last.parameters, last.remaps
 
     def remember_environment(self) -> None:
-        """Remember the environment."""
+        """Save the environment."""
         self.remembered_environments += (dict(self.environment),)
 
     def bring_back_environment(self) -> None:
-        """Bring back the environment that was remembered last.
+        """Restore the last saved environment.
 
         Raises:
             LaunchError: None was.
@@ -96,7 +96,7 @@ class Scope:
 
 
 def join_namespace(outer: str, inner: str) -> str:
-    """Return a namespace below another one; an absolute one stands for itself."""
+    """Return a namespace below another one; an absolute one is unchanged."""
     if inner.startswith("/"):
         return "/" + inner.strip("/")
     return "/" + f"{outer}/{inner}".strip("/").replace("//", "/")

@@ -19,7 +19,7 @@ _QUOTES = frozenset("'\"")
 
 
 class TemplateError(ValueError):
-    """A text whose substitutions do not follow the grammar."""
+    """A text violates the grammar of substitutions."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,7 +37,7 @@ class Argument:
 
 @dataclass(frozen=True, slots=True)
 class Call:
-    """One substitution.
+    """A call of a substitution: name and arguments.
 
     Attributes:
         name: The word after ``$(``.
@@ -55,16 +55,16 @@ class ComputedText(Protocol):
 
     @property
     def source(self) -> str:
-        """The substitution as one would write it, for messages."""
+        """Source text of the substitution, for messages."""
 
     # object: the evaluation's context, which stands above this file.
     def evaluate(self, context: object) -> str:
-        """Return the text that it stands for."""
+        """Return the substitution's text."""
 
 
 @dataclass(frozen=True, slots=True)
 class Template:
-    """A text in which substitutions stand.
+    """A text with substitutions.
 
     Attributes:
         parts: Literal texts and substitutions, in order.
@@ -75,7 +75,7 @@ class Template:
     source: str
 
     def render(self, substitute: Callable[[Call | ComputedText], str]) -> str:
-        """Return the text with every substitution replaced by what the function returns.
+        """Return the text with each substitution replaced by a function's result.
 
         Raises:
             BudgetError: It is too long.
@@ -84,12 +84,12 @@ class Template:
 
     @property
     def is_literal(self) -> bool:
-        """Whether the text holds no substitution."""
+        """Return whether the text has no substitution."""
         return all(isinstance(part, str) for part in self.parts)
 
     @property
     def variable(self) -> str | None:
-        """The launch variable that is the whole text, as in ``$(var NAME)``; else None."""
+        """Name of the launch argument, if the whole text is ``$(var NAME)``; else None."""
         match self.parts:
             case (Call("var", (Argument(name), *_)),) if name.is_literal:
                 return name.source
@@ -97,7 +97,7 @@ class Template:
 
 
 def parse(text: str) -> Template:
-    """Parse a text.
+    """Parse a text with substitutions.
 
     Raises:
         TemplateError: When a substitution is not closed, has no name, or a quote is left open.
@@ -106,7 +106,7 @@ def parse(text: str) -> Template:
 
 
 def literal(text: str) -> Template:
-    """Return a template that stands for exactly this text."""
+    """Return a template without substitutions."""
     return Template(parts=(text,) if text else (), source=text)
 
 

@@ -18,7 +18,7 @@ _FALSE = frozenset({"false", "no", "off", "0"})
 
 @contextmanager
 def at_key(key: str) -> Iterator[None]:
-    """Put a key before the message of an error raised in the block."""
+    """Name a key in errors raised in the block."""
     try:
         yield
     except TeleopctlError as error:
@@ -26,7 +26,7 @@ def at_key(key: str) -> Iterator[None]:
 
 
 def flag(text: str) -> bool:
-    """Read a condition.
+    """Parse a condition.
 
     Raises:
         LaunchError: When it is neither ``true`` or ``1`` nor ``false`` or ``0``.
@@ -40,7 +40,7 @@ def flag(text: str) -> bool:
 
 
 def boolean(text: str) -> bool:
-    """Read a truth value: what YAML has for one, and 1 and 0.
+    """Parse a truth value of YAML, or 1 or 0.
 
     Raises:
         LaunchError: It is something else.
@@ -54,7 +54,7 @@ def boolean(text: str) -> bool:
 
 
 def number(text: str) -> float:
-    """Read a finite number.
+    """Parse a finite number.
 
     Raises:
         LaunchError: When it is something else.
@@ -69,7 +69,7 @@ def number(text: str) -> float:
 
 
 def integer(text: str) -> int:
-    """Read an integer.
+    """Parse an integer.
 
     Raises:
         LaunchError: When it is something else.
@@ -82,7 +82,7 @@ def integer(text: str) -> int:
 
 # object: a scalar, or a list of them.
 def typed(text: str) -> object:
-    """Return the boolean, number, text or list of these that a text is in YAML, else the text."""
+    """Parse a text as YAML; return it unchanged unless it is a scalar or a list of them."""
     # A robot description is long and never a scalar: it is not worth a parser's time.
     if "\n" in text.strip():
         return text

@@ -26,7 +26,7 @@ _is_installed = False
 
 @contextmanager
 def files_read() -> Iterator[set[Path]]:
-    """Collect which of a user's files are read in the block, by this thread.
+    """Collect the user's files that this thread reads in the block.
 
     What the block itself writes does not count, since it would be written again with each reading.
     """

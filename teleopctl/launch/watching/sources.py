@@ -30,7 +30,7 @@ _DEPENDENCY = re.compile(r"<(?:depend|exec_depend|run_depend)[^>]*>\s*([\w-]+)\s
 
 
 def sources_of(plan: ProcessPlan, log_directory: Path) -> frozenset[Path]:
-    """Return the user's own files that a process is made from.
+    """Return the user's files that a process is made from.
 
     That are its program, the Python modules of the program's package and of the packages that this
     one depends on, its parameter files, and the scripts and descriptions that its command line

@@ -29,7 +29,7 @@ _PARAMETERS = "--params-file"
 
 
 class Watch:
-    """Starts processes of a launch again when what they are made from is saved.
+    """Restarts processes of a launch when their source files are saved.
 
     Args:
         request: What was launched.
@@ -57,7 +57,7 @@ class Watch:
         )
 
     def take_in(self, plans: Iterable[ProcessPlan]) -> None:
-        """Watch what processes are made from, beside what is watched already."""
+        """Watch the source files of further processes."""
         for plan in plans:
             self._sources[plan.name] = sources_of(plan, self._log_directory)
         files = self._read.union(*self._sources.values())
@@ -66,7 +66,7 @@ class Watch:
         self._files.watch(files)
 
     def close(self) -> None:
-        """Watch nothing any more."""
+        """Stop watching."""
         self._files.close()
 
     def _saved(self, files: AbstractSet[Path]) -> None:

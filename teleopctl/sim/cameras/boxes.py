@@ -14,7 +14,7 @@ _GREEN = (0, 255, 0)
 
 
 class Box(NamedTuple):
-    """The pixels of one label, the last ones included."""
+    """Pixel box of one label, inclusive."""
 
     label: int
     left: int
@@ -24,7 +24,7 @@ class Box(NamedTuple):
 
 
 def boxes_of(labels: npt.NDArray[np.uint16]) -> Iterator[Box]:
-    """The box around all that is seen of each body.
+    """Return the bounding box of each label in a picture.
 
     Args:
         labels: The number of the body that each pixel shows, (height, width); 0 for the background.
@@ -38,7 +38,7 @@ def boxes_of(labels: npt.NDArray[np.uint16]) -> Iterator[Box]:
 
 # Any, here and below: classes that are made from their definitions.
 def new_boxes(frame_id: str) -> Any:
-    """A message without boxes, to be filled again and again."""
+    """Return a reusable detection message without boxes."""
     message = get_message("vision_msgs/msg/Detection2DArray")()
     message.header.frame_id = frame_id
     return message

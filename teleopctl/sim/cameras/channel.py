@@ -55,7 +55,7 @@ _GOLDEN = 0.618034
 
 
 class CameraChannel:
-    """One camera and its publishers.
+    """One camera with its publishers.
 
     Args:
         node: Who publishes.
@@ -103,7 +103,7 @@ class CameraChannel:
         self.name_bodies(bodies)
 
     def name_bodies(self, bodies: tuple[str, ...]) -> None:
-        """Go on with a model of other bodies, by their number."""
+        """Set the names of the bodies of a new model."""
         self._label_type: type[np.generic] = np.uint8 if len(bodies) <= 256 else np.uint16
         self._palette = palette(len(bodies))
         self._messages.pop("labels", None)
@@ -125,7 +125,7 @@ class CameraChannel:
         )
 
     def publish(self, renderer: CameraRenderer | None, time_ns: int) -> None:
-        """Draw and publish what is wanted, as of a time.
+        """Render and publish the subscribed topics for a simulated time.
 
         Args:
             renderer: In the pose of that time; None where nothing has to be drawn.
@@ -264,7 +264,7 @@ class CameraChannel:
 
 
 def palette(count: int) -> npt.NDArray[np.uint8]:
-    """A colour for each label, (count, 3); black for the background."""
+    """Return a colour for each label, (count, 3); black for the background."""
     hue = (np.arange(count) * _GOLDEN % 1.0)[:, None] * 6.0
     phases = hue + np.array([0.0, 4.0, 2.0])
     colours = np.clip(np.abs(phases % 6.0 - 3.0) - 1.0, 0.0, 1.0)

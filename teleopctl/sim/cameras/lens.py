@@ -56,7 +56,7 @@ def distorted(
 
 @dataclass(frozen=True)
 class View:
-    """A picture as it is drawn, before a lens.
+    """Projection in which a camera is rendered, before the lens.
 
     Attributes:
         width: In pixels, as for ``height``.
@@ -82,13 +82,13 @@ class View:
 
     @property
     def drawn(self) -> Sequence[View | Face]:
-        """The pictures that are drawn."""
+        """The rendered pictures."""
         return self.faces or (self,)
 
 
 @dataclass(frozen=True)
 class Face:
-    """A part of what a wide angle camera sees.
+    """One of the rendered faces of a wide-angle camera.
 
     Attributes:
         ahead: Where it looks, in the optical frame.
@@ -168,7 +168,7 @@ def _cube(camera: CameraModel, lens: Lens) -> View:
 
 
 def directions(camera: CameraModel, lens: Lens) -> Array:
-    """Unit vectors in the optical frame to what each pixel of a wide angle camera sees.
+    """Return the unit vector of each pixel of a wide-angle camera, in the optical frame.
 
     Returns:
         (height, width, 3); no numbers where nothing is seen.
@@ -195,7 +195,7 @@ def _side_of_faces(camera: CameraModel, lens: Lens) -> int:
 
 
 def fisheye_coefficients(camera: CameraModel, lens: Lens) -> tuple[float, float, float, float]:
-    """k1 to k4 of the model ``equidistant`` of CameraInfo, fitted to a lens.
+    """Return k1 to k4 of CameraInfo's ``equidistant`` model, fitted to a lens.
 
     A direction theta from the axis is at theta (1 + k1 theta² + k2 theta⁴ + k3 theta⁶ + k4 theta⁸)
     focal lengths from the middle.

@@ -33,7 +33,7 @@ _MOST_UINT16 = 65535
 
 # Any, here and below: classes that are made from their definitions.
 def new_image(camera: CameraModel, encoding: str, pixel_bytes: int) -> Any:
-    """An image of a camera, black, to be filled again and again."""
+    """Return a reusable black image message of a camera."""
     step = pixel_bytes * camera.width
     image = _Image(height=camera.height, width=camera.width, encoding=encoding, step=step)
     image.header.frame_id = camera.frame_id
@@ -42,7 +42,7 @@ def new_image(camera: CameraModel, encoding: str, pixel_bytes: int) -> Any:
 
 
 def pixels_of(image: Any, kind: type[np.generic], parts: int = 1) -> npt.NDArray[Any]:
-    """The pixels of an image as an array in place, (height, width) or (height, width, parts)."""
+    """Return the pixels of an image message as an array view."""
     shape = (image.height, image.width, parts) if parts > 1 else (image.height, image.width)
     return np.frombuffer(image.data, kind).reshape(shape)
 
@@ -64,14 +64,14 @@ def new_info(camera: CameraModel) -> Any:
 
 
 def new_compressed(camera: CameraModel) -> Any:
-    """A compressed image, empty."""
+    """Return a reusable compressed image message."""
     message = _CompressedImage()
     message.header.frame_id = camera.frame_id
     return message
 
 
 def compress(message: Any, picture: npt.NDArray[np.uint8], how: str, jpeg_quality: int) -> None:
-    """Compress as image_transport's plug-in `compressed` does.
+    """Compress an image as image_transport's plug-in `compressed` does.
 
     Args:
         message: The CompressedImage to fill.
@@ -90,7 +90,7 @@ def compress(message: Any, picture: npt.NDArray[np.uint8], how: str, jpeg_qualit
 
 
 def compress_depths(message: Any, depths: npt.NDArray[np.float32]) -> None:
-    """Compress as image_transport's plug-in `compressedDepth` does.
+    """Compress a depth image as image_transport's plug-in `compressedDepth` does.
 
     Args:
         message: The CompressedImage to fill.
@@ -116,7 +116,7 @@ def compress_depths(message: Any, depths: npt.NDArray[np.float32]) -> None:
 
 
 def new_points(camera: CameraModel) -> Any:
-    """A cloud of points, one for each pixel, with its colour."""
+    """Return a reusable point cloud message with one coloured point per pixel."""
     names = ("x", "y", "z", "rgb")
     cloud = _PointCloud2(
         height=camera.height,
@@ -153,7 +153,7 @@ class Rectifier:
     def fill(
         self, cloud: Any, depths: npt.NDArray[np.float32], picture: npt.NDArray[np.uint8]
     ) -> None:
-        """Fill a cloud: metres in the optical frame; no numbers where nothing is measured."""
+        """Fill a point cloud from a depth image; metres in the optical frame, NaN for gaps."""
         points = np.frombuffer(cloud.data, np.float32).reshape(*depths.shape, 4)
         z = np.where(np.isfinite(depths), depths, np.float32(np.nan))
         np.multiply(self.x, z, out=points[..., 0])

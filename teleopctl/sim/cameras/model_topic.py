@@ -44,13 +44,13 @@ class ModelPublisher:
         self._sending = threading.Lock()
 
     def renew(self, model: RobotModel) -> None:
-        """Show another model in the place of the one so far."""
+        """Replace the published model."""
         self._model = model
         if self._publisher.get_subscription_count() > 0:
             self._publish()
 
     def look(self) -> None:
-        """Send it to readers that have come: one may have been with an earlier simulator."""
+        """Publish the model again if there are new subscribers."""
         before, self._readers = self._readers, self._publisher.get_subscription_count()
         if self._readers > before:
             self._publish()
@@ -68,7 +68,7 @@ class ModelPublisher:
 
 # Any: a message, whose class is made at run time.
 def model_from_message(message: Any, described: RobotModel) -> RobotModel:
-    """Return the model of a message.
+    """Return the model in a message.
 
     Args:
         message: A UInt8MultiArray.

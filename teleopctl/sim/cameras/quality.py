@@ -34,7 +34,7 @@ def make_renderer(
     quality: str,
     clock: Callable[[], float] = time.perf_counter,
 ) -> tuple[CameraRenderer, str]:
-    """Make a renderer of a named quality, measuring frames for ``auto``.
+    """Return a renderer of a named quality; for ``auto``, frames are timed.
 
     Args:
         model: The robot.

@@ -60,7 +60,7 @@ class _Camera:
 
 
 class CameraRenderer:
-    """Draws what the cameras of a model see. All use is bound to the thread that makes it.
+    """Renders the cameras of a model. All use is bound to the thread that makes it.
 
     Pictures are upright, (height, width) of the camera and as its lens shows them.
 
@@ -119,7 +119,7 @@ class CameraRenderer:
         positions: Mapping[str, float],
         bodies: Mapping[str, Sequence[float]] = MappingProxyType({}),
     ) -> None:
-        """Put the robot into a pose.
+        """Set the robot's joint positions and the poses of free bodies.
 
         Args:
             positions: Joint positions (rad or m) by name; unknown names are passed over and
@@ -141,7 +141,7 @@ class CameraRenderer:
         mujoco.mj_camlight(self._m, self._d)
 
     def colours(self, camera: str, image: Picture) -> None:
-        """Draw into a picture, (height, width, 3), red green blue."""
+        """Render a camera's colour image, (height, width, 3)."""
         found = self._cameras[camera]
         flat, start = found.colours.reshape(-1, 3), 0
         for part in found.view.drawn:
@@ -152,7 +152,7 @@ class CameraRenderer:
         _through_lens(found, found.colours, image)
 
     def colours_and_depths(self, camera: str, image: Picture) -> Depths:
-        """Draw into a picture, and measure along the optical axis.
+        """Render a camera's colour image and depths along the optical axis.
 
         Returns:
             Metres, (height, width); infinite where nothing is.
@@ -171,7 +171,7 @@ class CameraRenderer:
         return depths
 
     def labels(self, camera: str) -> Labels:
-        """The number of the body that each pixel shows, (height, width); 0 for the background."""
+        """Return the body number of each pixel, (height, width); 0 for the background."""
         found, flags = self._cameras[camera], self._scene.flags
         before = flags.copy()
         flags[mujoco.mjtRndFlag.mjRND_SEGMENT] = True
@@ -192,7 +192,7 @@ class CameraRenderer:
         return labels
 
     def close(self) -> None:
-        """Free what the graphics driver holds."""
+        """Free the graphics resources."""
         self._gl.make_current()
         self._context.free()
         self._gl.free()

@@ -34,7 +34,7 @@ NO_ROBOT = "There is no robot yet"
 
 
 class Refusal(Exception):
-    """Why a request is not done.
+    """A request is refused, with a result code and a message.
 
     Args:
         code: What its result is, of those that every service has or of the service's own.
@@ -93,7 +93,7 @@ class Desk:
 
     @contextlib.contextmanager
     def answering(self, result: Any) -> Iterator[None]:
-        """Write into a result that the block has done its work, or why it has not."""
+        """Set the result of a response by whether the block succeeds."""
         result.result = Result.RESULT_OK
         try:
             yield
@@ -109,7 +109,7 @@ class Desk:
 def offer_in_words(
     node: Node, find_stage: FindStage, type_name: str, name: str, handler: WordHandler
 ) -> None:
-    """Offer a service of mujoco_ros2_control, which answers with success and a message.
+    """Offer a service of mujoco_ros2_control, with ``success`` and ``message``.
 
     Args:
         node: Whose service it is.
@@ -148,7 +148,7 @@ def told(node: Node, error: Exception) -> str:
 
 
 def has_tags(tags: list[str], wanted: Any) -> bool:
-    """Whether tags pass a TagsFilter."""
+    """Return whether tags pass a TagsFilter."""
     if not wanted.tags:
         return True
     every = wanted.filter_mode == _TagsFilter.FILTER_MODE_ALL
@@ -156,7 +156,7 @@ def has_tags(tags: list[str], wanted: Any) -> bool:
 
 
 def existing(uri: str) -> Path:
-    """Return the file or the folder that a URI names; no device, whose reading may not end.
+    """Return the existing file or folder of a URI; devices are refused.
 
     Raises:
         NotFoundError: There is none.
@@ -171,7 +171,7 @@ def existing(uri: str) -> Path:
 
 
 def description_at(uri: str) -> Path:
-    """Return the file of what a URI names: a file, or a model's folder; Gazebo's URIs too.
+    """Return the description file of a URI: a file or a model's folder.
 
     Raises:
         NotFoundError: There is none.
@@ -184,7 +184,7 @@ def description_at(uri: str) -> Path:
 
 
 def files_at(source: str) -> list[Path]:
-    """The file that a URI names, or the files of the folder; none where it names nothing."""
+    """Return the file of a URI, or the files of its folder."""
     try:
         path = existing(source)
         return (

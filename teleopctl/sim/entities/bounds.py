@@ -20,7 +20,7 @@ _CORNERS = np.array(list(itertools.product((-1.0, 1.0), repeat=3)))
 
 
 class Box(NamedTuple):
-    """A box along the axes of a frame.
+    """An axis-aligned box.
 
     Attributes:
         low: Its corner with the smallest coordinates, (3,), in metres.
@@ -31,11 +31,11 @@ class Box(NamedTuple):
     high: Array
 
     def overlaps(self, other: Box) -> bool:
-        """Whether two boxes of one frame have a point in common."""
+        """Return whether two boxes intersect."""
         return bool((self.low <= other.high).all() and (other.low <= self.high).all())
 
     def touches(self, center: Array, radius: float) -> bool:
-        """Whether a sphere has a point in common with the box."""
+        """Return whether a sphere intersects the box."""
         nearest = np.clip(center, self.low, self.high)
         return bool(np.linalg.norm(nearest - center) <= radius)
 
@@ -43,7 +43,7 @@ class Box(NamedTuple):
 def bounds_of(
     simulation: Simulation, entity: Entity, seen: Observed | None = None, *, in_world: bool = False
 ) -> Box | None:
-    """The box around the shapes of an entity, along its own axes or those of the world.
+    """Return the bounding box of an entity's shapes, along its own axes or the world's.
 
     Args:
         simulation: Where it is.

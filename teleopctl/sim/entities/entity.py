@@ -112,7 +112,7 @@ def motion_of(simulation: Simulation, entity: Entity, seen: Observed | None = No
 
 
 def move(simulation: Simulation, entity: Entity, pose: Array | None, twist: Array | None) -> None:
-    """Put an entity elsewhere, or give it another velocity.
+    """Set the pose or the velocity of an entity.
 
     Args:
         simulation: Where it is.

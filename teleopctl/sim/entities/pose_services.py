@@ -58,7 +58,7 @@ class PoseServices:
 
 
 def named_poses(stage: Stage) -> list[ScenePose]:
-    """The places of the world's file: ``poses`` of YAML, frames of SDF, sites of MJCF."""
+    """Return the named poses of the world: ``poses`` of YAML, frames of SDF, sites of MJCF."""
     if stage.world is None:
         return []
     if stage.world.scene is not None:

@@ -23,7 +23,7 @@ _LENGTH_ERROR = 1e-2
 
 
 def no_sense(numbers: npt.ArrayLike) -> str:
-    """Why numbers of a request (m, rad, m/s, rad/s, N, N m) make no sense; empty if they do."""
+    """Return why numbers of a request are invalid; empty if they are valid."""
     values = np.asarray(numbers, float)
     if not np.isfinite(values).all():
         return "is not finite"
@@ -45,7 +45,7 @@ def frame_of(simulation: Simulation, name: str) -> LinkPose | None:
 
 # Any, here and below: messages, whose classes are made at run time.
 def pose_in_world(message: Any, frame: LinkPose | None) -> Array:
-    """The position (m) and rotation (w x y z) of a Pose, in the world, (7,).
+    """Return the pose (m; w x y z) of a Pose message in the world, (7,).
 
     Raises:
         InvalidMessageError: It is none.
@@ -66,7 +66,7 @@ def pose_in_world(message: Any, frame: LinkPose | None) -> Array:
 
 
 def twist_in_world(message: Any, frame: LinkPose | None) -> Array:
-    """The velocity (m/s) and angular velocity (rad/s) of a Twist, along the world's axes, (6,).
+    """Return the velocity (m/s) and angular velocity (rad/s) of a Twist in the world, (6,).
 
     Raises:
         InvalidMessageError: It is none.
@@ -81,12 +81,12 @@ def twist_in_world(message: Any, frame: LinkPose | None) -> Array:
 
 
 def fill_pose(message: Any, pose: Array) -> None:
-    """Write a position and a rotation (w x y z), (7,), into a Pose."""
+    """Set a Pose message from position and quaternion (w x y z), (7,)."""
     p, q = message.position, message.orientation
     p.x, p.y, p.z, q.w, q.x, q.y, q.z = map(float, pose)
 
 
 def fill_twist(message: Any, twist: Array) -> None:
-    """Write a velocity and an angular velocity, (6,), into a Twist or an Accel."""
+    """Set a Twist or Accel message from linear and angular parts, (6,)."""
     v, w = message.linear, message.angular
     v.x, v.y, v.z, w.x, w.y, w.z = map(float, twist)

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def offer_wrench_service(node: Node, find_stage: FindStage) -> None:
-    """Offer the service.
+    """Offer the service that applies a wrench to a body.
 
     Args:
         node: Whose it is.

@@ -19,7 +19,7 @@ _ROW = 12
 
 @dataclass
 class Push:
-    """A force and a torque on a body, for so many physics steps.
+    """Force and torque on a body, for a number of physics steps.
 
     Attributes:
         body: The body.
@@ -39,7 +39,7 @@ class Push:
 
 
 class Pushes:
-    """The pushes of a simulation; together they act as their sum."""
+    """Active pushes of a simulation, applied as their sum."""
 
     def __init__(self) -> None:
         self._active: list[Push] = []
@@ -53,7 +53,7 @@ class Pushes:
 
     # Any stands for MuJoCo's model and data, which have no types.
     def forget(self, body: str, data: Any) -> bool:
-        """End the pushes of a body; returns whether there were any."""
+        """End the pushes of a body; return whether there were any."""
         before, self._active = self._active, [push for push in self._active if push.body != body]
         if not self._active:
             data.xfrc_applied[:] = 0.0
@@ -65,7 +65,7 @@ class Pushes:
         data.xfrc_applied[:] = 0.0
 
     def save(self, model: Any) -> Array:
-        """The pushes, one row of numbers after the other; of bodies that are not there, none."""
+        """Return the pushes as one array of numbers."""
         rows = []
         for push in self._active:
             body = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, push.body)
@@ -74,7 +74,7 @@ class Pushes:
         return np.array(rows, float).ravel()
 
     def begin_step(self, model: Any, data: Any) -> None:
-        """Put what acts in the physics step that begins into the data.
+        """Set the applied forces of the physics step that begins.
 
         Args:
             model: The ``mujoco.MjModel``; of bodies that have left it nothing is pushed.
@@ -94,7 +94,7 @@ class Pushes:
             push.steps -= 1
 
     def end_step(self, data: Any) -> None:
-        """Forget the pushes whose time is over."""
+        """Remove expired pushes."""
         self._active = [push for push in self._active if push.steps > 0]
         if not self._active:
             data.xfrc_applied[:] = 0.0
@@ -102,7 +102,7 @@ class Pushes:
 
 # Any: likewise.
 def read_pushes(model: Any, saved: Array) -> list[Push]:
-    """The pushes that `Pushes.save` returned of the same model.
+    """Return the pushes of an array that `Pushes.save` returned.
 
     Raises:
         RefusedError: They are none.

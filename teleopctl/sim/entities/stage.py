@@ -158,7 +158,7 @@ class Stage:
             self._take(without_things(self.simulation.model, parts or [name]))
 
     def delete_spawned(self) -> None:
-        """Take out all that came in while the simulation ran."""
+        """Remove all entities that were spawned."""
         with self._spawning.changing:
             model = self.simulation.model
             spawned = [thing.name for thing in model.things if thing.spawned]
@@ -210,7 +210,7 @@ class Stage:
         self.infos = {name: info for name, info in self.infos.items() if name == robot}
 
     async def step(self, count: int) -> None:
-        """Advance by physics steps while time stands still.
+        """Advance a paused simulation by physics steps.
 
         Raises:
             RefusedError: Time goes on, it is no number of steps, or somebody has played, paused
@@ -255,7 +255,7 @@ class Stage:
         self.stopped = True
 
     def reset(self, *, time: bool, state: bool, spawned: bool, deleted: bool = False) -> None:
-        """Go back to the start.
+        """Reset time, states and entities, as selected.
 
         Args:
             time: Whether time begins anew.
@@ -284,7 +284,7 @@ class Stage:
         self._on_restart()
 
     def unused_name(self, wanted: str) -> str:
-        """Return a name that nothing has yet: the wanted one, else with a number."""
+        """Return an unused name: the given one, or with a number."""
         name, number = wanted, 0
         while not self.is_free(name):
             number += 1
@@ -292,7 +292,7 @@ class Stage:
         return name
 
     def is_free(self, name: str) -> bool:
-        """Whether nothing has a name, neither an entity nor a link nor what is on its way."""
+        """Return whether no entity, link or pending entity has a name."""
         if self._parts_of(name) or self._spawning.awaits(name):
             return False
         try:

@@ -21,7 +21,7 @@ _BODY = mujoco.mjtObj.mjOBJ_XBODY
 
 
 class Odometry(Sensor):
-    """``nav_msgs/msg/Odometry`` of a link.
+    """Publishes a link's true pose and velocity as ``nav_msgs/msg/Odometry``.
 
     Args:
         truth: Which link's, and how it is told.
@@ -58,7 +58,7 @@ class Odometry(Sensor):
 
     # Any: as the base class has it.
     def read(self, model: mujoco.MjModel, data: mujoco.MjData, message: Any) -> None:
-        """Fill in where the link is, and how fast."""
+        """Fill an Odometry message."""
         truth = self._truth
         message.child_frame_id = truth.child_frame_id
         position, quaternion, linear, angular = self._state(model, data)
@@ -117,7 +117,7 @@ class OdometryTransform(Odometry):
 
     # Any: as the base class has it.
     def headers(self, message: Any) -> Sequence[Any]:
-        """The header of its one transform."""
+        """Return the header of the message's only transform."""
         from teleopctl.interfaces import get_message
 
         transform = get_message("geometry_msgs/msg/TransformStamped")
@@ -126,7 +126,7 @@ class OdometryTransform(Odometry):
 
     # Any: as the base class has it.
     def read(self, model: mujoco.MjModel, data: mujoco.MjData, message: Any) -> None:
-        """Fill in where the link is."""
+        """Fill a transform message."""
         position, quaternion, _, _ = self._state(model, data)
         transform = message.transforms[0].transform
         place, turn = transform.translation, transform.rotation

@@ -19,7 +19,7 @@ _AXES = ((0, "x"), (1, "y"), (5, "yaw"))
 
 
 class PlanarMove:
-    """Drives a free base along x, y and about z; it falls and is pushed up as before.
+    """Moves a free base by velocities along x and y and about z.
 
     Gazebo's plug-in sets the base's velocity again and again. Here motors hold it, as strong as
     they need to be.
@@ -37,7 +37,7 @@ class PlanarMove:
         self._tuned: Any = None
 
     def add_to(self, spec: mujoco.MjSpec) -> None:
-        """Add the motors.
+        """Add the base's actuators to a spec.
 
         Raises:
             InvalidDescriptionError: The base stands still.
@@ -60,18 +60,18 @@ class PlanarMove:
 
     # Any: a message, whose class is made at run time.
     def receive(self, message: Any) -> None:
-        """Take a velocity, in the base's frame; called on the transport's thread."""
+        """Set the commanded velocity, in the base's frame; called on the transport's thread."""
         wanted = (message.linear.x, message.linear.y, message.angular.z)
         if all(map(math.isfinite, wanted)):
             self._wanted = wanted
 
     def forget(self) -> None:
-        """Stand still until the next velocity comes."""
+        """Stop until the next command."""
         self._wanted = (0.0, 0.0, 0.0)
         self._more = np.zeros(3)
 
     def plan_period(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
-        """Lead the motors through the control period that begins now.
+        """Set the actuators for the control period that begins now.
 
         Args:
             model: The ``mujoco.MjModel``, on which the motors are tuned.
@@ -101,7 +101,7 @@ class PlanarMove:
 def add_movers(
     spec: mujoco.MjSpec, movers: list[PlanarMove], warn: Callable[[str], object]
 ) -> None:
-    """Add what moves a robot to its ``mujoco.MjSpec``; one that cannot leaves the list."""
+    """Add the planar movers to a robot's spec; those that cannot be added are removed."""
     for mover in list(movers):
         try:
             mover.add_to(spec)

@@ -40,7 +40,7 @@ def get_model_list(stage: Stage, request: Any, response: Any, warn: Callable[[st
 async def spawn_entity(
     stage: Stage, request: Any, response: Any, warn: Callable[[str], None]
 ) -> None:
-    """Put a model of a text, URDF or SDF, into the world."""
+    """Spawn a model from URDF or SDF text."""
     world = read_world_text(request.xml, "xml")
     # Without a name it gets another one where its own is taken.
     name = name_for(stage, world, request.name, renames=not request.name)
@@ -62,7 +62,7 @@ async def spawn_entity(
 
 
 def delete_entity(stage: Stage, request: Any, response: Any, warn: Callable[[str], None]) -> None:
-    """Take an entity out of the world."""
+    """Remove an entity."""
     del warn
     stage.delete(request.name)
     response.status_message = f"Successfully deleted entity [{request.name}]"
@@ -96,7 +96,7 @@ def get_entity_state(
 def set_entity_state(
     stage: Stage, request: Any, response: Any, warn: Callable[[str], None]
 ) -> None:
-    """Put an entity elsewhere."""
+    """Set the pose and twist of an entity."""
     del response, warn
     state = request.state
 

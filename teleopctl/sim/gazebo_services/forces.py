@@ -41,7 +41,7 @@ def apply_link_wrench(
 def clear_link_wrenches(
     stage: Stage, request: Any, response: Any, warn: Callable[[str], None]
 ) -> None:
-    """End what acts on a link."""
+    """End the wrenches on a link."""
     del response
 
     def clear() -> bool:

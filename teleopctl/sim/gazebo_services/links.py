@@ -21,7 +21,7 @@ _WORLD = ("", "world", "map", "/map")
 
 
 def link_of(simulation: Simulation, name: str) -> str:
-    """The link that a name means: of a link, of an entity, or ``entity::link``.
+    """Return the link for a link's name, an entity's name or ``entity::link``.
 
     Returns:
         The link; empty for a robot that stands in the world.
@@ -48,7 +48,7 @@ def link_of(simulation: Simulation, name: str) -> str:
 
 
 def entity_of(simulation: Simulation, name: str) -> Entity:
-    """The entity that a name means, by itself or by its topmost link.
+    """Return the entity for its name or that of its topmost link.
 
     Raises:
         NotFoundError: There is none.
@@ -83,7 +83,7 @@ def motion_of_link(simulation: Simulation, link: str) -> tuple[Array, Array]:
 
 
 def frame_link(simulation: Simulation, name: str) -> str:
-    """The link of a reference frame; empty for the world.
+    """Return the link of a reference frame; empty for the world.
 
     Raises:
         NotFoundError: There is none.

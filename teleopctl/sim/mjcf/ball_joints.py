@@ -25,7 +25,7 @@ _NEARLY_UPRIGHT = 1e-6
 
 
 class BallJoints:
-    """The ball joints of a simulation.
+    """Ball joints of a simulation, as three rotation joints each.
 
     Args:
         joints: The robot's movable joints; three after one another are a ball joint.
@@ -40,7 +40,7 @@ class BallJoints:
 
     # Any stands for MuJoCo's types, which have no static ones.
     def read(self, data: Any, positions: Array, velocities: Array) -> None:
-        """Put the angles of the turns and their speeds into arrays by joint."""
+        """Write the rotation angles and velocities of the ball joints into arrays."""
         rotation = np.zeros(9)
         for ball, row in self._rows.items():
             joint = data.joint(ball)
@@ -54,7 +54,7 @@ class BallJoints:
             velocities[row : row + 3] = first, sin(c) * x + cos(c) * y, z - sin(b) * first
 
     def put(self, data: Any, given: Mapping[str, float]) -> None:
-        """Turn the balls of which turns are given; a turn that is not given is 0."""
+        """Set ball joints from rotation angles; missing angles are 0."""
         for ball, row in self._rows.items():
             turns = self._names[row : row + 3]
             if any(turn in given for turn in turns):

@@ -18,7 +18,7 @@ _INTERFACES = ("position", "velocity", "effort")
 
 
 class FileActuators:
-    """The actuators of a file by the joints that they move.
+    """Actuators of an MJCF file, by the joints that they move.
 
     Args:
         model: The ``mujoco.MjModel``.
@@ -68,7 +68,7 @@ class FileActuators:
         velocity: Sequence[float],
         effort: Sequence[float],
     ) -> None:
-        """Take commands for the control period that begins now; see `Drives.apply`."""
+        """Apply commands for the control period that begins now; see `Drives.apply`."""
         given = [
             values if len(values) == len(names) else () for values in (position, velocity, effort)
         ]

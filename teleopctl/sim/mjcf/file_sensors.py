@@ -28,7 +28,7 @@ class _OfFile(Sensor):
     """A sensor of an MJCF file, with the noise that the file says."""
 
     def add_to(self, spec: mujoco.MjSpec) -> None:
-        """Find the sensor of the file."""
+        """Find the MuJoCo sensor of the file."""
         kind = self.description.type
         self._sensor = self.description.texts.get(f"{kind}/sensor", "")
         sensor = spec.sensor(self._sensor)
@@ -47,19 +47,19 @@ class _OfFile(Sensor):
 
 
 class Touch(_OfFile):
-    """The sum of the normal forces of contacts within the sensor's site, in N."""
+    """Touch sensor: sum of the normal contact forces within its site, in N."""
 
     message_type = "std_msgs/msg/Float64"
 
     # Any: as the base class has it.
     def read(self, model: mujoco.MjModel, data: mujoco.MjData, message: Any) -> None:
-        """Read the force."""
+        """Fill the message with the force."""
         del model
         message.data = float(self._disturbed(self._values(data), data)[0])
 
 
 class Rangefinder(_OfFile):
-    """The distance along one ray to any shape, but for those of the body that it starts on.
+    """Range finder: distance along a ray to the nearest shape.
 
     What meets nothing, or nothing until the cutoff, is infinite (REP 117).
     """
@@ -68,7 +68,7 @@ class Rangefinder(_OfFile):
 
     # Any: as the base class has it.
     def read(self, model: mujoco.MjModel, data: mujoco.MjData, message: Any) -> None:
-        """Read the distance; MuJoCo has -1 where the ray meets nothing."""
+        """Fill the message with the distance; -1 of MuJoCo means none."""
         cutoff = float(model.sensor(self._sensor).cutoff[0])
         message.radiation_type = 1  # infrared
         message.max_range = cutoff or math.inf
@@ -92,7 +92,7 @@ class AsItIs(_OfFile):
 
     # Any: as the base class has it.
     def read(self, model: mujoco.MjModel, data: mujoco.MjData, message: Any) -> None:
-        """Copy the numbers."""
+        """Copy the sensor's values."""
         del model
         values = self._disturbed(self._values(data), data)
         _FILLS[self.message_type](message, values)

@@ -21,7 +21,7 @@ _USUAL_RATE_HZ = 100.0
 
 
 class Sensor:
-    """A ``<gazebo><sensor type="…">`` of a robot description, in the simulator.
+    """Base of simulated sensors of ``<gazebo><sensor type="…">``.
 
     The simulator publishes its messages from its own node, with stamp and frame, at the sensor's
     ``update_rate`` in simulated time and only while somebody subscribes. It may fail as it likes:
@@ -51,14 +51,14 @@ class Sensor:
         self._noises: dict[str, NoiseSource] = {}
 
     def companions(self) -> Sequence[Sensor]:
-        """Sensors that publish the same measurement on other topics, in other messages.
+        """Return sensors that publish the same measurement on other topics.
 
         They are added to the model too, after this one.
         """
         return ()
 
     def add_to(self, spec: mujoco.MjSpec) -> None:
-        """Add what it measures with, such as MuJoCo's own sensors, before the model is compiled.
+        """Add MuJoCo's sensors to a spec, before the model is compiled.
 
         It must not change the motion: no mass, no contacts, no forces.
 
@@ -71,13 +71,13 @@ class Sensor:
 
     # Any: the message is of the class that `message_type` names.
     def headers(self, message: Any) -> Sequence[Any]:
-        """The headers in a new message, which get a frame now and a stamp each time."""
+        """Return the headers of a new message, to set frame and stamps."""
         header = getattr(message, "header", None)
         return () if header is None else (header,)
 
     # Any: likewise.
     def read(self, model: mujoco.MjModel, data: mujoco.MjData, message: Any) -> None:
-        """Measure.
+        """Measure, and fill the message.
 
         Args:
             model: The ``mujoco.MjModel``.
@@ -113,7 +113,7 @@ class Sensor:
         return self.description.frame or named or self.description.link
 
     def noise(self, *parts: str) -> NoiseSource:
-        """The noise of the first of these parts of the ``<sensor>`` that has any.
+        """Return the noise of the first of these parts of the ``<sensor>`` that has any.
 
         Args:
             parts: Paths of the elements that ``<noise>`` may stand in.
@@ -153,7 +153,7 @@ class Sensor:
     def measure_at(
         self, spec: mujoco.MjSpec, site: mujoco.MjsSite, **kinds: mujoco.mjtSensor
     ) -> None:
-        """Add sensors of MuJoCo's at a site.
+        """Add MuJoCo's sensors at a site.
 
         Args:
             spec: The ``mujoco.MjSpec`` to edit.

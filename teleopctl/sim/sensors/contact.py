@@ -38,7 +38,7 @@ class _Touch(NamedTuple):
 
 
 class Contact(Sensor):
-    """The contacts of a link's collision shapes, all in the axes of the world.
+    """Contact sensor of a link's collision shapes, in the world's axes.
 
     With Gazebo classic's bumper plug-in they are gazebo_msgs/ContactsState, else
     ros_gz_interfaces/Contacts. The first shape of a pair is the link's own; forces act on it, and
@@ -59,7 +59,7 @@ class Contact(Sensor):
         return self.names.setting("frame_name", "frameName") or "world"
 
     def add_to(self, spec: mujoco.MjSpec) -> None:
-        """Find the links whose shapes are named."""
+        """Find the links of the named collision shapes."""
         if spec.body(self.description.link) is None:
             raise InvalidDescriptionError(f"the robot has no link '{self.description.link}'")
         named = [
@@ -70,7 +70,7 @@ class Contact(Sensor):
 
     # Any: as the base class has it.
     def read(self, model: mujoco.MjModel, data: mujoco.MjData, message: Any) -> None:
-        """List the pairs of shapes that touch."""
+        """Fill the message with the pairs of shapes in contact."""
         pairs: dict[tuple[int, int], list[_Touch]] = {}
         for own, other, touch in _touches(model, data, self._own_bodies(model)):
             pairs.setdefault((own, other), []).append(touch)

@@ -13,7 +13,7 @@ _ITERATIONS = 6
 
 
 class GeoPoint(NamedTuple):
-    """A place on the earth: degrees, and metres above the ellipsoid."""
+    """Point on the earth: degrees, and metres above the ellipsoid."""
 
     latitude: float = 0.0
     longitude: float = 0.0

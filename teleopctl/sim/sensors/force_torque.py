@@ -11,7 +11,7 @@ from teleopctl.sim.sensors.base import Sensor
 
 
 class ForceTorque(Sensor):
-    """Force (N) and torque (N m) at the origin of a joint's child link.
+    """Force-torque sensor at a joint: force (N) and torque (N m).
 
     By default the wrench is that of the child on its parent, along the child's axes, as in Gazebo:
     a link of mass m that hangs at rest gives ``m g`` downwards. The torque is about the origin of
@@ -22,7 +22,7 @@ class ForceTorque(Sensor):
     message_type = "geometry_msgs/msg/WrenchStamped"
 
     def add_to(self, spec: mujoco.MjSpec) -> None:
-        """Add the two sensors of MuJoCo at the joint's origin."""
+        """Add MuJoCo's force and torque sensors at the joint's origin."""
         site, frame = self.add_site(spec), self.description.force_torque.frame
         if frame != "site":
             site.pos = np.zeros(3)
@@ -37,7 +37,7 @@ class ForceTorque(Sensor):
 
     # Any: as the base class has it.
     def read(self, model: mujoco.MjModel, data: mujoco.MjData, message: Any) -> None:
-        """Copy what both measure, with the sign and along the axes that are wanted."""
+        """Fill the message, with the sign and axes of the description."""
         settings = self.description.force_torque
         # MuJoCo's is what the parent does to the child.
         sign = 1.0 if settings.measure_direction == "parent_to_child" else -1.0

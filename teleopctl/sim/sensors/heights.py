@@ -17,7 +17,7 @@ _EXPONENT = 5.25588
 
 
 class Altimeter(Sensor):
-    """Height above the world's origin and its rate, in metres and m/s.
+    """Altimeter: height above the world's origin (m) and its rate (m/s).
 
     The reference of the message is that origin, not where the robot has started.
     """
@@ -25,12 +25,12 @@ class Altimeter(Sensor):
     message_type = "ros_gz_interfaces/msg/Altimeter"
 
     def add_to(self, spec: mujoco.MjSpec) -> None:
-        """Add the sensor's place."""
+        """Add the sensor's site."""
         self.add_site(spec)
 
     # Any: as the base class has it.
     def read(self, model: mujoco.MjModel, data: mujoco.MjData, message: Any) -> None:
-        """Copy where the place is and how fast it rises."""
+        """Fill the message with height and vertical velocity."""
         height = np.array(data.site(self.name).xpos[2:])
         rate = self.velocity(model, data)[2:]
         time_s = float(data.time)
@@ -40,17 +40,17 @@ class Altimeter(Sensor):
 
 
 class AirPressure(Sensor):
-    """Pressure in pascals by the standard atmosphere, above the world's altitude."""
+    """Air pressure sensor: pressure (Pa) by the standard atmosphere."""
 
     message_type = "sensor_msgs/msg/FluidPressure"
 
     def add_to(self, spec: mujoco.MjSpec) -> None:
-        """Add the sensor's place."""
+        """Add the sensor's site."""
         self.add_site(spec)
 
     # Any: as the base class has it.
     def read(self, model: mujoco.MjModel, data: mujoco.MjData, message: Any) -> None:
-        """Work out the pressure at the height of the place."""
+        """Fill the message with the pressure at the site's height."""
         del model
         said = self.description.texts.get("air_pressure/reference_altitude")
         altitude = float(said) if said else self.origin.altitude_m

@@ -27,7 +27,7 @@ _VECTORS = (("angular_velocity", "gyro"), ("linear_acceleration", "accelerometer
 
 
 class Imu(Sensor):
-    """Turn rate, acceleration and orientation of a link, by REP 145.
+    """IMU: angular velocity, linear acceleration and orientation of a link, by REP 145.
 
     Turn rate (rad/s) and acceleration (m/s²) are those of the sensor, along its own axes; the
     acceleration is what an accelerometer measures, 9.81 upwards at rest. The orientation is that
@@ -59,7 +59,7 @@ class Imu(Sensor):
 
     # Any: as the base class has it.
     def read(self, model: mujoco.MjModel, data: mujoco.MjData, message: Any) -> None:
-        """Copy what the three measure, with the noise of each axis."""
+        """Fill the message with the measurements and their noise."""
         del model
         q = message.orientation
         if self._has_orientation:

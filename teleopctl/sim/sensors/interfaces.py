@@ -49,7 +49,7 @@ class _Read:
 
 
 class SensorInterfaces:
-    """The values of a robot's sensors for its controllers.
+    """State interfaces of a robot's sensors, for controllers.
 
     Args:
         reads: Where they come from.
@@ -72,7 +72,7 @@ class SensorInterfaces:
         return SensorInterfaces([read for read in self._reads if read.sensor in sensors])
 
     def read(self, model: mujoco.MjModel, data: mujoco.MjData) -> list[float]:
-        """Measure."""
+        """Measure all sensors."""
         values = []
         for read in self._reads:
             read.sensor.read(model, data, read.message)
@@ -86,7 +86,7 @@ def sensor_interfaces(
     warn: Callable[[str], object],
     seed: int = 0,
 ) -> SensorInterfaces:
-    """Find what measures the state interfaces of a robot's sensors.
+    """Return the sensors behind the state interfaces of a robot.
 
     Args:
         description: The robot.

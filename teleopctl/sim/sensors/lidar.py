@@ -51,7 +51,7 @@ _FLOAT32, _UINT16 = 7, 4
 
 
 class Lidar(Sensor):
-    """Distances to what is around, by rays from one point.
+    """Lidar: distances along rays from one point.
 
     Without a plug-in a LaserScan is on the topic and a PointCloud2 on ``TOPIC/points``, as from gz;
     with one of Gazebo classic's, its ``<output_type>``. `ray` meets what collides, `gpu_ray` and
@@ -96,19 +96,19 @@ class Lidar(Sensor):
         return f"{super().topic}/points" if below else super().topic
 
     def companions(self) -> Sequence[Sensor]:
-        """The points, for a sensor without a plug-in, which decides otherwise."""
+        """Return the point cloud's sensor, if there is no plug-in to choose the message."""
         if self.names.has_plugin or self._wanted != _SCAN:
             return ()
         return (Lidar(self.description, _CLOUD),)
 
     def add_to(self, spec: mujoco.MjSpec) -> None:
-        """Add the point that the rays start from, unless a companion has."""
+        """Add the site from which the rays start."""
         if spec.site(self.name) is None:
             self.add_site(spec)
 
     # Any: as the base class has it.
     def read(self, model: mujoco.MjModel, data: mujoco.MjData, message: Any) -> None:
-        """Cast the rays and fill the message that is wanted."""
+        """Cast the rays, and fill the message."""
         distances = self._caster.cast(model, data)
         rays, met = self._rays, np.isfinite(distances)
         measured = self.noise("ray", "lidar", "sonar").disturb(distances, float(data.time))

@@ -16,17 +16,17 @@ _UNSAID = mujoco.MjOption().magnetic.copy()
 
 
 class Magnetometer(Sensor):
-    """The field along the sensor's axes, in tesla: that of the model's option, or the earth's."""
+    """Magnetometer: the model's or the earth's field in the sensor's axes, in tesla."""
 
     message_type = "sensor_msgs/msg/MagneticField"
 
     def add_to(self, spec: mujoco.MjSpec) -> None:
-        """Add the sensor's place."""
+        """Add the sensor's site."""
         self.add_site(spec)
 
     # Any: as the base class has it.
     def read(self, model: mujoco.MjModel, data: mujoco.MjData, message: Any) -> None:
-        """Turn the field into the sensor's axes."""
+        """Fill the message with the field in the sensor's axes."""
         said = model.opt.magnetic
         in_world = _FIELD if np.array_equal(said, _UNSAID) else said
         field = data.site(self.name).xmat.reshape(3, 3).T @ in_world

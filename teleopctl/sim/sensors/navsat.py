@@ -14,7 +14,7 @@ _FIX, _GPS, _DIAGONAL, _UNKNOWN = 0, 1, 2, 0
 
 
 class NavSat(Sensor):
-    """Latitude and longitude in degrees, altitude in metres above the ellipsoid (WGS 84).
+    """Satellite navigation: latitude, longitude (deg) and altitude (m, WGS 84).
 
     The world's x axis points east, y north and z up from its origin on the earth.
     """
@@ -22,16 +22,16 @@ class NavSat(Sensor):
     message_type = "sensor_msgs/msg/NavSatFix"
 
     def companions(self) -> Sequence[Sensor]:
-        """Gazebo classic's plug-in publishes the velocity too."""
+        """Return the velocity sensor that Gazebo classic's plug-in publishes too."""
         return (NavSatVelocity(self.description),) if self.names.has_plugin else ()
 
     def add_to(self, spec: mujoco.MjSpec) -> None:
-        """Add the sensor's place."""
+        """Add the sensor's site."""
         self.add_site(spec)
 
     # Any: as the base class has it.
     def read(self, model: mujoco.MjModel, data: mujoco.MjData, message: Any) -> None:
-        """Convert the place in the world into one on the earth."""
+        """Fill the message with the site's position on the earth."""
         del model
         kind, time_s = self.description.type, float(data.time)
         horizontal = self.noise(f"{kind}/position_sensing/horizontal")
@@ -49,14 +49,14 @@ class NavSat(Sensor):
 
 
 class NavSatVelocity(Sensor):
-    """Velocity east, north and up, in m/s."""
+    """Velocity of satellite navigation: east, north and up, in m/s."""
 
     message_type = "geometry_msgs/msg/Vector3Stamped"
     plugin_topic = "~/vel"
 
     # Any: as the base class has it.
     def read(self, model: mujoco.MjModel, data: mujoco.MjData, message: Any) -> None:
-        """Copy how fast the place moves."""
+        """Fill the message with the site's velocity."""
         kind, time_s = self.description.type, float(data.time)
         velocity = self.velocity(model, data)
         east, north = self.noise(f"{kind}/velocity_sensing/horizontal").disturb(

@@ -22,7 +22,7 @@ _BLOCK = 4096
 
 
 class NoiseSource:
-    """Disturbs the measurements of one part of a sensor.
+    """Noise of one part of a sensor.
 
     Args:
         noise: What the description says; None for an exact sensor.
@@ -45,7 +45,7 @@ class NoiseSource:
         return self._noise.stddev**2
 
     def disturb(self, values: Array, time_s: float) -> Array:
-        """The values of a moment, with the noise of that moment.
+        """Return values with the noise of a time.
 
         Args:
             values: What an exact sensor measures; left as they are.

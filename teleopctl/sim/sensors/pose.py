@@ -10,7 +10,7 @@ from teleopctl.sim.sensors.base import Sensor
 
 
 class Pose(Sensor):
-    """Position (m) and orientation of a link in the frame ``world``, without noise.
+    """Pose sensor: position (m) and orientation of a link in the world, without noise.
 
     It measures for state interfaces alone: see `teleopctl.sim.sensors.interfaces`.
     """
@@ -19,11 +19,11 @@ class Pose(Sensor):
 
     @property
     def frame_id(self) -> str:
-        """The frame of the measurement."""
+        """Frame of the measurement."""
         return "world"
 
     def add_to(self, spec: mujoco.MjSpec) -> None:
-        """Add sensors of position and orientation at the link's frame."""
+        """Add MuJoCo's position and orientation sensors at the link's frame."""
         self.measure_at(
             spec,
             self.add_site(spec),
@@ -33,7 +33,7 @@ class Pose(Sensor):
 
     # Any: as the base class has it.
     def read(self, model: mujoco.MjModel, data: mujoco.MjData, message: Any) -> None:
-        """Copy what both measure."""
+        """Fill the message with the pose."""
         del model
         position, turn = message.pose.position, message.pose.orientation
         position.x, position.y, position.z = data.sensor(f"{self.name}/position").data

@@ -89,7 +89,7 @@ class SensorPublisher:
             channel.watched = channel.publisher.get_subscription_count() > 0
 
     def restart(self) -> None:
-        """Begin again with the simulation, at time zero."""
+        """Restart at time zero, with the simulation."""
         for channel in self._channels:
             channel.beat.restart()
 
@@ -98,11 +98,11 @@ class SensorPublisher:
         return min((c.beat.next_ns for c in self._channels if c.running), default=None)
 
     def sample(self, time_ns: int) -> None:
-        """Read and publish what is due at this time."""
+        """Measure and publish the sensors that are due."""
         self._publish([channel for channel in self._channels if channel.is_due(time_ns)], time_ns)
 
     def show(self, time_ns: int) -> None:
-        """Publish those that are the simulation's state, and no sensors of the robot's."""
+        """Publish the sensors that report the simulation's state."""
         shown = [one for one in self._channels if one.watched and one.sensor.is_state]
         self._publish(shown, time_ns)
 
@@ -149,7 +149,7 @@ class _Channel:
             header.frame_id = sensor.frame_id
 
     def is_due(self, time_ns: int) -> bool:
-        """Whether to read it now; who begins to listen changes nothing about the times."""
+        """Return whether the sensor is due; the times do not depend on its subscribers."""
         if self.watched and not self.running:
             self.beat.skip_to(time_ns)
         self.running = self.watched

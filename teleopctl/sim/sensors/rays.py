@@ -26,7 +26,7 @@ _FEELERS = np.concatenate([_FEELERS, -_FEELERS]) / np.linalg.norm(_FEELERS[0])
 
 
 def directions(rays: Rays) -> Array:
-    """Unit vectors of the rays in the sensor's frame, (vertical count, horizontal count, 3)."""
+    """Return unit vectors of a lidar's rays, (vertical count, horizontal count, 3)."""
     h, v = rays.horizontal, rays.vertical
     azimuth = h.first + h.step * np.arange(h.count)
     elevation = (v.first + v.step * np.arange(v.count))[:, None]
@@ -39,7 +39,7 @@ def directions(rays: Rays) -> Array:
 
 
 def cone(half_angle: float, count: int) -> Array:
-    """Unit vectors of rays that fill a cone evenly, (count, 3): along -z, as Gazebo's sonars look.
+    """Return unit vectors that fill a cone along -z evenly, (count, 3).
 
     The first is the axis, the last ones are at the rim.
     """
@@ -81,7 +81,7 @@ class RayCaster:
         self._distances = np.zeros(len(self._rays))
 
     def cast(self, model: mujoco.MjModel, data: mujoco.MjData) -> Array:
-        """Distances in metres, (n,); infinite where a ray meets nothing."""
+        """Return distances in metres, (n,); infinite where a ray meets nothing."""
         if model is not self._model:
             self._model, self._groups = model, self._groups_for(model, data)
         site = data.site(self._site)

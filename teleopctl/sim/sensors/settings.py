@@ -33,7 +33,7 @@ def declare_sensor_settings(node: Node) -> None:
 
 
 def sensor_settings(node: Node) -> SensorSettings:
-    """The values of these parameters.
+    """Return the values of ``seed`` and ``gps_origin``.
 
     Raises:
         InvalidParameterError: One of them is something else.
@@ -60,7 +60,7 @@ def declare_base_settings(node: Node) -> None:
 
 
 def base_settings(node: Node) -> BaseSettings:
-    """The values of these parameters.
+    """Return the values of ``fixed_base`` and ``spawn_pose``.
 
     Raises:
         InvalidParameterError: One of them is something else.
@@ -86,7 +86,7 @@ def read_fixed_base(value: object) -> bool | None:
 
 
 def numbers_of(node: Node, name: str, *parts: str) -> list[float]:
-    """A parameter that is a list of numbers.
+    """Return a parameter that is a list of numbers.
 
     Args:
         node: Whose parameter.

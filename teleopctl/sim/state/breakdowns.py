@@ -26,7 +26,7 @@ _BROKEN = (_BAD_POSITION, int(_W.mjWARN_BADQVEL), int(_W.mjWARN_BADQACC))
 
 
 class Breakdowns:
-    """Makes physics steps, and finds who is to blame where physics breaks down.
+    """Advances the physics, and identifies and resets objects that become unstable.
 
     Args:
         robot: The model, with what is around the robot.
@@ -50,7 +50,7 @@ class Breakdowns:
 
     @property
     def broken(self) -> bool:
-        """Whether physics has broken down since the last reset."""
+        """Whether the robot's physics has become unstable since the last reset."""
         numbers = self._numbers
         position, velocity, acceleration = _BROKEN
         return bool(numbers[position] or numbers[velocity] or numbers[acceleration])

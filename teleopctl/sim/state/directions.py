@@ -35,7 +35,7 @@ class _Way(NamedTuple):
 
 
 class Directions:
-    """The directions of a robot's shapes.
+    """Friction directions of a robot's shapes.
 
     Args:
         model: The ``mujoco.MjModel``.
@@ -59,7 +59,7 @@ class Directions:
         return bool(self._ways)
 
     def turn(self, data: Any) -> None:
-        """Turn the axes of contacts, after `mj_step1` or with positions and velocities known."""
+        """Rotate contact frames into the friction directions, after `mj_step1`."""
         contact, ways = data.contact, self._ways
         numbers, axes, rough = [], [], []
         # Plain numbers: numpy takes ten times as long for the few contacts of wheels.

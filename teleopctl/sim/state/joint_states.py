@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class JointStates:
-    """The states of a robot's joints, in one order.
+    """Positions, velocities and efforts of a robot's joints.
 
     Args:
         joints: The robot's movable joints.
@@ -39,7 +39,7 @@ class JointStates:
 
     # Any stands for MuJoCo's types, which have no static ones.
     def bind(self, model: Any, data: Any) -> None:
-        """Read from a model's data from now on."""
+        """Set the model and data to read from."""
         named = [model.joint(joint.ball or joint.name) for joint in self._joints]
         qpos = [int(joint.qposadr[0]) for joint in named]
         dof = [int(joint.dofadr[0]) for joint in named]
@@ -66,7 +66,7 @@ class JointStates:
         ]
 
     def read(self, *, moving: bool = True) -> None:
-        """Take the present states.
+        """Copy the present states.
 
         Args:
             moving: Whether drives may accelerate anything.
@@ -98,7 +98,7 @@ class JointStates:
                 self._told[row] = min(max(true, -limit), limit)
 
     def put_balls(self, data: Any, given: Mapping[str, float]) -> None:
-        """Turn the balls of which turns are given; a turn that is not given is 0."""
+        """Set ball joints from rotation angles; missing angles are 0."""
         self._balls.put(data, given)
 
 

@@ -14,7 +14,7 @@ _IMPLICIT = int(mujoco.mjtIntegrator.mjINT_IMPLICITFAST)
 
 
 class Observer:
-    """Copies data and measures, so that who looks changes nothing.
+    """Copies MuJoCo's data for observers, so that measuring does not change the simulation.
 
     MuJoCo measures with the acceleration that its forces have without what its integrator does to
     their dampers: a joint that a drive speeds up would speed up
@@ -33,7 +33,7 @@ class Observer:
         self._next: Any = None
 
     def observe(self, data: Any, time_s: float, *, moving: bool) -> Any:
-        """A copy with what is measured at this time, good until the next call.
+        """Return a copy of the data with measurements, valid until the next call.
 
         Args:
             data: The ``mujoco.MjData``.

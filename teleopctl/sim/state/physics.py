@@ -25,7 +25,7 @@ _NAMED = {
 
 # Any stands for MuJoCo's types, here and below: they have no static ones.
 def scale_model(model: Any, mass: float, friction: float) -> None:
-    """Make a model heavier and rougher, or lighter and smoother; the drives stay as they are."""
+    """Scale the masses and frictions of a model; drives stay unchanged."""
     if mass != 1.0:
         model.body_mass[:] *= mass
         model.body_inertia[:] *= mass
@@ -37,7 +37,7 @@ def scale_model(model: Any, mass: float, friction: float) -> None:
 
 
 def physics_state(model: Any, data: Any) -> dict[str, Array]:
-    """The state of physics, gravity, and where in the model stands what stands."""
+    """Return the physics state, the gravity and the poses of static objects."""
     state = np.zeros(mujoco.mj_stateSize(model, _ALL))
     mujoco.mj_getState(model, data, state, _ALL)
     return {
@@ -48,7 +48,7 @@ def physics_state(model: Any, data: Any) -> dict[str, Array]:
 
 
 def put_physics_state(model: Any, data: Any, saved: Mapping[str, Array]) -> None:
-    """Put back what `physics_state` returned of a model of the same parts."""
+    """Restore a state of `physics_state`; the models must have the same parts."""
     mujoco.mj_setState(model, data, saved["physics"], _ALL)
     model.opt.gravity[:] = saved["gravity"]
     places = 3 * model.nbody

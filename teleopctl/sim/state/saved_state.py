@@ -44,12 +44,12 @@ class SavedState:
 
     @classmethod
     def of(cls, simulation: Simulation) -> SavedState:
-        """The present state of a simulation."""
+        """Return the present state of a simulation."""
         return cls(_parts(simulation), simulation.save())
 
     @classmethod
     def read(cls, path: Path) -> SavedState:
-        """Read a file that `write` wrote.
+        """Read a state file.
 
         Raises:
             InvalidFileError: It cannot be read, or is none.

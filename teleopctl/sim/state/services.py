@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class MujocoServices:
-    """Offers the services, and keeps the states that were saved under a name.
+    """Services of mujoco_ros2_control: pause, step, reset, save and load states.
 
     Args:
         node: Whose they are.

@@ -24,7 +24,7 @@ _NEARLY = 1.0 + 1e-6
 def way_there(
     away: float, before: float, fresh: bool, max_speed: float, acceleration: float, period_s: float
 ) -> float:
-    """Speed of a set-point on its way to a position.
+    """Return the speed of a set-point on its way to a position.
 
     Straight to the next position of a path. On the way to one that stands or takes longer than a
     period, and where it starts from rest, it speeds up and brakes by no more than a part of the
@@ -95,7 +95,7 @@ def lost_distance(change: float, lag_s: float, acceleration: float) -> float:
 
 
 def kept_lead(lead: float, pull: float, effort: float, stiffness: float) -> float:
-    """By how much a speed's set-point may go ahead of its joint, which stretches the spring.
+    """Return how far a speed's set-point may lead its joint.
 
     No further than for the effort that the damper leaves it: what holds the joint back does not
     wind it up.

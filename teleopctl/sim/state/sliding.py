@@ -50,7 +50,7 @@ _MOST_KNOWN = 1024
 
 
 def drives_by_sliding(model: RobotModel) -> bool:
-    """Whether a robot moves freely, and something slides as it drives.
+    """Return whether a robot is free and drives by sliding contacts.
 
     That is one of three driven wheels or more, or what the base drags along the ground. Physics of
     an MJCF file is as the file has it.
@@ -65,7 +65,7 @@ def drives_by_sliding(model: RobotModel) -> bool:
 
 
 class Physics:
-    """Steps of MuJoCo's.
+    """Advances MuJoCo's physics, with less slip of sliding contacts.
 
     Args:
         model: The ``mujoco.MjModel``.
@@ -125,11 +125,11 @@ class Physics:
         return np.array([self._seen, self._unseen], float)
 
     def restore(self, saved: Array) -> None:
-        """Remember what `save` returned."""
+        """Restore the state that `save` returned."""
         self._seen, self._unseen = map(int, saved)
 
     def forward(self, data: Any) -> None:
-        """Work out forces and accelerations, and what sensors measure, of all that touches."""
+        """Compute forces, accelerations and sensor values."""
         with nothing_asleep(self._m):
             mujoco.mj_forward(self._m, data)
             if self._directions:

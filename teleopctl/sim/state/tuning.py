@@ -28,7 +28,7 @@ _IN_A_STEP = 0.25
 
 
 def drive_rates(takes_position: npt.NDArray[np.bool_], period_s: float, step_s: float) -> Array:
-    """Natural frequencies of joints on their drives, rad/s, (n,).
+    """Return the natural frequencies of joints on their drives, rad/s, (n,).
 
     Args:
         takes_position: Which joints do, (n,). Wheels, which do not, stay as they were built.
@@ -71,7 +71,7 @@ class MovedInertia:
         self._own = self._now()
 
     def at(self, data: Any) -> Array:
-        """In kg m² or kg, in the pose that MuJoCo's data has, (n,)."""
+        """Return the inertias in the present pose, kg m² or kg, (n,)."""
         self._d.qpos[:] = data.qpos
         # What else the drives were tuned to, such as the robot that stands on a leg, stays.
         inertia: Array = np.maximum(self._tuned - self._own + self._now(), self._least)

@@ -81,7 +81,7 @@ class Audience:
         below.on_client_disconnect(forget)
 
     def on_change(self, callback: Callable[[], object]) -> None:
-        """Set a callback for when a browser shows or hides the page; called in the server's thread."""
+        """Call a function, in the server thread, when a browser shows or hides the page."""
         self._changed.append(callback)
 
     def looks(self, browser: int) -> bool:

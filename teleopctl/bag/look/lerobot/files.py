@@ -22,7 +22,7 @@ _CHUNKS, _DATA_MB, _VIDEO_MB = 1000, 100, 200
 
 
 class Video(NamedTuple):
-    """A film of the data set: its size in pixels."""
+    """A video of the data set: its size in pixels."""
 
     width: int
     height: int
@@ -60,7 +60,7 @@ def video_file(folder: Path, key: str) -> Path:
 
 # Any: whole numbers, and the time.
 def index_columns(length: int, fps: int) -> dict[str, npt.NDArray[Any]]:
-    """The features that each data set has: where a frame is in its episode, and in all."""
+    """Return the index and timestamp features of a data set."""
     numbers = np.arange(length, dtype=np.int64)
     zeros = np.zeros(length, np.int64)
     return {
@@ -73,7 +73,7 @@ def index_columns(length: int, fps: int) -> dict[str, npt.NDArray[Any]]:
 
 
 def write_episode(folder: Path, episode: Episode, statistics: Mapping[str, Statistics]) -> None:
-    """Write all files but the films.
+    """Write all files of the data set but the videos.
 
     Args:
         folder: The data set.

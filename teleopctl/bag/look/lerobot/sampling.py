@@ -80,7 +80,7 @@ class LeRobotSummary(NamedTuple):
 
 
 def export_lerobot(bag: Bag, folder: Path, options: LeRobotOptions) -> LeRobotSummary:
-    """Write a bag as a data set of LeRobot with one episode.
+    """Export a bag as a LeRobot data set with one episode.
 
     Args:
         bag: The bag.
@@ -121,7 +121,7 @@ class _Camera:
 
     # Any: a message with a picture.
     def take(self, message: Any) -> None:
-        """Take a picture.
+        """Store a picture.
 
         Raises:
             PictureError: It is none, or of another size than the first.

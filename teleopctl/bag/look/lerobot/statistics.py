@@ -16,7 +16,7 @@ _SAMPLES = 100
 
 
 def statistics_of(values: Values) -> Statistics:
-    """Statistics of a feature.
+    """Return the statistics of a feature, as LeRobot has them.
 
     Args:
         values: Its values in all frames, shape (frames, numbers).
@@ -36,14 +36,14 @@ def statistics_of(values: Values) -> Statistics:
 
 
 class PictureStatistics:
-    """Statistics of the colours of a film, 0 to 1, from how often each shade occurs."""
+    """Colour statistics of a video, by histograms."""
 
     def __init__(self) -> None:
         self._counts = np.zeros((3, 256), np.int64)
         self._frames = 0
 
     def add(self, pixels: npt.NDArray[np.uint8]) -> None:
-        """Count a picture, shape (height, width, 3)."""
+        """Add a picture, shape (height, width, 3)."""
         rows, columns = (max(side // _SAMPLES, 1) for side in pixels.shape[:2])
         some = pixels[::rows, ::columns]
         for colour in range(3):
@@ -51,7 +51,7 @@ class PictureStatistics:
         self._frames += 1
 
     def result(self) -> Statistics:
-        """Arrays of shape (3, 1, 1), red, green and blue, and ``count`` of shape (1,)."""
+        """Return the statistics, shape (3, 1, 1) for red, green and blue, and ``count``, (1,)."""
         shades = np.arange(256) / 255.0
         shares = self._counts / self._counts.sum(axis=1, keepdims=True)
         means = shares @ shades

@@ -21,7 +21,7 @@ _NAMES = ("name", "joint_names")
 
 
 class VectorField:
-    """A field of a topic whose value is a vector.
+    """A topic's field or message whose value is a vector.
 
     Its elements are those of the first message. Where messages name them, as joints, later ones may
     have them in another order, and only some of them: the others stay as they are.
@@ -56,7 +56,7 @@ class VectorField:
 
     # Any: a message of any type.
     def take(self, message: Any) -> None:
-        """Take the values of a message; one without values changes nothing.
+        """Store the values of a message; one without values changes nothing.
 
         Raises:
             InvalidMessageError: Its vector is none, or has another length than the first.
@@ -94,5 +94,5 @@ def _names(message: Any, length: int) -> tuple[str, ...]:
 
 
 def types_of(decoder: Decoder) -> dict[str, str]:
-    """The types of the topics that can be decoded, by name."""
+    """Return the types of the topics that can be decoded."""
     return {name: topic.type_name for name, topic in decoder.topics.items()}

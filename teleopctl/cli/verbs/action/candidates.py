@@ -7,12 +7,12 @@ from teleopctl.errors import TeleopctlError
 
 
 def actions(incomplete: str) -> list[str]:
-    """Names of actions."""
+    """Return the names of actions."""
     return [name for name in _live() if name.startswith(incomplete)]
 
 
 def action_types(ctx: Line, incomplete: str) -> list[str]:
-    """Types of the action that stands on the line, else all that are known."""
+    """Return the types of the action on the line, else all known types."""
     from teleopctl.cli.live import absolute_name
     from teleopctl.interfaces import list_types
 

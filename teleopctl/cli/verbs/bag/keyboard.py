@@ -18,7 +18,7 @@ _MOST_BYTES = 64
 
 
 def keys_can_be_read() -> bool:
-    """Whether standard input is a terminal that this process may read: not in the background."""
+    """Return whether standard input is a terminal that this process may read."""
     if os.name == "nt" or sys.stdin is None or not sys.stdin.isatty():
         return False
     try:
@@ -88,7 +88,7 @@ class Keyboard:
 
 
 def keys_in(text: str) -> list[str]:
-    """Return the keys that a terminal sends as a text; those that are unknown are left out."""
+    """Return the known keys in a terminal's input."""
     keys = []
     position = 0
     while position < len(text):

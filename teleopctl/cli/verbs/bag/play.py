@@ -249,7 +249,7 @@ def play(
 def bags_from(
     bag_path: str | None, storage: str | None, inputs: list[str]
 ) -> list[tuple[Path, str | None]]:
-    """The bags that a command line names, each with its storage where it is named.
+    """Return the bags that a command line names, with their storages.
 
     Args:
         bag_path: The argument.

@@ -59,7 +59,7 @@ LogLevel = Annotated[
 
 
 def overrides_from(file: str | None) -> "dict[str, QoSProfile]":
-    """Read the quality of service of single topics; none without a file."""
+    """Read the QoS overrides of topics; empty without a file."""
     if file is None:
         return {}
     from teleopctl.bag import read_qos_overrides
@@ -68,7 +68,7 @@ def overrides_from(file: str | None) -> "dict[str, QoSProfile]":
 
 
 def check_common(read_ahead: int, start_offset: float, storage_config: str | None) -> None:
-    """Refuse values that cannot be meant.
+    """Raise for invalid values of options.
 
     Raises:
         UsageError: One of them cannot.

@@ -109,7 +109,7 @@ def files(
 
 
 def overrides(file: str | None) -> Mapping[str, QoSProfile]:
-    """The profiles of ``--qos-profile-overrides-path``.
+    """Return the QoS profiles of ``--qos-profile-overrides-path``.
 
     Raises:
         InvalidFileError: The file is none of that kind.
@@ -129,7 +129,7 @@ def run(
     reads_keys: bool,
     static_topics_path: str | None = None,
 ) -> None:
-    """Record until Ctrl-C, SIGTERM or the end of the terminal; then finish the bag.
+    """Record until Ctrl-C, SIGTERM or the terminal's end, and finish the bag.
 
     Args:
         folder: Where the bag is to be; None for rosbag2's name.
@@ -201,7 +201,7 @@ class _End:
         select.select([self._here], [], [])
 
     def tell(self) -> None:
-        """End the wait."""
+        """Wake the waiting thread."""
         with contextlib.suppress(OSError):
             self.there.send(b"\0")
 

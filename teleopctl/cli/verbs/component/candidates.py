@@ -10,7 +10,7 @@ _LONGEST_WAIT_S = 1.0
 
 
 def containers(incomplete: str) -> list[str]:
-    """Full names of the containers."""
+    """Return the full names of component containers."""
     from teleopctl.cli.live import live_graph
     from teleopctl.cli.verbs.component.containers import containers
 
@@ -21,14 +21,14 @@ def containers(incomplete: str) -> list[str]:
 
 
 def component_packages(incomplete: str) -> list[str]:
-    """Packages that bring components."""
+    """Return packages with components."""
     from teleopctl.packages import list_components
 
     return [name for name in list_components() if name.startswith(incomplete)]
 
 
 def component_types(ctx: Line, incomplete: str) -> list[str]:
-    """Components of the package that stands on the line."""
+    """Return the components of the package on the line."""
     from teleopctl.packages import list_components
 
     components = list_components().get(ctx.params.get("package_name") or "", ())
@@ -36,7 +36,7 @@ def component_types(ctx: Line, incomplete: str) -> list[str]:
 
 
 def component_ids(ctx: Line, incomplete: str) -> list[str]:
-    """Numbers of what the container on the line has loaded."""
+    """Return the numbers of the components in the container on the line."""
     from teleopctl.cli.command_node import command_node
     from teleopctl.cli.verbs.component.containers import find_container, loaded
 

@@ -66,7 +66,7 @@ def list_containers(
 
 
 def containers(graph: "Graph") -> list[str]:
-    """Full names of the nodes that load components, sorted."""
+    """Return the full names of component containers, sorted."""
     return [
         name
         for name in dict.fromkeys(graph.node_names(include_hidden=True))

@@ -149,7 +149,7 @@ def load_request(
 
 
 def load_component(node: "Node", container: str, request: Any, timeout_s: float | None) -> Any:
-    """Have a container load a component, which may take as long as its constructor takes.
+    """Load a component into a container; its constructor may take long.
 
     Raises:
         RefusedError: It cannot.

@@ -6,7 +6,7 @@ from teleopctl.errors import TeleopctlError
 
 
 def controllers(incomplete: str) -> list[str]:
-    """Names of the loaded controllers."""
+    """Return the names of loaded controllers."""
     from teleopctl.cli.completion.candidates import nodes
     from teleopctl.cli.verbs.control.session import DEFAULT_MANAGER, manager_client
 

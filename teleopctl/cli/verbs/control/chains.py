@@ -51,7 +51,7 @@ def view_controller_chains(
 
 # Any: ControllerState of controller_manager_msgs.
 def picture(controllers: Iterable[Any]) -> Diagram:
-    """Draw from left to right: what a controller needs, it, and what it commands."""
+    """Return a diagram of controllers with their state and command interfaces."""
     boxes: dict[str, Box] = {}
     pairs: list[tuple[str, str]] = []
 

@@ -40,7 +40,7 @@ _WAIT = 1.0
 def manager_client(
     name: str, ros_args: Sequence[str] | None = None
 ) -> Iterator[ControllerManagerClient]:
-    """A client of a controller manager that answers.
+    """Return a client of a controller manager, once that answers.
 
     In a launch file `ros2 control load_controller …` often stands beside what starts the manager,
     since `ros2 control` waits for it: so does this there.

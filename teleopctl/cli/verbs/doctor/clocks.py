@@ -32,7 +32,7 @@ _NOBODY = bytes(16)
 
 
 def check_clocks(graph: Graph) -> Iterator[Finding]:
-    """Look for machines whose clocks differ from this one's."""
+    """Yield machines whose clocks differ from this one's."""
     with open_session("client") as session:
         for server in sessions(graph).values():
             measured = _offset_ns(session, server)

@@ -20,5 +20,5 @@ class Finding(NamedTuple):
 
 
 def warning(text: str, hint: str = "") -> Finding:
-    """Return a finding that may be as it should."""
+    """Return a finding that is no certain fault."""
     return Finding(text, hint, is_error=False)

@@ -26,7 +26,7 @@ def check_topics(graph: Graph) -> Iterator[Finding]:
 
 
 def check_nodes(graph: Graph) -> Iterator[Finding]:
-    """Look for nodes of one name."""
+    """Yield node names that several nodes have."""
     for name, count in Counter(graph.node_names()).items():
         if count > 1:
             yield Finding(
@@ -36,7 +36,7 @@ def check_nodes(graph: Graph) -> Iterator[Finding]:
 
 
 def check_types(graph: Graph) -> Iterator[Finding]:
-    """Look for topics and services on which not all speak of the same type."""
+    """Yield topics and services with several types."""
     for word, names, ends in (
         ("topic", graph.topic_names_and_types(), (graph.publishers, graph.subscriptions)),
         ("service", graph.service_names_and_types(), (graph.servers, graph.clients)),
@@ -93,7 +93,7 @@ def pairs_by_topic(graph: Graph) -> Iterator[tuple[str, QosPair]]:
 
 
 def sessions(graph: Graph) -> dict[str, EndpointToken]:
-    """Return one parameter service of each session that has one, by the session's identity."""
+    """Return one parameter service per session."""
     found: dict[str, EndpointToken] = {}
     for name, _ in graph.service_names_and_types(include_hidden=True):
         if name.endswith("/get_parameters"):

@@ -99,19 +99,19 @@ class _Summary:
         self.by_multicast: Counter[str] = Counter()
 
     def note(self, heard: Counter[str], greeting: str) -> None:
-        """Count a greeting, whose last word is the machine that it is from."""
+        """Count a received greeting by its machine."""
         words = greeting.split()
         if words and words[-1] != self._here:
             heard[words[-1]] += 1
 
     def forget(self) -> None:
-        """Begin a new period."""
+        """Start a new period."""
         self.sent = 0
         self.by_topic.clear()
         self.by_multicast.clear()
 
     def document(self, topic: str) -> dict[str, console.Json]:
-        """Return the same for programs."""
+        """Return the counts as JSON."""
         return {
             "topic": topic,
             "sent": self.sent,
@@ -120,7 +120,7 @@ class _Summary:
         }
 
     def table(self, topic: str, period_s: float) -> Iterator[str]:
-        """Return the lines that ros2 prints."""
+        """Return the table that ros2 prints."""
         yield "MULTIMACHINE COMMUNICATION SUMMARY"
         yield f"Topic: {topic}, Published Msg Count: {self.sent}"
         yield "Subscribed from:"

@@ -24,7 +24,7 @@ except TeleopctlError as error:
 
 
 def check_packages() -> Iterator[Finding]:
-    """Look for packages that cannot be read."""
+    """Yield packages that cannot be read."""
     from teleopctl.packages import faults_of_search, list_packages
 
     list_packages()
@@ -32,7 +32,7 @@ def check_packages() -> Iterator[Finding]:
 
 
 def check_drawing() -> Iterator[Finding]:
-    """Look whether cameras can be drawn."""
+    """Yield why cameras cannot be rendered, if so."""
     tried = subprocess.run(
         [sys.executable, "-P", "-c", _DRAW], capture_output=True, text=True, check=False
     )
@@ -44,7 +44,7 @@ def check_drawing() -> Iterator[Finding]:
 
 
 def check_shared_memory() -> Iterator[Finding]:
-    """Look whether messages can be handed over without a copy."""
+    """Yield why shared memory is not usable, if so."""
     from teleopctl.wire import has_room_for_shared_memory
 
     if not has_room_for_shared_memory():

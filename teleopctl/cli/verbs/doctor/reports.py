@@ -37,7 +37,7 @@ class Report(NamedTuple):
 
 
 def network(_: Graph) -> Report:
-    """Return where sessions and the daemon are, and the machine's addresses."""
+    """Report the router's addresses and this machine's."""
     import psutil
 
     from teleopctl.wire import daemon_address, domain_id, session_config
@@ -53,7 +53,7 @@ def network(_: Graph) -> Report:
 
 
 def packages(_: Graph) -> Report:
-    """Return the version of what teleopctl needs, as installed."""
+    """Report the versions of teleopctl's dependencies."""
     names = ("teleopctl", "eclipse-zenoh", "numpy", "mujoco", "mcap", "rosbags", "viser")
     items = []
     for name in names:
@@ -65,7 +65,7 @@ def packages(_: Graph) -> Report:
 
 
 def machine(_: Graph) -> Report:
-    """Return system and interpreter."""
+    """Report the system and the Python interpreter."""
     items = [
         ("system", platform.system()),
         ("platform info", platform.platform()),
@@ -77,7 +77,7 @@ def machine(_: Graph) -> Report:
 
 
 def qos(graph: Graph) -> Report:
-    """Return each publisher with each subscription of its topic."""
+    """Report each pair of publisher and subscription with their QoS."""
     items: list[tuple[str, str]] = []
     for topic, pair in pairs_by_topic(graph):
         items += [
@@ -96,21 +96,21 @@ def middleware(_: Graph) -> Report:
 
 
 def ros(_: Graph) -> Report:
-    """Return whose message definitions are used."""
+    """Report the ROS distribution of the message definitions."""
     from teleopctl.interfaces import distribution
 
     return Report("ROS 2 INFORMATION", [("distribution name", distribution())])
 
 
 def environment(_: Graph) -> Report:
-    """Return the variables of ROS 2, Zenoh and teleopctl that are set."""
+    """Report the set variables of ROS 2, Zenoh and teleopctl."""
     beginnings = ("ROS_", "RMW_", "RCUTILS_", "AMENT_", "ZENOH_", "TELEOPCTL_", "MUJOCO_")
     items = [item for item in sorted(os.environ.items()) if item[0].startswith(beginnings)]
     return Report("ENVIRONMENT", items)
 
 
 def topics(graph: Graph) -> Report:
-    """Return how many publish and subscribe each topic."""
+    """Report the numbers of publishers and subscriptions of each topic."""
     items: list[tuple[str, str]] = []
     for topic, _ in graph.topic_names_and_types():
         items += [
@@ -123,7 +123,7 @@ def topics(graph: Graph) -> Report:
 
 
 def services(graph: Graph) -> Report:
-    """Return how many serve and call each service."""
+    """Report the numbers of servers and clients of each service."""
     items: list[tuple[str, str]] = []
     for service, _ in graph.service_names_and_types():
         items += [

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 
 def interface_types(incomplete: str) -> list[str]:
-    """Full names of messages, services and actions."""
+    """Return the full names of messages, services and actions."""
     from teleopctl.interfaces import list_types
 
     return [name for name in list_types() if name.startswith(incomplete)]
 
 
 def interface_packages(incomplete: str) -> list[str]:
-    """Packages that define some."""
+    """Return the packages with interfaces."""
     return sorted({name.split("/", 1)[0] for name in interface_types(incomplete)})

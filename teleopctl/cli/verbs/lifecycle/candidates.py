@@ -10,7 +10,7 @@ _LONGEST_WAIT_S = 1.0
 
 
 def managed_nodes(incomplete: str) -> list[str]:
-    """Full names of the managed nodes."""
+    """Return the full names of managed nodes."""
     from teleopctl.cli.live import live_graph
     from teleopctl.cli.verbs.lifecycle.nodes import managed_nodes
 
@@ -21,7 +21,7 @@ def managed_nodes(incomplete: str) -> list[str]:
 
 
 def transitions(ctx: Line, incomplete: str) -> list[str]:
-    """Labels of the transitions that are possible now."""
+    """Return the labels of the possible transitions."""
     from teleopctl.cli.verbs.lifecycle.graph_lifecycles import open_lifecycles
 
     try:

@@ -41,11 +41,11 @@ class Lifecycles:
         self._timeout_s = _LONGEST_WAIT_S if timeout_s is None else timeout_s
 
     def nodes(self, *, include_hidden: bool = False) -> list[str]:
-        """Full names of the managed nodes, sorted."""
+        """Return the full names of managed nodes, sorted."""
         return managed_nodes(self._graph, include_hidden=include_hidden)
 
     def find(self, node_name: str, *, include_hidden: bool = False) -> str:
-        """The full name of a managed node.
+        """Return the full name of a managed node.
 
         Raises:
             NotFoundError: There is no such node, or it has no life cycle.
@@ -62,7 +62,7 @@ class Lifecycles:
     # Any, here and below: requests and responses of lifecycle_msgs, whose classes are made when
     # they are asked for.
     def ask(self, node_name: str, type_: str, service: str, **fields: object) -> Any:
-        """Send a request to one node and return its response.
+        """Call a service of a node, and return the response.
 
         Raises:
             UnavailableError: The node does not answer.

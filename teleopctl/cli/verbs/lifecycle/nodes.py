@@ -35,7 +35,7 @@ def list_nodes(
 
 
 def managed_nodes(graph: "Graph", *, include_hidden: bool = False) -> list[str]:
-    """Full names of the nodes that have a life cycle, sorted."""
+    """Return the full names of managed nodes, sorted."""
     return [
         name
         for name in dict.fromkeys(graph.node_names(include_hidden))

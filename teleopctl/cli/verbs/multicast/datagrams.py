@@ -15,7 +15,7 @@ _LARGEST = 4096
 
 
 def send(data: bytes, group: str = GROUP, port: int = PORT, ttl: int | None = None) -> None:
-    """Send one datagram.
+    """Send a datagram to a multicast group.
 
     Args:
         data: What it holds.
@@ -52,7 +52,7 @@ def receiver(group: str = GROUP, port: int = PORT) -> Iterator[socket.socket]:
 
 
 def receive(heard: socket.socket) -> tuple[str, str, int]:
-    """Wait for a datagram; returns its text, and the host and the port that it came from."""
+    """Wait for a datagram; return its text and its sender's host and port."""
     data, (host, port) = heard.recvfrom(_LARGEST)
     return data.decode(errors="replace"), host, port
 

@@ -11,7 +11,7 @@ _MOST_VALUES = 12
 
 
 def parameter_names(ctx: Line, incomplete: str) -> list[str]:
-    """Names of the parameters of the node that stands on the line."""
+    """Return the parameters of the node on the line."""
     from teleopctl.cli.verbs.param.graph_parameters import Parameters
 
     try:

@@ -77,7 +77,7 @@ class Parameters:
         return self._known
 
     def nodes(self, *, include_hidden: bool = False) -> list[str]:
-        """Full names of the nodes that offer parameters, sorted."""
+        """Return the full names of nodes with parameter services, sorted."""
         return [
             name
             for name in dict.fromkeys(self._graph.node_names(include_hidden))
@@ -117,7 +117,7 @@ class Parameters:
             return node.graph()
 
     def meant(self, node_name: str, *, include_hidden: bool = False) -> list[str]:
-        """The full names of the nodes that a name or a pattern means.
+        """Return the full names of the nodes that match a name or pattern.
 
         Raises:
             NotFoundError: There is none.
@@ -160,7 +160,7 @@ class Parameters:
         )
 
     def names(self, node_name: str) -> list[str]:
-        """Names of all parameters of a node, sorted.
+        """Return the names of a node's parameters, sorted.
 
         Raises:
             UnavailableError: The node does not answer.
@@ -168,7 +168,7 @@ class Parameters:
         return sorted(self.ask(node_name, "ListParameters").result.names)
 
     def values(self, node_name: str, names: Sequence[str]) -> dict[str, ParameterValue]:
-        """Values of parameters; without those that are not declared or have none.
+        """Return the values of a node's parameters; unset ones are omitted.
 
         Raises:
             UnavailableError: The node does not answer.
@@ -206,7 +206,7 @@ class Parameters:
     def set(
         self, node_name: str, parameters: Sequence[ParameterMessage]
     ) -> Mapping[str, SetParametersResult]:
-        """Set parameters, each for itself; a ``SetParametersResult`` for each name.
+        """Set parameters one by one; return a ``SetParametersResult`` by name.
 
         Args:
             node_name: Full name of the node.
@@ -251,7 +251,7 @@ def _offers_parameters(graph: Graph, node_name: str) -> bool:
 
 
 def not_set(parameters: Parameters, node: str, name: str) -> NotFoundError:
-    """The error for a parameter that a node has not, with a likely name."""
+    """Return the error for a missing parameter, with a similar name."""
     names = parameters.names(node)
     if name in names:
         return NotFoundError("Parameter not set", hint="It is declared, and has no value yet.")

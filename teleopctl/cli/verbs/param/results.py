@@ -8,7 +8,7 @@ from teleopctl.cli import console
 
 
 class Results:
-    """The answers to settings.
+    """Results of setting parameters, printed as text or JSON.
 
     Args:
         as_json: For a program.
@@ -40,11 +40,11 @@ class Results:
             console.out(line)
 
     def say(self, line: str) -> None:
-        """Write a line for a person."""
+        """Print a line, unless the output is JSON."""
         if not self._as_json:
             console.out(line)
 
     def finish(self) -> None:
-        """Write the document for a program."""
+        """Print the JSON document."""
         if self._as_json:
             console.out_json(self._records)

@@ -82,7 +82,7 @@ class _Setting:
         self._are_several = len(wishes) > 1
 
     def together(self) -> int:
-        """Set all of a node's, or none."""
+        """Set all parameters of a node, or none."""
         wanted = [_message(name, text) for name, text in self._wishes.items()]
 
         def set_together(node: str) -> bool:
@@ -97,7 +97,7 @@ class _Setting:
         return int(not with_each(self._nodes, set_together, is_one=not self._names_nodes))
 
     def each(self) -> int:
-        """Set each for itself."""
+        """Set the parameters one by one."""
 
         def set_each(node: str) -> bool:
             all_well = True

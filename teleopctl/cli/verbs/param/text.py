@@ -15,7 +15,7 @@ _TYPE_NAMES = (
 
 
 def type_name(number: int) -> str:
-    """The name of a type of ``rcl_interfaces/msg/ParameterType``."""
+    """Return the name of a parameter type number."""
     return _TYPE_NAMES[number] if 0 <= number < len(_TYPE_NAMES) else "unknown"
 
 
@@ -26,7 +26,7 @@ def value_label(number: int) -> str:
 
 
 def is_set(value: ParameterValue) -> bool:
-    """Whether a parameter that is there has a value."""
+    """Return whether a declared parameter has a value."""
     return value.type != 0
 
 

@@ -6,7 +6,7 @@ from teleopctl.cli.completion.completing import Line
 
 
 def manifest_tags(ctx: Line, incomplete: str) -> list[str]:
-    """Names of the tags in the manifest of the package that stands on the line."""
+    """Return the manifest tags of the package on the line."""
     from lxml import etree
 
     from teleopctl import packages
@@ -26,7 +26,7 @@ def manifest_tags(ctx: Line, incomplete: str) -> list[str]:
 
 
 def licenses(incomplete: str) -> list[str]:
-    """Names of licenses whose text is known."""
+    """Return the licenses whose text is known."""
     from teleopctl.packages import license_names
 
     return [name for name in license_names() if name.startswith(incomplete)]

@@ -11,7 +11,7 @@ _TITLES = ("FILE", "PARSES", "COMPILES", "STANDS", "MOVES", "BY", "FRAMES", "WHY
 
 
 def table(reports: "Sequence[RobotReport]") -> "Iterator[str]":
-    """A line for each robot, and how many of them do what.
+    """Yield a table with a line per robot, and totals.
 
     Args:
         reports: What is known of them.

@@ -41,12 +41,12 @@ class SweepProgress:
             sys.stderr.flush()
 
     def begin(self) -> None:
-        """A run begins."""
+        """Report the start of a run."""
         self._at_work += 1
         self._draw()
 
     def tell(self, result: "RunResult") -> None:
-        """A run has ended."""
+        """Report the end of a run."""
         self._at_work -= 1
         self._done += 1
         self._failed += not result.is_done

@@ -6,7 +6,7 @@ from teleopctl.errors import TeleopctlError
 
 
 def frames(incomplete: str) -> list[str]:
-    """Names of the frames that are broadcast within a moment."""
+    """Return the frames that are broadcast within a moment."""
     from teleopctl.cli.verbs.tf.frames import heard_frames
 
     try:

@@ -15,7 +15,7 @@ _LONGEST_WAIT_S = 0.4
 
 
 def heard_frames() -> set[str]:
-    """Names of the frames in the first transforms that arrive.
+    """Return the frames of the first received transforms.
 
     Raises:
         RouterNotRunning: No router answers.

@@ -36,7 +36,7 @@ _CONTROLLERS_EVERY_S = 2.0
 
 
 class Top(App[None]):
-    """Looks at the graph again and again.
+    """Terminal application of ``teleopctl top``.
 
     Args:
         node: Asks and subscribes; it needs no executor.
@@ -88,7 +88,7 @@ class Top(App[None]):
         self._level = 1
 
     def compose(self) -> ComposeResult:
-        """A line of sums, the four tables, the keys."""
+        """Add the summary line, the four tables and the footer."""
         yield Static(id="summary")
         with TabbedContent(id="tabs"):
             for tab, title in TITLES.items():
@@ -98,13 +98,13 @@ class Top(App[None]):
         yield Footer()
 
     def on_mount(self) -> None:
-        """Look, and go on looking."""
+        """Start the periodic updates."""
         self.action_tab("nodes")
         self.look()
         self.set_interval(self._period_s, self.look)
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
-        """Whether a key does something where one is; the last line shows only those that do."""
+        """Return whether a key has an effect on the present tab."""
         del parameters
         places = {
             "echo": "topics",
@@ -124,7 +124,7 @@ class Top(App[None]):
 
     @property
     def table(self) -> LiveTable:
-        """The table on the screen."""
+        """The visible table."""
         table: LiveTable = self.query_one(f"#{self._tab}-table", LiveTable)
         return table
 
@@ -150,7 +150,7 @@ class Top(App[None]):
         self._listen()
 
     def on_tabbed_content_tab_activated(self) -> None:
-        """Another table is on the screen."""
+        """Update after a change of the tab."""
         self.table.focus()
         self._asked_s = 0.0
         self.refresh_bindings()
@@ -167,21 +167,21 @@ class Top(App[None]):
             self.notify(self._log_lines.text(int(self.table.chosen or 0)), markup=False)
 
     def action_tab(self, tab: str) -> None:
-        """Show another table."""
+        """Show a tab."""
         self.query_one("#tabs", TabbedContent).active = tab
 
     def action_next_tab(self) -> None:
-        """Show the next table."""
+        """Show the next tab."""
         names = list(TITLES)
         self.action_tab(names[(names.index(self._tab) + 1) % len(names)])
 
     def action_order(self) -> None:
-        """Order by load, or by name again."""
+        """Toggle the order: by load or by name."""
         self._by_load = not self._by_load
         self._fill()
 
     def action_level(self) -> None:
-        """Show the next more serious lines only, or all again."""
+        """Raise the lowest log level shown, or show all levels again."""
         self._level = (self._level + 1) % len(LEVELS)
         self.notify(f"Lines from {LEVELS[self._level][1]} on")
         self._fill()
@@ -197,20 +197,20 @@ class Top(App[None]):
         self.push_screen(Ask("Show only names with:", self._filter), apply)
 
     def action_measure(self) -> None:
-        """Listen to a topic of large messages, or no more."""
+        """Toggle the measurement of a topic with large messages."""
         row = self._topic_rows.get(self.table.chosen or "")
         if row is not None:
             self._chosen_heavy ^= {row.name}
             self.look()
 
     def action_echo(self) -> None:
-        """Show the messages of the topic under the cursor."""
+        """Show the messages of the selected topic."""
         row = self._topic_rows.get(self.table.chosen or "")
         if row is not None:
             self._open(EchoScreen(self._node, row.name, row.type_name))
 
     def action_plot(self) -> None:
-        """Draw fields of the topic under the cursor."""
+        """Plot fields of the selected topic."""
         row = self._topic_rows.get(self.table.chosen or "")
         if row is None:
             return
@@ -232,13 +232,13 @@ class Top(App[None]):
         self.push_screen(Ask(question, "", fields), draw)
 
     def action_parameters(self) -> None:
-        """Show the parameters of the node under the cursor."""
+        """Show the parameters of the selected node."""
         row = self._node_rows.get(self.table.chosen or "")
         if row is not None and row.is_node:
             self._open(ParameterScreen(self._node, row.name))
 
     def action_stop(self) -> None:
-        """Stop the process of the node under the cursor, after a question."""
+        """Stop the process of the selected node, after a confirmation."""
         row = self._node_rows.get(self.table.chosen or "")
         if row is None:
             return

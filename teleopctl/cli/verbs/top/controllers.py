@@ -45,7 +45,7 @@ class Controllers:
         self._measured: dict[str, bytes] = {}
 
     def look(self, graph: Graph) -> list[ControllerRow]:
-        """The controllers of the managers that answer."""
+        """Return the controllers of all managers that answer."""
         rows: list[ControllerRow] = []
         for service, _ in graph.service_names_and_types():
             if not service.endswith(_SERVICE) or not graph.servers(service):

@@ -28,7 +28,7 @@ class LogLine(NamedTuple):
 
 
 class Log:
-    """Keeps the newest lines.
+    """Newest lines of /rosout.
 
     Args:
         node: Subscribes.
@@ -47,7 +47,7 @@ class Log:
         )
 
     def lines(self, level: int = LoggingSeverity.INFO) -> list[tuple[int, LogLine]]:
-        """The lines that are as serious as that, with their numbers, the oldest first."""
+        """Return the lines of a level and above, with their numbers, the oldest first."""
         with self._lock:
             return [pair for pair in self._lines if pair[1].level >= level]
 

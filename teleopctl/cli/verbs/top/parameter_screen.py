@@ -47,7 +47,7 @@ class ParameterScreen(Screen[None]):
         self._values: dict[str, str] = {}
 
     def compose(self) -> ComposeResult:
-        """A line about the node, and the table."""
+        """Add the title line and the table."""
         yield Static(Text(f"Parameters of {self._node_name}", style="bold"), id="headline")
         yield LiveTable("PARAMETER", (Column("VALUE", 34, is_number=False),), id="parameters")
         yield Footer()
@@ -58,12 +58,12 @@ class ParameterScreen(Screen[None]):
         self.query_one(LiveTable).focus()
 
     def on_data_table_row_selected(self, event: DataTable.RowSelected) -> None:
-        """Enter on a row."""
+        """Edit the selected parameter."""
         event.stop()
         self.action_set()
 
     def action_leave(self) -> None:
-        """Go back to the tables."""
+        """Close the screen."""
         self.dismiss(None)
 
     def action_read(self) -> None:

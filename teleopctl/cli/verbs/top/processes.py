@@ -36,7 +36,7 @@ class NodeRow(NamedTuple):
 
 
 class Processes:
-    """Finds the processes of nodes, and what they use.
+    """Finds the processes of nodes, with their load and memory.
 
     The router knows from which port each session came, the operating system which process has that
     port. So nodes of a launch, of another terminal and of ROS 2 itself are found alike, as long as
@@ -52,7 +52,7 @@ class Processes:
         self._processes: dict[int, psutil.Process] = {}
 
     def look(self, graph: Graph) -> list[NodeRow]:
-        """The nodes that are not hidden, and the background processes without any."""
+        """Return the visible nodes, and the background processes without nodes."""
         nodes = [node for node in graph.nodes if not node.is_hidden]
         self._find({node.zid for node in nodes})
         background = {entry.record.pid: entry for entry in running()}

@@ -42,13 +42,13 @@ class Confirm(ModalScreen[bool]):
         self._question = question
 
     def compose(self) -> ComposeResult:
-        """The question and the two keys."""
+        """Add the question and its two keys."""
         with Vertical():
             yield Label(self._question, markup=False)
             yield Label("y  yes      n  no")
 
     def action_answer(self, answer: bool) -> None:
-        """Close with the answer."""
+        """Close with an answer."""
         self.dismiss(answer)
 
 
@@ -71,7 +71,7 @@ class Ask(ModalScreen[str | None]):
         self._suggestions = suggestions
 
     def compose(self) -> ComposeResult:
-        """The question and the line."""
+        """Add the question and the input line."""
         with Vertical():
             yield Label(self._question, markup=False)
             suggester = SuggestFromList(self._suggestions) if self._suggestions else None
@@ -80,7 +80,7 @@ class Ask(ModalScreen[str | None]):
                 yield Label(", ".join(self._suggestions), markup=False)
 
     def on_input_submitted(self, event: Input.Submitted) -> None:
-        """Close with the line."""
+        """Close with the entered line."""
         self.dismiss(event.value)
 
     def action_leave(self) -> None:

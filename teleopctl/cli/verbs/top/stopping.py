@@ -20,7 +20,7 @@ def what_stops(row: NodeRow) -> str:
 
 
 def stop_process(row: NodeRow) -> None:
-    """End the process: as ``teleopctl stop`` does, or with Ctrl-C's signal in another terminal.
+    """Stop the process of a row: as ``teleopctl stop``, or by SIGINT.
 
     Waits until it has ended, where it was started in the background.
     """

@@ -35,7 +35,7 @@ class Column(NamedTuple):
 
 
 class Row(NamedTuple):
-    """A row: its key, the name and the other cells, and a Rich style, "" for none."""
+    """A row: key, name, other cells and Rich style."""
 
     key: str
     name: str
@@ -44,7 +44,7 @@ class Row(NamedTuple):
 
 
 class LiveTable(DataTable[Text]):
-    """Rows by key, with a name that takes what room is left.
+    """Table that keeps its rows by key, and gives the name the remaining width.
 
     Args:
         title: What stands above the names.
@@ -76,16 +76,16 @@ class LiveTable(DataTable[Text]):
 
     @property
     def chosen(self) -> str | None:
-        """The key of the row under the cursor."""
+        """Key of the selected row."""
         return self._keys[self.cursor_row] if 0 <= self.cursor_row < len(self._keys) else None
 
     def visible_keys(self) -> set[str]:
-        """The keys of the rows that are on the screen."""
+        """Return the keys of the visible rows."""
         first = max(0, int(self.scroll_y))
         return set(self._keys[first : first + max(1, self.size.height)])
 
     def fill(self, rows: Sequence[Row]) -> None:
-        """Show these rows."""
+        """Replace the rows."""
         self._rows = list(rows)
         shown = self._shown_columns()
         width = self.size.width - _SCROLLBAR - _PADDING

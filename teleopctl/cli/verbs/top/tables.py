@@ -65,7 +65,7 @@ _LEVEL_NAMES = {**dict(LEVELS), 50: "FATAL"}
 
 
 def node_rows(nodes: Mapping[str, NodeRow], *, by_load: bool) -> list[Row]:
-    """Nodes by name, or the busiest first; background processes without a node come last."""
+    """Return the rows of nodes, by name or load; processes without nodes come last."""
 
     def place(item: tuple[str, NodeRow]) -> tuple[object, ...]:
         row = item[1]
@@ -87,7 +87,7 @@ def node_rows(nodes: Mapping[str, NodeRow], *, by_load: bool) -> list[Row]:
 
 
 def topic_rows(topics: Iterable[TopicRow], *, by_load: bool) -> list[Row]:
-    """Topics by name, or those of the largest bandwidth first."""
+    """Return the rows of topics, by name or bandwidth."""
     ordered = sorted(topics, key=lambda t: (-t.bytes_per_s if by_load else 0.0, t.name))
     return [
         Row(

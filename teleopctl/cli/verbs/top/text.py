@@ -7,12 +7,12 @@ _THOUSAND = 1000.0
 
 
 def percent(value: float | None) -> str:
-    """A share with one decimal."""
+    """Return a percentage with one decimal."""
     return "" if value is None else f"{value:.1f}"
 
 
 def size(value: float | None, per: str = "") -> str:
-    """Bytes in the unit that suits them: ``1.2 MB``."""
+    """Return a size in a suitable unit: ``1.2 MB``."""
     if value is None:
         return ""
     for unit in _UNITS:
@@ -29,7 +29,7 @@ def rate(value: float) -> str:
 
 
 def age(seconds: float | None) -> str:
-    """A time span: milliseconds below a second, minutes and hours above."""
+    """Return a duration in a suitable unit, from milliseconds to hours."""
     if seconds is None:
         return ""
     if seconds < 1.0:

@@ -25,7 +25,7 @@ _SHORTEST_WINDOW_S, _LONGEST_WINDOW_S = 1.0, 600.0
 
 
 class TopicScreen(Screen[None]):
-    """Listens to a topic while it is shown.
+    """Base of screens that subscribe to a topic.
 
     Args:
         node: Subscribes.
@@ -48,23 +48,23 @@ class TopicScreen(Screen[None]):
         self._count = 0
 
     def compose(self) -> ComposeResult:
-        """A line about the topic, and the rest."""
+        """Add the title line and the content."""
         yield Static(Text(f"{self._topic}  [{self._type_name}]", style="bold"), id="headline")
         yield VerticalScroll(Static("Waiting for a message …", id="content", markup=False))
         yield Footer()
 
     def on_mount(self) -> None:
-        """Begin to listen."""
+        """Subscribe to the topic."""
         self.set_interval(_SHOW_EVERY_S, self._show)
         self.run_worker(self._subscribe, thread=True)
 
     def on_unmount(self) -> None:
-        """Listen no more."""
+        """Unsubscribe."""
         if self._subscription is not None:
             self._node.destroy_subscription(self._subscription)
 
     def action_leave(self) -> None:
-        """Go back to the tables."""
+        """Close the screen."""
         self.dismiss(None)
 
     def action_pause(self) -> None:
@@ -72,7 +72,7 @@ class TopicScreen(Screen[None]):
         self._paused = not self._paused
 
     def take(self, message: Any) -> None:  # Any: of the type of the topic
-        """A message has come, on the transport's thread."""
+        """Handle a message, on the transport's thread."""
 
     def content(self) -> Text | None:
         """Return the new content; None if it has not changed."""
@@ -107,7 +107,7 @@ class TopicScreen(Screen[None]):
 
 
 class EchoScreen(TopicScreen):
-    """The latest message as YAML."""
+    """Screen with the newest message as YAML."""
 
     def __init__(self, node: Node, topic: str, type_name: str) -> None:
         super().__init__(node, topic, type_name)
@@ -115,7 +115,7 @@ class EchoScreen(TopicScreen):
         self._shown = 0
 
     def take(self, message: Any) -> None:  # Any: of the type of the topic
-        """Keep the latest message."""
+        """Store the newest message."""
         self._latest = message
 
     def content(self) -> Text | None:
@@ -127,7 +127,7 @@ class EchoScreen(TopicScreen):
 
 
 class PlotScreen(TopicScreen):
-    """Fields of a topic over time.
+    """Screen with a plot of fields.
 
     Args:
         node: Subscribes.
@@ -147,14 +147,14 @@ class PlotScreen(TopicScreen):
         self._failure: TeleopctlError | None = None
 
     def take(self, message: Any) -> None:  # Any: of the type of the topic
-        """Keep the numbers."""
+        """Store the fields of a message."""
         try:
             self._traces.add(time.monotonic(), message)
         except TeleopctlError as error:
             self._failure = error
 
     def content(self) -> Text | None:
-        """The drawing."""
+        """Return the plot."""
         if self._failure is not None:
             return Text(f"{self._failure.message}\n{self._failure.hint or ''}")
         if not self._count:
@@ -165,6 +165,6 @@ class PlotScreen(TopicScreen):
         )
 
     def action_zoom(self, factor: float) -> None:
-        """Show a longer or a shorter time."""
+        """Change the plotted time span."""
         wanted = self._traces.window_s * factor
         self._traces.window_s = min(max(wanted, _SHORTEST_WINDOW_S), _LONGEST_WINDOW_S)

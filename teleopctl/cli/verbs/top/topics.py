@@ -23,7 +23,7 @@ HEAVY_TYPES = frozenset(
 
 
 class TopicRow(NamedTuple):
-    """A topic as it stands.
+    """Row of a topic: type, endpoints and traffic.
 
     Attributes:
         name: Full name.

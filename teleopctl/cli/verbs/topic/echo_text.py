@@ -18,7 +18,7 @@ _MOST_SENDERS = 1000
 
 
 class EchoText:
-    """Prints messages.
+    """Prints messages in the chosen text style.
 
     Args:
         style: How values are written.
@@ -54,7 +54,7 @@ class EchoText:
 
     # Any, here and below: messages of any type, and parts of them.
     def chosen(self, message: Any) -> list[Any]:
-        """Return the fields that are to be printed, or the message.
+        """Return the selected fields of a message, or the message.
 
         Raises:
             InvalidMessageError: It has no such field.
@@ -62,7 +62,7 @@ class EchoText:
         return [read(message) for _, read in self._fields] or [message]
 
     def write(self, topic: str, values: list[Any], info: MessageInfo) -> None:
-        """Print what was `chosen` of a message."""
+        """Print the selected values of a message."""
         if self._clears:
             console.clear_terminal()
         self._write(topic, values, info)
@@ -116,7 +116,7 @@ class LossReport:
         self._lost = 0
 
     def note(self, info: MessageInfo) -> None:
-        """Look at the number of a message that has come."""
+        """Compare a message's sequence number with the last one."""
         publisher, number = info["publisher_gid"], info["publication_sequence_number"]
         last = self._last.pop(publisher, None)
         if len(self._last) >= _MOST_SENDERS:

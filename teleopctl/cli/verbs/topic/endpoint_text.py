@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def endpoint_block(endpoint: EndpointToken, kind: str, role: str) -> list[str]:
-    """The lines of an endpoint in ``info --verbose``.
+    """Return the lines of an endpoint in ``info --verbose``.
 
     Args:
         endpoint: The endpoint.

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class NamedTopics:
-    """The topics of a command line.
+    """Topics named on a command line.
 
     Args:
         words: Names of topics, each with its type behind it or not.
@@ -39,7 +39,7 @@ class NamedTopics:
         self.are_several = len(self._wanted) > 1 or is_pattern(self._wanted[0][0])
 
     def only(self) -> str:
-        """Return the one topic.
+        """Return the single topic, or raise.
 
         Raises:
             UsageError: There are several.
@@ -49,7 +49,7 @@ class NamedTopics:
         return self._wanted[0][0]
 
     def sources(self, *, raw: bool, graph: Graph | None = None) -> list[TopicSource]:
-        """Look the topics up.
+        """Return the sources of the topics.
 
         Args:
             raw: The verb takes bytes, so that their types may be unknown here.

@@ -33,7 +33,7 @@ class _Trace:
 
 
 class Traces:
-    """The numbers of some fields in a window of time; any thread may add, another one draw.
+    """Values of message fields in a time window; thread-safe.
 
     Args:
         fields: Paths of fields; each element of an array is a trace of its own.
@@ -53,7 +53,7 @@ class Traces:
 
     # Any: a message of any type.
     def add(self, time_s: float, message: Any) -> None:
-        """Take the fields of a message that came at a time in seconds of a steady clock.
+        """Add the fields of a message, with its time in seconds.
 
         Raises:
             InvalidMessageError: It has no such field, or the field is no number.
@@ -76,7 +76,7 @@ class Traces:
                 trace.points.append((time_s, number))
 
     def drawing(self, now_s: float, width: int, height: int, *, colour: bool) -> str:
-        """Draw what came in the window before ``now_s``, in so many characters and lines."""
+        """Return the text plot of the window before ``now_s``."""
         since_s = now_s - self.window_s
         with self._lock:
             lines = [
@@ -96,7 +96,7 @@ def drawn_lines(
     *,
     colour: bool,
 ) -> str:
-    """Draw lines over seconds; empty where none has a number.
+    """Return lines as a text plot; empty without numbers.
 
     Args:
         lines: The label of each, the seconds and values of its points; see `reduced`.
@@ -155,7 +155,7 @@ def _canvas_width(width: int) -> int:
 def reduced(
     points: Sequence[tuple[float, float]], since_s: float, until_s: float, width: int
 ) -> tuple[list[float], list[float]]:
-    """The points of a window, of each half column the lowest and the highest.
+    """Return a window's points, reduced to the extremes of each half column.
 
     So no peak is lost, and the cost of a drawing does not grow with the rate of the topic. What is
     no number (NaN, infinite) is left out.

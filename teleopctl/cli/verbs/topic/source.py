@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 class TopicSource:
-    """A topic as it stands in the graph at the start of the verb."""
+    """A topic with its type and publishers at the start of the verb."""
 
     __slots__ = ("message_class", "publishers", "topic")
 
@@ -37,7 +37,7 @@ class TopicSource:
         self.publishers = publishers
 
     def suited_qos(self, depth: int) -> QoSProfile:
-        """The profile that gets the most out of the topic's publishers.
+        """Return the QoS profile that receives the most from the publishers.
 
         Where they differ, a line on stderr says what that costs.
         """
@@ -62,7 +62,7 @@ def _note_fallback(have_it: Sequence[bool], policy: str, lesser: str) -> None:
 
 
 def graph_or_router() -> Graph:
-    """The graph; an empty one, and a router that is started, where none runs yet."""
+    """Return the graph; if no router runs, start one and return an empty graph."""
     try:
         return live_graph()
     except RouterNotRunning:
@@ -80,7 +80,7 @@ def find_source(
     takes_type: bool = False,
     raw: bool = False,
 ) -> TopicSource:
-    """Look a topic up.
+    """Return the source of a topic.
 
     Args:
         topic: Its full name.

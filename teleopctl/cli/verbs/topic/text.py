@@ -55,7 +55,7 @@ class TextStyle:
         )
 
     def event(self, message: Any) -> str:
-        """A service's event as YAML, its kind by name; see `yaml`."""
+        """Return a service event as YAML, its kind by name; see `yaml`."""
         head = "  event_type: "
         lines = self.yaml(message).split("\n")
         return "\n".join(
@@ -78,7 +78,7 @@ class TextStyle:
 
 # Any: as above.
 def json_value(value: Any) -> Json:
-    """A message or a part of one as JSON has it; numbers that JSON lacks become texts."""
+    """Return a message or a field as a JSON value."""
     if is_message(value):
         from teleopctl.interfaces import message_to_dict
 
@@ -95,10 +95,10 @@ def json_value(value: Any) -> Json:
 
 
 def is_message(value: object) -> bool:
-    """Whether a value is a message, rather than a plain field."""
+    """Return whether a value is a message."""
     return hasattr(value, "get_fields_and_field_types")
 
 
 def is_list(value: object) -> bool:
-    """Whether a value is any of the kinds of lists that fields hold."""
+    """Return whether a value is an array or a sequence."""
     return isinstance(value, list | tuple | array.array) or type(value).__name__ == "ndarray"

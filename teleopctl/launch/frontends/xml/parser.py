@@ -11,7 +11,7 @@ from teleopctl.launch.model.action import LaunchFile
 
 
 def parse_file(path: Path) -> LaunchFile:
-    """Read a launch file.
+    """Parse an XML launch file.
 
     Attributes of ``<launch>`` itself say nothing, as in ROS 2, but for ``deprecated``.
 

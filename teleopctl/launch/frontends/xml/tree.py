@@ -24,13 +24,13 @@ _SEPARATOR = "-sep"
 
 
 class Attribute(Element):
-    """An attribute; what it holds is a text, or a list of texts by ``NAME-sep``."""
+    """Attribute of a tag, with its place."""
 
     __slots__ = ()
     noun = "attribute"
 
     def items(self, what: str) -> Iterator[Element]:
-        """Iterate over the value as a list; see `Element.items`."""
+        """Return the value as a list; see `Element.items`."""
         del what  # which is in the words of YAML
         if not isinstance(self.value, list):
             name = self.path.rpartition(".")[2]
@@ -47,7 +47,7 @@ class Attribute(Element):
         return Element(value, self.place, self.path)
 
     def flag(self) -> bool:
-        """Return the value as true or false, for which 1 and 0 stand too."""
+        """Return the value as a truth value, also for 1 and 0."""
         if self.value in ("1", "0"):
             return bool(self.value == "1")
         return super().flag()
@@ -55,7 +55,7 @@ class Attribute(Element):
 
 @dataclass(frozen=True, slots=True)
 class Tag(Element):
-    """A tag with its attributes and nested tags.
+    """XML tag with its attributes, children and place.
 
     Attributes:
         name: Its name.
@@ -95,11 +95,11 @@ class Tag(Element):
         return fields
 
     def action(self) -> tuple[str, Element]:
-        """Return the tag's name and the tag."""
+        """Return the name and content of an action."""
         return self.name, self
 
     def describe(self) -> str:
-        """Return what it is, for messages."""
+        """Return a description of the tag, for messages."""
         return f"a tag <{self.name}>"
 
 
@@ -110,7 +110,7 @@ class _Tags(Element):
     noun = "tag"
 
     def describe(self) -> str:
-        """Return what it is, for messages."""
+        """Return a description of the tags, for messages."""
         return f"a tag <{self.path.rpartition('.')[2]}>"
 
 
@@ -125,7 +125,7 @@ def load(path: Path) -> Tag:
 
 
 def parsed(text: str, path: Path) -> Tag:
-    """Read a text as XML; see `load`."""
+    """Parse XML text; see `load`."""
     return _Reader(path).read(text)
 
 

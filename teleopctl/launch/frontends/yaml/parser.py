@@ -10,7 +10,7 @@ from teleopctl.launch.model.action import LaunchFile
 
 
 def parse_file(path: Path) -> LaunchFile:
-    """Read a launch file.
+    """Parse a YAML launch file.
 
     Raises:
         TeleopctlError: When it cannot be read or does not follow the vocabulary. The message

@@ -25,7 +25,7 @@ def load(path: Path) -> Element:
 
 
 def parsed(text: str, path: Path) -> Element:
-    """Read a text as YAML; see `load`."""
+    """Parse YAML text; see `load`."""
     with ros_yaml.faults_of(path, LaunchError):
         loader = ros_yaml.RosLoader(text)
         try:

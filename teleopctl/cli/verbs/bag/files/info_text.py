@@ -52,7 +52,7 @@ class Summary:
             (self.services if is_event else self.topics).append((topic, count))
 
     def count_all(self, messages: Iterable[BagMessage]) -> None:
-        """Add up how large each topic is, and what each service did."""
+        """Count the sizes of topics and the requests and responses of services."""
         self.counter = ServiceCounter(topic.name for topic, _ in self.services)
         for message in messages:
             self.sizes[message.topic] += len(message.data)
@@ -89,7 +89,7 @@ def as_text(summary: Summary) -> str:
 
 
 def as_document(summary: Summary) -> Json:
-    """Return what a program reads."""
+    """Return the summary as JSON."""
     metadata = summary.metadata
     has_messages = bool(metadata.message_count)
     return {

@@ -47,7 +47,7 @@ def opened(paths: Iterable[str], storages: Sequence[str | None] = ()) -> Iterato
 
 
 def inputs(words_of_flag: list[str], words: list[str], file: str | None) -> list[Input]:
-    """The bags that are read, by the one way in which they were named.
+    """Return the input bags, by whichever option named them.
 
     Args:
         words_of_flag: What stood behind ``--input``: bags, and forms of the files of the last one.
@@ -102,7 +102,7 @@ def write(bags: Sequence[Bag], outputs: Sequence[Output], *, as_json: bool) -> N
 def writer_options(
     compression: str, max_bag_size: int, max_bag_duration: float, storage: str = "mcap"
 ) -> WriterOptions:
-    """The options of a writer as they stand on the command line."""
+    """Return the writer options of the command line."""
     if max_bag_size < 0 or max_bag_duration < 0:
         raise UsageError("Size and duration of a file cannot be negative")
     return WriterOptions(
@@ -146,7 +146,7 @@ def chooser(
 
 
 def require_topics(bags: Sequence[Bag], names: Iterable[str]) -> None:
-    """Refuse names of topics that no bag has.
+    """Raise for names of topics that no bag has.
 
     Raises:
         NotFoundError: There is one.
@@ -167,7 +167,7 @@ def time_range(
     start: float | None,
     until: float | None,
 ) -> tuple[int, int]:
-    """From which log time on, and before which, in nanoseconds since the epoch."""
+    """Return the first and last log time of the selected range, in nanoseconds."""
     if start_offset is not None and start is not None:
         raise UsageError("--start-offset and --from say the same thing; give one of them")
     if duration is not None and until is not None:
@@ -195,7 +195,7 @@ def time_range(
 
 @contextlib.contextmanager
 def progress() -> Iterator[Callable[[float], None]]:
-    """Show on a terminal how far something is; yields what is to be called with the part."""
+    """Show progress on a terminal; yield the function to call with the fraction done."""
     if not sys.stderr.isatty():
         yield lambda _part: None
         return

@@ -106,7 +106,7 @@ class _Rates:
             self._windows[topic].arrive(time_ns)
 
     def news(self) -> dict[str, Summary]:
-        """The summaries of the topics that had a message since the last question."""
+        """Return the summaries of topics with messages since the last call."""
         found = {}
         with self._lock:
             for topic, window in self._windows.items():

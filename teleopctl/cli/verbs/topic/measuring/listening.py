@@ -31,7 +31,7 @@ Arrival = Callable[[TopicSource, Any, int], None]
 
 
 class Listener:
-    """Subscribes to topics until Ctrl-C; those that are not there yet are waited for.
+    """Subscribes to topics until Ctrl-C, also to those that appear later.
 
     Args:
         names: The topics; they may be patterns.
@@ -95,7 +95,7 @@ class Listener:
         report: Callable[[int], None],
         subscribed: Callable[[str], None] = lambda _: None,
     ) -> None:
-        """Listen, and report once a second.
+        """Subscribe, and report once a second.
 
         Args:
             arrive: Called on the transport's thread for each message, with the topic, the message

@@ -10,7 +10,7 @@ from teleopctl.errors import UsageError
 
 
 class Summary(NamedTuple):
-    """Mean, extremes and standard deviation of some values."""
+    """Mean, extremes and standard deviation of values."""
 
     mean: float
     minimum: float
@@ -20,7 +20,7 @@ class Summary(NamedTuple):
 
 
 class Window:
-    """The last values of a stream.
+    """Window of the last values.
 
     Args:
         size: How many are kept.
@@ -33,7 +33,7 @@ class Window:
         self._values: deque[float] = deque(maxlen=_checked(size))
 
     def add(self, value: float) -> None:
-        """Take one more value; the oldest falls out of a full window."""
+        """Add a value, and drop the oldest of a full window."""
         self._values.append(value)
 
     def summary(self) -> Summary | None:
@@ -47,7 +47,7 @@ class Window:
 
 
 class RateWindow:
-    """The intervals between the last arrivals of a stream.
+    """Intervals between the last arrivals of a topic.
 
     Args:
         size: How many are looked at.
@@ -77,7 +77,7 @@ class RateWindow:
 
 
 class DelayWindow:
-    """The ages of the last messages of a stream.
+    """Delays of the last messages of a topic.
 
     Args:
         size: How many messages are looked at.
@@ -92,12 +92,12 @@ class DelayWindow:
         self.arrivals = 0
 
     def add(self, age_s: float) -> None:
-        """Take the age of one more message, in seconds."""
+        """Add the delay of a message, in seconds."""
         self._ages.add(age_s)
         self.arrivals += 1
 
     def news(self) -> Summary | None:
-        """Return what the ages have in common; None where no message came since the last call."""
+        """Return the summary of the delays; None if no message came since the last call."""
         if self.arrivals == self._reported:
             return None
         self._reported = self.arrivals
@@ -115,7 +115,7 @@ class Bandwidth(NamedTuple):
 
 
 class BandwidthWindow:
-    """The sizes of the last messages of a stream.
+    """Sizes of the last messages of a topic.
 
     Args:
         size: How many messages are looked at.
@@ -134,7 +134,7 @@ class BandwidthWindow:
         self._messages.append((time_ns, size))
 
     def summary(self, now_ns: int) -> Bandwidth | None:
-        """Bytes since the oldest message, over the time since then; None before the second."""
+        """Return the bandwidth since the oldest message; None before the second message."""
         messages = list(self._messages)
         if len(messages) < 2 or now_ns <= messages[0][0]:
             return None
@@ -150,7 +150,7 @@ class BandwidthWindow:
 
 
 def rate(intervals: Summary) -> float:
-    """Messages per second, of a summary of intervals in seconds."""
+    """Return the rate in Hz for a summary of intervals in seconds."""
     return 1.0 / intervals.mean if intervals.mean > 0 else math.inf
 
 

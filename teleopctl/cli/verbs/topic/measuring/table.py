@@ -19,7 +19,7 @@ Rows = Sequence[tuple[str, ...]]
 
 @contextmanager
 def table_of_topics(topics: Sequence[str], *, as_json: bool) -> Iterator[Callable[[Rows], None]]:
-    """Return a function that shows a table of the topics that have news.
+    """Return a function that prints a table of the topics with new values.
 
     On a terminal it takes the place of the one before, and the others stand in it without figures.
 

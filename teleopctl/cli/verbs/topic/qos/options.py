@@ -114,7 +114,7 @@ class QosWishes:
         return any(policy is not None for policy in (*named, self.lease_s))
 
     def applied_to(self, base: "QoSProfile") -> "QoSProfile":
-        """The preset, or else ``base``, with the single policies on top in a new profile."""
+        """Return the preset or ``base``, with the given policies applied."""
         if not self.profile and not self._names_policies():
             return base
         from copy import copy

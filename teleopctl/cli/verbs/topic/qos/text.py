@@ -21,7 +21,7 @@ _KEEP_LAST = 1
 
 
 def qos_lines(qos: EndpointQos) -> list[str]:
-    """The block ``QoS profile:`` of ``topic info --verbose``."""
+    """Return the block ``QoS profile:`` of ``topic info --verbose``."""
     history = _name(_HISTORY, qos.history)
     depth = f" ({qos.depth})" if qos.history == _KEEP_LAST else ""
     return [
