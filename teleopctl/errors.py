@@ -49,7 +49,7 @@ _MOST_NAMES = 8
 
 
 class TeleopctlError(Exception):
-    """A failure with a message for a person and, where there is one, the next thing to do.
+    """Base of teleopctl's errors: a message for the user and, if there is one, a hint.
 
     The command line prints ``message`` and ``hint`` to stderr and ends with ``exit_status``;
     a traceback appears only with ``--debug``.
@@ -83,13 +83,13 @@ class TeleopctlError(Exception):
 
 
 class UsageError(TeleopctlError):
-    """Something was asked for wrongly: an option, an argument, a type, an environment variable."""
+    """An option, argument, type or environment variable is invalid."""
 
     exit_status = 2
 
 
 class AmbiguousNameError(UsageError):
-    """A name fits several things."""
+    """A name matches several things."""
 
 
 class InvalidTypeNameError(UsageError):
@@ -101,47 +101,47 @@ class UnsupportedError(UsageError):
 
 
 class NotFoundError(TeleopctlError):
-    """Nothing has that name: package, program, file, node, topic, type, frame, controller."""
+    """Nothing has this name: package, program, file, node, topic, type, frame or controller."""
 
 
 class UnknownPluginError(NotFoundError):
-    """No plug-in has that name."""
+    """No plug-in has this name."""
 
 
 class UnavailableError(TeleopctlError):
-    """Something exists but does not answer, or cannot be used now."""
+    """A resource exists but does not answer, or cannot be used now."""
 
 
 class BrokenPluginError(UnavailableError):
-    """A plug-in cannot be imported, or is not what its kind has to be."""
+    """A plug-in cannot be imported, or is not of its kind's class."""
 
 
 class MissingExtraError(UnavailableError):
-    """A library that ``pip install teleopctl`` leaves out is needed."""
+    """An optional library is not installed."""
 
 
 class RefusedError(TeleopctlError):
-    """Something was asked and said no."""
+    """A request was refused."""
 
 
 class InvalidParameterError(TeleopctlError):
-    """A parameter of a node or of a function has a value that it cannot have."""
+    """A parameter has an invalid value."""
 
 
 class HardwareError(TeleopctlError):
-    """A hardware component cannot be loaded, initialised or started."""
+    """A hardware component cannot be loaded, initialized or activated."""
 
 
 class InvalidDescriptionError(TeleopctlError):
-    """A robot description is not well formed, or means nothing that can be built."""
+    """A robot or world description is invalid."""
 
 
 class UnknownFormatError(InvalidDescriptionError):
-    """A text or a file is no description of any kind that is known."""
+    """A description's format is unknown."""
 
 
 class InvalidMessageError(TeleopctlError):
-    """Bytes, YAML or a value are not the message that they should be."""
+    """Bytes, YAML or a value are no valid message."""
 
 
 class InvalidDefinitionError(InvalidMessageError):
@@ -149,19 +149,19 @@ class InvalidDefinitionError(InvalidMessageError):
 
 
 class InvalidFileError(TeleopctlError):
-    """A file is not what it should be: parameters, configuration, text."""
+    """A file is invalid: parameters, configuration or text."""
 
 
 class LaunchError(TeleopctlError):
-    """A launch file cannot be read or evaluated, or what it started failed."""
+    """A launch file cannot be evaluated, or its processes failed."""
 
 
 class SystemFailureError(TeleopctlError):
-    """The operating system refused: a full disk, a folder without permission, a program."""
+    """The operating system refused an operation."""
 
 
 class DefectError(TeleopctlError):
-    """An exception that no part of the program foresaw."""
+    """An unexpected exception: a defect of teleopctl."""
 
 
 def did_you_mean(name: str, known: Iterable[str]) -> str | None:
@@ -175,7 +175,7 @@ def did_you_mean(name: str, known: Iterable[str]) -> str | None:
 def what_there_is(
     kind: str, missing: Iterable[str], known: Iterable[str], others: Iterable[str] = ()
 ) -> str:
-    """What exists where nothing has a name, on one line that ends with what is spelt alike.
+    """Return a line that lists the known names and ends with a similar one.
 
     Args:
         kind: What it is, in the plural: ``frames``.

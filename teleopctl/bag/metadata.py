@@ -54,7 +54,7 @@ for _first, _resolvers in ros_yaml.RosLoader.yaml_implicit_resolvers.items():
 
 @dataclass(frozen=True)
 class BagFile:
-    """One file of a bag; times in nanoseconds (since the epoch).
+    """A file of a bag; times in nanoseconds since the epoch.
 
     Attributes:
         path: Relative to the bag's folder.
@@ -70,7 +70,7 @@ class BagFile:
 
     @property
     def end_ns(self) -> int:
-        """Log time of its last message."""
+        """Log time of the file's last message."""
         return self.start_ns + self.duration_ns
 
 
@@ -115,7 +115,7 @@ class BagMetadata:
 
     @property
     def duration_ns(self) -> int:
-        """From the first message to the last, in nanoseconds."""
+        """Time from the first message to the last, in nanoseconds."""
         return self.end_ns - self.start_ns
 
 
@@ -166,7 +166,7 @@ def _format_topic(topic: BagTopic) -> _Yaml:
 
 
 def write_metadata(path: Path, metadata: BagMetadata) -> None:
-    """Write ``metadata.yaml``, at once or not at all.
+    """Write ``metadata.yaml`` atomically.
 
     Raises:
         SystemFailureError: It cannot be written.
@@ -200,7 +200,7 @@ def read_metadata(folder: Path) -> BagMetadata:
 
 
 def parse_metadata(text: str, *, with_root: bool = True) -> BagMetadata:
-    """Read the text of a ``metadata.yaml`` of any version.
+    """Parse the text of a ``metadata.yaml`` of any version.
 
     Args:
         text: The text.

@@ -13,7 +13,7 @@ from teleopctl.errors import InvalidFileError
 
 
 class Item(NamedTuple):
-    """One entry of the list.
+    """An entry of an options file's list.
 
     Attributes:
         path: The file.
@@ -36,7 +36,7 @@ class Item(NamedTuple):
 
 
 def read_list(path: Path, root: str, expected: str) -> list[Item]:
-    """Read a file whose only key has a list.
+    """Read an options file, whose only key is a list.
 
     Args:
         path: The file.

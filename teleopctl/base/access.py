@@ -40,7 +40,7 @@ _LONGEST_PATH = 2048
 
 
 class Answer(NamedTuple):
-    """An answer in the place of what the door leads to.
+    """HTTP response that refuses or redirects a request.
 
     Attributes:
         status: Its HTTP status.
@@ -54,7 +54,7 @@ class Answer(NamedTuple):
 
 
 class Access:
-    """Decides on the requests that come to one door.
+    """Access rules of one listening socket: Host, Origin and token.
 
     Args:
         host: The address that the server listens on.
@@ -70,7 +70,7 @@ class Access:
         self._origins = frozenset(map(parse_origin, origins))
 
     def check(self, path: str, headers: Iterable[tuple[str, str]]) -> Answer | None:
-        """Decide on one request.
+        """Return the response that refuses a request, or None.
 
         Args:
             path: Path and query of the request.
@@ -126,7 +126,7 @@ class Access:
 
 
 def is_loopback(host: str) -> bool:
-    """Whether a host's name or address means this machine and can be reached from nowhere else."""
+    """Return whether a host name or address is a loopback one."""
     if host.lower().removesuffix(".") == "localhost":
         return True
     try:
@@ -136,7 +136,7 @@ def is_loopback(host: str) -> bool:
 
 
 def host_in_url(host: str) -> str:
-    """Return how a URL names this machine, where a server listens on a host."""
+    """Return the host for URLs of a server that listens on an address."""
     if is_loopback(host):
         return "localhost"
     if host in ("0.0.0.0", "::"):  # noqa: S104 -- compared, not bound
@@ -145,7 +145,7 @@ def host_in_url(host: str) -> str:
 
 
 def parse_origin(text: str) -> str:
-    """Return an Origin as browsers send it: in small letters, without a port that is the scheme's.
+    """Return a normalized Origin: lower case, without the default port.
 
     Raises:
         ValueError: It is none; ``null``, which any page can have itself sent as, is no origin.

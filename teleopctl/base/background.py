@@ -109,7 +109,7 @@ def start(
     until_ready: StartTimeouts | None = None,
     takes_interrupts: bool = False,
 ) -> ProcessRecord:
-    """Start a process that outlives this one, with its output in a log file.
+    """Start a background process, with its output in a log file.
 
     Args:
         name: What people call it, in ``ps`` and ``stop``.
@@ -193,7 +193,7 @@ def _kill(child: "subprocess.Popen[str]") -> None:
 
 
 def record_this_process(name: str, command: Sequence[str], log_file: Path, *, kind: str) -> Path:
-    """Write a record of this process and return its file, to be removed when it ends.
+    """Write this process's record file, and return its path.
 
     Raises:
         SystemFailureError: It cannot be written.
@@ -224,7 +224,7 @@ def exit_status(record: ProcessRecord) -> int | None:
 
 
 def records(folder: Path | None = None) -> list[ProcessRecord]:
-    """The background processes that are alive, oldest first; records of others are removed.
+    """Return the records of running background processes, oldest first.
 
     Those that `ended` returns are not.
 
@@ -244,18 +244,18 @@ def records(folder: Path | None = None) -> list[ProcessRecord]:
 
 
 def foreground_launches(folder: Path | None = None) -> list[ProcessRecord]:
-    """Return the launches that run in terminals; of a folder as in `records`."""
+    """Return the records of launches in terminals."""
     found = (record for _, record in _all_records(folder) if record is not None)
     return [each for each in found if each.kind == FOREGROUND_LAUNCH and is_alive(each)]
 
 
 def ended(folder: Path | None = None) -> list[ProcessRecord]:
-    """Launches and nodes that died, not yet forgotten; of a folder as in `records`."""
+    """Return the records of launches and nodes that died."""
     return [r for _, r in _all_records(folder) if r and _is_kept(r) and not is_alive(r)]
 
 
 def forget(record: ProcessRecord) -> None:
-    """Remove the record of a process that has ended, and what it left behind if it was killed."""
+    """Remove the record and temporary files of an ended process."""
     if record.file is None:
         return
     record.file.unlink(missing_ok=True)
@@ -267,7 +267,7 @@ def forget(record: ProcessRecord) -> None:
 
 
 def temporary_folder() -> "TemporaryFolder":
-    """Make a folder for files that go with this process.
+    """Make a temporary folder for this process.
 
     It lies beside the records, private to the user. If this process is killed, the processes that
     it started may still need the files, so that the folder is removed with the record.
@@ -310,7 +310,7 @@ def is_alive(record: ProcessRecord) -> bool:
 
 
 def terminal_of(record: ProcessRecord) -> str | None:
-    """Return the terminal of a process, such as ``/dev/pts/1``; None where it has none."""
+    """Return the terminal of a process, such as ``/dev/pts/1``; None if it has none."""
     import psutil
 
     process = _process(record)
@@ -322,7 +322,7 @@ def terminal_of(record: ProcessRecord) -> str | None:
 
 
 def stop(record: ProcessRecord, *, patience_s: float = 5.0) -> None:
-    """End a background process: SIGINT, then SIGTERM, then SIGKILL to it and its descendants.
+    """Stop a background process: SIGINT, then SIGTERM, then SIGKILL with its descendants.
 
     Args:
         record: The process; one that has ended meanwhile is no error.

@@ -97,7 +97,7 @@ MOST_FROM_ALIASES: Final = 100_000
 
 
 def joined(parts: Sequence[str], separator: str = "") -> str:
-    """Join texts to one that is no longer than a document.
+    """Join texts; raise if the result is longer than a document may be.
 
     Raises:
         BudgetError: It would be.
@@ -112,7 +112,7 @@ class BudgetError(ValueError):
 
 
 class Tally:
-    """Counts what an expansion makes.
+    """Counts expanded elements, and raises beyond a limit.
 
     Args:
         what: In the plural, for the refusal: ``elements``.
@@ -141,7 +141,7 @@ class Tally:
 
 
 def unpacked_limit(stored: int, least: int = UNPACKED_BYTES) -> int:
-    """Return to how many bytes something may be unpacked.
+    """Return the largest allowed unpacked size.
 
     Args:
         stored: How many bytes it has.
@@ -151,7 +151,7 @@ def unpacked_limit(stored: int, least: int = UNPACKED_BYTES) -> int:
 
 
 def may_be_unpacked(claimed: int, stored: int) -> bool:
-    """Whether so many bytes may become what they claim to become, in memory."""
+    """Return whether a claimed unpacked size is allowed."""
     return claimed <= min(unpacked_limit(stored), LARGEST_UNPACKED_BYTES)
 
 
@@ -173,7 +173,7 @@ def check_unpacked(claimed: int, stored: int) -> None:
 
 
 def check_pixels(width: int, height: int) -> None:
-    """See that a picture is not too large to be decoded.
+    """Raise if a picture is too large to decode.
 
     Raises:
         BudgetError: It is.

@@ -20,14 +20,14 @@ _INSTALLED = f"{os.sep}site-packages{os.sep}", f"{os.sep}dist-packages{os.sep}"
 
 
 def is_user_code(file: str) -> bool:
-    """Whether a source file is neither of teleopctl nor of Python nor of an installed package."""
+    """Return whether a source file is the user's: not teleopctl's, Python's or a package's."""
     return bool(file) and not (
         file.startswith((_OURS, _LIBRARY, "<")) or any(part in file for part in _INSTALLED)
     )
 
 
 def origin_of(error: BaseException) -> str | None:
-    """Return where an exception was raised, as ``file:line``.
+    """Return the place where an exception was raised, as ``file:line``.
 
     Of a mistake in the syntax it is the mistake. Else it is the innermost line of a user's, or,
     where all is installed, of the package that teleopctl called. None where there is none.
@@ -43,7 +43,7 @@ def origin_of(error: BaseException) -> str | None:
 
 
 def with_origin(error: BaseException) -> str:
-    """Return an exception on one line: its class, its text and the place that it comes from."""
+    """Return an exception's class, text and origin on one line."""
     # Python puts the file's name without its folder, and the line, behind a mistake in the syntax.
     text = error.msg if isinstance(error, SyntaxError) else str(error)
     words = f"{type(error).__name__}: {text}" if text else type(error).__name__

@@ -146,7 +146,7 @@ class _Evaluation:
         self._names = names
 
     def value(self, node: ast.expr) -> Any:
-        """The value of a part of the expression."""
+        """Return the value of an expression's node."""
         result = self._value(node)
         if isinstance(result, int) and result.bit_length() > _LARGEST_INTEGER_BITS:
             raise ExpressionError(f"integers beyond {_LARGEST_INTEGER_BITS} bits are not computed")

@@ -18,7 +18,7 @@ _log = logging.getLogger(__name__)
 
 
 class FileWatch:
-    """Calls back when some of a number of files have changed.
+    """Calls back when watched files have changed.
 
     The folders are watched, not the files: many editors write a new file and rename it.
 
@@ -40,7 +40,7 @@ class FileWatch:
         self._thread: threading.Thread | None = None
 
     def watch(self, files: Iterable[Path]) -> None:
-        """Watch these files and no others; they need not be there yet."""
+        """Set the watched files, which need not exist yet."""
         wanted: dict[str, Path] = {}
         for file in files:
             # a link may be turned to another file, and its file may change
@@ -63,7 +63,7 @@ class FileWatch:
         self._thread.start()
 
     def close(self) -> None:
-        """Watch nothing any more."""
+        """Stop watching."""
         self._stop.set()
         if self._thread is not None and self._thread is not threading.current_thread():
             self._thread.join(2.0)

@@ -22,7 +22,7 @@ _HINT = "Set TELEOPCTL_RUNTIME_DIR to a folder of your own."
 
 
 def runtime_dir(env: Mapping[str, str] = os.environ) -> Path:
-    """The folder of the records: ``TELEOPCTL_RUNTIME_DIR``, else the user's runtime folder.
+    """Return the folder of process records.
 
     On Linux that is ``XDG_RUNTIME_DIR`` or ``/run/user/UID``, whichever is the user's own with mode
     0700; in a container, say, there is none, and the user's state folder takes its place.
@@ -43,7 +43,7 @@ def runtime_dir(env: Mapping[str, str] = os.environ) -> Path:
 
 
 def logs_dir(env: Mapping[str, str] = os.environ) -> Path:
-    """The folder of the log files: ``ROS_LOG_DIR``, else ``ROS_HOME/log``, else ``~/.ros/log``."""
+    """Return the folder of log files: ``ROS_LOG_DIR``, else ``ROS_HOME/log``, else ``~/.ros/log``."""
     from pathlib import Path
 
     chosen = env.get("ROS_LOG_DIR")
@@ -54,7 +54,7 @@ def logs_dir(env: Mapping[str, str] = os.environ) -> Path:
 
 
 def state_dir(env: Mapping[str, str] = os.environ) -> Path:
-    """The folder of what is to be remembered from one day to the next."""
+    """Return the folder of persistent state."""
     from pathlib import Path
 
     if sys.platform == "linux":
@@ -66,7 +66,7 @@ def state_dir(env: Mapping[str, str] = os.environ) -> Path:
 
 
 def cache_dir(env: Mapping[str, str] = os.environ) -> str:
-    """The folder of what is only kept because it takes long to find out."""
+    """Return the cache folder."""
     if sys.platform == "linux":  # the same as below, which takes longer than reading a file there
         base, home = env.get("XDG_CACHE_HOME", ""), env.get("HOME", "")
         if base.startswith("/"):
@@ -92,7 +92,7 @@ def make_private(folder: Path) -> None:
 
 
 def check_private(folder: Path) -> None:
-    """Refuse a folder of another user, or one that another user could exchange.
+    """Raise for a folder of another user, or one that another user could replace.
 
     Raises:
         SystemFailureError: It, or the one that it is in, belongs to somebody else.

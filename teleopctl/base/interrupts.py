@@ -61,7 +61,7 @@ def transport_callback(function: _Function) -> _Function:
 
 
 def in_transport_callback(frame: FrameType | None) -> bool:
-    """Whether a frame belongs to a call from Zenoh."""
+    """Return whether a frame belongs to a callback of Zenoh."""
     while frame is not None:
         if frame.f_code in _transport_callbacks:
             return True
@@ -99,7 +99,7 @@ def blocked_for_children() -> Iterator[None]:
 
 @contextmanager
 def held_back() -> Iterator[None]:
-    """Raise an interrupt that comes in the block at its end: the block is done whole.
+    """Delay an interrupt until the end of the block.
 
     For what must be known before it may be given up, such as a process that has just been started.
     A mask would not do, since the system may hand the signal to a thread of Zenoh's.
@@ -119,7 +119,7 @@ def held_back() -> Iterator[None]:
 
 
 def end_waits() -> None:
-    """Have each signal from now on end what the main thread waits for; for that thread to call.
+    """Make signals end the main thread's waits; must be called from that thread.
 
     Where a program listens to signals itself (`signal.set_wakeup_fd`), it is left alone.
     """
@@ -160,7 +160,7 @@ def come_again(signum: int = signal.SIGINT) -> None:
 
 
 def raise_swallowed() -> None:
-    """Raise an interrupt again that was raised, and that ended nothing.
+    """Raise an interrupt again that was swallowed.
 
     To be called where an interrupt would have ended the program before: a user's code may have
     caught it (``except:``), and a library may have.
@@ -173,7 +173,7 @@ def raise_swallowed() -> None:
 
 
 def is_behind(error: BaseException | None) -> bool:
-    """Whether an interrupt is the cause of an exception.
+    """Return whether an exception was caused by an interrupt.
 
     Before 3.12 Python wraps what is raised while a class takes its attributes (``__set_name__``)
     into a RuntimeError.
@@ -186,7 +186,7 @@ def is_behind(error: BaseException | None) -> bool:
 
 
 def was_heeded() -> None:
-    """Have Python forget that an interrupt went through an ``exec`` or ``eval`` of a text.
+    """Clear Python's mark that an interrupt passed through ``exec`` or ``eval``.
 
     CPython keeps a mark from there on, and whatever the program does then, it kills itself by
     SIGINT where it would have ended with its status. The next text that is run takes it back.

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def import_module(module: str) -> ModuleType:
-    """Import a module; what importlib has for it takes half a millisecond to import itself."""
+    """Import a module, without importlib's import cost."""
     __import__(module)
     return sys.modules[module]
 
@@ -22,7 +22,7 @@ def import_module(module: str) -> ModuleType:
 def attach(
     package: str, names: Mapping[str, str]
 ) -> tuple[Callable[[str], Any], Callable[[], list[str]], list[str]]:
-    """Make the ``__getattr__``, ``__dir__`` and ``__all__`` of a package (PEP 562).
+    """Return ``__getattr__``, ``__dir__`` and ``__all__`` of a lazily loading package (PEP 562).
 
     Type checkers do not see what it does: the package's ``__init__`` imports the same names below
     ``if TYPE_CHECKING``, and calls this in the ``else``. A test holds the two lists equal.

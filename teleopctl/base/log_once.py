@@ -12,7 +12,7 @@ _FURTHER = "Further mistakes of other kinds"
 
 
 class LogOnce:
-    """Logs each kind of mistake once, and then how often it was made, at each power of ten.
+    """Logs each kind of mistake once, and its count at powers of ten.
 
     Attributes:
         log: Writes a line; called in the thread that noted the mistake.

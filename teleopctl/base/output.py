@@ -37,7 +37,7 @@ _rotating = threading.Lock()
 
 
 def log_bytes(env: Mapping[str, str] = os.environ) -> int:
-    """The bound of one process's log, in bytes.
+    """Return the size limit of one process's log, in bytes.
 
     Raises:
         UsageError: ``TELEOPCTL_LOG_BYTES`` is not a number, or too small for a log.
@@ -59,7 +59,7 @@ def older_part(log_file: Path) -> Path:
 
 
 class LogFile:
-    """A log that can be written from any thread, never fails and never outgrows its bound.
+    """Size-limited log file; thread-safe, and never raises.
 
     Args:
         path: Where it is; the file is appended to.
@@ -78,7 +78,7 @@ class LogFile:
         self._is_closed = False
 
     def write(self, line: bytes) -> None:
-        """Write a line; where the disk is full, or the file not to be opened, it is lost."""
+        """Write a line; it is lost if the disk is full."""
         trouble = None
         with self._lock:
             if self._is_closed:
@@ -94,7 +94,7 @@ class LogFile:
             self._on_trouble(trouble)
 
     def close(self) -> None:
-        """Close the file; what is written later is lost. Idempotent."""
+        """Close the file; later lines are lost. Idempotent."""
         with self._lock:
             self._is_closed = True
             if self._file is not None:

@@ -22,12 +22,12 @@ _LONGEST_QUOTE = 160
 
 
 def printable_line(text: str) -> str:
-    """A text as one line: every control character but tabs is made visible."""
+    """Return a text as one line, with control characters escaped."""
     return text if text.isprintable() else text.translate(_IN_LINES)
 
 
 def printable_text(text: str) -> str:
-    """A text of any number of lines: line breaks stay, other control characters are visible."""
+    """Return a text with control characters escaped; line breaks stay."""
     if text.replace("\n", "").isprintable():
         return text
     if "\r" not in text:
@@ -47,10 +47,10 @@ def printable_log(text: str) -> str:
 
 
 def printable_json(document: str) -> str:
-    """A JSON document whose texts hold no control characters; JSON itself escapes but the first."""
+    """Return a JSON document without control characters."""
     return document.translate(_IN_JSON)
 
 
 def shortened(text: str) -> str:
-    """A text that was given, such as a parameter's value, cut to what a message has room for."""
+    """Return a text shortened for a message."""
     return text if len(text) <= _LONGEST_QUOTE else f"{text[:_LONGEST_QUOTE]}…"

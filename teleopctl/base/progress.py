@@ -111,7 +111,7 @@ def tell_ready_at(address: Address) -> None:
 
 
 def died(log_file: Path) -> bool:
-    """Whether the process with that log, which has ended, did so otherwise than it should."""
+    """Return whether the ended process with a log file failed."""
     said = read(log_file)
     return said is not None and said.exit_status not in (0, EXIT_INTERRUPTED)
 

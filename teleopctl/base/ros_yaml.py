@@ -38,7 +38,7 @@ _LONGEST_INTEGER = 100
 
 
 class RosLoader(_BASE):  # type: ignore[misc]
-    """The safe loader, preferably libyaml's, with ROS 2's floats and without dates.
+    """YAML loader with ROS 2's rules for floats, and without dates.
 
     Args:
         text: One YAML document.
@@ -58,7 +58,7 @@ class RosLoader(_BASE):  # type: ignore[misc]
 
     # Any: values of YAML.
     def construct_object(self, node: yaml.Node, deep: bool = False) -> Any:
-        """Build a value; what an explicit tag such as ``!!int`` cannot read is a YAML error."""
+        """Construct a value; invalid explicit tags such as ``!!int`` are YAML errors."""
         if node.tag == _INTEGER and len(node.value) > _LONGEST_INTEGER:
             raise yaml.constructor.ConstructorError(
                 None, None, "an integer of too many digits", node.start_mark
@@ -97,7 +97,7 @@ class _Collection:
 
 
 def check_size(text: str) -> None:
-    """Refuse a text that is deeper or, with its aliases written out, larger than a file can mean.
+    """Raise for a text that is nested too deep or expands too far.
 
     Its events are looked at before anything is built: what builds it, and most of what reads the
     result, goes down into it by recursion.
@@ -178,7 +178,7 @@ def faults_of(path: Path, kind: type[TeleopctlError] = InvalidFileError) -> Iter
 
 # Any, here and below: values of YAML.
 def load(text: str) -> Any:
-    """Read one YAML document.
+    """Parse one YAML document.
 
     Raises:
         yaml.YAMLError: The text is not YAML; ``problem_mark`` says where.
@@ -187,7 +187,7 @@ def load(text: str) -> Any:
 
 
 def values_below(text: str, name: str) -> Iterator[tuple[yaml.Node, Any]]:
-    """Yield what mappings under a key hold that is no mapping, with its place in the document.
+    """Yield the non-mapping values below a key, with their places.
 
     Args:
         text: One YAML document.
@@ -210,7 +210,7 @@ def values_below(text: str, name: str) -> Iterator[tuple[yaml.Node, Any]]:
 
 
 def load_value(text: str) -> Any:
-    """Read the value of a parameter, as it stands on a command line.
+    """Parse a parameter value of a command line.
 
     What starts with ``<`` is a robot description and is that text, whatever YAML would make of it.
 
@@ -221,7 +221,7 @@ def load_value(text: str) -> Any:
 
 
 def dump(document: Any) -> str:
-    """Write one YAML document that `load` reads back, its keys sorted."""
+    """Return a YAML document with sorted keys."""
     return yaml.dump(document, Dumper=_RosDumper, allow_unicode=True)
 
 
@@ -229,7 +229,7 @@ class _MergingLoader(RosLoader):
     """The same, but a key that stands there twice counts twice."""
 
     def construct_mapping(self, node: yaml.Node, deep: bool = False) -> Any:
-        """Build a mapping whose repeated keys have been brought together."""
+        """Construct a mapping in which repeated keys are merged."""
         if isinstance(node, yaml.MappingNode):
             node.value = _merged(node.value)
         return super().construct_mapping(node, deep)
@@ -252,7 +252,7 @@ def _merged(entries: Sequence[_Entry]) -> list[_Entry]:
 
 
 def load_merged(text: str) -> Any:
-    """Read one YAML document in which a key may stand twice, as rcl reads parameter files.
+    """Parse a YAML document with repeated keys merged, as rcl reads parameter files.
 
     The contents of equal keys are brought together, at the place of the first; where they
     contradict each other the later one counts.

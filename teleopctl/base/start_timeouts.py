@@ -33,7 +33,7 @@ class StartTimeouts(NamedTuple):
 
 
 class ProgressMonitor:
-    """Measures how long a start has been without progress, and how long it has taken.
+    """Measures the time without progress and the total time of a start.
 
     Args:
         timeouts: Its timeouts.
@@ -52,21 +52,21 @@ class ProgressMonitor:
 
     @property
     def elapsed_s(self) -> float:
-        """Time since the beginning, in seconds."""
+        """Seconds since the start."""
         return self._now() - self._began
 
     @property
     def has_stalled(self) -> bool:
-        """Whether there has been no progress for too long."""
+        """Return whether there was no progress for too long."""
         return self._now() - self._progressed >= self._timeouts.stall_s
 
     @property
     def is_over(self) -> bool:
-        """Whether it takes too long in all."""
+        """Return whether the start takes too long in total."""
         return self.elapsed_s >= self._timeouts.total_s
 
     def update(self, signs: object, pids: Iterable[int]) -> None:
-        """Note the present state of the start.
+        """Record the present signs of progress.
 
         Args:
             signs: The reports and output so far; a difference from the last call is progress.
@@ -94,7 +94,7 @@ class ProgressMonitor:
 
 
 def processor_times(pids: Iterable[int]) -> dict[int, float]:
-    """Return the processor time that processes and their descendants have used, in seconds."""
+    """Return the processor time of processes and their descendants, in seconds."""
     import psutil
 
     children: dict[int, list[psutil.Process]] = {}

@@ -55,7 +55,7 @@ class TemporaryFolder:
 def remove_abandoned(
     parent: Path, is_needed: Callable[[int], bool] = lambda _: False, *, ended: int = 0
 ) -> None:
-    """Remove the temporary folders whose processes were killed.
+    """Remove the temporary folders of killed processes.
 
     Args:
         parent: What they are in; need not exist.

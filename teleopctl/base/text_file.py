@@ -23,7 +23,7 @@ def absence(path: Path) -> str:
 
 
 def read_text(path: Path) -> str:
-    """Read a whole file.
+    """Read a text file, or raise an error that names it.
 
     Raises:
         InvalidFileError: It cannot be read, or is not UTF-8.

@@ -27,7 +27,7 @@ _LARGEST_FILE = 4096
 
 
 class Address(NamedTuple):
-    """The address of a door, and how to get in.
+    """Address of a server, and the file of its token.
 
     Attributes:
         url: What to open, without the token.
@@ -49,13 +49,13 @@ class Address(NamedTuple):
 
     @property
     def announcement(self) -> str:
-        """A line for that person."""
+        """Line that announces the address to the user."""
         what = "Address for Foxglove" if self.url.startswith("ws") else "The robot in your browser"
         return f"{what}: {self.with_token}"
 
     @classmethod
     def parse(cls, text: str) -> Address:
-        """Return the address that a text from `str` stands for."""
+        """Parse an address from its text."""
         url, _, file = text.partition(" ")
         return cls(url, Path(unquote(file)) if file else None)
 
@@ -64,12 +64,12 @@ class Address(NamedTuple):
 
 
 def default_token_file() -> Path:
-    """Return the file of the token for those who name none."""
+    """Return the default token file."""
     return state_dir() / "token"
 
 
 def read_or_make_token(file: Path) -> str:
-    """Return the token of a file, which is made with a new one where it is missing.
+    """Return the token of a file, which is created if missing.
 
     Raises:
         InvalidFileError: Others can read the file, or there is no token in it.

@@ -48,7 +48,9 @@ def activate_children() -> None:
 
 
 def set_variables() -> None:
-    """Set what a sourced ROS 2 sets, for this process and those that it starts. Idempotent.
+    """Set the environment variables of a sourced ROS 2, for this process and its children.
+
+    Idempotent.
 
     Our programs stand at the end of ``PATH``: one that is installed is found before.
     """

@@ -8,7 +8,7 @@ KINDS = ("msg", "srv", "action")
 
 
 class PackageModule(ModuleType):
-    """A package of which only the interfaces are known."""
+    """Module of a package that has only interfaces."""
 
     __path__: list[str]
 
@@ -22,7 +22,7 @@ class PackageModule(ModuleType):
 
 
 class InterfaceModule(ModuleType):
-    """``<package>.<kind>``, or the module below it that belongs to one definition.
+    """Module ``<package>.<kind>``, or that of one definition below it.
 
     Its attributes are the classes; each is made when it is first asked for.
     """
@@ -79,7 +79,7 @@ def has_package(package: str, kind: str | None = None) -> bool:
 
 
 def unknown_name(name: str, module: str) -> str:
-    """Return the text of the error about a class that an interface module does not have."""
+    """Return the error text for an unknown class of an interface module."""
     import difflib
 
     close = difflib.get_close_matches(name, class_names(module), n=3)

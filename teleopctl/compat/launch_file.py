@@ -14,7 +14,7 @@ _FUNCTION = "generate_launch_description"
 
 
 def read(path: Path) -> LaunchFile:
-    """Read a Python launch file: run it, and take what its function returns.
+    """Run a Python launch file, and return its launch description.
 
     Raises:
         TeleopctlError: It cannot be read or has no such function, or something in it is wrong; the

@@ -25,7 +25,7 @@ def run_launch_test(
     show_args: bool = False,
     xml_path: str | None = None,
 ) -> int:
-    """Run the tests of a file, and return 0 where all have passed, else 1.
+    """Run the launch tests of a file; return 0 if all passed, else 1.
 
     Args:
         file: The file.
@@ -58,7 +58,7 @@ def run_launch_test(
 
 @contextmanager
 def free_domain() -> Iterator[int]:
-    """Give the block a ROS domain that no other test on this machine has.
+    """Reserve a ROS domain that no other test on this machine uses, for the block.
 
     Raises:
         SystemFailureError: All are taken.

@@ -35,7 +35,7 @@ class Chains:
         self._resources = resources
 
     def exporter(self, interface: str) -> ControllerSpec | None:
-        """The controller whose interface this is by its name; None for hardware's."""
+        """Return the controller that exports an interface; None for hardware interfaces."""
         spec = self._controllers.get(interface.partition("/")[0])
         if spec is None or self._resources.component_of(interface) is not None:
             return None
@@ -46,15 +46,15 @@ class Chains:
         return list({spec.name: spec for spec in found if spec is not None}.values())
 
     def following(self, spec: ControllerSpec) -> list[ControllerSpec]:
-        """The controllers whose references a controller commands."""
+        """Return the controllers that a controller commands."""
         return self._exporters(spec.required_command_interfaces)
 
     def read(self, spec: ControllerSpec) -> list[ControllerSpec]:
-        """The controllers whose states a controller relies on."""
+        """Return the controllers whose exported states a controller reads."""
         return self._exporters(_states(spec))
 
     def users(self, spec: ControllerSpec) -> list[ControllerSpec]:
-        """The controllers that need this one to be active."""
+        """Return the controllers that require this one to be active."""
         return [
             other
             for other in self._controllers.values()
@@ -74,7 +74,7 @@ class Chains:
         return list(found.values())
 
     def connection(self, spec: ControllerSpec) -> dict[str, list[str]]:
-        """By the controllers that follow one: which of their references it commands.
+        """Return, by following controller, the reference interfaces that a controller commands.
 
         The references are named without their controllers.
         """
@@ -85,7 +85,7 @@ class Chains:
         return found
 
     def in_update_order(self) -> list[ControllerSpec]:
-        """All controllers: each after those that command it, and after those whose states it reads.
+        """Return all controllers in update order: commanding before commanded ones.
 
         Who commands a controller and reads its states too, as a base does with the controllers of
         its wheels, comes before it. Controllers without a chain keep their order.
@@ -113,7 +113,7 @@ class Chains:
         starting: Collection[ControllerSpec],
         stopping: Collection[ControllerSpec],
     ) -> str | None:
-        """Why a controller cannot be activated; None where it can.
+        """Return why a controller cannot be activated; None if it can.
 
         Args:
             spec: The controller.
@@ -180,7 +180,7 @@ class Chains:
         starting: Collection[ControllerSpec],
         stopping: Collection[ControllerSpec],
     ) -> str | None:
-        """Why a controller cannot be deactivated, see ``activation_problem``."""
+        """Return why a controller cannot be deactivated; see ``activation_problem``."""
         if spec.lifecycle_state is not State.ACTIVE:
             return (
                 f"Controller with name '{spec.name}' can not be deactivated since it is not active."
@@ -201,7 +201,7 @@ class Chains:
         return None
 
     def commanded(self, running: Iterable[ControllerSpec]) -> set[str]:
-        """Names of the controllers that are in chained mode while these are active."""
+        """Return the names of the controllers in chained mode while these are active."""
         return {other.name for spec in running for other in self.following(spec)}
 
     def restarts(
@@ -210,7 +210,7 @@ class Chains:
         starting: Collection[ControllerSpec],
         stopping: Collection[ControllerSpec],
     ) -> list[ControllerSpec]:
-        """Controllers that stay active, but have to enter or to leave chained mode."""
+        """Return the active controllers that must enter or leave chained mode."""
         staying = [spec for spec in active if spec not in stopping]
         commanded = self.commanded((*staying, *starting))
         return [
@@ -221,7 +221,7 @@ class Chains:
         ]
 
     def followers_first(self, specs: Iterable[ControllerSpec]) -> list[ControllerSpec]:
-        """The order in which to activate controllers: what they command is active by then."""
+        """Return controllers in activation order: commanded before commanding ones."""
         depths: dict[str, int] = {}
 
         def depth(spec: ControllerSpec) -> int:

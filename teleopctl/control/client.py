@@ -37,7 +37,7 @@ class ControllerManagerUnavailableError(UnavailableError):
 
 
 class ControllerManagerClient:
-    """Calls the services of one controller manager.
+    """Client of a controller manager's services.
 
     Args:
         node: The node that asks.
@@ -220,7 +220,7 @@ class ControllerManagerClient:
             )
 
     def list_controllers(self) -> list[Any]:
-        """All controllers, as controller_manager_msgs/ControllerState."""
+        """Return all controllers, as controller_manager_msgs/ControllerState."""
         return list(self.call("list_controllers", "ListControllers").controller)
 
     def load_controller(self, name: str) -> bool:
@@ -248,7 +248,7 @@ class ControllerManagerClient:
         asap: bool = True,
         timeout: float = 5.0,
     ) -> tuple[bool, str]:
-        """Stop and start controllers; returns whether it succeeded, and the manager's message."""
+        """Switch controllers; return whether that succeeded, and the manager's message."""
         duration = get_message("builtin_interfaces/msg/Duration")()
         set_stamp(duration, from_seconds(timeout))
         response = self.call(

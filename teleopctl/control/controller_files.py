@@ -18,7 +18,7 @@ OF_MANAGER = frozenset((*_FROM_FILES, "params_file", "node_options_args"))
 
 
 def manager_settings(controller: str, manager: str, files: Sequence[str]) -> dict[str, Any]:
-    """The parameters ``<controller>.…`` that the manager needs before it loads the controller.
+    """Return the parameters ``<controller>.…`` that the manager needs to load a controller.
 
     Args:
         controller: The controller's name.

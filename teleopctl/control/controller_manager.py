@@ -44,20 +44,20 @@ class ManagerNode(Protocol):
 
     # Any: a parameter has one of nine types, and files decide which.
     def parameter(self, name: str) -> Any:
-        """A parameter's value, or None."""
+        """Return a parameter's value, or None."""
 
     def create_controller_params(self, controller_name: str) -> ControllerInterfaceParams:
-        """Make a controller's node, with all else that the controller needs."""
+        """Make a controller's node and its other arguments."""
 
     def destroy_controller_node(self, node: Node) -> None:
-        """Take a controller's node out of the graph."""
+        """Destroy a controller's node."""
 
     def publish_activity(self) -> None:
-        """Publish the states of controllers and hardware components, of which one has changed."""
+        """Publish the states of all controllers and hardware components."""
 
 
 class ControllerManager:
-    """Loads, configures, starts and stops controllers.
+    """Loads, configures, activates and deactivates controllers.
 
     Args:
         resource_manager: The robot's hardware.
@@ -93,7 +93,7 @@ class ControllerManager:
     # ---- life cycle of single controllers
 
     def load_controller(self, name: str) -> bool:
-        """Make a controller; its type comes from the parameter ``<name>.type``."""
+        """Load a controller of the type in the parameter ``<name>.type``."""
         if name in self.controllers:
             self.logger.error(
                 f"A controller named '{name}' was already loaded inside the controller manager"
@@ -150,7 +150,7 @@ class ControllerManager:
         return True
 
     def configure_controller(self, name: str) -> bool:
-        """Bring a controller from unconfigured or inactive to inactive."""
+        """Configure a controller: from unconfigured or inactive to inactive."""
         spec = self._find(name, "configure")
         if spec is None:
             return False
@@ -185,7 +185,7 @@ class ControllerManager:
         return outcome is CallbackReturn.SUCCESS
 
     def cleanup_controller(self, name: str) -> bool:
-        """Bring a controller from inactive to unconfigured."""
+        """Clean up a controller: from inactive to unconfigured."""
         spec = self._find(name, "cleanup")
         if spec is None:
             return False
@@ -209,7 +209,7 @@ class ControllerManager:
         return outcome is CallbackReturn.SUCCESS
 
     def unload_controller(self, name: str) -> bool:
-        """Remove a controller that is not active."""
+        """Unload a controller that is not active."""
         spec = self._find(name, "unload")
         if spec is None:
             return False
@@ -290,7 +290,7 @@ class ControllerManager:
         return Chains(self.controllers, self.resource_manager)
 
     def refresh_interfaces(self, spec: ControllerSpec) -> None:
-        """Update which interfaces a controller needs, where it needs all that are available."""
+        """Update the claimed interfaces of a controller that claims all."""
         resources = self.resource_manager
         spec.required_command_interfaces = required_names(
             spec.command_interface_configuration, resources.command_interfaces
@@ -329,7 +329,7 @@ class ControllerManager:
     def call(
         self, controller: ControllerInterface, function: Callable[[], CallbackReturn | None]
     ) -> CallbackReturn:
-        """Run a life cycle callback; what it raises is logged and counts as an error."""
+        """Call a life cycle callback; exceptions are logged and count as errors."""
         # A bound method has a name; what is put together for one call has none.
         where = getattr(function, "__name__", "its choice of interfaces")
         self._causes.pop(controller.name, None)
@@ -346,18 +346,18 @@ class ControllerManager:
         return outcome
 
     def fail(self, controller: ControllerInterface, cause: str) -> CallbackReturn:
-        """Keep why a controller fails, for `cause`."""
+        """Store the cause of a controller's failure, for `cause`."""
         self._causes[controller.name] = cause
         return CallbackReturn.FAILURE
 
     def cause(self, controller: ControllerInterface) -> str:
-        """Why a controller's last life cycle callback did not succeed, to follow a sentence."""
+        """Return why a controller's last callback failed, to append to a sentence."""
         return f": {self._causes[controller.name]}" if controller.name in self._causes else ""
 
     def recover(
         self, controller: ControllerInterface, outcome: CallbackReturn, after_failure: State
     ) -> None:
-        """Choose the state after a life cycle callback that did not succeed.
+        """Set the state after a failed life cycle callback.
 
         Args:
             controller: The controller.
@@ -381,7 +381,7 @@ class ControllerManager:
         return outcome
 
     def deactivate_controllers(self, stopping: Sequence[ControllerSpec]) -> list[str]:
-        """Stop controllers that are no longer in ``active_controllers``; returns who failed."""
+        """Deactivate controllers that left ``active_controllers``; return those that failed."""
         failed = []
         for spec in stopping:
             controller = spec.controller
@@ -412,7 +412,7 @@ class ControllerManager:
     def users_of(
         self, component: HardwareComponent, *, only_commands: bool
     ) -> list[ControllerSpec]:
-        """The active controllers that use a component's interfaces."""
+        """Return the active controllers that use a component's interfaces."""
         hardware = component.hardware
         users = []
         for spec in self.active_controllers:
@@ -427,7 +427,7 @@ class ControllerManager:
         return users
 
     def shutdown(self) -> None:
-        """Stop and unload everything."""
+        """Deactivate and unload everything."""
         with self.cycle_lock:
             active, self.active_controllers = self.active_controllers, ()
             self.deactivate_controllers(active)

@@ -30,7 +30,7 @@ _RATE_TOLERANCE = 0.01
 
 
 class ControllerManagerNode:
-    """A controller manager with its node, its control cycle and its services.
+    """Node ``controller_manager``, with its control cycle and services.
 
     Args:
         node: The manager's node.
@@ -94,7 +94,7 @@ class ControllerManagerNode:
 
     # Any: a parameter has one of nine types, and files decide which.
     def parameter(self, name: str) -> Any:
-        """A parameter of the manager's node, or None."""
+        """Return a parameter of the manager's node, or None."""
         if not self._node.has_parameter(name):
             return None
         return self._node.get_parameter(name).value
@@ -160,7 +160,7 @@ class ControllerManagerNode:
         return self._cycle.time_ns if self._lockstep else time.time_ns()
 
     def destroy_controller_node(self, node: Node) -> None:
-        """Take a controller's node out of the graph."""
+        """Destroy a controller's node."""
         node.destroy_node()
 
     def publish_activity(self) -> None:
@@ -286,7 +286,7 @@ def _no_cycle(time_ns: int) -> None:
 
 
 def without_node_name(arguments: Sequence[str]) -> list[str]:
-    """ROS arguments without the rule that renames the process's own node.
+    """Return ROS arguments without the rule that renames the node.
 
     Args:
         arguments: A command line with ``--ros-args`` groups.

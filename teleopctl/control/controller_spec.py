@@ -19,7 +19,7 @@ _NO_INTERFACES = InterfaceConfiguration()
 
 @dataclass
 class ControllerSpec:
-    """A controller that has been loaded.
+    """A loaded controller.
 
     Attributes:
         controller: The controller.
@@ -58,7 +58,7 @@ class ControllerSpec:
 def required_names(
     configuration: InterfaceConfiguration, interfaces: Mapping[str, StateInterface]
 ) -> tuple[str, ...]:
-    """Full names of the interfaces that a configuration stands for now."""
+    """Return the full names of the interfaces that a configuration selects now."""
     if configuration.type is InterfaceConfigurationType.ALL:
         return tuple(name for name, interface in interfaces.items() if interface.available)
     if configuration.type is InterfaceConfigurationType.NONE:
@@ -67,7 +67,7 @@ def required_names(
 
 
 def repeated_name(names: Sequence[str]) -> str | None:
-    """The first name that is there twice, if any."""
+    """Return the first repeated name, if any."""
     seen: set[str] = set()
     for name in names:
         if name in seen:

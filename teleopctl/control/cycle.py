@@ -36,7 +36,7 @@ _REPORT_PERIOD = 1.0
 
 
 class Cycle:
-    """Runs control cycles.
+    """The control cycle: read hardware, update controllers, write hardware.
 
     Args:
         manager: The controllers and the hardware.
@@ -58,7 +58,7 @@ class Cycle:
         self.times = CycleTimes()
 
     def report(self, sentence: str) -> None:
-        """Keep a warning for after the cycle: logging is too slow to be done inside."""
+        """Log a warning after the cycle, since logging is too slow within."""
         self._reports.append(sentence)
 
     def run(self, time_ns: int, steady_ns: int | None = None) -> None:

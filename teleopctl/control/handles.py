@@ -15,7 +15,7 @@ EFFORT = "effort"
 
 
 class StateInterface:
-    """A measured value, for example ``joint_1/position``; read by any number of controllers.
+    """A state interface, such as ``joint_1/position``.
 
     Args:
         prefix_name: The joint, sensor or gpio.
@@ -59,7 +59,7 @@ class StateInterface:
 
 
 class CommandInterface(StateInterface):
-    """A value for the hardware to reach; it belongs to one controller at a time.
+    """A command interface, which one controller at a time can claim.
 
     Attributes:
         owner: Name of the controller that has claimed it, or None.

@@ -49,7 +49,7 @@ class HardwareComponent:
         self._logger = logger
 
     def initialize(self) -> bool:
-        """Run ``on_init``; False when the component cannot be used."""
+        """Run ``on_init``; return False if the component cannot be used."""
         self._logger.info(f"Initialize hardware '{self.name}' ")
         if self._call(self.hardware.on_init) is not CallbackReturn.SUCCESS:
             self._logger.error(f"Failed to initialize hardware '{self.name}'")
@@ -58,7 +58,7 @@ class HardwareComponent:
         return True
 
     def change_state(self, target: State) -> bool:
-        """Go to a state, step by step; False when a step fails."""
+        """Change the life cycle state step by step; return False if a step fails."""
         if target is State.FINALIZED:
             return self._finalize()
         while self.lifecycle_state is not target:
@@ -99,7 +99,7 @@ class HardwareComponent:
             interface.available = available
 
     def read(self, time_ns: int, period: float) -> ReturnType:
-        """Read the hardware; anything but OK means that the component has left its state."""
+        """Read the hardware; on failure the component changes its state."""
         if self.lifecycle_state not in (State.INACTIVE, State.ACTIVE):
             return ReturnType.OK
         began_ns = time.perf_counter_ns()
@@ -108,7 +108,7 @@ class HardwareComponent:
         return outcome
 
     def write(self, time_ns: int, period: float) -> ReturnType:
-        """Write to the hardware, see ``read``."""
+        """Write to the hardware; see ``read``."""
         if self.lifecycle_state is not State.ACTIVE:
             return ReturnType.OK
         began_ns = time.perf_counter_ns()

@@ -10,7 +10,7 @@ __all__ = ["CallbackReturn", "ReturnType", "State"]
 
 
 class ReturnType(Enum):
-    """Outcome of update, read or write; returning None means OK, raising means ERROR."""
+    """Return value of update, read and write; None means OK, an exception means ERROR."""
 
     OK = "ok"
     ERROR = "error"

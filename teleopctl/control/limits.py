@@ -31,7 +31,7 @@ _ROUNDING = 1e-9
 
 
 def enforced_by_default() -> bool:
-    """Whether limits are enforced where ``enforce_command_limits`` is not set.
+    """Return whether limits are enforced by default.
 
     They are from Kilted on; in Jazzy the parameter is false, and before there was none.
     """
@@ -89,12 +89,12 @@ class JointLimiter:
         self._reported: set[str] = set()
 
     def reset(self, interface: str) -> None:
-        """Forget the previous command, because another controller takes over."""
+        """Drop the previous command, because another controller takes over."""
         self._previous.pop(interface, None)
         self._reported.discard(interface)
 
     def restart(self) -> None:
-        """Limit the next commands from where the joint is measured to be."""
+        """Start limiting from the measured position."""
         self._previous.clear()
 
     def enforce(self, period: float) -> None:

@@ -31,7 +31,7 @@ _SKEW_NS = 100_000_000
 
 
 class ManagerLog:
-    """Listens to ``/rosout`` for one controller manager and its controllers.
+    """Collects errors on ``/rosout`` of a controller manager and its controllers.
 
     Args:
         node: The node that listens.
@@ -57,7 +57,7 @@ class ManagerLog:
         )
 
     def cause(self, controller: str, since_ns: int) -> str | None:
-        """The last error about a controller; None where none comes within a moment.
+        """Return the last error about a controller; None if none comes within a moment.
 
         Args:
             controller: Its name.
@@ -70,7 +70,7 @@ class ManagerLog:
             return self._own(controller, since_ns) or self._about(controller, since_ns)
 
     def last_error(self, beginning: str, since_ns: int) -> str | None:
-        """The manager's last error that begins with some words, which are left out; or None."""
+        """Return the manager's last error with this beginning, without that; or None."""
 
         def found() -> str | None:
             texts = self._texts(self._name, since_ns)

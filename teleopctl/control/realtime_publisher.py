@@ -33,7 +33,7 @@ class RealtimePublisher(Generic[T]):
         self.publish = publish
 
     def try_publish(self, value: T) -> None:
-        """Hand a value over, which must not be changed afterwards; returns at once.
+        """Queue a value, which must not be changed afterwards; returns at once.
 
         On the wall clock it replaces an earlier value that has not been published yet.
         """
@@ -57,7 +57,7 @@ class PublishQueue:
         self._stopping = False
 
     def start_thread(self) -> None:
-        """Publish from a thread from now on, the latest value of each publisher."""
+        """Start the thread that publishes the latest value of each publisher."""
         self._thread = threading.Thread(target=self._run, name="publish queue", daemon=True)
         self._thread.start()
 
@@ -70,14 +70,14 @@ class PublishQueue:
             self._thread = None
 
     def put(self, publisher: RealtimePublisher[T], value: T) -> None:
-        """Take a value from a publisher."""
+        """Add a value of a publisher."""
         if self._thread is None:
             self._queue.append((publisher, value))
         else:
             self._latest[publisher] = value
 
     def flush(self) -> None:
-        """End of a cycle: publish now, or wake the thread that does."""
+        """Publish after a cycle: now, or by waking the thread."""
         if self._thread is not None:
             if self._latest:
                 self._wake.set()

@@ -34,7 +34,7 @@ class ClaimError(Exception):
 
 
 class ResourceManager:
-    """The robot's hardware.
+    """Hardware components of a robot, with their interfaces.
 
     Args:
         node: The controller manager's node, handed to hardware that talks over topics.
@@ -71,7 +71,7 @@ class ResourceManager:
         self.components_initialized = False
 
     def load_and_initialize_components(self, description: RobotDescription) -> None:
-        """Make every hardware component of a robot.
+        """Load and initialize the hardware components of a robot.
 
         Raises:
             HardwareError: A plug-in is missing or fails; nothing has been loaded then.
@@ -157,7 +157,7 @@ class ResourceManager:
             self._limiter_of[joint] = limiter
 
     def component_of(self, interface: str) -> HardwareComponent | None:
-        """The component that has an interface of this name."""
+        """Return the component that has an interface."""
         for component in self.components.values():
             hardware = component.hardware
             if interface in hardware.command_interfaces or interface in hardware.state_interfaces:
@@ -177,7 +177,7 @@ class ResourceManager:
     def remove_interfaces(
         self, states: Iterable[StateInterface], commands: Iterable[CommandInterface]
     ) -> None:
-        """Forget what a controller exported."""
+        """Remove the exported interfaces of a controller."""
         gone_states = {state.name for state in states}
         gone_commands = {command.name for command in commands}
         self.state_interfaces = {
@@ -190,7 +190,7 @@ class ResourceManager:
         }
 
     def available_states(self, names: Iterable[str]) -> list[StateInterface]:
-        """State interfaces for a controller to read.
+        """Return the state interfaces of these names.
 
         Raises:
             ClaimError: One does not exist or is not available.
@@ -204,7 +204,7 @@ class ResourceManager:
         return states
 
     def claim_command_interfaces(self, names: Iterable[str], owner: str) -> list[CommandInterface]:
-        """Give command interfaces to a controller: all of them or, on an error, none.
+        """Claim command interfaces for a controller: all of them or, on an error, none.
 
         Raises:
             ClaimError: One does not exist, is not available or belongs to another controller.
@@ -226,7 +226,7 @@ class ResourceManager:
         return claimed
 
     def release_command_interfaces(self, owner: str) -> None:
-        """Take back all interfaces of a controller."""
+        """Release all command interfaces of a controller."""
         for interface in self.command_interfaces.values():
             if interface.owner == owner:
                 interface.owner = None
@@ -250,7 +250,7 @@ class ResourceManager:
     def perform_command_mode_switch(
         self, start_interfaces: Sequence[str], stop_interfaces: Sequence[str]
     ) -> bool:
-        """Change the command interfaces of the hardware concerned, see the preparation."""
+        """Switch the command interfaces of the components concerned."""
         return self._switch_command_mode(
             lambda hardware: hardware.perform_command_mode_switch, start_interfaces, stop_interfaces
         )
@@ -280,7 +280,7 @@ class ResourceManager:
         return True
 
     def read(self, time_ns: int, period: float) -> list[HardwareComponent]:
-        """Read all hardware; returns the components that failed."""
+        """Read all components; return those that failed."""
         return [
             component
             for component in self.components.values()
@@ -288,7 +288,7 @@ class ResourceManager:
         ]
 
     def write(self, time_ns: int, period: float) -> list[HardwareComponent]:
-        """Write to all hardware; returns the components that failed or withdrew."""
+        """Write to all components; return those that failed or deactivated themselves."""
         return [
             component
             for component in self.components.values()
@@ -296,7 +296,7 @@ class ResourceManager:
         ]
 
     def enforce_command_limits(self, period: float) -> None:
-        """Keep the claimed commands inside the limits of their joints."""
+        """Clamp the claimed commands to the joints' limits."""
         for limiter in self._limiters:
             limiter.enforce(period)
 
@@ -308,7 +308,7 @@ class ResourceManager:
         return bool(told)
 
     def restart(self) -> None:
-        """Forget what was commanded, since the robot has been put elsewhere."""
+        """Reset commands and limiters, because the robot was moved."""
         for limiter in self._limiters:
             limiter.restart()
         for command in self.command_interfaces.values():

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 def controller_state(manager: ControllerManager, spec: ControllerSpec) -> Any:
-    """A controller as controller_manager_msgs/ControllerState."""
+    """Return a controller as controller_manager_msgs/ControllerState."""
     configured = spec.lifecycle_state in (State.INACTIVE, State.ACTIVE)
     commands = list(spec.required_command_interfaces)
     # Any: messages, whose classes are made at run time.
@@ -58,7 +58,7 @@ def _own(interfaces: Iterable[StateInterface]) -> list[str]:
 
 
 def hardware_interface(interface: StateInterface) -> Any:
-    """An interface as controller_manager_msgs/HardwareInterface."""
+    """Return an interface as controller_manager_msgs/HardwareInterface."""
     return get_message("controller_manager_msgs/msg/HardwareInterface")(
         name=interface.name,
         data_type=interface.data_type,
@@ -68,12 +68,12 @@ def hardware_interface(interface: StateInterface) -> Any:
 
 
 def lifecycle_state_message(state: State) -> Any:
-    """A state as lifecycle_msgs/State."""
+    """Return a state as lifecycle_msgs/State."""
     return get_message("lifecycle_msgs/msg/State")(id=int(state), label=state.label)
 
 
 def hardware_component_state(manager: ControllerManager, component: HardwareComponent) -> Any:
-    """A hardware component as controller_manager_msgs/HardwareComponentState."""
+    """Return a component as controller_manager_msgs/HardwareComponentState."""
     info = component.hardware.info
     message = get_message("controller_manager_msgs/msg/HardwareComponentState")(
         name=component.name,
@@ -93,7 +93,7 @@ def hardware_component_state(manager: ControllerManager, component: HardwareComp
 
 
 class ControllerManagerServices:
-    """The services of a controller manager.
+    """Services of a controller manager.
 
     Args:
         node: The manager's node.

@@ -392,7 +392,7 @@ def _start(manager: ControllerManager, spec: ControllerSpec, chained: bool) -> b
 
 
 def start_fallbacks(manager: ControllerManager, failed: Sequence[ControllerSpec]) -> None:
-    """Start the fallback controllers of those that failed; called by the loop inside a cycle."""
+    """Activate the fallback controllers of failed ones; called within a cycle."""
     names = list(dict.fromkeys(name for spec in failed for name in spec.fallback_controllers))
     if not names:
         return

@@ -106,7 +106,7 @@ def _ranks(count: int, rightward: set[Pair], position: list[int]) -> list[int]:
 
 
 def in_order(columns: list[list[int]], chains: list[list[int]]) -> list[list[int]]:
-    """Order each column so that few arrows cross, by the barycentre heuristic."""
+    """Return columns ordered so that few arrows cross (barycentre heuristic)."""
     before: dict[int, set[int]] = {}
     after: dict[int, set[int]] = {}
     for chain in chains:

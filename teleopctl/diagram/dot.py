@@ -8,7 +8,7 @@ _SHAPES = {"node": "ellipse", "topic": "box", "label": "plaintext"}
 
 
 def to_dot(diagram: Diagram) -> str:
-    """Write a diagram for ``dot``, from left to right, with a line break at the end."""
+    """Return a diagram in Graphviz's language."""
     labels = {box.key for box in diagram.boxes if box.kind == "label"}
     lines = ["digraph graph_of_nodes {", "  rankdir=LR;"]
     for box in diagram.boxes:

@@ -13,7 +13,7 @@ _DOT_PATIENCE_S = 30.0
 
 
 def write_files(base: Path, dot: str, svg: str, say: Callable[[str], object]) -> list[Path]:
-    """Write a picture.
+    """Write a diagram's files.
 
     Args:
         base: Path of the files without their endings.

@@ -54,7 +54,9 @@ class Layout(NamedTuple):
 
 
 def lay_out(diagram: Diagram) -> Layout:
-    """Find a place for everything. The same diagram has the same layout each time.
+    """Return the positions of a diagram's boxes and arrows.
+
+    The same diagram has the same layout each time.
 
     What is not joined by arrows stands below each other, the largest part first.
     """
@@ -70,7 +72,7 @@ def lay_out(diagram: Diagram) -> Layout:
 
 
 def size_of(box: Box) -> tuple[float, float]:
-    """Width and height that the text of a box needs."""
+    """Return the size of a box for its text."""
     lines = box.text.split("\n")
     width = 20 + _LETTER_WIDTH * max(map(len, lines))
     return width, _BOX_HEIGHT + LINE_HEIGHT * (len(lines) - 1)

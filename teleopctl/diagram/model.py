@@ -21,7 +21,7 @@ class Box(NamedTuple):
 
 
 class Edge(NamedTuple):
-    """An arrow from one box to another, by their keys; ``both`` has a head at each end."""
+    """An arrow between two boxes; ``both`` has a head at each end."""
 
     source: str
     target: str
@@ -36,7 +36,7 @@ class Diagram(NamedTuple):
 
 
 def joined(boxes: list[Box], pairs: list[tuple[str, str]]) -> Diagram:
-    """Make a diagram of boxes and of pairs of keys; there and back is one arrow with two heads.
+    """Return a diagram of boxes and pairs of keys; opposite pairs share an arrow.
 
     A pair that stands more than once counts once.
     """

@@ -30,7 +30,7 @@ Pairs = set[tuple[str, str]]
 
 
 def ros_graph(graph: Graph, shown: str = "active", *, include_hidden: bool = False) -> Diagram:
-    """Make the diagram of a graph.
+    """Return the diagram of a ROS graph.
 
     Args:
         graph: Nodes, publishers and subscriptions.

@@ -16,7 +16,7 @@ def straight(
     gap: float,
     boxes: int,
 ) -> list[float]:
-    """Find the height of the middle of each place.
+    """Return the vertical positions of boxes that make arrows as straight as possible.
 
     Each place moves towards the mean of those that it is joined with, again and again; in a column
     that is least squares under the condition that nothing overlaps.

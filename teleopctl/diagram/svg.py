@@ -15,7 +15,7 @@ _HEAD_LENGTH, _HEAD_WIDTH = 9.0, 4.0
 
 
 def to_svg(diagram: Diagram) -> str:
-    """Draw a diagram.
+    """Return a diagram as SVG.
 
     It stands by itself as a file, and can be put into an HTML page: it has neither styles nor
     identifiers that could meet others'. Labels have the colour of the text around it.

@@ -47,13 +47,13 @@ _EMPTY = {code: memoryview(b"").cast(code) for code in BLOCK_CODES.values()}
 
 
 def empty(base: str) -> memoryview:
-    """Return the block of no values of a type."""
+    """Return an empty block of a type."""
     block: memoryview = _EMPTY[BLOCK_CODES[base]]
     return block
 
 
 def as_block(base: str, data: bytes | bytearray | memoryview) -> memoryview:
-    """Return bytes as a block of values, without a copy."""
+    """Return bytes as a block of values, without copying."""
     view = memoryview(data)
     code = BLOCK_CODES[base]
     return view if code == "B" else view.cast(code)
@@ -63,7 +63,7 @@ def as_block(base: str, data: bytes | bytearray | memoryview) -> memoryview:
 
 
 def byteswapped(base: str, data: memoryview) -> Any:
-    """Return a block that was received in the byte order that is not this machine's."""
+    """Return a block converted from the other byte order."""
     code = BLOCK_CODES[base]
     if ITEM_SIZES[code] == 1:
         return as_block(base, data)
@@ -81,7 +81,7 @@ def to_array(code: str, block: Any) -> array.array[Any]:
 
 
 def to_numpy(base: str, block: Any) -> NumberArray:
-    """Return a block as a numpy array: a view of it, except of a list."""
+    """Return a block as a numpy array: a view, except of a list."""
     import numpy as np
 
     if isinstance(block, np.ndarray):
@@ -95,25 +95,25 @@ def to_numpy(base: str, block: Any) -> NumberArray:
 
 
 def to_own_numpy(base: str, block: Any) -> NumberArray:
-    """Return a block of a fixed array of numbers as a numpy array that can be written to."""
+    """Return a fixed array's block as a writable numpy array."""
     view = to_numpy(base, block)
     return view if view.flags.writeable and not isinstance(block, memoryview) else view.copy()
 
 
 def numpy_type(base: str) -> np.dtype[Any]:
-    """Return the numpy type for the values of a block."""
+    """Return the numpy dtype of a block's values."""
     import numpy as np
 
     return np.dtype({"byte": "B"}.get(base) or BLOCK_CODES[base])
 
 
 def is_numpy_array(value: object) -> bool:
-    """Whether a value is a numpy array; numpy is not imported to find out."""
+    """Return whether a value is a numpy array, without importing numpy."""
     return isinstance(value, getattr(sys.modules.get("numpy"), "ndarray", ()))
 
 
 def is_numpy_bool(value: object) -> bool:
-    """Whether a value is one of numpy's bools; numpy is not imported to find out."""
+    """Return whether a value is a numpy bool, without importing numpy."""
     return isinstance(value, getattr(sys.modules.get("numpy"), "bool_", ()))
 
 

@@ -26,7 +26,7 @@ _CHANGED = {
 
 
 class Catalog:
-    """The definitions of one process.
+    """Type definitions known to this process.
 
     Looked up in this order: what was added by hand, rosbags' table of the distribution, the files
     that come with teleopctl, and the ROS packages of the user. Of a name only the file that
@@ -61,7 +61,7 @@ class Catalog:
             return found
 
     def add_text(self, type_name: str, text: str, where: str | None = None) -> None:
-        """Make a type known by the text of its definition.
+        """Add a type by the text of its definition.
 
         Args:
             type_name: ``package/kind/Name``.
@@ -77,7 +77,7 @@ class Catalog:
         self.add(split_definition(text, type_name, where))
 
     def add(self, definitions: Iterable[Definition]) -> None:
-        """Make types known; what is known already with the same fields stays as it is.
+        """Add definitions; known ones with the same fields are unchanged.
 
         Raises:
             InvalidMessageError: A type is in use with another definition.
@@ -97,7 +97,7 @@ class Catalog:
                     self._definitions[name] = definition
 
     def add_folder(self, folder: str | Path, package: str) -> list[str]:
-        """Make all definitions of a package known.
+        """Add all definitions in a package's folder.
 
         Args:
             folder: Holds ``msg``, ``srv`` or ``action``.
@@ -146,7 +146,7 @@ class Catalog:
         return sorted(name for each in found for name, _ in _files(str(each.folder), each.name))
 
     def package_names(self, package: str, kind: str | None = None) -> list[str]:
-        """Return the names of the types of one package, sorted; empty for an unknown package.
+        """Return the sorted type names of a package; empty for an unknown one.
 
         The user's packages are looked through for what nobody else has: a package, or its
         definitions of one kind.
@@ -177,7 +177,7 @@ class Catalog:
             return [n for n in self._definitions if n == type_name or n.startswith(derived)]
 
     def place_of_use(self, type_name: str) -> str | None:
-        """Return where a definition that was read has a field of a type, ``file:line``, or None."""
+        """Return the ``file:line`` of a field that uses a type, or None."""
         from teleopctl.interfaces.parser import line_with
 
         with self._lock:
@@ -187,7 +187,7 @@ class Catalog:
         return None
 
     def file(self, type_name: str) -> Path | None:
-        """Return the file that defines a type, or None when it is not from a file."""
+        """Return the file that defines a type, or None."""
         from pathlib import Path
 
         with self._lock:

@@ -35,7 +35,7 @@ _SHOWN = 60
 
 
 def expected(kind: FieldType | str, value: object) -> str:
-    """Return the text of an error about a value that does not fit a type."""
+    """Return the error text for a value that does not fit a type."""
     shown = repr(value)
     if len(shown) > _SHOWN:
         shown = f"{shown[:_SHOWN]}…"
@@ -44,7 +44,7 @@ def expected(kind: FieldType | str, value: object) -> str:
 
 @cache
 def converter(kind: FieldType, message_class: Callable[[str], type]) -> Converter:
-    """Return the converter for a field.
+    """Return the function that converts values for a field.
 
     Args:
         kind: Type of the field.
@@ -188,7 +188,7 @@ def _list(kind: FieldType, convert_element: Converter) -> Converter:
 
 
 def check_length(kind: FieldType, length: int) -> None:
-    """Raise ValueError when a number of elements is not allowed for a type."""
+    """Raise ValueError if a type does not allow a number of elements."""
     if kind.shape is Shape.ARRAY and length != kind.capacity:
         raise ValueError(f"expected {kind}, got {length} elements")
     if kind.shape is Shape.BOUNDED and length > kind.capacity:

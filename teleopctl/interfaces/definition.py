@@ -61,17 +61,17 @@ class FieldType(NamedTuple):
 
     @property
     def is_nested(self) -> bool:
-        """Whether the values are messages."""
+        """Return whether the values are messages."""
         return self.base not in PRIMITIVES
 
     @property
     def is_numeric(self) -> bool:
-        """Whether several values of this type are kept as one block of numbers."""
+        """Return whether several values are stored as one block of numbers."""
         return self.base in INTEGER_RANGES or self.base in FLOATS
 
     @property
     def element(self) -> FieldType:
-        """The type of a single value."""
+        """Return the type of a single value."""
         return FieldType(self.base, string_capacity=self.string_capacity)
 
     def __str__(self) -> str:
@@ -106,7 +106,7 @@ class FieldType(NamedTuple):
 
 
 class Field(NamedTuple):
-    """One field; ``default`` is None where the definition gives none."""
+    """Field of a message; ``default`` is None if unset."""
 
     name: str
     type: FieldType
@@ -114,12 +114,12 @@ class Field(NamedTuple):
 
     @property
     def attribute(self) -> str:
-        """The Python name of the field: a keyword gets an underscore."""
+        """Python name of the field: keywords get an underscore."""
         return f"{self.name}_" if keyword.iskeyword(self.name) else self.name
 
 
 class Constant(NamedTuple):
-    """A constant of a definition."""
+    """Constant of a message."""
 
     name: str
     base: str
@@ -127,7 +127,7 @@ class Constant(NamedTuple):
 
 
 class Definition(NamedTuple):
-    """A message, or one section of a service or an action.
+    """Definition of a message, or of one section of a service or an action.
 
     Attributes:
         type_name: ``package/kind/Name``.
@@ -143,7 +143,7 @@ class Definition(NamedTuple):
 
     @property
     def wire_fields(self) -> tuple[Field, ...]:
-        """The fields as serialised and hashed: never none."""
+        """Fields on the wire: a placeholder for empty messages."""
         return self.fields or (Field(PLACEHOLDER, FieldType("uint8")),)
 
     def nested_types(self) -> list[str]:

@@ -41,7 +41,7 @@ SHAPE_STEP = 48
 
 
 def type_description(definition: Definition, lookup: Lookup) -> dict[str, object]:
-    """Return the description that is hashed, as plain dictionaries in hash order.
+    """Return the type description that is hashed, as dictionaries in hash order.
 
     Args:
         definition: The type.
@@ -101,7 +101,7 @@ def field_type_id(field: Field) -> int:
 
 
 def fields_of(definition: Definition) -> dict[str, object]:
-    """Return the part of a description that is about one type alone."""
+    """Return a single type's part of a type description."""
     return {
         "type_name": definition.type_name,
         "fields": [

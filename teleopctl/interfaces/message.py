@@ -48,7 +48,7 @@ class _SlotTypes:
 
 
 class MessageClass(type):
-    """The class of message classes: their constants stay, and their fields' defaults can be read.
+    """Metaclass of messages: constants are read-only, defaults are readable.
 
     The default of a field ``speed`` that has one is ``SPEED__DEFAULT``, a new value each time.
     """
@@ -127,7 +127,7 @@ class Message(metaclass=MessageClass):
 
 
 def make_class(definition: Definition, lookup: ClassLookup) -> type[Message]:
-    """Return a new class for a message type.
+    """Make a class for a message type.
 
     Args:
         definition: The type.
@@ -158,7 +158,7 @@ def make_class(definition: Definition, lookup: ClassLookup) -> type[Message]:
 
 # Any: the field decides.
 def stored(message: Message, field: Field) -> Any:
-    """Return what lies in the slot of a field: a block of numbers in whichever form it came."""
+    """Return the raw content of a field's slot."""
     return getattr(message, f"_{field.attribute}")
 
 

@@ -28,7 +28,7 @@ _SECTIONS = {"msg": 1, "srv": 2, "action": 3}
 
 
 def sections(text: str, kind: str, where: str) -> list[tuple[str, int]]:
-    """Split the text of a definition file.
+    """Split a definition file's text into its sections.
 
     Args:
         text: Content of the file.
@@ -57,7 +57,7 @@ def sections(text: str, kind: str, where: str) -> list[tuple[str, int]]:
 
 
 def separated(text: str) -> list[str]:
-    """Return the texts between the lines of three dashes."""
+    """Return the texts between lines of three dashes."""
     parts, start, at = [], 0, 0
     for line in text.split("\n"):
         if line.startswith("---") and not line[3:].strip(" \t"):
@@ -70,7 +70,7 @@ def separated(text: str) -> list[str]:
 def parse(
     text: str, type_name: str, package: str, where: str | None = None, first_line: int = 1
 ) -> Definition:
-    """Read the text of a message or of one section of a service or an action.
+    """Parse a message definition, or one section of a service or action.
 
     Args:
         text: The definition.
@@ -107,7 +107,7 @@ def parse(
 
 
 def line_with(text: str, type_name: str, package: str) -> int:
-    """Return the number of the first line of a definition file that has a field of a type."""
+    """Return the line number of the first field of a type in a definition file."""
     for number, line in enumerate(text.splitlines(), start=1):
         if held_message(line, package) == type_name:
             return number
@@ -236,7 +236,7 @@ def _text(text: str) -> str:
 
 
 def held_message(line: str, package: str) -> str | None:
-    """Return the full name of the message that the field of a line holds; None where none does.
+    """Return the message type of a field's line; None if it is no message.
 
     Args:
         line: A line that can be understood.
@@ -249,7 +249,7 @@ def held_message(line: str, package: str) -> str | None:
 
 
 def without_comment(text: str) -> str:
-    """Cut a comment off, except where the ``#`` stands inside quotes."""
+    """Return a line without its comment."""
     if "#" not in text:
         return text.strip()
     import re

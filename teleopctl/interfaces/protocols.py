@@ -21,21 +21,21 @@ Response_co = TypeVar("Response_co", bound=Message, covariant=True)
 
 
 class ServiceType(Protocol[Request_co, Response_co]):
-    """A service class: what ``create_client`` and ``create_service`` take as ``type[...]``."""
+    """Interface of service classes, for ``create_client`` and ``create_service``."""
 
     TYPE_NAME: ClassVar[str]
 
     @property
     def Request(self) -> type[Request_co]:  # noqa: N802 (the name of the nested class)
-        """The class of the request."""
+        """Class of the request."""
 
     @property
     def Response(self) -> type[Response_co]:  # noqa: N802 (the name of the nested class)
-        """The class of the response."""
+        """Class of the response."""
 
 
 class ActionType(Protocol[Goal_co, Result_co, Feedback_co]):
-    """An action class: what action clients and servers take as ``type[...]``."""
+    """Interface of action classes, for action clients and servers."""
 
     TYPE_NAME: ClassVar[str]
 
@@ -46,15 +46,15 @@ class ActionType(Protocol[Goal_co, Result_co, Feedback_co]):
 
     @property
     def Goal(self) -> type[Goal_co]:  # noqa: N802 (the name of the nested class)
-        """The class of the goal."""
+        """Class of the goal."""
 
     @property
     def Result(self) -> type[Result_co]:  # noqa: N802 (the name of the nested class)
-        """The class of the result."""
+        """Class of the result."""
 
     @property
     def Feedback(self) -> type[Feedback_co]:  # noqa: N802 (the name of the nested class)
-        """The class of the feedback."""
+        """Class of the feedback."""
 
 
 class ResultResponse(Protocol[Result_co]):
@@ -78,7 +78,7 @@ class FeedbackMessage(Protocol[Feedback_co]):
 
 
 class Strings(Protocol):
-    """Several strings: a list, a tuple, a set or the like, but not a string itself.
+    """Several strings: a list, tuple or set, but no string.
 
     A single string is a sequence of strings too; what tells it apart is that it asks for a string
     where other collections can be asked whether they contain anything.

@@ -11,7 +11,7 @@ from teleopctl.interfaces.typenames import normalize, split
 
 
 class DefinitionLine(NamedTuple):
-    """A line of a definition.
+    """Line of a definition, with its comment.
 
     Attributes:
         text: As it is written.
@@ -25,7 +25,7 @@ class DefinitionLine(NamedTuple):
 
 
 def definition_lines(type_name: str) -> Iterator[DefinitionLine]:
-    """Return the lines that define a type, those of a service or an action parted by ``---``.
+    """Return the definition lines of a type, sections separated by ``---``.
 
     Args:
         type_name: Full name of a message, a service or an action.

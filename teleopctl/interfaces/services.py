@@ -16,7 +16,7 @@ ACTION_SERVICES = ("SendGoal", "GetResult")
 
 
 def split_definition(text: str, type_name: str, where: str | None = None) -> list[Definition]:
-    """Return every type that one definition file gives rise to.
+    """Return all types that a definition file defines.
 
     Args:
         text: Content of the ``.msg``, ``.srv`` or ``.action`` file.
@@ -45,7 +45,7 @@ def split_definition(text: str, type_name: str, where: str | None = None) -> lis
 
 
 def service_of_event(type_name: str, text: str) -> str | None:
-    """Return the service whose definition stands where that of its events should, or None.
+    """Return the service definition in an event type's text, or None.
 
     rosbag2 writes the ``.srv`` file of a service as the definition of its events.
 
@@ -59,7 +59,7 @@ def service_of_event(type_name: str, text: str) -> str | None:
 
 
 def service_types(name: str, text: str | None = None) -> list[Definition]:
-    """Return a service, and the type of its events, whose request and response are known."""
+    """Return a service and its event type, for known request and response."""
     request, response = FieldType(f"{name}_Request"), FieldType(f"{name}_Response")
     event = Definition(
         f"{name}_Event",
@@ -82,7 +82,7 @@ def service_types(name: str, text: str | None = None) -> list[Definition]:
 
 
 def action_types(name: str, text: str) -> list[Definition]:
-    """Return an action and the types of its wire, whose goal, result and feedback are known."""
+    """Return an action and its wire types, for known goal, result and feedback."""
     goal, result, feedback = (FieldType(f"{name}_{part}") for part in ACTION_PARTS[:3])
     send_goal, get_result = (f"{name}_{part}" for part in ACTION_SERVICES)
     feedback_message = Definition(f"{name}_FeedbackMessage", (_UUID, Field("feedback", feedback)))

@@ -17,15 +17,15 @@ _IDL_NAMES["float64"] = "double"
 
 
 class AbstractType:
-    """Any type."""
+    """Base of slot types."""
 
 
 class AbstractNestableType(AbstractType):
-    """A type that arrays and sequences may have."""
+    """Base of types that arrays and sequences can contain."""
 
 
 class AbstractGenericString(AbstractNestableType):
-    """Any text."""
+    """Base of string types."""
 
     def has_maximum_size(self) -> bool:
         """Return whether the type is bounded."""
@@ -33,15 +33,15 @@ class AbstractGenericString(AbstractNestableType):
 
 
 class AbstractString(AbstractGenericString):
-    """Any text of 8-bit characters."""
+    """Base of 8-bit string types."""
 
 
 class AbstractWString(AbstractGenericString):
-    """Any text of 16-bit characters."""
+    """Base of 16-bit string types."""
 
 
 class AbstractNestedType(AbstractType):
-    """A type of several values."""
+    """Base of array and sequence types."""
 
     value_type: AbstractNestableType
 
@@ -56,13 +56,13 @@ class AbstractSequence(AbstractNestedType):
 
 @dataclass(frozen=True)
 class BasicType(AbstractNestableType):
-    """A number or a truth value, by its name in IDL."""
+    """Numeric or boolean type, by its IDL name."""
 
     typename: str
 
 
 class NamespacedType(AbstractNestableType):
-    """Another message.
+    """Message type, by its namespaced name.
 
     Args:
         namespaces: Package and kind.
@@ -91,12 +91,12 @@ class NamespacedType(AbstractNestableType):
 
 @dataclass(frozen=True)
 class UnboundedString(AbstractString):
-    """A text of any length."""
+    """String of unlimited length."""
 
 
 @dataclass(frozen=True)
 class BoundedString(AbstractString):
-    """A text of at most so many characters."""
+    """String of limited length."""
 
     maximum_size: int
 
@@ -107,12 +107,12 @@ class BoundedString(AbstractString):
 
 @dataclass(frozen=True)
 class UnboundedWString(AbstractWString):
-    """A wide text of any length."""
+    """Wide string of unlimited length."""
 
 
 @dataclass(frozen=True)
 class BoundedWString(AbstractWString):
-    """A wide text of at most so many characters."""
+    """Wide string of limited length."""
 
     maximum_size: int
 
@@ -123,7 +123,7 @@ class BoundedWString(AbstractWString):
 
 @dataclass(frozen=True)
 class Array(AbstractNestedType):
-    """So many values."""
+    """Array of fixed length."""
 
     value_type: AbstractNestableType
     size: int
@@ -135,7 +135,7 @@ class Array(AbstractNestedType):
 
 @dataclass(frozen=True)
 class BoundedSequence(AbstractSequence):
-    """At most so many values."""
+    """Sequence of limited length."""
 
     value_type: AbstractNestableType
     maximum_size: int
@@ -147,18 +147,18 @@ class BoundedSequence(AbstractSequence):
 
 @dataclass(frozen=True)
 class UnboundedSequence(AbstractSequence):
-    """Any number of values."""
+    """Sequence of unlimited length."""
 
     value_type: AbstractNestableType
 
 
 def slot_types(definition: Definition) -> tuple[AbstractType, ...]:
-    """Return the types of a message's fields, in order."""
+    """Return the slot types of a message, in the order of its fields."""
     return tuple(slot_type(field.type) for field in definition.fields)
 
 
 def slot_type(kind: FieldType) -> AbstractType:
-    """Return the type of a field."""
+    """Return the slot type of a field type."""
     element = _element(kind)
     match kind.shape:
         case Shape.ARRAY:

@@ -13,14 +13,14 @@ NANOSECONDS_PER_SECOND = 1_000_000_000
 
 
 class Stamp(Protocol):
-    """A ``builtin_interfaces`` Time or Duration."""
+    """Interface of a ``builtin_interfaces`` Time or Duration."""
 
     sec: int
     nanosec: int
 
 
 def to_nanoseconds(stamp: Stamp) -> int:
-    """The nanoseconds that a Time or Duration stands for."""
+    """Return a Time or Duration in nanoseconds."""
     return stamp.sec * NANOSECONDS_PER_SECOND + stamp.nanosec
 
 
@@ -34,15 +34,15 @@ def set_stamp(stamp: Stamp, nanoseconds: int) -> None:
 
 
 def split(nanoseconds: int) -> tuple[int, int]:
-    """The fields ``sec`` and ``nanosec`` of a Time or Duration."""
+    """Return ``sec`` and ``nanosec`` of a time in nanoseconds."""
     return divmod(nanoseconds, NANOSECONDS_PER_SECOND)
 
 
 def from_seconds(seconds: float) -> int:
-    """Nanoseconds of a number of seconds, cut off towards zero as in rclpy."""
+    """Return seconds in nanoseconds, truncated as in rclpy."""
     return int(seconds * NANOSECONDS_PER_SECOND)
 
 
 def to_seconds(nanoseconds: int) -> float:
-    """Seconds, with the precision of a float: about 0.2 µs for a time of this century."""
+    """Return nanoseconds in seconds, as float."""
     return nanoseconds / NANOSECONDS_PER_SECOND

@@ -82,11 +82,11 @@ class StandardTypes:
             self._table = self._import()
 
     def names(self) -> list[str]:
-        """Return the names of all messages."""
+        """Return the names of all message types."""
         return list(self._rows())
 
     def find(self, type_name: str) -> Definition | None:
-        """Return the definition of a message, or None where rosbags has none of that name."""
+        """Return the definition of a message type, or None."""
         row = self._rows().get(type_name)
         if row is None:
             return None
@@ -111,7 +111,7 @@ class StandardTypes:
 
 # Any: pairs and triples of what rosbags' tables hold.
 def definition_of(type_name: str, row: Any) -> Definition:
-    """Return the definition that a row of rosbags' tables holds.
+    """Return the definition in a row of rosbags' tables.
 
     Raises:
         TypeError, ValueError or LookupError: It is no such row.
@@ -152,7 +152,7 @@ def _field_type(description: Any) -> FieldType:
 
 
 def cache_folder() -> Path:
-    """Return the folder in which the tables are kept."""
+    """Return the cache folder of the tables."""
     from pathlib import Path
 
     return Path(cache_dir())

@@ -36,7 +36,7 @@ _classes: dict[str, type[Any]] = {}
 
 
 class Service:
-    """Base of all service classes, which only hold the classes of their messages together."""
+    """Base of service classes, which hold their message classes."""
 
     TYPE_NAME: ClassVar[str]
     Request: ClassVar[type[Message]]
@@ -48,7 +48,7 @@ class Service:
 
 
 class Action:
-    """Base of all action classes, which only hold the classes of their messages together.
+    """Base of action classes, which hold their message classes.
 
     ``Impl`` holds what an action is on the wire: ``SendGoalService``, ``GetResultService``,
     ``FeedbackMessage``, ``CancelGoalService`` and ``GoalStatusMessage``.
@@ -96,7 +96,7 @@ def get_message(type_name: str) -> type[Any]:
 
 
 def restore(type_name: str, values: Mapping[str, object]) -> Message:
-    """Make a message from the values of its fields; what pickle and copy call."""
+    """Make a message from field values, for pickle and copy."""
     message: Message = get_message(type_name)(**values)
     return message
 
@@ -161,7 +161,7 @@ def get_action(type_name: str) -> type[Any]:
 
 
 def get_class(type_name: str) -> type[Any]:
-    """Return the class of a message, a service or an action, whichever the full name means.
+    """Return the class of a message, service or action type.
 
     Raises:
         TeleopctlError: There is no such type.
@@ -192,7 +192,7 @@ def type_hash(type_name: str) -> str:
 
 
 def type_description(type_name: str) -> dict[str, Any]:  # Any: JSON's values
-    """Return the description from which the hash of a type is made, as plain dictionaries.
+    """Return the type description of a type, as dictionaries.
 
     Raises:
         TeleopctlError: The type, or one that it uses, is not known.
@@ -201,12 +201,12 @@ def type_description(type_name: str) -> dict[str, Any]:  # Any: JSON's values
 
 
 def list_types(kind: str | None = None) -> list[str]:
-    """Return the names of all known types, sorted; only ``msg``, ``srv`` or ``action`` if given."""
+    """Return the sorted names of all known types, optionally of one kind."""
     return known_types().names(kind)
 
 
 def definition_text(type_name: str) -> str:
-    """Return the text that defines a type.
+    """Return the definition text of a type.
 
     Raises:
         TeleopctlError: There is no such type.
@@ -215,7 +215,7 @@ def definition_text(type_name: str) -> str:
 
 
 def definition_file(type_name: str) -> Path:
-    """Return a file that defines a type.
+    """Return a file with a type's definition.
 
     A type of rosbags' tables, or one that was learnt from a node, has none: its definition is
     written into the user's cache folder.
@@ -238,7 +238,7 @@ def definition_file(type_name: str) -> Path:
 
 
 def complete_definition_text(type_name: str) -> str:
-    """Return the text that defines a message and, below it, those of all types that it uses.
+    """Return the definition text of a message with those of all nested types.
 
     The parts are separated as in ROS bags: a line of 80 equals signs, then ``MSG: package/Name``.
 
@@ -283,7 +283,7 @@ def _complete_text(type_name: str, lookup: Callable[[str], Definition]) -> str:
 
 
 def add_definitions(folder: str | Path, package_name: str) -> list[str]:
-    """Make the types of a package known.
+    """Add the types of a package.
 
     Args:
         folder: Holds ``msg``, ``srv`` or ``action``.
@@ -302,7 +302,7 @@ def add_definitions(folder: str | Path, package_name: str) -> list[str]:
 
 
 def add_definition_text(type_name: str, text: str) -> None:
-    """Make a type known by the text of its definition.
+    """Add a type by its definition text.
 
     Raises:
         TeleopctlError: The text cannot be understood, or the type is already in use with another
@@ -313,7 +313,7 @@ def add_definition_text(type_name: str, text: str) -> None:
 
 
 def add_description(description: TypeDescription) -> None:
-    """Make a type known by the description of it that another node sent.
+    """Add a type by the description of another node.
 
     Nothing known is replaced: of a known type the fields have to be the same.
 

@@ -48,7 +48,7 @@ _INDENT = "    "
 def write_stubs(
     folder: Path, type_names: Iterable[str], lookup: Lookup, *, suffix: str = ""
 ) -> list[str]:
-    """Write the stubs of packages.
+    """Write type stubs of packages.
 
     Args:
         folder: Gets a folder for each package; made if needed.
@@ -77,7 +77,7 @@ def write_stubs(
 
 
 def module_stub(type_names: Iterable[str], lookup: Lookup) -> str:
-    """Return the text of the stub of one module such as ``std_msgs.msg``.
+    """Return the stub of a module such as ``std_msgs.msg``.
 
     Args:
         type_names: The types of the module, without what is derived from them.
@@ -107,7 +107,7 @@ class _Writer:
         self.modules: set[str] = set()
 
     def module(self, type_names: Iterable[str]) -> Iterator[str]:
-        """Yield the lines of the classes of a module."""
+        """Yield the stub lines of a module's classes."""
         for type_name in type_names:
             package, kind, name = split(type_name)
             self._module = f"{package}.{kind}"

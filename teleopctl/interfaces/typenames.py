@@ -19,7 +19,7 @@ _OF_NAMES = _OF_LOWER_NAMES | _CAPITAL
 
 
 def to_dds(type_name: str) -> str:
-    """Return the name of a type as rmw_zenoh writes it into keys and tokens.
+    """Return a type name in rmw_zenoh's spelling for keys and tokens.
 
     Args:
         type_name: ``package/kind/Name``.
@@ -32,7 +32,7 @@ def to_dds(type_name: str) -> str:
 
 
 def from_dds(text: str) -> str:
-    """Return ``package/kind/Name`` for a name from the wire; any other shape stays as it is."""
+    """Return ``package/kind/Name`` for a name from the wire; other texts are unchanged."""
     before, mark, name = text.rpartition(_DDS_MARK)
     if not mark or not before or not name.endswith("_"):
         return text
@@ -40,7 +40,7 @@ def from_dds(text: str) -> str:
 
 
 def normalize(type_name: str, kind: str = "msg") -> str:
-    """Return the full name of a type.
+    """Return the full name of a type: ``package/kind/Name``.
 
     Args:
         type_name: ``package/Name`` or ``package/kind/Name``.
@@ -81,7 +81,7 @@ def split(type_name: str) -> tuple[str, str, str]:
 
 
 def module_name(type_name: str) -> str:
-    """Return the Python module in which ROS 2's generator puts the class of a type.
+    """Return the Python module of a type's class.
 
     ``sensor_msgs/msg/CompressedImage`` lives in ``sensor_msgs.msg._compressed_image``; the parts
     of a service or an action live in the module of that service or action.

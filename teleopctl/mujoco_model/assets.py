@@ -26,7 +26,7 @@ _READ_BY_MUJOCO = frozenset({".stl", ".obj", ".msh"})
 def resolve_meshes(
     spec: mujoco.MjSpec, folder: Path | None = None, *, try_each: bool = False
 ) -> list[str]:
-    """Point every mesh of a spec at a readable file, and drop those that have none.
+    """Set every mesh of a spec to a readable file or to triangles; remove those without.
 
     Args:
         spec: The ``mujoco.MjSpec`` whose meshes carry the URIs of the URDF.

@@ -43,7 +43,7 @@ _Kind = mujoco.mjtGeom
 
 @dataclass(frozen=True)
 class FreeBase:
-    """The free root link of a robot.
+    """Free root link of a robot.
 
     Attributes:
         body: The link.
@@ -72,7 +72,7 @@ class FixedBy(Enum):
 
 @dataclass(frozen=True)
 class FixedBase:
-    """The root link of a robot that stands still in the world.
+    """Root link of a robot that is fixed in the world.
 
     Attributes:
         link: The link.
@@ -86,18 +86,18 @@ class FixedBase:
 
     @property
     def world_frame(self) -> str:
-        """The frame that stands still at the world's origin."""
+        """Name of the frame fixed at the world's origin."""
         return self.link if self.pose is None else WORLD
 
     def place(self, spec: mujoco.MjSpec) -> None:
-        """Put the link where it stands."""
+        """Set the pose of the root link in a spec."""
         if self.pose is not None:
             body = spec.body(self.link)
             body.pos, body.quat = np.array(self.pose.xyz), quaternion(self.pose)
 
 
 def quaternion(pose: Pose) -> npt.NDArray[np.float64]:
-    """The rotation of a pose: w, x, y, z."""
+    """Return the rotation of a pose as quaternion w, x, y, z."""
     turn = np.zeros(4)
     mujoco.mju_euler2Quat(turn, np.array(pose.rpy), "XYZ")
     return turn
@@ -111,7 +111,7 @@ def fixed_base(
     pose: Pose | None,
     start: Mapping[str, float],
 ) -> FixedBase | None:
-    """Decide whether a robot's root link is fixed to the world; returns None where it is free.
+    """Return the fixed base of a robot; None if its root link is free.
 
     Args:
         spec: The ``mujoco.MjSpec`` of the robot alone, its meshes found; it is not changed.
@@ -146,7 +146,7 @@ def fixed_base(
 
 
 def free_base(spec: mujoco.MjSpec, description: RobotDescription) -> FreeBase:
-    """Free the root link of a robot.
+    """Add a free joint to a robot's root link.
 
     Args:
         spec: The ``mujoco.MjSpec`` of the robot, masses not yet repaired.
@@ -168,7 +168,7 @@ def place_base(
     pose: Pose | None,
     wheels: Iterable[str] = (),
 ) -> FreeBase:
-    """Put a free root link where its robot starts.
+    """Set the initial pose of a free root link.
 
     Args:
         spec: The ``mujoco.MjSpec`` to edit.

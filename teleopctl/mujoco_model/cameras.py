@@ -41,7 +41,7 @@ _SENSOR_TO_MUJOCO = (0.5, 0.5, -0.5, -0.5)
 
 @dataclass(frozen=True)
 class CameraModel:
-    """A camera of a model.
+    """Camera of a model.
 
     Attributes:
         name: Its name, also of the MuJoCo camera.
@@ -88,7 +88,7 @@ class CameraModel:
     lens: Lens | None = None
 
     def sees(self, what: str) -> bool:
-        """Whether it publishes this; see ``topics``."""
+        """Return whether the camera publishes a kind of topic; see ``topics``."""
         return what in self.topics
 
     @property
@@ -103,7 +103,7 @@ class CameraModel:
 
     @property
     def vertical_fov(self) -> float:
-        """Angle between the upper and the lower edge of a pinhole's image, in radians."""
+        """Vertical field of view of a pinhole camera, in radians."""
         return 2.0 * math.atan(self.height / 2.0 / self.focal_length)
 
     @property
@@ -113,7 +113,7 @@ class CameraModel:
 
     @property
     def intrinsics(self) -> tuple[float, ...]:
-        """The nine numbers of the intrinsic matrix K, row by row.
+        """Return the intrinsic matrix K, row by row.
 
         Pixel (0, 0) is the centre of the upper left pixel, so the image centre lies half a
         pixel before width/2.
@@ -123,7 +123,7 @@ class CameraModel:
 
     @property
     def projection(self) -> tuple[float, ...]:
-        """The twelve numbers of the projection matrix P of a single camera, row by row."""
+        """Return the projection matrix P, row by row."""
         fx, fy, cx, cy = self._pinhole
         if self.rectified is not None:
             fx, fy, cx, cy, tx, ty = self.rectified
@@ -134,12 +134,12 @@ class CameraModel:
 
     @property
     def optical_rotation(self) -> Quaternion:
-        """The optical frame's rotation in the camera's link, x y z w; its origin is ``pose``'s."""
+        """Return the optical frame's rotation in the camera's link, x y z w."""
         return optical_rotation(self.pose)
 
 
 def camera_models(description: RobotDescription) -> tuple[list[CameraModel], list[str]]:
-    """The camera sensors; those without a ``<camera>`` or without a link are no cameras.
+    """Return the cameras of a description.
 
     Returns:
         The cameras, each with a name of its own, and a warning for each that got another one, or

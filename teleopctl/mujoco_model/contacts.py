@@ -36,7 +36,7 @@ _PLANE = mujoco.mjtGeom.mjGEOM_PLANE
 
 
 def hold_by_friction(spec: mujoco.MjSpec) -> None:
-    """Choose the solver's settings with which a grip holds.
+    """Set the solver's options for firm friction grips.
 
     Args:
         spec: The ``mujoco.MjSpec`` to edit.
@@ -48,7 +48,7 @@ def hold_by_friction(spec: mujoco.MjSpec) -> None:
 
 # Any stands for MuJoCo's shapes, whose class has no types.
 def give_friction(geom: Any, coefficient: float, usual: float) -> None:
-    """Give a shape a coefficient of friction.
+    """Set the friction coefficient of a shape.
 
     Of two that touch the smoother one decides, as in Gazebo; MuJoCo would take the larger
     coefficient unless one shape has priority. Those that nobody gave any have 0.
@@ -64,7 +64,7 @@ def give_friction(geom: Any, coefficient: float, usual: float) -> None:
 
 
 def exclude_adjacent(spec: mujoco.MjSpec) -> None:
-    """Exclude contacts between each link and the nearest one before it that has a shape.
+    """Exclude contacts between each link and its nearest ancestor with shapes.
 
     MuJoCo itself lets the links on either side of a joint pass through each other, with all that
     is fixed to them, but not where one side stands still in the world.
@@ -108,7 +108,7 @@ def _touches(body: Any) -> bool:
 
 @dataclass(frozen=True)
 class DirectedFriction:
-    """Friction of a link that is not the same in all directions.
+    """Direction-dependent friction of a link.
 
     Attributes:
         link: The link.
@@ -164,7 +164,7 @@ class Overlap:
 def overlaps(
     model: mujoco.MjModel, positions: np.ndarray, leaders: Mapping[str, str]
 ) -> list[Overlap]:
-    """The pairs of links whose shapes overlap in a pose; what stands in the ground does not count.
+    """Return the pairs of links whose shapes overlap in a pose.
 
     Args:
         model: The compiled ``mujoco.MjModel``.

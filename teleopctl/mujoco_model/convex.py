@@ -61,12 +61,12 @@ Piece = tuple[npt.NDArray[np.float32], npt.NDArray[np.int32]]
 
 
 def can_decompose() -> bool:
-    """Whether CoACD is installed."""
+    """Return whether CoACD is installed."""
     return find_spec("coacd") is not None
 
 
 class Hull(NamedTuple):
-    """The convex hull of a mesh beside the mesh.
+    """Comparison of a mesh with its convex hull.
 
     Attributes:
         ratio: How many times the mesh's volume it has; 1 where that cannot be told.
@@ -101,13 +101,13 @@ def hull_of(path: Path) -> Hull:
 
 
 def is_to_cut(path: Path) -> bool:
-    """Whether a mesh file is hollow, and its pieces are not there yet."""
+    """Return whether a mesh must be decomposed and is not yet cached."""
     hull = hull_of(path)
     return not hull.is_open and hull.ratio > _HOLLOW and not _kept_at(path, _PIECES).is_file()
 
 
 def convex_pieces(path: Path) -> list[Piece]:
-    """The convex pieces of a mesh file; none where its hull is as good, or it is not closed."""
+    """Return the convex pieces of a mesh; empty if its hull is good enough or it is open."""
     hull = hull_of(path)
     if hull.is_open or hull.ratio <= _HOLLOW:
         return []
@@ -128,7 +128,7 @@ def convex_pieces(path: Path) -> list[Piece]:
 
 
 def slabs(path: Path, scale: Sequence[float]) -> list[npt.NDArray[np.float64]]:
-    """The surface of a hollow mesh as convex pieces, each a slab below one triangle.
+    """Return the surface of a hollow mesh as convex slabs.
 
     Args:
         path: The mesh file.
@@ -181,7 +181,7 @@ def split(spec: mujoco.MjSpec, mesh: Any, pieces: Sequence[Piece]) -> None:
 
 
 def touching(spec: mujoco.MjSpec, mesh: Any) -> list[Any]:
-    """The shapes by which a mesh touches."""
+    """Return the collision shapes of a mesh."""
     return [geom for geom in spec.geoms if geom.meshname == mesh.name and geom.contype]
 
 

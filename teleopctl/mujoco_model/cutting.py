@@ -26,7 +26,7 @@ _DONE = b"done\n"
 
 
 def cut_ahead(files: Collection[Path]) -> None:
-    """Cut those mesh files that are hollow and have not been cut before.
+    """Decompose hollow mesh files in parallel, and cache the pieces.
 
     What cannot be cut so, because no process can be started or the folder cannot be written, is
     left to `convex_pieces`.

@@ -54,17 +54,17 @@ _NARROWEST = 1e-9
 
 
 def drive_name(joint: str) -> str:
-    """The name of the actuator that serves a joint's position and velocity commands."""
+    """Return the name of a joint's position and velocity actuator."""
     return f"{joint}_drive"
 
 
 def motor_name(joint: str) -> str:
-    """The name of the actuator that serves a joint's effort commands."""
+    """Return the name of a joint's effort actuator."""
     return f"{joint}_motor"
 
 
 def rotors_told(rotors: Mapping[str, float]) -> str:
-    """A sentence about rotor inertias that were made up.
+    """Return a sentence about assumed rotor inertias.
 
     Args:
         rotors: By joint, in kg m² or kg.
@@ -77,7 +77,7 @@ def rotors_told(rotors: Mapping[str, float]) -> str:
 
 
 def prepare_joints(spec: mujoco.MjSpec, joints: list[JointSpec]) -> None:
-    """Give all joints their limits, driven joints their rotors and mimic joints constraints.
+    """Set limits, rotor inertias and mimic constraints of joints.
 
     Args:
         spec: The ``mujoco.MjSpec`` to edit.
@@ -135,13 +135,13 @@ def _limit(element: Any, limits: JointLimits) -> None:
 
 
 def finite_range(lower: float, upper: float) -> list[float]:
-    """A joint's range as MuJoCo accepts it: finite, and not of zero width."""
+    """Return a joint's range as MuJoCo accepts it: finite and not empty."""
     lower, upper = max(lower, -_FAR), min(upper, _FAR)
     return [lower, upper if lower < upper else lower + _NARROWEST]
 
 
 def add_mimic(spec: mujoco.MjSpec, name: str, leader: str, mimic: Mimic) -> None:
-    """Tie a joint to its leader, or to its offset where the leader cannot move.
+    """Add the equality constraint of a mimic joint.
 
     Args:
         spec: The ``mujoco.MjSpec`` to edit.
@@ -167,7 +167,7 @@ def add_drives(
     joints: list[JointSpec],
     borne: Mapping[str, float] = MappingProxyType({}),
 ) -> None:
-    """Add the actuators, tuned to the inertia that each joint moves.
+    """Add the actuators of joints, tuned to the inertia that each moves.
 
     Args:
         spec: The ``mujoco.MjSpec`` to edit.

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class FreeBody:
-    """A link that moves freely.
+    """A link on a floating joint.
 
     Attributes:
         link: The link, whose pose is that of the joint.
@@ -49,7 +49,7 @@ def free_bodies(description: RobotDescription) -> list[FreeBody]:
 
 
 def free_root(model: mujoco.MjModel, body: int) -> int:
-    """The body on a free joint that carries another one, or 0 where that stands in the world.
+    """Return the free body that carries a body; 0 for the world.
 
     Args:
         model: The ``mujoco.MjModel``.

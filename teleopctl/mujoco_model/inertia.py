@@ -39,7 +39,7 @@ _ROUNDING = 1e-9
 
 
 def repair_inertias(spec: mujoco.MjSpec, but: Container[str] = ()) -> list[str]:
-    """Give every moving link a mass and an inertia that physics can work with.
+    """Set valid masses and inertias of all moving links.
 
     Args:
         spec: The ``mujoco.MjSpec`` to repair, meshes already resolved.

@@ -64,12 +64,12 @@ class JointSpec:
 
     @property
     def driven_by_velocity(self) -> bool:
-        """Whether a drive of ours turns it at a commanded speed, as those of wheels do."""
+        """Whether the joint is velocity-controlled, such as a wheel."""
         return self.has_drive and "velocity" in self.command_interfaces
 
 
 def joint_specs(description: RobotDescription) -> tuple[list[JointSpec], list[str]]:
-    """The joints that move along or about one axis, in the order of the URDF.
+    """Return the specifications of a description's joints, in the URDF's order.
 
     Args:
         description: The robot.

@@ -59,7 +59,7 @@ _SIDES = [0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3]
 
 
 def is_free_by_itself(description: RobotDescription) -> bool:
-    """Whether a robot has no joints, or plug-ins of Gazebo that move it as a whole.
+    """Return whether a robot has no joints, or plug-ins that move it as a whole.
 
     Raises:
         InvalidDescriptionError: A plug-in of the description is wrong.
@@ -75,7 +75,7 @@ def is_free_by_itself(description: RobotDescription) -> bool:
 
 
 def moves_about_by(shapes: Shapes, description: RobotDescription) -> str:
-    """Return what a robot moves about with; empty for what has to be held.
+    """Return the wheels or legs of a robot; empty if its base must be fixed.
 
     Args:
         shapes: Its shapes at the start.
@@ -91,7 +91,7 @@ def moves_about_by(shapes: Shapes, description: RobotDescription) -> str:
 
 
 class Shapes:
-    """The shapes of a robot at its start, in the frame of its root link.
+    """Shapes of a robot at its start, in the root link's frame.
 
     Args:
         spec: The ``mujoco.MjSpec`` of the robot alone, its root link fixed and its meshes found;
@@ -131,7 +131,7 @@ class Shapes:
         self.height = float(top) - self.ground
 
     def points(self, body: int) -> Iterator[Array]:
-        """The points that span what a body touches with, else is drawn with, else its origin."""
+        """Return the points of a body's collision or visual shapes, else its origin."""
         m, data = self.model, self.data
         first, count = int(m.body_geomadr[body]), int(m.body_geomnum[body])
         for geom in range(first, first + count):
@@ -160,7 +160,7 @@ class Shapes:
 
     @property
     def lowest_that_moves(self) -> float:
-        """The height of the lowest point of what is not fixed to the root link."""
+        """Return the lowest point of the moving links."""
         moving = (body for body in self.bodies if self.model.body_weldid[body])
         return min((float(self.lowest[body]) for body in moving), default=math.inf)
 

@@ -56,7 +56,7 @@ _TIMESTEP_S = 0.001
 
 @dataclass(frozen=True)
 class RobotModel:
-    """A compiled model and what it means.
+    """Compiled model of a robot and its world, with the meaning of its parts.
 
     Attributes:
         name: The robot's name.
@@ -107,17 +107,17 @@ class RobotModel:
 
     @property
     def world_frame(self) -> str:
-        """The frame that stands still at the world's origin."""
+        """Name of the frame fixed at the world's origin."""
         return WORLD if self.fixed is None else self.fixed.world_frame
 
     @property
     def timestep_ns(self) -> int:
-        """The longest physics step that it is made for, in nanoseconds."""
+        """Longest suitable physics step, in nanoseconds."""
         return round(float(self.mj_model.opt.timestep) * 1e9)
 
     # Any stands for MuJoCo's types, which have no static ones.
     def put_at_start(self, model: Any, data: Any, keyframe: str = "") -> None:
-        """Put a simulation where it begins.
+        """Set a simulation to its initial state, or to a keyframe.
 
         Args:
             model: Its ``mujoco.MjModel``, which may be a copy.
@@ -131,7 +131,7 @@ class RobotModel:
             start.apply(model, data)
 
     def camera(self, name: str) -> CameraModel:
-        """The camera of a name, or the first one for an empty name.
+        """Return the camera of a name; the first one for an empty name.
 
         Raises:
             InvalidDescriptionError: If the robot has none of that name, or none at all.
@@ -153,7 +153,7 @@ def build_model(
     fixed_base: bool | None = None,
     spawn_pose: Pose | None = None,
 ) -> RobotModel:
-    """Build the model of a robot standing on a plane.
+    """Build the model of a robot in a world.
 
     Args:
         description: The robot.
@@ -353,7 +353,7 @@ def _draft(
 def initial_positions(
     model: mujoco.MjModel, joints: list[JointSpec] | tuple[JointSpec, ...]
 ) -> np.ndarray:
-    """MuJoCo's ``qpos`` with every joint at its initial position."""
+    """Return MuJoCo's ``qpos`` with all joints at their initial positions."""
     positions = np.array(model.qpos0)
     for joint in joints:
         positions[model.joint(joint.name).qposadr[0]] = joint.initial_position

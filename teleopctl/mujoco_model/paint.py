@@ -83,7 +83,7 @@ def parts_of(scene: Any, *, is_gltf: bool) -> list[Part]:
 
 
 def drawn_by(spec: mujoco.MjSpec, mesh: Any) -> list[Any]:
-    """The shapes that draw a mesh and touch nothing."""
+    """Return the visual shapes of a mesh."""
     return [geom for geom in spec.geoms if geom.meshname == mesh.name and not geom.contype]
 
 
@@ -128,7 +128,7 @@ def paint(
 
 
 def add_pictures(spec: mujoco.MjSpec, pictures: Iterable[Picture]) -> None:
-    """Add the pictures with which the parts of meshes are drawn, smaller where they are many."""
+    """Add the textures of meshes, reduced if they are many."""
     added, side = list(pictures), _LARGEST_PICTURE
     while side > 1 and sum(picture.pixels.nbytes for picture in added) > _MOST_OF_PICTURES:
         side //= 2

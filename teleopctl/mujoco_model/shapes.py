@@ -24,7 +24,7 @@ _SIZED = {
 
 
 def drop_impossible_shapes(spec: mujoco.MjSpec) -> list[str]:
-    """Take out shapes whose sizes are not positive, or are no numbers.
+    """Remove shapes with invalid sizes.
 
     Returns:
         One warning for each link that has some.

@@ -60,7 +60,7 @@ _SERVED_PLUGINS = re.compile(
 
 
 def unserved_tags(urdf: str) -> list[str]:
-    """One sentence for each kind of tag of the description that the simulation leaves out.
+    """Return a sentence for each kind of tag without effect in simulation.
 
     Args:
         urdf: The expanded robot description, which is well formed.
@@ -69,7 +69,7 @@ def unserved_tags(urdf: str) -> list[str]:
 
 
 def gazebos_own_tags(urdf: str) -> list[str]:
-    """One sentence for all that speaks to Gazebo's window, drawing or solver alone, if any does.
+    """Return a sentence about all tags that concern only Gazebo, if there are any.
 
     Args:
         urdf: See there.

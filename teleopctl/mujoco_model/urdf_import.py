@@ -113,7 +113,7 @@ def _with_compiler_options(urdf: str) -> str:
 
 
 def show_bare_collisions(spec: mujoco.MjSpec) -> None:
-    """Draw the collision shapes of links that have nothing else to be seen by."""
+    """Make collision shapes visible for links without visual shapes."""
     for body in spec.bodies:
         geoms = list(body.geoms)
         if all(geom.group == COLLISION_GROUP for geom in geoms):

@@ -37,7 +37,7 @@ def view_bag(
     is_paused: bool,
     on_ready: Callable[[Address, int], object],
 ) -> None:
-    """Show a bag on the page until it is interrupted.
+    """Show a bag on a page with a time line, until Ctrl-C.
 
     What is played reaches nobody else, and what else runs is not in the picture: the two nodes are
     in a domain of their own.

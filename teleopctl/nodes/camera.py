@@ -65,7 +65,10 @@ _CHOICES = {"quality": ("auto", "fast", "full"), "compressed.format": ("jpeg", "
 
 
 class Camera(Node):
-    """The cameras' node. Everything that draws happens on one thread, as OpenGL wants it."""
+    """Node ``camera``, which renders all cameras of the robot.
+
+    Everything that draws happens on one thread, as OpenGL wants it.
+    """
 
     def __init__(self) -> None:
         progress.tell(progress.STARTING)
@@ -333,7 +336,7 @@ class Camera(Node):
         return self._renderer
 
     def destroy_node(self) -> None:
-        """End drawing, then the node."""
+        """Stop rendering, and destroy the node."""
         with self._changed:
             self._stopped = True
             self._changed.notify_all()

@@ -24,7 +24,7 @@ _FOLDER = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__)
 def run_executable(
     package: str | None, executable: str, args: Sequence[str], *, builtin: bool = False
 ) -> int:
-    """Find a program and run it to its end in this process.
+    """Find a program and run it in this process.
 
     Args:
         package: The program's package, or None when ``executable`` is a path or a unique name.
@@ -45,7 +45,7 @@ def run_executable(
 
 
 def execute(executable: Executable, args: Sequence[str]) -> int:
-    """Run a program that was found, see `run_executable`."""
+    """Run a program in this process; see `run_executable`."""
     from teleopctl.base.output import discard_output, outlive_output, take_log_file
     from teleopctl.compat import activation
 

@@ -7,7 +7,7 @@ from teleopctl.node import Node
 
 
 def refuse_a_second(node: Node) -> None:
-    """See to it that a node is the only one of its name.
+    """Raise if another node has the same name.
 
     It has announced itself already, so of two that start at the same time at least one notices.
 

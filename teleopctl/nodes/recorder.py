@@ -48,7 +48,7 @@ _EVERY_NODE_HAS = ("use_sim_time", "start_type_description_service")
 
 
 def main(args: list[str] | None = None) -> int:
-    """Record until it is interrupted, then finish the bag.
+    """Record until Ctrl-C, and finish the bag.
 
     Raises:
         InvalidParameterError: A parameter is unknown, or of another type.

@@ -60,7 +60,7 @@ class JointTransforms:
         self._messages: dict[str, TransformStamped] = {}
 
     def moving(self, state: JointState, stamp_ns: int) -> list[TransformStamped]:
-        """Return the frames of the joints that a state has, good until the next call.
+        """Return the transforms of a joint state's joints, valid until the next call.
 
         Args:
             state: Has as many positions as names; those that are not finite are left out.
@@ -77,7 +77,7 @@ class JointTransforms:
         ]
 
     def fixed(self, stamp_ns: int) -> list[TransformStamped]:
-        """Return the frames of the joints that do not move."""
+        """Return the transforms of fixed joints."""
         return [
             self._message(segment.joint, segment.origin, stamp_ns) for segment in self._tree.fixed
         ]
@@ -97,7 +97,7 @@ class JointTransforms:
 
 
 class RobotStatePublisher(Node):
-    """The node; its parameters and topics are those of ROS 2.
+    """Node ``robot_state_publisher``.
 
     Args:
         file: A URDF file, where the parameter is empty.
@@ -255,7 +255,7 @@ def _read(urdf: str) -> RobotDescription:
 
 
 def publish_interval_ns(frequency: float) -> int:
-    """Return the least time between two messages of a joint, in nanoseconds, at a rate in Hz.
+    """Return the shortest interval between two messages of a joint, in nanoseconds.
 
     Raises:
         InvalidParameterError: It is no rate that the node can have.

@@ -26,7 +26,7 @@ OPEN_VARIABLE = "TELEOPCTL_OPEN"
 
 
 def main(args: list[str] | None = None) -> int:
-    """Serve the page until it is interrupted.
+    """Serve the page until Ctrl-C.
 
     Args:
         args: Command line; None takes the process's.

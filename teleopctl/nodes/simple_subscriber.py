@@ -10,7 +10,7 @@ from std_msgs.msg import String
 
 
 class SimpleSubscriber(Node):
-    """Logs each string that arrives."""
+    """Logs each received string."""
 
     def __init__(self) -> None:
         super().__init__("simple_subscriber")

@@ -11,7 +11,7 @@ from teleopctl.robot import bounded_xacro, over_budget
 
 
 def main() -> None:
-    """Expand the file that the command line names, with xacro's own options and messages."""
+    """Run ``xacro``."""
     with bounded_xacro() as xacro:
         expand = xacro.process_file
 

@@ -55,7 +55,7 @@ class Installation(NamedTuple):
 
 
 def installation(text: str, folder: Path) -> Installation:
-    """Read what a script installs.
+    """Return what a CMake script installs.
 
     Args:
         text: The script.
@@ -78,7 +78,7 @@ class _Script:
         self._files_left = _MOST_FILES
 
     def run(self, text: str, below: str) -> None:
-        """Read the calls of a script in a folder below the first one's."""
+        """Evaluate the calls of a script in a subfolder."""
         outside = self._values
         self._values = outside | {key: [posixpath.join(_TOP, below)] for key in _CURRENT_FOLDERS}
         calls = [(call[1].lower(), call[2]) for call in _CALL.finditer(_COMMENT.sub("", text))]

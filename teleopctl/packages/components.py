@@ -22,7 +22,7 @@ GROUP = plugins.COMPONENTS.group
 
 
 class Component(NamedTuple):
-    """A component that can be loaded.
+    """A loadable component.
 
     Attributes:
         type_name: What it is registered as, such as ``composition::Talker``.
@@ -38,7 +38,7 @@ class Component(NamedTuple):
 
 
 def list_components() -> dict[str, list[Component]]:
-    """Return all components by the package that brings them, both sorted."""
+    """Return all components by package."""
     found: dict[str, list[Component]] = {}
     for component in _all():
         known = found.setdefault(component.package, [])
@@ -48,7 +48,7 @@ def list_components() -> dict[str, list[Component]]:
 
 
 def find_component(package: str, plugin: str) -> Component:
-    """Find a component by its package and its type.
+    """Return a component by package and type.
 
     The type may be given without the package that stands in front of it, as
     ``rclpy_components`` has it.

@@ -15,13 +15,13 @@ from teleopctl.packages.records import DISTRIBUTION, Package
 
 
 def distribution_names() -> set[str]:
-    """Return the names of the packages that distributions bring."""
+    """Return the packages of installed Python distributions."""
     nodes = (name.rpartition("/")[0] for name in plugins.available(plugins.NODES))
     return {*plugins.available(plugins.PACKAGES), *nodes} - {""}
 
 
 def distribution_package(name: str) -> Package | None:
-    """Return the package of that name that an installed distribution brings, or None.
+    """Return a package of an installed Python distribution, or None.
 
     Raises:
         BrokenPluginError: Its files are not there.

@@ -84,7 +84,7 @@ def package_layers(name: str) -> list[Package]:
 
 
 def package_names() -> list[str]:
-    """Return the name of every package that can be found, sorted."""
+    """Return the names of all packages, sorted."""
     from teleopctl.packages.distributions import distribution_names
 
     names = {*_source_packages(), *installed_names(), *own_names(), *distribution_names()}
@@ -92,7 +92,7 @@ def package_names() -> list[str]:
 
 
 def list_packages() -> list[Package]:
-    """Return every package that can be found, sorted by name."""
+    """Return all packages, sorted by name."""
     listed = []
     for name in package_names():
         layers = list(known_layers(name))
@@ -104,7 +104,7 @@ def list_packages() -> list[Package]:
 
 
 def source_packages() -> list[Package]:
-    """Return the packages that lie in folders with a ``package.xml``, as they were found."""
+    """Return the source packages in the searched folders."""
     return [package for layers in _source_packages().values() for package in layers]
 
 
@@ -159,7 +159,7 @@ def include_package_of(file: Path) -> None:
 
 
 def package_share(name: str) -> Path:
-    """Return the folder of a package's files.
+    """Return the share folder of a package.
 
     Raises:
         TeleopctlError: When there is no such package.
@@ -168,7 +168,7 @@ def package_share(name: str) -> Path:
 
 
 def resolve_uri(uri: str) -> Path:
-    """Turn ``package://PACKAGE/path``, ``file:///path`` or a plain path into a path.
+    """Return the path of a ``package://`` or ``file://`` URI, or of a plain path.
 
     The file need not exist.
 
@@ -198,7 +198,7 @@ def resolve_uri(uri: str) -> Path:
 
 
 def known_layers(name: str) -> Iterator[Package]:
-    """Yield the packages of a name, first ones first, without those of distributions."""
+    """Yield the packages of a name, overlays first, without Python distributions."""
     own = builtin_package(name)
     unbuilt: list[Package] = []
     for package in _source_packages().get(name, ()):

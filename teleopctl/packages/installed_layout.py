@@ -35,7 +35,7 @@ _MARKERS: Final = "share/ament_index/resource_index/packages"
 
 @lru_cache(maxsize=256)
 def share_folder(name: str, folder: Path) -> Path:
-    """Return the folder in which a package's files lie as they do when it is installed.
+    """Return a folder with a source package's files laid out as installed.
 
     Args:
         name: The package's name.
@@ -56,7 +56,7 @@ def share_folder(name: str, folder: Path) -> Path:
 def prefix_folder(
     name: str, folder: Path, share: Path, programs: tuple[str, ...], *, is_source: bool
 ) -> Path:
-    """Return a folder that is laid out as the install prefix of a package that is not installed.
+    """Return a folder laid out as the install prefix of a source package.
 
     Args:
         name: The package's name.
@@ -80,7 +80,7 @@ def prefix_folder(
 
 
 def linked_module(name: str, folder: Path, module: Path) -> Path:
-    """Return a folder in which a package's Python module has its name, as it has when installed.
+    """Return a folder from which a source package's module can be imported.
 
     Args:
         name: The module's name.

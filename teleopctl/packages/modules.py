@@ -34,7 +34,7 @@ def source_module_root(name: str) -> Path | None:
 
 
 def installed_module_roots(name: str) -> tuple[Path, ...]:
-    """Return the folders to import an installed package's module from."""
+    """Return the folders from which an installed package's module can be imported."""
     for package in known_layers(name):
         if package.kind == INSTALLED:
             return python_folders(package.prefix)

@@ -27,17 +27,17 @@ _DATA_PACKAGES: Final = {
 
 
 def own_names() -> set[str]:
-    """Return the names of the packages that teleopctl brings itself."""
+    """Return the names of teleopctl's built-in packages."""
     return {*_DATA_PACKAGES, *(name.rpartition("/")[0] for name in plugins.NODES.ours)}
 
 
 def has_files(name: str) -> bool:
-    """Whether a package that teleopctl brings has files, rather than programs alone."""
+    """Return whether a built-in package has files, not only programs."""
     return name in _DATA_PACKAGES
 
 
 def builtin_package(name: str) -> Package | None:
-    """Return the package of that name that teleopctl brings itself, or None."""
+    """Return teleopctl's built-in package of this name, or None."""
     programs = executables_of(name, plugins.NODES.ours.items())
     folder = HERE
     if name in _DATA_PACKAGES:

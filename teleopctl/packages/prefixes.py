@@ -32,12 +32,12 @@ _PYTHON_FOLDERS: Final = (
 
 
 def search_paths() -> list[str]:
-    """Return the prefixes that ``AMENT_PREFIX_PATH`` names and that exist, in their order."""
+    """Return the existing prefixes of ``AMENT_PREFIX_PATH``."""
     return _folders(AMENT_VARIABLE)
 
 
 def prefixes() -> dict[str, str]:
-    """Return the prefixes that exist, with the variable that names each, the first ones first."""
+    """Return the existing prefixes, with the variable that lists each."""
     found = dict.fromkeys(_folders(AMENT_VARIABLE), AMENT_VARIABLE)
     for base in _folders(COLCON_VARIABLE):
         for prefix in _prefixes_of_workspace(base):
@@ -62,7 +62,7 @@ def include_prefix_of(file: Path) -> None:
 
 
 def installed_packages(name: str) -> Iterator[Package]:
-    """Yield the installed packages of a name, those of the first prefixes first."""
+    """Yield the installed packages of a name, in the order of the prefixes."""
     for prefix, variable in prefixes().items():
         if os.path.isfile(os.path.join(prefix, INDEX, "packages", name)):  # noqa: PTH113, PTH118
             yield _package(name, prefix, variable)
@@ -74,7 +74,7 @@ def installed_names() -> set[str]:
 
 
 def python_folders(prefix: Path) -> tuple[Path, ...]:
-    """Return the folders of a prefix that belong on Python's search path.
+    """Return the folders of a prefix for Python's search path.
 
     With ``--symlink-install`` a package's modules stay where they are, and a file tells where.
     """

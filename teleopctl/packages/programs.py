@@ -20,7 +20,7 @@ _OURS = "teleopctl.nodes."
 
 
 def find_executable(package: str | None, name: str, *, builtin: bool = False) -> Executable:
-    """Find a program by package and name, by its name alone, or by its path.
+    """Find a program by package and name, by name alone, or by path.
 
     Args:
         package: The package, or None when ``name`` is a path or unique among all packages.

@@ -14,7 +14,7 @@ DISTRIBUTION: Final = "distribution"
 
 
 class Executable(NamedTuple):
-    """A program of a package: a function to call, or a file to run.
+    """Program of a package: a function or a file.
 
     Attributes:
         name: What ``teleopctl run`` calls it.
@@ -90,7 +90,7 @@ class Package:
 
     @property
     def prefix(self) -> Path:
-        """The folder below which its files lie in ``share/NAME``, its programs in ``lib/NAME``.
+        """Return the install prefix of the package.
 
         Of a package that is not installed it is a folder of links and of small programs that run
         the package's.

@@ -27,7 +27,7 @@ _PADDED: Final = re.compile(r"%[^sd%]|\{[^}]*[:.!\[]")  # can be made as long as
 
 
 def setup_arguments(text: str, folder: Path | None = None) -> dict[str, Any]:
-    """Return the keyword arguments of a script's ``setup`` that can be evaluated.
+    """Return the arguments of a script's ``setup`` call that are constant.
 
     Args:
         text: The script.

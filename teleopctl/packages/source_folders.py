@@ -21,7 +21,7 @@ _NAME = re.compile(r"<name>\s*([A-Za-z0-9_\-]+)\s*</name>")
 
 
 def package_name(manifest: Path) -> str | None:
-    """Read the name that a ``package.xml`` declares.
+    """Return the name in a ``package.xml``.
 
     Returns:
         The name, or None when the file cannot be read or declares none.
@@ -32,12 +32,12 @@ def package_name(manifest: Path) -> str | None:
 
 
 def enclosing_package(folder: Path) -> Path | None:
-    """Return the nearest folder with a ``package.xml``: the given one, or one that it lies in."""
+    """Return the folder with ``package.xml`` that is, or contains, a folder; or None."""
     return next((f for f in (folder, *folder.parents) if (f / "package.xml").is_file()), None)
 
 
 def workspace_of(folder: Path) -> Path | None:
-    """Return the folder that a package lies in with others: the nearest ``src``, or a repository.
+    """Return the workspace of a package: the nearest ``src``, or the repository.
 
     Args:
         folder: The package's.
@@ -48,7 +48,7 @@ def workspace_of(folder: Path) -> Path | None:
 def find_package_folders(
     root: Path, on_cut: Callable[[int], object] = lambda _: None
 ) -> Iterator[tuple[str | None, Path]]:
-    """Yield (package name, folder) of the packages at and below a folder, nearest first.
+    """Yield name and folder of the packages below a folder, nearest first.
 
     The name is None where `package_name` finds none.
 

@@ -21,7 +21,7 @@ _SCRIPTS = "console_scripts"
 
 
 def executables(package: str, folder: Path) -> dict[str, Executable]:
-    """Return the programs that a package's scripts install, by name."""
+    """Return the programs that a package's scripts install."""
     programs = {
         name: Executable(name, package, target, None, (import_root(folder, target),))
         for name, target in console_scripts(folder).items()
@@ -44,13 +44,13 @@ def executables(package: str, folder: Path) -> dict[str, Executable]:
 
 
 def compiled_programs(folder: Path) -> set[str]:
-    """Return the names of the programs that a package's ``CMakeLists.txt`` compiles."""
+    """Return the programs that a package's ``CMakeLists.txt`` compiles."""
     text = text_of(folder / "CMakeLists.txt")
     return set() if text is None else installation(text, folder).targets
 
 
 def compiles(folder: Path) -> bool:
-    """Whether a package's ``CMakeLists.txt`` builds a library or a program."""
+    """Return whether a package's ``CMakeLists.txt`` compiles anything."""
     text = text_of(folder / "CMakeLists.txt")
     return text is not None and _BUILT.search(text) is not None
 
@@ -62,12 +62,12 @@ def depends_on(folder: Path, name: str) -> bool:
 
 
 def console_scripts(folder: Path) -> dict[str, str]:
-    """Read the programs that a Python package declares, as program name → ``module:function``."""
+    """Return the console scripts of a Python package, as name and ``module:function``."""
     return entry_points(folder, _SCRIPTS)
 
 
 def entry_points(folder: Path, group: str) -> dict[str, str]:
-    """Read the entry points of a group that a Python package declares, by name.
+    """Return the entry points of a group that a Python package declares.
 
     ``setup.py`` wins over ``setup.cfg``, which wins over ``pyproject.toml``.
     """
@@ -85,7 +85,7 @@ def entry_points(folder: Path, group: str) -> dict[str, str]:
 
 
 def import_root(folder: Path, target: str) -> Path:
-    """Return the folder to import ``module:function`` from: the package's own, or its ``src``."""
+    """Return the folder from which ``module:function`` can be imported."""
     top = target.partition(":")[0].partition(".")[0]
     source = folder / "src"
     if (source / top).is_dir() or (source / f"{top}.py").is_file():

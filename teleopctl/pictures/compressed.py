@@ -24,7 +24,7 @@ _DEPTH_HEADER = struct.Struct("<iff")
 
 # Any, here and below: a CompressedImage message.
 def compressed_picture(message: Any, width: int, shades: GreyRange) -> Picture:
-    """Return the picture of a message.
+    """Convert a compressed image message to a picture.
 
     Args:
         message: A ``sensor_msgs/msg/CompressedImage``.
@@ -48,7 +48,7 @@ def compressed_picture(message: Any, width: int, shades: GreyRange) -> Picture:
 
 
 def compressed_image(message: Any, width: int, shades: GreyRange) -> PilImage:
-    """Return the pixels of a message.
+    """Return the pixels of a compressed image message.
 
     Args:
         message: A ``sensor_msgs/msg/CompressedImage``.
@@ -78,7 +78,7 @@ def _depth_picture(message: Any, width: int, shades: GreyRange) -> Picture:
 
 
 def depths_inside(message: Any) -> np.ndarray[Any, Any]:
-    """The numbers of a depth picture, (height, width)."""
+    """Return the depths of a compressed depth image, (height, width)."""
     data = bytes(message.data)
     if not data.startswith(_PNG, _DEPTH_HEADER.size):
         raise PictureError(f"Of '{message.format}' only what holds PNG can be shown")

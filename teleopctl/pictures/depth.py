@@ -20,7 +20,7 @@ _KINDS = {"16UC1": "u2", "mono16": "u2", "32FC1": "f4"}
 
 # Any: a message of one of two types.
 def depths_of(message: Any) -> Depths:
-    """Return how far away each pixel is, in metres, shape (rows, width).
+    """Return the depth of each pixel in metres, (rows, width).
 
     Args:
         message: A ``sensor_msgs/msg/Image`` or ``sensor_msgs/msg/CompressedImage`` of depths.

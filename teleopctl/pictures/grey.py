@@ -32,7 +32,7 @@ class GreyRange:
 
     # Any: numbers of any type.
     def shades(self, values: npt.NDArray[Any]) -> npt.NDArray[np.uint8]:
-        """Return shades; nothing was measured, so black, is what is no number, or zero.
+        """Return grey values; invalid and zero values are black.
 
         Args:
             values: Numbers, of any shape.

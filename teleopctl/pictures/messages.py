@@ -37,7 +37,7 @@ def picture_of(message: Any, width: int, shades: GreyRange) -> Picture:
 
 
 def image_of(message: Any, shades: GreyRange) -> PilImage:
-    """Return all pixels of a message, grey or coloured.
+    """Return the pixels of an image message, grey or coloured.
 
     Args:
         message: An ``Image`` or a ``CompressedImage``.

@@ -16,7 +16,7 @@ Pixels = npt.NDArray[np.uint8]
 
 
 def from_bayer(plane: Plane, pattern: str, *, coarse: bool) -> Pixels:
-    """Colours of a Bayer mosaic.
+    """Return the colours of a Bayer image.
 
     Each colour is the mean of its nearest neighbours (bilinear).
 
@@ -72,7 +72,7 @@ def _box(values: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
 
 
 def from_yuv422(rows: Pixels, order: str, *, coarse: bool) -> Pixels:
-    """Colours of YUV where two pixels share their colour.
+    """Return the colours of a YUV 4:2:2 image.
 
     Args:
         rows: The bytes, (height, 2 * width).
@@ -90,7 +90,7 @@ def from_yuv422(rows: Pixels, order: str, *, coarse: bool) -> Pixels:
 
 
 def from_semi_planar(luma: Pixels, chroma: Pixels, *, v_first: bool, coarse: bool) -> Pixels:
-    """Colours of YUV whose brightness lies apart from its colours, as ``nv21`` and ``nv12``.
+    """Return the colours of a semi-planar YUV image, ``nv21`` or ``nv12``.
 
     Args:
         luma: The brightness, (height, width).

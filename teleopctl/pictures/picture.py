@@ -23,7 +23,7 @@ class PictureError(TeleopctlError):
 
 @dataclass(frozen=True, slots=True)
 class Picture:
-    """A picture, encoded.
+    """An encoded picture.
 
     Attributes:
         data: Its bytes.
@@ -43,7 +43,7 @@ class Picture:
 
 
 def fitted(image: PilImage, width: int) -> PilImage:
-    """Return an image that is no wider than a number of pixels, and wide enough to be seen.
+    """Return an image reduced to a width, and enlarged if tiny.
 
     Args:
         image: The image.
@@ -63,7 +63,7 @@ def fitted(image: PilImage, width: int) -> PilImage:
 
 
 def to_jpeg(image: PilImage) -> bytes:
-    """Encode a grey or coloured image."""
+    """Encode an image as JPEG."""
     buffer = io.BytesIO()
     image.save(buffer, "JPEG", quality=_JPEG_QUALITY)
     return buffer.getvalue()

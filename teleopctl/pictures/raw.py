@@ -43,7 +43,7 @@ Array = npt.NDArray[Any]
 
 # Any, here and below: an Image message.
 def raw_picture(message: Any, width: int, shades: GreyRange) -> Picture:
-    """Return the picture of a message.
+    """Convert an Image message to a picture.
 
     Args:
         message: A ``sensor_msgs/msg/Image``.
@@ -62,7 +62,7 @@ def raw_picture(message: Any, width: int, shades: GreyRange) -> Picture:
 
 
 def raw_image(message: Any, width: int, shades: GreyRange) -> tuple[PilImage, int]:
-    """Return the pixels of a message, and how many of its rows have arrived.
+    """Return the pixels of an Image message, and how many rows it has.
 
     Args:
         message: A ``sensor_msgs/msg/Image``.

@@ -381,6 +381,6 @@ PANELS = Kind(
 
 
 def kinds() -> list[Kind]:
-    """Every kind of plug-in, by its entry-point group."""
+    """Return every kind of plug-in, by its entry-point group."""
     found = (value for value in globals().values() if isinstance(value, Kind))
     return sorted(found, key=lambda kind: kind.group)

@@ -56,7 +56,7 @@ class Kind:
 
 
 class Plugin:
-    """A plug-in that has not been imported.
+    """A plug-in that is not yet imported.
 
     Attributes:
         name: What it is asked for by.
@@ -73,7 +73,7 @@ class Plugin:
 
 
 def find(kind: Kind, name: str) -> Plugin | None:
-    """Look a plug-in up by its name or, where the kind allows that, as ``module:object``."""
+    """Return a plug-in by its name or, if its kind allows that, as ``module:object``."""
     if name in kind.ours:
         return Plugin(name, kind.ours[name])
     if (stranger := _strangers(kind.group).get(name)) is not None:
@@ -84,7 +84,7 @@ def find(kind: Kind, name: str) -> Plugin | None:
 
 
 def available(kind: Kind) -> dict[str, Plugin]:
-    """Every plug-in of a kind: ours in the order of their table, then strangers' sorted."""
+    """Return all plug-ins of a kind: built-in ones, then others sorted."""
     plugins = {name: Plugin(name, target) for name, target in kind.ours.items()}
     for name, stranger in _strangers(kind.group).items():
         plugins.setdefault(name, stranger)
@@ -138,7 +138,7 @@ def load(kind: Kind, name: str) -> Any:
 
 # Any: whatever stands there.
 def imported(target: str) -> Any:
-    """Return what ``module:name`` means."""
+    """Return the object ``module:name``."""
     module, _, attribute = target.partition(":")
     return getattr(import_module(module), attribute)
 
@@ -164,7 +164,7 @@ def _is_one(found: object, kind: Kind) -> bool:
 
 
 def forget_entry_points() -> None:
-    """Read the metadata of the installed distributions again when a name is next looked up."""
+    """Drop the cached metadata of installed distributions."""
     _installed.cache_clear()
 
 

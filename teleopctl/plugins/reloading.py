@@ -17,7 +17,7 @@ _INSTALLED = "site-packages", "dist-packages"
 
 
 def reload(kind: Kind, names: Iterable[str]) -> list[str]:
-    """Import plug-ins again, with the modules of their packages.
+    """Reload plug-ins with the modules of their packages.
 
     Objects of the old classes go on with the old code. Ours are never read again.
 

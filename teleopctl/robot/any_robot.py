@@ -20,7 +20,7 @@ _USE = re.compile(r"\$\(arg\s+(\w+)\s*\)")
 
 
 class ChosenControllers(NamedTuple):
-    """The controllers of a robot.
+    """Chosen controllers of a robot, with their parameters.
 
     Attributes:
         file: Parameters of the controller manager and of them.
@@ -36,7 +36,7 @@ class ChosenControllers(NamedTuple):
 
 
 def xacro_arguments(files: Iterable[Path]) -> dict[str, str | None]:
-    """Return the arguments of a description, with their defaults as written; None for none.
+    """Return the xacro arguments of a description, with their defaults.
 
     Args:
         files: The description's file and those that it includes; what cannot be read has none.
@@ -58,7 +58,7 @@ def xacro_arguments(files: Iterable[Path]) -> dict[str, str | None]:
 
 
 def in_words(arguments: dict[str, str | None]) -> str:
-    """Name arguments with their defaults, those that have to be given first."""
+    """Return arguments and defaults in words, required ones first."""
     ordered = sorted(arguments.items(), key=lambda item: item[1] is not None)
     return ", ".join(
         name if default is None else f"{name} ({default})" for name, default in ordered
@@ -66,7 +66,7 @@ def in_words(arguments: dict[str, str | None]) -> str:
 
 
 def with_mesh_paths(urdf: str, folder: Path) -> str:
-    """Return a description whose meshes beside its file are named by their whole paths.
+    """Return a description with relative mesh paths made absolute.
 
     Whoever reads the description from a topic does not know where its file was.
 
@@ -109,7 +109,7 @@ def described_namespace(description: RobotDescription) -> str:
 
 
 def described_remappings(description: RobotDescription) -> list[str]:
-    """Return the rules by which a description's controllers call topics otherwise, as written.
+    """Return the remappings that a description's controllers ask for.
 
     They stand at Gazebo's plug-in of ros2_control.
     """

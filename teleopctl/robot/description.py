@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class RobotDescription:
-    """A robot as a tree of links.
+    """A robot description as a tree of links and joints.
 
     Attributes:
         name: The robot's name.
@@ -47,7 +47,7 @@ class RobotDescription:
 
     @classmethod
     def from_urdf(cls, text: str) -> RobotDescription:
-        """Read a URDF.
+        """Parse URDF text.
 
         Raises:
             InvalidDescriptionError: When it is not XML, is not a robot, its links form no tree, or
@@ -62,7 +62,7 @@ class RobotDescription:
 
     @cached_property
     def child_joints(self) -> Mapping[str, tuple[Joint, ...]]:
-        """The joints that start at each link."""
+        """Child joints of each link."""
         found: dict[str, list[Joint]] = {name: [] for name in self.links}
         for joint in self.joints.values():
             found[joint.parent].append(joint)
@@ -91,7 +91,7 @@ class RobotDescription:
         return read_components(_parse_robot(self.urdf), self.joints)
 
     def require_ros2_control(self) -> tuple[HardwareInfo, ...]:
-        """Return the hardware components.
+        """Return the hardware components; raise if there are none.
 
         Raises:
             InvalidDescriptionError: When there is none, or when a tag is wrong.
@@ -102,7 +102,7 @@ class RobotDescription:
 
     @cached_property
     def mjcf(self) -> Path | None:
-        """The MJCF file that this was made of, which is what a simulator simulates, or None."""
+        """MJCF file that the description was made from, or None."""
         extension = _parse_robot(self.urdf).find("mujoco")
         file = None if extension is None else extension.get("file")
         if not file:
@@ -113,7 +113,7 @@ class RobotDescription:
 
     @property
     def transmissions(self) -> tuple[TransmissionInfo, ...]:
-        """The transmissions of all hardware components."""
+        """Transmissions of all hardware components."""
         return tuple(found for part in self.ros2_control for found in part.transmissions)
 
     @cached_property

@@ -28,7 +28,7 @@ _LET_PASS = (
 
 
 class Element(Protocol):
-    """The part of an lxml element that reading and repairing use."""
+    """Interface of lxml's elements."""
 
     tag: str
     text: str | None
@@ -47,11 +47,11 @@ class Element(Protocol):
         ...
 
     def set(self, key: str, value: str) -> None:
-        """Give an attribute a value."""
+        """Set an attribute."""
         ...
 
     def remove(self, element: "Element") -> None:
-        """Take a child out."""
+        """Remove a child."""
         ...
 
     def __iter__(self) -> "Iterator[Element]": ...
@@ -80,7 +80,7 @@ def parse(text: str) -> Element:
 
 
 def parse_file(path: Path, content: bytes) -> Element:
-    """Parse what stands in a file of a robot or of a world.
+    """Parse the content of a robot's or world's file.
 
     Blank lines may stand before its XML declaration, as Gazebo and MuJoCo have it, prefixes may be
     undeclared, and comments may hold two hyphens.
@@ -114,19 +114,19 @@ def parse_file(path: Path, content: bytes) -> Element:
 
 
 def describe(element: Element) -> str:
-    """Name an element for an error message: its tag, its name and its line."""
+    """Return an element's tag, name and line, for error messages."""
     name = element.get("name")
     named = f" '{name}'" if name else ""
     return f"<{element.tag}>{named}{line_of(element.sourceline)}"
 
 
 def line_of(number: int | None) -> str:
-    """Name a line of a description behind a word of an error message, where it is known."""
+    """Return a line number in words, or an empty text if it is unknown."""
     return f" (line {number})" if number else ""
 
 
 def required(element: Element, attribute: str) -> str:
-    """Return an attribute.
+    """Return a required attribute.
 
     Raises:
         InvalidDescriptionError: When it is missing or empty.
@@ -149,7 +149,7 @@ def child_text(element: Element, tag: str, default: str = "") -> str:
 
 
 def to_number(text: str) -> float | None:
-    """Read a number as URDF has them, or return None."""
+    """Parse a number as URDF has them; None for other texts."""
     try:
         value = float(text)
     except ValueError:
@@ -185,7 +185,7 @@ def number(
 
 
 def numbers(element: Element, attribute: str, count: int) -> tuple[float, ...]:
-    """Return an attribute that holds ``count`` finite numbers separated by blanks.
+    """Return an attribute with ``count`` finite numbers.
 
     Raises:
         InvalidDescriptionError: When it is missing or holds anything else.
@@ -217,7 +217,7 @@ def vector(element: Element, attribute: str, default: Vector3 | None = None) -> 
 
 
 def boolean(text: str, where: str) -> bool:
-    """Read ``true`` or ``false`` in any letter case.
+    """Parse ``true`` or ``false`` in any case.
 
     Raises:
         InvalidDescriptionError: When it is anything else.

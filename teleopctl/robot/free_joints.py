@@ -14,7 +14,7 @@ from teleopctl.robot.urdf import Mimic
 
 @dataclass(slots=True)
 class FreeJoint:
-    """A joint that can be put anywhere in its range."""
+    """An independent joint, moved within its range."""
 
     name: str
     minimum: float
@@ -26,7 +26,7 @@ class FreeJoint:
     rising: bool = True
 
     def advance(self, step: float) -> None:
-        """Move on by a step, turning round at the ends of the range."""
+        """Advance the position by a step, turning back at the limits."""
         position = self.position + (step if self.rising else -step)
         if position >= self.maximum:
             position, self.rising = self.maximum, False
@@ -74,7 +74,7 @@ class JointSet:
         }
 
     def positions(self) -> list[float]:
-        """Return where each joint of ``names`` stands."""
+        """Return the position of each joint of ``names``."""
         free = {name: joint.position for name, joint in self.free.items()}
         complete = self._joints.positions(free)
         return [complete[name] for name in self.names]
@@ -90,7 +90,7 @@ class JointSet:
         velocities: Iterable[float] = (),
         efforts: Iterable[float] = (),
     ) -> None:
-        """Take over the state of free joints; names that are not among them are ignored.
+        """Set the states of independent joints; other names are ignored.
 
         Each sequence may be shorter than ``names``, or empty.
         """
@@ -105,7 +105,7 @@ class JointSet:
                     setattr(self.free[name], attribute, float(value))
 
     def advance(self, step: float) -> None:
-        """Move every free joint on by a step."""
+        """Advance every independent joint by a step."""
         for joint in self.free.values():
             joint.advance(step)
 

@@ -21,5 +21,5 @@ _GAZEBO_COLOURS = {
 
 
 def gazebo_colour(material: str) -> tuple[float, float, float] | None:
-    """The red, green and blue (0 to 1) of a Gazebo material such as ``Gazebo/Orange``."""
+    """Return the colour (0 to 1) of a Gazebo material such as ``Gazebo/Orange``."""
     return _GAZEBO_COLOURS.get(material.rpartition("/")[2].lower())

@@ -49,7 +49,7 @@ class LinkPhysics:
 
 @dataclass(frozen=True, slots=True)
 class Spring:
-    """A spring in a joint.
+    """Spring of a joint.
 
     Attributes:
         stiffness: In N m/rad or N/m.

@@ -82,7 +82,7 @@ UNLIMITED = JointLimits()
 def cut_command(
     joint: str, interface: str, asked: float, given: float, limits: JointLimits, by: str
 ) -> str:
-    """Return the sentence about a command that is cut, in control and in simulation alike.
+    """Return the sentence about a limited command, for control and simulation.
 
     Args:
         joint: The joint.
@@ -105,7 +105,7 @@ def cut_command(
 
 
 def rest_within(lower: float, upper: float) -> float:
-    """Zero; the middle of a range without zero, or its only end."""
+    """Return zero, or the nearest sensible position of a range without zero."""
     if lower <= 0.0 <= upper:
         return 0.0
     if math.isinf(lower) or math.isinf(upper):
@@ -116,7 +116,7 @@ def rest_within(lower: float, upper: float) -> float:
 def joint_limits(
     joint: Joint, commands: Mapping[str, Bounds | None], warnings: list[str]
 ) -> JointLimits:
-    """Combine a joint's own limits with those of its command interfaces.
+    """Combine the limits of a joint with those of its command interfaces.
 
     A velocity, effort or acceleration of zero, which many descriptions have for want of a number,
     limits nothing; nor do ``lower`` and ``upper``, or two soft limits, that are both zero. Nor does
@@ -223,7 +223,7 @@ def _smallest(*values: float | None) -> float:
 def mimic_in_control(
     joint: Joint, enabled: bool | None, parameters: Mapping[str, str], warnings: list[str]
 ) -> Mimic | None:
-    """The joint that one follows in control: the URDF's ``<mimic>``, else the parameters'.
+    """Return the mimic relation for control: that of URDF, else of parameters.
 
     Args:
         joint: The joint of the URDF.

@@ -40,7 +40,7 @@ class JointModel:
 
 
 class Joints(Mapping[str, JointModel]):
-    """The joints of a robot that move along or about one axis, in the order of the URDF.
+    """Joints of a robot that move along or about one axis, in the URDF's order.
 
     Args:
         joints: All joints of the URDF by name.
@@ -96,7 +96,7 @@ class Joints(Mapping[str, JointModel]):
 
     @classmethod
     def for_display(cls, description: RobotDescription, warn: Callable[[str], object]) -> Joints:
-        """The joints for those who show a robot, which works without control too.
+        """Return the joints for display, which ignores faults of ``<ros2_control>``.
 
         They differ from `of` in two points: an unusable ``<ros2_control>`` is reported and passed
         over, and a ``<mimic>`` holds even where ``mimic="false"`` switches it off in control,
@@ -133,7 +133,7 @@ class Joints(Mapping[str, JointModel]):
         return Joints(self._joints, limits, mimics)
 
     def positions(self, given: Mapping[str, float]) -> dict[str, float]:
-        """Complete positions by those of the joints that follow.
+        """Return positions completed by those of mimic joints.
 
         A position that is given stays, because it was measured. Any other following joint stands
         where its nearest leader with a position puts it. Nothing is said of the rest.

@@ -19,14 +19,14 @@ from teleopctl.tf import (
 
 @dataclass(frozen=True, slots=True)
 class Segment:
-    """A child link and how it stands in its parent."""
+    """Transform from a parent link to a child link, by joint position."""
 
     joint: Joint
     origin: Transform
 
     @classmethod
     def of(cls, joint: Joint) -> "Segment":
-        """Make the segment of a joint."""
+        """Return the segment of a joint."""
         return cls(joint, Transform(joint.origin.xyz, quaternion_from_rpy(*joint.origin.rpy)))
 
     def at(self, position: float) -> Transform:
@@ -45,7 +45,7 @@ class Segment:
 
 
 class SegmentTree:
-    """The segments of a robot, those that move and those that do not.
+    """Fixed and moving segments of a robot.
 
     A planar joint stands at its origin. A floating joint is left out: the state of a joint says
     nothing about it, and somebody else publishes where it is.
@@ -70,11 +70,11 @@ class SegmentTree:
 
     @property
     def moving(self) -> list[Joint]:
-        """The joints of the segments that move."""
+        """Joints of the moving segments."""
         return [segment.joint for segment in self._moving.values()]
 
     def transforms(self, positions: Mapping[str, float]) -> list[tuple[Joint, Transform]]:
-        """Return the transforms of the moving segments whose position is known.
+        """Yield the transforms of the moving segments with known positions.
 
         Args:
             positions: Radians or metres by joint, completed by those of joints that follow them;

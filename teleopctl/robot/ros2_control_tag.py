@@ -29,7 +29,7 @@ _DEFAULT_PRIORITY = 50
 
 @dataclass(frozen=True, slots=True)
 class InterfaceInfo:
-    """A value that can be commanded or read.
+    """A command or state interface of a ``<ros2_control>`` tag.
 
     Attributes:
         name: Its name within the component, for example ``position``.
@@ -56,7 +56,7 @@ class InterfaceInfo:
 
 @dataclass(frozen=True, slots=True)
 class ComponentInfo:
-    """A joint, sensor or gpio of a hardware component.
+    """A joint, sensor or gpio of a ``<ros2_control>`` tag.
 
     Attributes:
         name: Its name.
@@ -85,7 +85,7 @@ class ComponentInfo:
 
 @dataclass(frozen=True, slots=True)
 class TransmissionEnd:
-    """A joint or an actuator of a transmission."""
+    """Joint or actuator of a transmission."""
 
     name: str
     role: str
@@ -107,7 +107,7 @@ class TransmissionInfo:
 
 @dataclass(frozen=True, slots=True)
 class HardwareInfo:
-    """One ``<ros2_control>`` tag.
+    """A ``<ros2_control>`` tag.
 
     Attributes:
         name: The component's name.

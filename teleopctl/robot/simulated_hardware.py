@@ -33,7 +33,7 @@ _STATES = ("position", "velocity")
 
 
 class SimulatedDescription(NamedTuple):
-    """A description whose hardware is the simulator.
+    """A robot description with the simulator as hardware.
 
     Attributes:
         urdf: The description; the text as it was where nothing had to be changed.
@@ -46,7 +46,7 @@ class SimulatedDescription(NamedTuple):
 
 @lru_cache(maxsize=2)
 def simulated(urdf: str) -> SimulatedDescription:
-    """Make the simulator the hardware of a robot.
+    """Return a robot description with the simulator as hardware.
 
     Args:
         urdf: The expanded description.
@@ -69,7 +69,7 @@ def simulated(urdf: str) -> SimulatedDescription:
 
 
 def with_plugin_joints(urdf: str) -> str:
-    """Return a description whose ``<ros2_control>`` has the joints that Gazebo's plug-ins move.
+    """Return a description with ``<ros2_control>`` joints for those that plug-ins move.
 
     Args:
         urdf: The expanded description; the same text comes back where nothing is missing.

@@ -39,7 +39,7 @@ class Pose:
 
 @dataclass(frozen=True, slots=True)
 class Box:
-    """A box around the origin; ``size`` holds its edges along x, y, z."""
+    """A box around the origin; ``size`` are its edges along x, y, z."""
 
     size: Vector3
 
@@ -89,7 +89,7 @@ class Material:
 
 @dataclass(frozen=True, slots=True)
 class Visual:
-    """A shape that is drawn."""
+    """Visual shape of a link."""
 
     geometry: Geometry
     origin: Pose = Pose()
@@ -163,7 +163,7 @@ class Dynamics:
 
 @dataclass(frozen=True, slots=True)
 class SafetyController:
-    """Soft limits inside the hard ones, and the gains with which they act; ``line`` as above."""
+    """Soft limits of a joint, with their gains."""
 
     soft_lower: float = 0.0
     soft_upper: float = 0.0

@@ -44,12 +44,12 @@ def pose_text(place: Transform) -> str:
 
 
 def topic_name(name: str) -> str:
-    """A name as a topic may have it: letters, digits and underscores, no digit first."""
+    """Return a valid topic name: letters, digits and underscores, no leading digit."""
     parts = (re.sub(r"\W", "_", part, flags=re.ASCII) for part in name.split("/") if part)
     return "/".join(f"_{part}" if part[0].isdigit() else part for part in parts)
 
 
 def numbers(*values: float) -> str:
-    """Numbers with blanks between them; what is read back is the same number."""
+    """Return numbers as text, with full precision."""
     # Adding zero makes -0.0 a plain one.
     return " ".join(repr(float(value) + 0.0) for value in values)

@@ -38,7 +38,7 @@ _XACRO = b"http://www.ros.org/wiki/xacro"
 
 @dataclass(frozen=True)
 class World:
-    """A world file.
+    """A world file: objects, or a single model.
 
     Attributes:
         path: The file.
@@ -68,7 +68,7 @@ class World:
 
 
 def find_world(uri: str, folder: Path) -> Path:
-    """Return the file that Gazebo would take for a world, or a model, of a name.
+    """Return the file that Gazebo would find for a world's or model's name.
 
     Args:
         uri: A path, or a URI of one of the kinds that SDF files have.
@@ -126,7 +126,7 @@ def read_world(path: Path) -> World:
 
 
 def read_world_text(text: str, where: str) -> World:
-    """Read what could stand in a world file.
+    """Read a world's text.
 
     Args:
         text: URDF, SDF, MJCF or our YAML.

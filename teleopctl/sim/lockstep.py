@@ -140,7 +140,7 @@ class LockstepLoop:
         return 0.0 if self.paused else self._pacer.reached.of(self._simulation.time_ns)
 
     def step(self, count: int, on_end: Callable[[bool], None]) -> None:
-        """Advance a paused simulation by physics steps, exchanging at the ticks on the way.
+        """Advance a paused simulation by physics steps, with the exchange of control ticks.
 
         Args:
             count: How many, at least one; those that others have asked for come first.
@@ -161,7 +161,7 @@ class LockstepLoop:
         return bool(self._steps)
 
     def call(self, request: Callable[[], None], timeout_s: float) -> bool:
-        """Run a function on the loop's thread between two steps.
+        """Call a function on the loop's thread between two steps, and return its result.
 
         Returns:
             Whether it has been run within ``timeout_s``; otherwise it will not be.
@@ -192,11 +192,11 @@ class LockstepLoop:
             self._changed.notify_all()
 
     def set_real_time_factor(self, factor: float) -> None:
-        """Change the pace; takes effect within one block of steps."""
+        """Set the real-time factor; takes effect within one block of steps."""
         self.post(lambda: self._pacer.set_factor(factor, self._simulation.time_ns))
 
     def restart(self) -> None:
-        """Go on from the simulation's start; called on the loop's thread, by a request."""
+        """Restart at the simulation's present time; called on the loop's thread, by a request."""
         now = self._simulation.time_ns
         for beat in (self._clock_beat, self._view_beat):
             beat.restart()
@@ -206,7 +206,7 @@ class LockstepLoop:
         self._began_anew, self._exchanged = True, False
 
     def show(self) -> None:
-        """Publish the state while time stands still; on the loop's thread, by a request.
+        """Publish the state while the simulation is paused; on the loop's thread, by a request.
 
         For what somebody has changed, and for whoever subscribes only now. After a reset the
         controllers get it too, and what they answer at a control tick is not asked for again.
@@ -227,7 +227,7 @@ class LockstepLoop:
                 self._sampler.show(now)
 
     def stop(self) -> None:
-        """Make `run` return."""
+        """End `run`."""
         with self._changed:
             self._stopped = self._called = True
             self._changed.notify_all()
@@ -242,7 +242,7 @@ class LockstepLoop:
     # --- the loop -------------------------------------------------------------------------
 
     def run(self) -> None:
-        """Step until stopped, or until the end: what is due at that time is still exchanged."""
+        """Advance the simulation until it is stopped or has reached its end."""
         simulation = self._simulation
         self._pacer.resume(simulation.time_ns)
         while self._ready():
@@ -284,7 +284,7 @@ class LockstepLoop:
 
     @property
     def at_end(self) -> bool:
-        """Whether the simulation has reached its end."""
+        """Return whether the simulation has reached its end."""
         return self._end_ns is not None and self._simulation.time_ns >= self._end_ns
 
     def _ready(self) -> bool:

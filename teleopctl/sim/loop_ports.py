@@ -46,25 +46,25 @@ class Ports(Protocol):
         """Publish the simulated time."""
 
     def publish_state(self, time_ns: int) -> None:
-        """Send the state of a control tick to the controller."""
+        """Publish the joint states of a control tick, for the controller."""
 
     def publish_view(self, time_ns: int) -> None:
-        """Send the pose to those who look."""
+        """Publish the states for viewers."""
 
     def controller_lost(self, time_ns: int, waited_s: float) -> None:
-        """The controller did not answer the state of this time."""
+        """Report that the controller did not answer the state of a time."""
 
     def controller_back(self, time_ns: int) -> None:
-        """A controller that was lost answers again."""
+        """Report that the controller answers again."""
 
     def fell_behind(self, seconds: float, factor: float) -> None:
-        """This much wall time was lost; ``factor`` was reached in the last second."""
+        """Report lost wall time, with the real-time factor of the last second."""
 
     def diverged(self, time_ns: int) -> None:
-        """Physics broke down and was set back to its initial state."""
+        """Report that the robot's physics became unstable and was reset."""
 
     def commands_cut(self, sentences: Sequence[str]) -> None:
-        """Joints were commanded more than they can do, for the first time; a sentence for each."""
+        """Report commands that exceed joints' limits for the first time, a sentence each."""
 
     def put_back(self, time_ns: int, things: Sequence[str]) -> None:
         """Report that the physics of objects became unstable, and that these were reset."""
@@ -77,7 +77,7 @@ class Sampler(Protocol):
         """Return the simulated time of the next measurement; None if there is none."""
 
     def sample(self, time_ns: int) -> None:
-        """Measure what is due at this time."""
+        """Publish the measurements that are due at a time."""
 
     def show(self, time_ns: int) -> None:
         """Publish the present state again, after a change or on request."""

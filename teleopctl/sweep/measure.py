@@ -46,7 +46,7 @@ class Measure(NamedTuple):
 
 
 def parse_measure(text: str) -> Measure:
-    """Read ``/joint_states/position[0]:max``; the last value without a word behind a colon.
+    """Parse ``/joint_states/position[0]:max``; the default is the last value.
 
     Raises:
         UsageError: It is not of that form.
@@ -62,7 +62,7 @@ def parse_measure(text: str) -> Measure:
 
 
 def measure_bag(bag: Path, measure: Measure) -> float:
-    """The number that a measure makes of a bag.
+    """Return the value of a measure in a bag.
 
     Raises:
         NotFoundError: The bag, or such a topic of it, is not there.

@@ -74,12 +74,12 @@ class RunRequest:
     measures: list[str] = field(default_factory=list)
 
     def save(self, folder: Path) -> None:
-        """Write it into the run's folder."""
+        """Write the request to the run's folder."""
         (folder / _REQUEST_FILE).write_text(json.dumps(asdict(self), indent=1), encoding="utf-8")
 
 
 def load_run(folder: Path) -> RunRequest:
-    """Read what a run is to be from its folder."""
+    """Read the request in a run's folder."""
     return RunRequest(**json.loads((folder / _REQUEST_FILE).read_text(encoding="utf-8")))
 
 
@@ -111,11 +111,11 @@ class RunResult:
 
     @property
     def is_done(self) -> bool:
-        """Whether it has run to its end."""
+        """Whether the run was finished."""
         return self.result == "done"
 
     def save(self) -> None:
-        """Write it into the run's folder, whole or not at all."""
+        """Write the result to the run's folder, atomically."""
         file = Path(self.folder) / RESULT_FILE
         draft = file.with_suffix(".new")
         draft.write_text(json.dumps(asdict(self), indent=1), encoding="utf-8")
@@ -123,7 +123,7 @@ class RunResult:
 
 
 def load_result(folder: Path) -> RunResult | None:
-    """Read what came of a run; None where it has not come to its end."""
+    """Read the result in a run's folder; None if there is none."""
     try:
         return RunResult(**json.loads((folder / RESULT_FILE).read_text(encoding="utf-8")))
     except (OSError, ValueError, TypeError):

@@ -55,7 +55,7 @@ class RunProcesses:
     def do(
         self, request: RunRequest, folder: Path, slot: int, port: int, cwd: Path | None = None
     ) -> RunResult | None:
-        """Do a run.
+        """Execute a run.
 
         Args:
             request: What it is to be.
@@ -131,7 +131,7 @@ def failed(request: RunRequest, folder: Path, error: str, wall_s: float = 0.0) -
 
 
 def clear_run(folder: Path) -> None:
-    """Remove what is left of a run that was stopped or has failed."""
+    """Remove what an interrupted or failed run left in its folder."""
     for name in (BAG, "log", RUNTIME):
         shutil.rmtree(folder / name, ignore_errors=True)
     for name in (RESULT_FILE, LOG_FILE):

@@ -16,7 +16,7 @@ SWEEP_FILE = "sweep.json"
 
 
 class Sweep:
-    """The runs of a sweep, in a folder.
+    """Runs of a sweep, in a folder.
 
     Args:
         folder: Theirs; each run has one below it, by its number.
@@ -33,7 +33,7 @@ class Sweep:
     def create(
         cls, folder: Path, requests: Sequence[RunRequest], asked: Mapping[str, object]
     ) -> Sweep:
-        """Make the folder, and those of the runs.
+        """Create a sweep's folder, with those of its runs.
 
         Args:
             folder: Where there is nothing yet.
@@ -58,7 +58,7 @@ class Sweep:
 
     @classmethod
     def open(cls, folder: Path) -> Sweep:
-        """Find the runs of a sweep that was begun.
+        """Open an existing sweep.
 
         Raises:
             NotFoundError: There is none in that folder.
@@ -73,7 +73,7 @@ class Sweep:
         return cls(folder, sorted(runs, key=lambda request: request.number))
 
     def folder_of(self, request: RunRequest) -> Path:
-        """The folder of a run."""
+        """Return the folder of a run."""
         width = max(3, len(str(len(self.requests))))
         return self.folder / f"{request.number:0{width}d}"
 
@@ -91,13 +91,13 @@ class Sweep:
         return [request for request, result in found if result is None or not result.is_done]
 
     def note(self, result: RunResult) -> None:
-        """Keep what came of a run, also where there was no room to write it down."""
+        """Store a result, in case it could not be written."""
         self._seen[result.number] = result
 
     def run(
         self, jobs: int, on_begin: Callable[[], None], on_result: Callable[[RunResult], None]
     ) -> None:
-        """Do the runs that are not done yet, those that failed once more.
+        """Execute the runs that are not done.
 
         Args:
             jobs: How many at a time.
@@ -156,7 +156,7 @@ class _Crew:
         self._processes.stop()
 
     def work(self, slot: int, port: int) -> None:
-        """Do one run after another until none is left."""
+        """Execute runs until none is left."""
         while not self._stopped:
             try:
                 request = self._left.get_nowait()

@@ -17,7 +17,7 @@ _MOST_RUNS = 1_000_000
 
 
 class Grid(NamedTuple):
-    """A parameter that takes each of some values.
+    """Parameter that takes each of some values.
 
     Attributes:
         name: A launch argument, or ``node:parameter``.
@@ -29,7 +29,7 @@ class Grid(NamedTuple):
 
 
 class Sample(NamedTuple):
-    """A parameter whose values are drawn.
+    """Parameter whose values are drawn at random.
 
     Attributes:
         name: A launch argument, or ``node:parameter``.
@@ -43,7 +43,7 @@ class Sample(NamedTuple):
 
 
 def parse_grid(text: str) -> Grid:
-    """Read ``mass:=0.5,1,2`` or ``mass:=linspace(0,1,5)``.
+    """Parse ``mass:=0.5,1,2`` or ``mass:=linspace(0,1,5)``.
 
     Raises:
         UsageError: It is not of that form.
@@ -63,7 +63,7 @@ def parse_grid(text: str) -> Grid:
 
 
 def parse_sample(text: str) -> Sample:
-    """Read ``friction:=uniform(0.2,1)`` and the like.
+    """Parse ``friction:=uniform(0.2,1)`` and other distributions.
 
     Raises:
         UsageError: It is not of that form, or there is no such distribution.
@@ -86,7 +86,7 @@ def parse_sample(text: str) -> Sample:
 def combinations(
     grids: Sequence[Grid], samples: Sequence[Sample], runs: int, seed: int
 ) -> list[dict[str, str]]:
-    """The parameters of each run: all combinations of the grids, each with ``runs`` draws.
+    """Return the parameters of each run: all grid combinations, each with random draws.
 
     Each combination gets the same draws, so that they can be compared, and each sampled parameter
     has random numbers of its own: another parameter beside it does not change them.

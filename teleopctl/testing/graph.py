@@ -111,7 +111,7 @@ class RosGraph:
                 self._leave()
 
     def join(self, environ: MutableMapping[str, str]) -> None:
-        """Change environment variables so that what uses them is part of the graph."""
+        """Set environment variables so that processes with them join the graph."""
         for name in [name for name in environ if name.startswith(_FOREIGN)]:
             del environ[name]
         environ.update(self.variables)
@@ -148,7 +148,7 @@ class RosGraph:
         input: str | None = None,  # noqa: A002 - subprocess's word
         cwd: Path | None = None,
     ) -> subprocess.CompletedProcess[str]:
-        """Run ``teleopctl ARGS`` to its end; args as a list, or as one line for a shell."""
+        """Run ``teleopctl ARGS`` to its end."""
         return self.run_module("teleopctl", args, timeout, input=input, cwd=cwd)
 
     def spawn(self, args: Sequence[str] | str, *, cwd: Path | None = None) -> Process:
@@ -185,13 +185,13 @@ class RosGraph:
         return self.spawn_command([sys.executable, "-m", module, *_words(args)], cwd=cwd)
 
     def spawn_command(self, argv: Sequence[str], *, cwd: Path | None = None) -> Process:
-        """Start any program; it is killed at the end of the test."""
+        """Start a program; it is killed at the end of the test."""
         process = Process(argv, self.env, cwd or self.folder)
         self._processes.append(process)
         return process
 
     def launch(self, *words: str, timeout_s: float = LONGEST_LAUNCH_S) -> LaunchedSystem:
-        """Bring a launch file up: ``teleopctl launch --detach WORDS``, until everything is up.
+        """Launch a launch file in the background, until everything is up.
 
         It is ended with the graph, or by `LaunchedSystem.stop`.
 
@@ -224,11 +224,11 @@ class RosGraph:
 
     @property
     def node(self) -> Node:
-        """A node of the test's own, for publishers and clients; its callbacks are served."""
+        """A node of the test's process, whose callbacks are executed."""
         return self._observing().node
 
     def wait_for_nodes(self, *names: str, timeout_s: float = LONGEST_WAIT_S) -> None:
-        """Wait until nodes of these full names stand in the graph.
+        """Wait until nodes of these full names are in the graph.
 
         Raises:
             AssertionError: The time is up; the message lists the nodes that are there.
@@ -282,7 +282,7 @@ class RosGraph:
                 yield log_file.name, "".join(text.splitlines(keepends=True)[-_REPORTED_LINES:])
 
     def close(self) -> None:
-        """End every process that was started here, in the background too.
+        """End all processes that were started here.
 
         Whatever a test did to the environment variables: only this graph's folder counts.
         """
@@ -301,7 +301,7 @@ class RosGraph:
 
 
 def free_port() -> int:
-    """A TCP port of the loopback interface that nothing listens on at the moment."""
+    """Return a free TCP port of the loopback interface."""
     with socket.create_server(("127.0.0.1", 0)) as server:
         port: int = server.getsockname()[1]
         return port

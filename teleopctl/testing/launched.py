@@ -36,11 +36,11 @@ class LaunchedSystem:
 
     @property
     def is_running(self) -> bool:
-        """Whether the launch still watches its processes."""
+        """Return whether the launch is running."""
         return background.is_alive(self._record)
 
     def wait_for_line(self, pattern: str, timeout_s: float = LONGEST_WAIT_S) -> re.Match[str]:
-        """Wait for a line that a pattern is found in, behind the line found last.
+        """Wait for an output line that matches a pattern, after the last match.
 
         Raises:
             AssertionError: The time is up, or everything ended without such a line; the message
@@ -69,5 +69,5 @@ class LaunchedSystem:
         return found[0]
 
     def stop(self) -> None:
-        """End everything, as ``teleopctl stop`` does; what has ended already is no error."""
+        """Stop the launch, as ``teleopctl stop`` does."""
         stop_running(self._record)

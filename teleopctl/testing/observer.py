@@ -39,7 +39,7 @@ class Observer:
                 self._changed.notify_all()
 
     def wait_for_nodes(self, names: Collection[str], timeout_s: float = LONGEST_WAIT_S) -> None:
-        """Wait until nodes stand in the graph.
+        """Wait until nodes are in the graph.
 
         Args:
             names: Full names, ``/ns/node``.
@@ -90,7 +90,7 @@ class Observer:
         return found[0]
 
     def close(self) -> None:
-        """Leave the graph.
+        """Destroy the node.
 
         Raises:
             Exception: What a callback raised and no wait has raised again.

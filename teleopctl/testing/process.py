@@ -30,7 +30,7 @@ Stream = Literal["any", "stdout", "stderr"]
 
 
 class Process:
-    """A running program whose output lines can be waited for.
+    """A running program, whose output lines can be waited for.
 
     Args:
         argv: Program and arguments.
@@ -76,7 +76,7 @@ class Process:
 
     @property
     def pid(self) -> int:
-        """Its process id."""
+        """Process id."""
         return self._popen.pid
 
     @property
@@ -101,7 +101,7 @@ class Process:
     def wait_for_line(
         self, pattern: str, timeout_s: float = LONGEST_WAIT_S, *, stream: Stream = "any"
     ) -> re.Match[str]:
-        """Wait for a line that a pattern is found in, behind the line found last.
+        """Wait for an output line that matches a pattern, after the last match.
 
         Args:
             pattern: A regular expression.
@@ -136,7 +136,7 @@ class Process:
         return found[0]
 
     def send(self, text: str) -> None:
-        """Write to its standard input."""
+        """Write to the process's standard input."""
         assert self._popen.stdin is not None
         self._popen.stdin.write(text)
         self._popen.stdin.flush()
@@ -154,7 +154,7 @@ class Process:
         self._popen.terminate()
 
     def wait(self, timeout_s: float = LONGEST_WAIT_S) -> int:
-        """Wait for its end and all its output, and return its exit status.
+        """Wait for the end of the process, and return its exit status.
 
         Raises:
             AssertionError: The time is up; the message has its whole output.
@@ -170,7 +170,7 @@ class Process:
         return status
 
     def kill(self) -> None:
-        """End it and what it started, in process groups of their own too, at once."""
+        """Kill the process and its descendants."""
         with contextlib.suppress(psutil.NoSuchProcess):
             process = psutil.Process(self._popen.pid)
             for descendant in process.children(recursive=True):
@@ -188,7 +188,7 @@ class Process:
                 self._popen.stdin.close()
 
     def report(self) -> str:
-        """Its command line, all its output and its exit status, for the text of a failure."""
+        """Return command line, output and exit status, for a failure report."""
         with self._changed:
             output = "\n".join(f"{name}: {line}" for name, line in self._lines)
         return f"{shlex.join(self._argv)}\n{output}\nstatus: {self.returncode}"
@@ -197,7 +197,7 @@ class Process:
 def eventually(
     check: Callable[[], object], timeout_s: float = LONGEST_WAIT_S, what: str = "it"
 ) -> None:
-    """Wait for something that gives no event, such as the end of a process of someone else.
+    """Wait until a check succeeds, for conditions without an event.
 
     Args:
         check: What is to become true.

@@ -13,7 +13,7 @@ _MOST_LINES = 20
 
 
 def assert_bag_repeats(path: Path | str, *, tolerance: float = 0.0) -> Verification:
-    """Run a recorded simulation once more, as ``teleopctl bag verify`` does; needs no graph.
+    """Simulate a recorded session again, and assert that it is equal.
 
     Args:
         path: The bag, of a simulation from its start on.

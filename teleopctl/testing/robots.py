@@ -18,7 +18,7 @@ def serial_robot(
     extra_joints: str = "",
     extra_control: str = "",
 ) -> str:
-    """The URDF of joints in a row, ``joint1`` and so on, with one hardware component.
+    """Return the URDF of a serial robot, with joints ``joint1`` and so on.
 
     Args:
         joints: How many.

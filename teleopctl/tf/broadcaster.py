@@ -18,7 +18,7 @@ _TF_DEPTH = 100
 
 
 class TransformBroadcaster:
-    """Publishes frames that move on ``/tf``.
+    """Publishes transforms on ``/tf``.
 
     Args:
         node: The node that publishes.
@@ -37,7 +37,7 @@ class TransformBroadcaster:
 
 
 class StaticTransformBroadcaster:
-    """Publishes frames that stand still, latched on ``/tf_static``.
+    """Publishes static transforms on ``/tf_static``, latched.
 
     A late listener hears the last message only, so each one holds every frame so far.
 
@@ -56,13 +56,13 @@ class StaticTransformBroadcaster:
     def sendTransform(  # noqa: N802 -- tf2_ros's name
         self, transform: TransformStamped | Iterable[TransformStamped]
     ) -> None:
-        """Publish one ``TransformStamped``, or several, and those of before."""
+        """Publish one ``TransformStamped`` or several, together with all earlier ones."""
         for each in _as_list(transform):
             self._transforms[each.child_frame_id] = each
         self.pub_tf.publish(self._message(transforms=list(self._transforms.values())))
 
     def forget(self) -> None:
-        """Leave the frames of before out of what is published from now on (ours)."""
+        """Drop the earlier transforms (ours)."""
         self._transforms.clear()
 
 

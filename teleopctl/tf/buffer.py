@@ -28,7 +28,7 @@ _Answer = TypeVar("_Answer")
 
 
 class Buffer(BufferCore, BufferInterface):
-    """Remembers where frames stood and answers where one stands in another.
+    """Buffer of transforms over time, as tf2_ros has it.
 
     All methods may be called from any thread. A time of 0 (``Time()``) asks for the newest time
     at which every frame between the two is known. When the simulated time of its node goes back,
@@ -67,7 +67,7 @@ class Buffer(BufferCore, BufferInterface):
         )
 
     def time_jump_callback(self, time_jump: TimeJump) -> None:
-        """Forget where moving frames stood: what comes now has times of another run."""
+        """Drop the moving frames after a jump back in time."""
         went_back = time_jump.delta.nanoseconds < 0
         _log.warning(
             "Detected %s. Clearing TF buffer.",
@@ -83,7 +83,7 @@ class Buffer(BufferCore, BufferInterface):
     def lookup_transform(
         self, target_frame: str, source_frame: str, time: TimeLike, timeout: TimeLike | None = None
     ) -> TransformStamped:
-        """Return where the source frame stands in the target frame.
+        """Return the transform from the source frame to the target frame.
 
         Args:
             target_frame: The frame in which the answer is expressed.
@@ -106,7 +106,7 @@ class Buffer(BufferCore, BufferInterface):
     def lookup(
         self, target_frame: str, source_frame: str, stamp: int, timeout: TimeLike | None = None
     ) -> tuple[int, Transform]:
-        """Answer as ``lookup_transform`` does, in nanoseconds and plain numbers."""
+        """Return the transform as `lookup_transform` does, without messages (ours)."""
         answer = self._between(target_frame, source_frame, stamp, "lookupTransform")
         return self._when_known(answer, timeout)
 
@@ -119,7 +119,7 @@ class Buffer(BufferCore, BufferInterface):
         fixed_frame: str,
         timeout: TimeLike | None = None,
     ) -> TransformStamped:
-        """Return where the source stood at one time, in the target as it stood at another.
+        """Return the transform from the source at one time to the target at another.
 
         Args:
             target_frame: The frame in which the answer is expressed.
@@ -143,7 +143,7 @@ class Buffer(BufferCore, BufferInterface):
     def wait_for_transform_async(
         self, target_frame: str, source_frame: str, time: TimeLike
     ) -> Future[TransformStamped]:
-        """Return a future of what ``lookup_transform`` will answer."""
+        """Return a future of ``lookup_transform``'s result."""
         return self._await(lambda: self.lookup_transform(target_frame, source_frame, time))
 
     async def lookup_transform_async(
@@ -161,7 +161,7 @@ class Buffer(BufferCore, BufferInterface):
         source_time: TimeLike,
         fixed_frame: str,
     ) -> Future[TransformStamped]:
-        """Return a future of what ``lookup_transform_full`` will answer."""
+        """Return a future of ``lookup_transform_full``'s result."""
         frames = (target_frame, target_time, source_frame, source_time, fixed_frame)
         return self._await(lambda: self.lookup_transform_full(*frames))
 
@@ -190,7 +190,7 @@ class Buffer(BufferCore, BufferInterface):
         return future
 
     def answer_awaited(self) -> None:
-        """End the futures whose transform has come; their callbacks run in this thread (ours)."""
+        """Complete the futures whose transforms have arrived, in this thread (ours)."""
         with self._changed:
             awaited, self._awaited = self._awaited, []
         for answer, future in awaited:
@@ -205,7 +205,7 @@ class Buffer(BufferCore, BufferInterface):
                 future.set_result(found)
 
     def leave_answers_to(self, node: Node) -> None:
-        """Have the executor of a node call `answer_awaited`, and what waits (ours)."""
+        """Have a node's executor call `answer_awaited` (ours)."""
         self._listening = node
         if self.jump_handle is None:
             self._follow(node.get_clock())

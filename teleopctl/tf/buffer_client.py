@@ -68,7 +68,7 @@ class BufferClient(BufferInterface):
     def lookup_transform(
         self, target_frame: str, source_frame: str, time: TimeLike, timeout: TimeLike | None = None
     ) -> TransformStamped:
-        """Return where the source frame stands in the target frame; see ``Buffer``.
+        """Return the transform from the source frame to the target frame; see ``Buffer``.
 
         Raises:
             TimeoutException: There is no server, or it does not answer in time.
@@ -86,7 +86,7 @@ class BufferClient(BufferInterface):
         fixed_frame: str,
         timeout: TimeLike | None = None,
     ) -> TransformStamped:
-        """Return it between two times; see ``Buffer``, and `lookup_transform` for the errors."""
+        """Return the transform between two times; see ``Buffer``."""
         goal = self._goal(target_frame, source_frame, source_time, timeout)
         set_stamp(goal.target_time, stamp_of(target_time))
         goal.fixed_frame = fixed_frame
@@ -121,7 +121,7 @@ class BufferClient(BufferInterface):
         return True
 
     def destroy(self) -> None:
-        """Give up the action client. Idempotent."""
+        """Destroy the action client. Idempotent."""
         self.action_client.destroy()
 
     # Any, here and below: a goal and a result of the action.

@@ -25,7 +25,7 @@ Question = Callable[[], tuple[int, Transform]]
 
 
 class BufferCore:
-    """Remembers where frames stood and answers where one stood in another.
+    """Buffer of transforms over time, without ROS communication.
 
     All methods may be called from any thread. A time of 0 (``Time()``) asks for the newest time
     at which every frame between the two is known.
@@ -61,17 +61,17 @@ class BufferCore:
                 self._changed.notify_all()
 
     def clear(self) -> None:
-        """Forget where moving frames stood."""
+        """Drop all moving frames."""
         with self._changed:
             self._tree.clear()
 
     def forget(self, frames: Iterable[str]) -> None:
-        """Forget frames, and all names that nothing speaks of then (ours)."""
+        """Drop frames, with all names that are then unused (ours)."""
         with self._changed:
             self._tree.forget(frames)
 
     def latest(self) -> list[tuple[str, Sample]]:
-        """Return every frame with the newest that is known of it (ours)."""
+        """Return every frame with its newest transform (ours)."""
         with self._changed:
             return self._tree.latest()
 
@@ -120,7 +120,7 @@ class BufferCore:
         return self._told(self._through(*frames, "canTransform"))
 
     def get_latest_common_time(self, target_frame: str, source_frame: str) -> Time:
-        """Return the newest time at which every frame between two is known.
+        """Return the newest time at which a transform between two frames is known.
 
         Raises:
             LookupException: When a frame is not known.
@@ -172,7 +172,7 @@ class BufferCore:
         time: TimeLike,
         averaging_interval: TimeLike,
     ) -> tuple[Vector3, Vector3]:
-        """Return how a point that is fixed to a moving frame moves; see `lookupVelocityCore`.
+        """Return the velocity of a point fixed in a moving frame; see `lookupVelocityCore`.
 
         Args:
             tracking_frame: The frame that moves.
@@ -207,7 +207,7 @@ class BufferCore:
             return frame_texts.as_string(self._tree)
 
     def all_frames_as_yaml(self) -> str:
-        """Return the frames and what is known of each, as YAML that tf2's tools read."""
+        """Return the frames with their statistics as YAML, for tf2's tools."""
         with self._changed:
             return frame_texts.as_yaml(self._tree)
 
@@ -217,12 +217,12 @@ class BufferCore:
             return frame_texts.as_dot(self._tree, 0 if time is None else stamp_of(time))
 
     def all_frames_as_dot(self, now_ns: int) -> str:
-        """Return the frames as a graph for Graphviz, with their ages at a time (ours)."""
+        """Return the frames as a Graphviz graph, with their ages at a time (ours)."""
         with self._changed:
             return frame_texts.as_dot(self._tree, now_ns)
 
     def known_frames(self) -> list[frame_texts.KnownFrame]:
-        """Return what is known of each frame that has a parent (ours)."""
+        """Return the statistics of each frame that has a parent (ours)."""
         with self._changed:
             return frame_texts.known_frames(self._tree)
 

@@ -48,11 +48,11 @@ class TransformRegistration:
     """Table of the functions that transform message types, shared by all instances."""
 
     def add(self, key: type, callback: DoTransform) -> None:
-        """Register how objects of a type are transformed."""
+        """Register the function that transforms a type."""
         _transforms[key] = callback
 
     def get(self, key: type) -> DoTransform:
-        """Return how objects of a type are transformed.
+        """Return the function that transforms a type.
 
         Raises:
             TypeException: Nobody has said so.
@@ -64,27 +64,27 @@ class ConvertRegistration:
     """Table of the functions that convert types to and from messages, shared by all instances."""
 
     def add_from_msg(self, key: type, callback: Convert) -> None:
-        """Register how a type is made from its message."""
+        """Register the function that converts a message to a type."""
         _from_message[key] = callback
 
     def add_to_msg(self, key: type, callback: Convert) -> None:
-        """Register how a type becomes its message."""
+        """Register the function that converts a type to its message."""
         _to_message[key] = callback
 
     def add_convert(self, key: tuple[type, type], callback: Convert) -> None:
-        """Register the direct way from one type to another."""
+        """Register the function that converts one type to another."""
         _direct[key] = callback
 
     def get_from_msg(self, key: type) -> Convert:
-        """Return how a type is made from its message; raises `TypeException`."""
+        """Return the function that converts a message to a type."""
         return _known(_from_message, key)
 
     def get_to_msg(self, key: type) -> Convert:
-        """Return how a type becomes its message; raises `TypeException`."""
+        """Return the function that converts a type to its message."""
         return _known(_to_message, key)
 
     def get_convert(self, key: tuple[type, type]) -> Convert:
-        """Return the direct way from one type to another; raises `TypeException`."""
+        """Return the function that converts one type to another."""
         return _known(_direct, key)
 
 
@@ -95,7 +95,7 @@ def _known(table: Mapping[_Key, _Value], key: _Key) -> _Value:
 
 
 def convert(value: Any, type_: type) -> Any:
-    """Return a value as another type, directly or by way of its message.
+    """Convert a value to another type, directly or by way of its message.
 
     Raises:
         TypeException: The way is not registered.
@@ -109,7 +109,7 @@ def convert(value: Any, type_: type) -> Any:
 
 
 def Stamped(obj: Any, stamp: Stamp, frame_id: str) -> Any:  # noqa: N802 -- tf2_ros's name
-    """Give an object a header; returns the object."""
+    """Set the header of an object, and return the object."""
     from teleopctl.interfaces import get_message
 
     obj.header = get_message("std_msgs/msg/Header")(stamp=stamp, frame_id=frame_id)
@@ -117,7 +117,7 @@ def Stamped(obj: Any, stamp: Stamp, frame_id: str) -> Any:  # noqa: N802 -- tf2_
 
 
 class BufferInterface(abc.ABC):
-    """Base of what answers where frames stand; adds what follows from the answer."""
+    """Base of buffers, with the methods that use their lookups."""
 
     def __init__(self) -> None:
         self.registration = TransformRegistration()
@@ -126,7 +126,7 @@ class BufferInterface(abc.ABC):
     def lookup_transform(
         self, target_frame: str, source_frame: str, time: TimeLike, timeout: TimeLike | None = None
     ) -> TransformStamped:
-        """Return where the source frame stands in the target frame; see ``Buffer``."""
+        """Return the transform from the source frame to the target frame; see ``Buffer``."""
 
     @abc.abstractmethod
     def lookup_transform_full(
@@ -138,7 +138,7 @@ class BufferInterface(abc.ABC):
         fixed_frame: str,
         timeout: TimeLike | None = None,
     ) -> TransformStamped:
-        """Return it between two times; see ``Buffer``."""
+        """Return the transform between two times; see ``Buffer``."""
 
     def transform(
         self,
@@ -147,7 +147,7 @@ class BufferInterface(abc.ABC):
         timeout: TimeLike | None = None,
         new_type: type | None = None,
     ) -> Any:
-        """Return a stamped object in another frame.
+        """Transform a stamped object to another frame.
 
         Args:
             object_stamped: Has a header; its type is registered, as those of ``geometry_msgs`` are
@@ -173,7 +173,7 @@ class BufferInterface(abc.ABC):
         timeout: TimeLike | None = None,
         new_type: type | None = None,
     ) -> Any:
-        """Return a stamped object in another frame as that stood at another time.
+        """Transform a stamped object to another frame at another time.
 
         Args:
             object_stamped: As for `transform`.

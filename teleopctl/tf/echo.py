@@ -59,7 +59,7 @@ def echo_text(stamp: int, transform: Transform, digits: int = ECHO_DIGITS) -> st
 
 
 def time_text(stamp: int) -> str:
-    """Write a time as seconds with nine decimals, and the time of static transforms as 0.0."""
+    """Return a time in seconds with nine decimals; 0.0 for static transforms."""
     seconds, nanoseconds = split(stamp)
     return f"{seconds}.{nanoseconds:09d}" if stamp else "0.0"
 
@@ -76,7 +76,7 @@ def echo_transforms(
     fail: Callable[[str], None],
     wait: Callable[[str], object],
 ) -> None:
-    """Show where the source frame stands in the target frame until the context ends.
+    """Print the transform between two frames until the context ends.
 
     Args:
         node: Who listens; it need not be spun.
@@ -122,7 +122,7 @@ def wait_for_frames(
     ended: threading.Event,
     wait: Callable[[str], object],
 ) -> bool:
-    """Wait until two frames are joined.
+    """Wait until two frames are connected.
 
     Args:
         buffer: What is known of frames.

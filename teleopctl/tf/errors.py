@@ -8,11 +8,11 @@ class TransformException(TeleopctlError):
 
 
 class LookupException(TransformException):
-    """A frame is not known."""
+    """A frame is unknown."""
 
 
 class ConnectivityException(TransformException):
-    """No chain of transforms joins the two frames."""
+    """The two frames are not connected."""
 
 
 class ExtrapolationException(TransformException):
@@ -20,7 +20,7 @@ class ExtrapolationException(TransformException):
 
 
 class InvalidArgumentException(TransformException):
-    """A frame's name is not allowed."""
+    """A frame name is invalid."""
 
 
 class TimeoutException(TransformException):

@@ -38,7 +38,7 @@ def as_string(tree: FrameTree) -> str:
 
 
 def as_yaml(tree: FrameTree) -> str:
-    """Return the frames that have a parent and what is known of each."""
+    """Return the frames that have a parent, with their statistics, as YAML."""
     lines = [
         f"{known.name}: \n  parent: '{known.parent}'\n"
         f"  broadcaster: '{known.broadcaster or _NOBODY}'\n"
@@ -53,7 +53,7 @@ def as_yaml(tree: FrameTree) -> str:
 
 
 def as_dot(tree: FrameTree, now: int = 0) -> str:
-    """Return the frames as a graph for Graphviz.
+    """Return the frames as a Graphviz graph.
 
     Args:
         tree: The frames.

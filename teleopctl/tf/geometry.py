@@ -32,14 +32,14 @@ _AXES = range(3)
 
 
 def do_transform_point(point: PointStamped, transform: TransformStamped) -> PointStamped:
-    """Move a ``PointStamped``."""
+    """Transform a ``PointStamped``."""
     moved: PointStamped = _with_header("PointStamped", transform)
     _place(moved.point, transform_of(transform.transform), point.point)
     return moved
 
 
 def do_transform_vector3(vector3: Vector3Stamped, transform: TransformStamped) -> Vector3Stamped:
-    """Turn a ``Vector3Stamped``; a direction has no place, so it is not moved."""
+    """Transform a ``Vector3Stamped``: rotate only."""
     moved: Vector3Stamped = _with_header("Vector3Stamped", transform)
     turn = transform_of(transform.transform).rotation
     vector = vector3.vector
@@ -48,7 +48,7 @@ def do_transform_vector3(vector3: Vector3Stamped, transform: TransformStamped) -
 
 
 def do_transform_pose(pose: Pose, transform: TransformStamped) -> Pose:
-    """Move a ``Pose``."""
+    """Transform a ``Pose``."""
     at = transform_of(transform.transform) @ _transform_of_pose(pose)
     moved: Pose = get_message("geometry_msgs/msg/Pose")()
     place, turn = moved.position, moved.orientation
@@ -60,7 +60,7 @@ def do_transform_pose(pose: Pose, transform: TransformStamped) -> Pose:
 
 
 def do_transform_pose_stamped(pose: PoseStamped, transform: TransformStamped) -> PoseStamped:
-    """Move a ``PoseStamped``."""
+    """Transform a ``PoseStamped``."""
     moved: PoseStamped = _with_header("PoseStamped", transform)
     moved.pose = do_transform_pose(pose.pose, transform)
     return moved
@@ -79,7 +79,7 @@ def do_transform_pose_with_covariance_stamped(
 def do_transform_polygon_stamped(
     polygon: PolygonStamped, transform: TransformStamped
 ) -> PolygonStamped:
-    """Move a ``PolygonStamped``."""
+    """Transform a ``PolygonStamped``."""
     moved: PolygonStamped = _with_header("PolygonStamped", transform)
     by = transform_of(transform.transform)
     corner = get_message("geometry_msgs/msg/Point32")
@@ -92,7 +92,7 @@ def do_transform_polygon_stamped(
 def transform_covariance(
     cov_in: Sequence[float] | NDArray[np.float64], transform: TransformStamped
 ) -> list[float]:
-    """Turn the 6 by 6 covariance of a pose (x, y, z and rotations about the axes), row by row."""
+    """Rotate the 6 by 6 covariance of a pose, row by row."""
     turn = matrix_from_quaternion(transform_of(transform.transform).rotation)
     turned = [0.0] * 36
     for row in (0, 3):

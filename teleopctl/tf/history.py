@@ -21,14 +21,14 @@ class Sample:
 
 
 class StaticHistory:
-    """A frame that stands still: it is known for every time."""
+    """Transform of a static frame, valid for all times."""
 
     def __init__(self, sample: Sample) -> None:
         self._sample = sample
 
     @property
     def is_static(self) -> bool:
-        """Always true."""
+        """Return True."""
         return True
 
     @property
@@ -38,21 +38,21 @@ class StaticHistory:
 
     @property
     def stamps(self) -> list[int]:
-        """None: it is known for every time."""
+        """Return no times: a static frame has none."""
         return []
 
     def insert(self, sample: Sample) -> bool:
-        """Replace what is known. Always done."""
+        """Replace the transform. Always done."""
         self._sample = sample
         return True
 
     def at(self, stamp: int) -> Sample:  # noqa: ARG002 -- the same question as to a MovingHistory
-        """Return where the frame stands, which does not depend on the time."""
+        """Return the transform, whatever the time."""
         return self._sample
 
 
 class MovingHistory:
-    """A frame that moves: samples of the last seconds, in the order of their times.
+    """Transforms of a moving frame over the last seconds.
 
     Args:
         length: How far back samples are kept from the newest one, in nanoseconds.
@@ -65,7 +65,7 @@ class MovingHistory:
 
     @property
     def is_static(self) -> bool:
-        """Always false."""
+        """Return False."""
         return False
 
     @property
@@ -79,7 +79,7 @@ class MovingHistory:
         return self._stamps
 
     def insert(self, sample: Sample) -> bool:
-        """Add a sample and forget those that are too old by now.
+        """Add a transform, and drop those that are too old.
 
         Returns:
             False when it is itself too old. One of a time that is known takes its place.
@@ -104,7 +104,7 @@ class MovingHistory:
         return True
 
     def at(self, stamp: int) -> Sample:
-        """Return where the frame stood at a time, between samples by interpolation.
+        """Return the transform at a time, interpolated between samples.
 
         Raises:
             ExtrapolationException: When the time lies before or after all samples.
@@ -139,5 +139,5 @@ class MovingHistory:
 
 
 def seconds(stamp: int) -> str:
-    """Write a time as tf2 does in its messages: seconds with six decimals."""
+    """Return a time as tf2 prints it: seconds with six decimals."""
     return f"{to_seconds(stamp):f}"

@@ -27,7 +27,7 @@ _UNKNOWN = "<no authority available>"
 
 
 class Senders:
-    """Full names of the nodes that publishers belong to, by the identity in their messages.
+    """Names of the nodes of publishers, by their GIDs.
 
     Args:
         node: The node that receives the messages.
@@ -39,7 +39,7 @@ class Senders:
         self._names: dict[bytes, str] = {}
 
     def name(self, gid: bytes) -> str:
-        """Return the node's name; it is remembered when the node has ended."""
+        """Return the name of a publisher's node, also after its end."""
         if gid not in self._names:
             for endpoint in self._node.graph().endpoints:
                 if endpoint.gid == gid:
@@ -104,7 +104,7 @@ class TransformListener:
         self.dedicated_listener_thread.start()
 
     def unregister(self) -> None:
-        """Stop listening."""
+        """Unsubscribe."""
         if self.spin_thread:
             self.executor.shutdown()
         self.node.destroy_guard_condition(self._arrived)

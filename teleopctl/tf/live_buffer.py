@@ -44,7 +44,7 @@ _AHEAD_NS = int(AHEAD_S * 1e9)
 
 
 class LiveBuffer(Buffer):
-    """A `Buffer` that follows the present.
+    """A `Buffer` that drops transforms far ahead of the clock.
 
     Where its node is on simulated time, moving transforms more than `AHEAD_S` ahead of ``/clock``
     are left out and counted; static ones never. Those that came before the first message of
@@ -71,14 +71,14 @@ class LiveBuffer(Buffer):
         self._has_time = False
 
     def clear(self) -> None:
-        """Forget where moving frames stood, and what was left out."""
+        """Drop all moving frames, and the counts of dropped transforms."""
         with self._changed:
             super().clear()
             self._newest.clear()
             self.left_out.clear()
 
     def forget(self, frames: Iterable[str]) -> None:
-        """Forget frames, and all names that nothing speaks of then."""
+        """Drop frames, with all names that are then unused."""
         names = tuple(frames)
         with self._changed:
             super().forget(names)

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 class Nanoseconds(Protocol):
-    """A ``Time`` or a ``Duration`` of the client library."""
+    """Interface of rclpy's ``Time`` and ``Duration``."""
 
     @property
     def nanoseconds(self) -> int:
@@ -36,7 +36,7 @@ def stamp_of(time: TimeLike) -> int:
 
 
 def transform_of(message: TransformMessage) -> Transform:
-    """Read a ``geometry_msgs/msg/Transform``."""
+    """Return the transform of a ``geometry_msgs/msg/Transform``."""
     move, turn = message.translation, message.rotation
     return Transform((move.x, move.y, move.z), (turn.x, turn.y, turn.z, turn.w))
 

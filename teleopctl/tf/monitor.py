@@ -37,7 +37,7 @@ class Delay(NamedTuple):
 
 
 class FrameDelay(NamedTuple):
-    """A frame, the node that broadcasts it, and its delay; None where the frame stands still."""
+    """A frame with its broadcaster and delay; None for a static frame."""
 
     name: str
     publisher: str
@@ -45,7 +45,7 @@ class FrameDelay(NamedTuple):
 
 
 class Broadcaster(NamedTuple):
-    """A node, how often it sends, and its delay; no rate where its frames stand still."""
+    """A broadcasting node with its rate and delay."""
 
     node: str
     rate_hz: float | None
@@ -94,7 +94,7 @@ class MonitorResults(NamedTuple):
 
 
 class TransformMonitor:
-    """Measures what arrives on ``/tf`` and ``/tf_static``.
+    """Measures the delays of transforms on ``/tf`` and ``/tf_static``.
 
     A message tells by its sender's identity which node has sent it.
 
@@ -122,12 +122,12 @@ class TransformMonitor:
         ]
 
     def unregister(self) -> None:
-        """Stop listening."""
+        """Unsubscribe."""
         for subscription in self._subscriptions:
             self._node.destroy_subscription(subscription)
 
     def look_at_chain(self, target: str, source: str) -> None:
-        """Measure once how old the newest transform over a chain is."""
+        """Measure the delay of a chain of frames once."""
         try:
             stamp, _ = self.buffer.lookup(target, source, 0)
         except TransformException:
@@ -138,7 +138,7 @@ class TransformMonitor:
             self._net.append(to_seconds(now - stamp) if stamp else 0.0)
 
     def results(self, chain: Sequence[str] = ()) -> MonitorResults:
-        """Return what was measured so far, of the frames of a chain or of all."""
+        """Return the results so far, of a chain's frames or of all."""
         with self._lock:
             frames = tuple(
                 FrameDelay(name, self._names.name(gid), _delay(self._delays.get(name)))
@@ -206,7 +206,7 @@ def monitor_transforms(
     say: Callable[[str], object],
     wait: Callable[[str], object],
 ) -> None:
-    """Show how late transforms come, each second, until the context ends.
+    """Print the delays of transforms each second, until the context ends.
 
     Args:
         node: Who listens; it need not be spun.

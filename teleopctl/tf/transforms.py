@@ -33,7 +33,7 @@ class Transform:
         return Transform((tx + x, ty + y, tz + z), multiply(self.rotation, other.rotation))
 
     def inverse(self) -> "Transform":
-        """Return where the parent frame stands in the child."""
+        """Return the inverse transform."""
         back = conjugate(self.rotation)
         x, y, z = rotate(back, self.translation)
         return Transform((-x, -y, -z), back)
@@ -43,7 +43,7 @@ IDENTITY = Transform()
 
 
 def multiply(a: Quaternion, b: Quaternion) -> Quaternion:
-    """Return the rotation that turns by b, then by a."""
+    """Return the product of two quaternions: rotate by b, then by a."""
     ax, ay, az, aw = a
     bx, by, bz, bw = b
     return (
@@ -55,13 +55,13 @@ def multiply(a: Quaternion, b: Quaternion) -> Quaternion:
 
 
 def conjugate(q: Quaternion) -> Quaternion:
-    """Return the opposite rotation of a unit quaternion."""
+    """Return the conjugate of a quaternion."""
     x, y, z, w = q
     return (-x, -y, -z, w)
 
 
 def normalize(q: Quaternion) -> Quaternion:
-    """Return the unit quaternion of the same direction.
+    """Return a normalized quaternion.
 
     Raises:
         ZeroDivisionError: When all four numbers are zero.
@@ -72,7 +72,7 @@ def normalize(q: Quaternion) -> Quaternion:
 
 
 def rotate(q: Quaternion, v: Vector3) -> Vector3:
-    """Turn a vector by a unit quaternion."""
+    """Rotate a vector by a unit quaternion."""
     x, y, z, w = q
     vx, vy, vz = v
     # v + w t + cross(q, t), where t = 2 cross(q, v)
@@ -85,7 +85,7 @@ def rotate(q: Quaternion, v: Vector3) -> Vector3:
 
 
 def interpolate(a: Transform, b: Transform, fraction: float) -> Transform:
-    """Return the transform between two: translation on the line, rotation on the great circle.
+    """Return the transform between two: linear translation, spherical rotation.
 
     Args:
         a: The transform at fraction 0.
@@ -103,7 +103,7 @@ def interpolate(a: Transform, b: Transform, fraction: float) -> Transform:
 
 
 def slerp(a: Quaternion, b: Quaternion, fraction: float) -> Quaternion:
-    """Turn at constant speed from one rotation to another, the shorter way."""
+    """Return the spherical linear interpolation of two quaternions."""
     ax, ay, az, aw = a
     bx, by, bz, bw = b
     cosine = ax * bx + ay * by + az * bz + aw * bw
@@ -122,7 +122,7 @@ def slerp(a: Quaternion, b: Quaternion, fraction: float) -> Quaternion:
 
 
 def quaternion_from_rpy(roll: float, pitch: float, yaw: float) -> Quaternion:
-    """Return the rotation about the fixed axes x, then y, then z, by angles in radians."""
+    """Return the quaternion of roll, pitch and yaw about fixed axes, in radians."""
     sr, cr = math.sin(roll / 2), math.cos(roll / 2)
     sp, cp = math.sin(pitch / 2), math.cos(pitch / 2)
     sy, cy = math.sin(yaw / 2), math.cos(yaw / 2)
@@ -135,14 +135,14 @@ def quaternion_from_rpy(roll: float, pitch: float, yaw: float) -> Quaternion:
 
 
 def quaternion_from_axis_angle(axis: Vector3, angle: float) -> Quaternion:
-    """Return the rotation about a unit vector by an angle in radians."""
+    """Return the quaternion of a rotation about a unit vector, in radians."""
     x, y, z = axis
     sine = math.sin(angle / 2)
     return (x * sine, y * sine, z * sine, math.cos(angle / 2))
 
 
 def matrix_from_quaternion(q: Quaternion) -> Matrix3:
-    """Return the rows of the rotation matrix of a unit quaternion."""
+    """Return the rotation matrix of a unit quaternion."""
     x, y, z, w = q
     return (
         (1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)),

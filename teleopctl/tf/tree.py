@@ -30,7 +30,7 @@ _LOOP = "The tf tree is invalid because it contains a loop."
 
 
 class FrameTree:
-    """Frames, each with its past in its parent. Not locked: the owner sees to that.
+    """Tree of frames, with the history of each. Not locked: the owner sees to that.
 
     Args:
         length: How far back samples are kept, in nanoseconds.
@@ -43,13 +43,13 @@ class FrameTree:
         self._warned: dict[str, float] = {}
 
     def clear(self) -> None:
-        """Forget how moving frames stood; static ones and the names of frames remain."""
+        """Drop the transforms of moving frames; static ones and names remain."""
         self._histories = {
             name: history for name, history in self._histories.items() if history.is_static
         }
 
     def forget(self, names: Iterable[str]) -> None:
-        """Forget frames, and all names that nothing speaks of then."""
+        """Drop frames, with all names that are then unused."""
         for name in names:
             self._histories.pop(name, None)
             self._warned.pop(name, None)
@@ -61,7 +61,7 @@ class FrameTree:
         }
 
     def insert(self, sample: Sample, child: str, authority: str, *, static: bool) -> bool:
-        """Add where a frame stands.
+        """Add a transform of a child frame.
 
         Args:
             sample: Time, parent and transform.
@@ -100,7 +100,7 @@ class FrameTree:
         return list(self._frames)
 
     def parents(self) -> Iterator[tuple[str, str]]:
-        """Yield (frame, the parent that it has now)."""
+        """Yield each frame with its present parent."""
         for child, history in self._histories.items():
             yield child, history.latest.parent
 
@@ -113,17 +113,17 @@ class FrameTree:
         return self._frames.get(frame, "")
 
     def span(self, frame: str) -> tuple[int, bool] | None:
-        """Return (time of the newest sample, whether it is static) of a frame, or None."""
+        """Return the time of a frame's newest transform and whether it is static, or None."""
         history = self._histories.get(frame)
         return None if history is None else (history.latest.stamp, history.is_static)
 
     def stamps(self, frame: str) -> list[int]:
-        """Return the times at which a frame is known, the oldest first; none where it stands."""
+        """Return the times of a frame's transforms, the oldest first; none for static ones."""
         history = self._histories.get(frame)
         return [] if history is None else history.stamps
 
     def check(self, frame: str, argument: str, caller: str) -> str:
-        """Return a frame's name if it is valid and known.
+        """Return a frame's name; raise if it is invalid or unknown.
 
         Raises:
             InvalidArgumentException: When it is empty or starts with a slash.
@@ -151,7 +151,7 @@ class FrameTree:
         return frame
 
     def lookup(self, target: str, source: str, stamp: int) -> tuple[int, Transform]:
-        """Return where the source frame stands in the target frame.
+        """Return the transform from the source frame to the target frame.
 
         Args:
             target: The frame in which the answer is expressed.
@@ -174,7 +174,7 @@ class FrameTree:
         return stamp, above_target[shared].inverse() @ above_source[shared]
 
     def chain(self, target: str, source: str, stamp: int) -> list[str]:
-        """Return the frames on the way from the source frame to the target frame, both included.
+        """Return the frames between source and target, both included.
 
         See `lookup` for the arguments and for what is raised.
         """
@@ -203,7 +203,7 @@ class FrameTree:
     def lookup_through(
         self, target: str, target_stamp: int, source: str, source_stamp: int, fixed: str
     ) -> tuple[int, Transform]:
-        """Return where the source stood at one time, in the target as it stood at another.
+        """Return the transform from the source at one time to the target at another.
 
         Args:
             target: The frame in which the answer is expressed.
@@ -221,7 +221,7 @@ class FrameTree:
         return stamp, fixed_in_target @ in_fixed
 
     def latest_common_time(self, target: str, source: str) -> int:
-        """Return the newest time at which all frames between two are known; 0 if all stand still.
+        """Return the newest time common to all frames between two; 0 for static ones.
 
         Raises:
             ConnectivityException: When no chain joins the frames.

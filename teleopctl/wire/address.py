@@ -38,12 +38,12 @@ class RouterAddress:
 
     @property
     def endpoints(self) -> tuple[str, ...]:
-        """Any of them will do; none where routers are found by other means (multicast)."""
+        """Endpoints, any of which may be used; none if routers are found by multicast."""
         return self._endpoints
 
     @property
     def origin(self) -> str | None:
-        """The environment variable or the file that they are from; None is the default."""
+        """Environment variable or file that sets the endpoints; None for the default."""
         return self._origin
 
     def __eq__(self, other: object) -> bool:
@@ -63,7 +63,7 @@ class RouterAddress:
 
     @property
     def text(self) -> str:
-        """The endpoints alone, for a table or for JSON."""
+        """Return the endpoints as text."""
         return ", ".join(self.endpoints)
 
     @property
@@ -73,11 +73,11 @@ class RouterAddress:
 
     @property
     def is_on_this_machine(self) -> bool:
-        """Whether every endpoint is a loopback address, or a socket in the file system."""
+        """Return whether every endpoint is on this machine only."""
         return all(_is_local(endpoint) for endpoint in self.endpoints)
 
     def serves(self, other: RouterAddress) -> bool:
-        """Whether a router that listens here is one that sessions of the other address look for.
+        """Return whether a router that listens here is found by sessions of the other address.
 
         Loopback addresses with the same port are taken for one place.
         """
@@ -88,7 +88,7 @@ class RouterAddress:
         return bool(other.endpoints) and not self.serves(other)
 
     def to_connect(self) -> RouterAddress:
-        """The address to connect to from this machine: no program connects to a wildcard."""
+        """Return the address to connect to from this machine, without wildcards."""
         return RouterAddress(map(_connectable, self._endpoints), self._origin)
 
 
@@ -96,7 +96,7 @@ DEFAULT_ADDRESS = RouterAddress((DEFAULT_ENDPOINT,))
 
 
 def tcp_address(endpoint: str) -> tuple[str, int | None]:
-    """Host and port of a TCP endpoint; the port is None where the endpoint is of another kind."""
+    """Return host and port of a TCP endpoint; the port is None for other kinds."""
     protocol, host, port = _parts(endpoint)
     return host.strip("[]"), decimal(port) if protocol == "tcp" else None
 

@@ -20,7 +20,7 @@ _LEGACY_FIRST_BYTE = 0x0F
 
 
 class Attachment(NamedTuple):
-    """Number, source time (nanoseconds since the Unix epoch) and sender of one message."""
+    """Sequence number, source time (ns since the epoch) and GID of a message."""
 
     sequence: int
     time_ns: int
@@ -28,7 +28,7 @@ class Attachment(NamedTuple):
 
 
 def encode_attachment(sequence: int, time_ns: int, gid: bytes) -> bytes:
-    """Return the attachment of one message.
+    """Encode an attachment.
 
     Args:
         sequence: Number of the message; a reply repeats that of its request.

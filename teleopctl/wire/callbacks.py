@@ -23,7 +23,7 @@ _state = local()
 def direct_callback(
     receive: Callable[[_Item], object], end: Callable[[], object] | None = None
 ) -> zenoh.handlers.Callback[_Item]:
-    """Have Zenoh call a function on the thread that makes something known.
+    """Return a Zenoh handler that calls a function on the receiving thread.
 
     To Python each call would be one by a new thread: it makes a state for it, with a stack that is
     mapped and unmapped, and forgets it afterwards, which takes longer than to receive a message

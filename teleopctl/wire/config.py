@@ -195,7 +195,7 @@ def session_config(mode: SessionMode) -> SessionConfig:
 
 
 def probe_config(address: RouterAddress) -> SessionConfig:
-    """Return the configuration of a client that connects to one router, wherever others connect.
+    """Return the configuration of a client that connects to one router only.
 
     Raises:
         UsageError: A file, an endpoint or an override cannot be used.
@@ -318,7 +318,7 @@ def _loopbacks(endpoint: str) -> Sequence[str]:
 
 
 def has_room_for_shared_memory() -> bool:
-    """Whether pools of several processes fit: where they do not, touching one is a bus error.
+    """Return whether shared memory has room for the pools of several processes.
 
     Containers often have 64 MiB, little more than one pool. Systems without that folder set no
     limit of their own.

@@ -15,7 +15,7 @@ _LONGEST_WAIT_S = 1.0
 
 
 def session_ports(session: zenoh.Session) -> dict[str, set[int]]:
-    """The TCP ports from which sessions are connected to a router, by their Zenoh ids.
+    """Return the TCP ports of a router's sessions, by Zenoh id.
 
     Those of other machines are among them: a port is one of this machine only if a process here
     has a connection from that port to that router.
@@ -33,7 +33,7 @@ def session_ports(session: zenoh.Session) -> dict[str, set[int]]:
 
 
 def is_frozen(session: zenoh.Session, zid: str) -> bool:
-    """Whether a session of the graph is there, but its process does nothing at all.
+    """Return whether a session's process is suspended.
 
     Zenoh's own threads answer for a process that is merely busy. Of a session without an
     administration space, a client's for one, nothing is known.

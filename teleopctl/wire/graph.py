@@ -31,7 +31,7 @@ _NodeKey = tuple[str, str, str, int]
 
 
 def is_hidden_name(name: str) -> bool:
-    """Whether ROS tools leave out a topic or service: a part of its name starts with ``_``."""
+    """Return whether a topic or service is hidden: a part of its name starts with ``_``."""
     return "/_" in name or name.startswith("_")
 
 
@@ -43,7 +43,7 @@ def action_type(endpoint: EndpointToken) -> str | None:
 
 
 def actions_of(endpoints: Iterable[EndpointToken]) -> list[tuple[str, list[str]]]:
-    """Return the actions that publishers or subscriptions belong to, with their types, sorted.
+    """Return the actions of publishers or subscriptions, with their types.
 
     As in rcl_action, the feedback alone decides.
     """
@@ -55,7 +55,7 @@ def actions_of(endpoints: Iterable[EndpointToken]) -> list[tuple[str, list[str]]
 
 
 class NodeEntry:
-    """One node of the graph, with the endpoints that it has at the moment of the snapshot."""
+    """Node of the graph, with its endpoints."""
 
     __slots__ = ("enclave", "endpoints", "name", "namespace", "nid", "zid")
 
@@ -74,11 +74,11 @@ class NodeEntry:
 
     @property
     def is_hidden(self) -> bool:
-        """Whether ROS tools leave the node out: its name starts with ``_``."""
+        """Return whether the node is hidden: its name starts with ``_``."""
         return self.name.startswith("_")
 
     def of_kind(self, kind: EntityKind) -> list[EndpointToken]:
-        """The node's endpoints of one kind, sorted by name."""
+        """Return the node's endpoints of one kind, sorted by name."""
         return sorted((e for e in self.endpoints if e.kind is kind), key=_by_name)
 
 
@@ -111,23 +111,23 @@ class Graph:
         self._by_kind = by_kind
 
     def node_names(self, include_hidden: bool = False) -> list[str]:
-        """The full names of all nodes, sorted; a name used twice is listed twice."""
+        """Return the full names of all nodes, sorted, with duplicates."""
         return sorted(n.full_name for n in self.nodes if include_hidden or not n.is_hidden)
 
     def find_node(self, full_name: str) -> NodeEntry | None:
-        """The first node of that full name (``/ns/node``), or None."""
+        """Return the first node of a full name (``/ns/node``), or None."""
         return next((n for n in self.nodes if n.full_name == full_name), None)
 
     def topic_names_and_types(self, include_hidden: bool = False) -> list[tuple[str, list[str]]]:
-        """Every topic that is published or subscribed to, with its types, sorted."""
+        """Return all topics with their types, sorted."""
         return self._names_and_types((EntityKind.MP, EntityKind.MS), include_hidden)
 
     def service_names_and_types(self, include_hidden: bool = False) -> list[tuple[str, list[str]]]:
-        """Every service that has a server or a client, with its types, sorted."""
+        """Return all services with their types, sorted."""
         return self._names_and_types((EntityKind.SS, EntityKind.SC), include_hidden)
 
     def action_names_and_types(self) -> list[tuple[str, list[str]]]:
-        """Every action that has a server or a client, with its types, sorted."""
+        """Return all actions with their types, sorted."""
         return actions_of(e for e in self.endpoints if e.kind in (EntityKind.MP, EntityKind.MS))
 
     def action_servers(self, action: str) -> list[EndpointToken]:
@@ -139,19 +139,19 @@ class Graph:
         return self._of_action(EntityKind.MS, action)
 
     def publishers(self, topic: str, type_name: str | None = None) -> list[EndpointToken]:
-        """The publishers of a topic (``/ns/topic``), of one type or of all."""
+        """Return the publishers of a topic (``/ns/topic``), optionally of one type."""
         return self._of(EntityKind.MP, topic, type_name)
 
     def subscriptions(self, topic: str, type_name: str | None = None) -> list[EndpointToken]:
-        """The subscriptions to a topic, of one type or of all."""
+        """Return the subscriptions of a topic, optionally of one type."""
         return self._of(EntityKind.MS, topic, type_name)
 
     def servers(self, service: str, type_name: str | None = None) -> list[EndpointToken]:
-        """The servers of a service, of one type or of all."""
+        """Return the servers of a service, optionally of one type."""
         return self._of(EntityKind.SS, service, type_name)
 
     def clients(self, service: str, type_name: str | None = None) -> list[EndpointToken]:
-        """The clients of a service, of one type or of all."""
+        """Return the clients of a service, optionally of one type."""
         return self._of(EntityKind.SC, service, type_name)
 
     def _of(self, kind: EntityKind, name: str, type_name: str | None) -> list[EndpointToken]:

@@ -25,7 +25,7 @@ _MOST_GONE = 256
 
 
 class GraphWatcher:
-    """Follows the graph of one domain; every method may be called from any thread.
+    """Live view of a domain's graph; thread-safe.
 
     Args:
         session: The session to listen with; it stays open when the watcher closes.
@@ -72,7 +72,7 @@ class GraphWatcher:
     def matching(
         self, kind: EntityKind, name: str, type_name: str | None = None
     ) -> list[EndpointToken]:
-        """The endpoints of a kind and name, of one type or of all, as in `snapshot`.
+        """Return the endpoints of a kind and name, optionally of one type.
 
         Takes as long in a large graph as in a small one, after each change, too.
         """
@@ -83,7 +83,7 @@ class GraphWatcher:
     def wait_for(
         self, predicate: Callable[[Graph], object], timeout_s: float | None = None
     ) -> bool:
-        """Wait until the graph satisfies a predicate.
+        """Wait until the graph satisfies a predicate; return whether it did.
 
         Args:
             predicate: True or false; asked at once and after each change, with a snapshot.

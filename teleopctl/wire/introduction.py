@@ -52,7 +52,7 @@ def meet_peers(
     router_within_s: float | None = LONGEST_WAIT_S,
     peers_within_s: float = LONGEST_WAIT_S,
 ) -> bool:
-    """Return once the session is connected to all peers of its router, or after the time is up.
+    """Wait until the session is connected to all peers of its router, or a timeout.
 
     Args:
         session: A session in peer mode.
@@ -88,7 +88,7 @@ def meet_peers(
 
 
 def hear_peers(session: zenoh.Session, within_s: float = LONGEST_WAIT_S) -> None:
-    """Return once the tokens of all peers that are connected have come, or after the time is up.
+    """Wait until the tokens of all connected peers have come, or a timeout.
 
     A peer hands its tokens over when a connection opens, so that they are here when it has answered
     a question that was put after that.

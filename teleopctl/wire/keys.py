@@ -29,7 +29,7 @@ class TopicKey(NamedTuple):
 
 
 def topic_key(domain: int, name: str, type_name: str, type_hash: str) -> str:
-    """Return the key of a topic or service.
+    """Return the data key of a topic or service.
 
     Args:
         domain: ROS domain.
@@ -43,13 +43,13 @@ def topic_key(domain: int, name: str, type_name: str, type_hash: str) -> str:
 
 
 def assertion_key(key: str) -> str:
-    """Return the key on which publishers of a topic's key assert their liveliness; ours alone."""
+    """Return the key for liveliness assertions of a topic's publishers (ours)."""
     # Verbatim, so that no subscription to the topic with a wildcard matches it.
     return f"{key}/{_ASSERTIONS}"
 
 
 def parse_topic_key(text: str) -> TopicKey | None:
-    """Take a data key apart, or return None for a key of another form.
+    """Parse a data key; return None for other keys.
 
     The extra levels on which ROS 2 Lyrical sends messages to buffer-aware subscribers are dropped.
     """
@@ -67,13 +67,13 @@ def parse_topic_key(text: str) -> TopicKey | None:
 
 
 def liveliness_key(domain: int, zid: str | None = None) -> str:
-    """Return the key expression that matches every token of a ROS domain, or of one session."""
+    """Return the key expression of all tokens of a domain, or of one session."""
     # The domain is spelled out because a wildcard does not match the verbatim prefix.
     return f"{LIVELINESS_PREFIX}/{domain}/{'' if zid is None else f'{zid}/'}**"
 
 
 def decimal(text: str) -> int | None:
-    """Read a plain decimal number of at most 20 digits, or return None."""
+    """Parse a decimal number of at most 20 digits; None for other texts."""
     # int() would also take signs, blanks, underscores and the digits of every script.
     if 0 < len(text) <= 20 and text.isascii() and text.isdigit():
         return int(text)

@@ -46,17 +46,17 @@ class EndpointQos(NamedTuple):
 
     @property
     def is_reliable(self) -> bool:
-        """Whether lost samples are sent again (system default counts as reliable)."""
+        """Return whether the QoS is reliable; the system default is."""
         return self.reliability in (0, RELIABILITY_RELIABLE)
 
     @property
     def is_transient_local(self) -> bool:
-        """Whether late subscribers get the samples published before they came."""
+        """Return whether the durability is transient local."""
         return self.durability == DURABILITY_TRANSIENT_LOCAL
 
 
 def format_qos(qos: EndpointQos) -> str:
-    """Return the token text of a QoS.
+    """Return a QoS as text of a liveliness token.
 
     A policy left to the system (0), a depth of 0 and a duration of 0 become the defaults. The
     depth is always written, since implementations disagree on what an empty one means.
@@ -77,7 +77,7 @@ def format_qos(qos: EndpointQos) -> str:
 
 @lru_cache(maxsize=1000)  # a graph has thousands of endpoints, and few texts of QoS
 def parse_qos(text: str) -> EndpointQos | None:
-    """Read the QoS of a token, or return None for a text that does not follow the form."""
+    """Parse the QoS of a liveliness token; None for other texts."""
     parts = text.split(":")
     if len(parts) != 6:
         return None

@@ -68,7 +68,7 @@ class RouterReach:
 
 
 def router_reach(address: RouterAddress) -> RouterReach:
-    """Return where the router that answers at an address listens.
+    """Return the addresses at which a running router listens.
 
     Raises:
         RouterNotRunning: No router answers there.

@@ -34,7 +34,7 @@ class Refusals:
         self.count = 0
 
     def refuse(self, reason: str) -> None:
-        """Count one, and report it unless another one has just been reported."""
+        """Count an invalid message, and report it unless one was just reported."""
         with self._lock:
             self.count += 1
             now_s = time.monotonic()

@@ -39,7 +39,7 @@ def send_request(
     receive: Callable[[zenoh.Reply], None],
     end: Callable[[bool], None],
 ) -> None:
-    """Send a request to all servers of a service; see `TimeLimits` for how long it stays open.
+    """Send a request to a service, with the time limit of `TimeLimits`.
 
     Args:
         session: Who asks.
@@ -182,16 +182,16 @@ class Question(Generic[ResponseT]):
 
 
 class Pending(Protocol[_Response_co]):
-    """A request that is on its way: a `Question`, or the future of a node's client."""
+    """Interface of pending requests."""
 
     def wait_for_response(self, timeout_sec: float | None = None) -> _Response_co | None:
-        """Return the response, None when the time ran out."""
+        """Return the response; None on timeout."""
 
 
 def answers_of_nodes(
     pending: Mapping[str, Pending[ResponseT]], timeout_s: float
 ) -> dict[str, ResponseT | UnavailableError]:
-    """Wait until each of several nodes has answered, or the time is up.
+    """Wait for the responses of several nodes, or a timeout.
 
     Args:
         pending: What each was asked, by its full name.

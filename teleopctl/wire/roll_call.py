@@ -22,7 +22,7 @@ def router_key(router: str) -> str:
 
 
 def listed_peers(report: bytes) -> set[str]:
-    """Read the Zenoh ids of the peers out of a router's report; one of another form lists none."""
+    """Return the Zenoh ids of the peers in a router's report."""
     import json
 
     try:

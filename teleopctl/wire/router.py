@@ -63,7 +63,7 @@ def daemon_address() -> RouterAddress:
 
 
 def router_is_running(address: RouterAddress | None = None) -> bool:
-    """Whether a Zenoh router, ours or another, answers at an address, by default the daemon's.
+    """Return whether a Zenoh router answers at an address, by default the daemon's.
 
     Raises:
         UsageError: The configuration of sessions or of the router cannot be used.
@@ -76,7 +76,7 @@ def router_is_running(address: RouterAddress | None = None) -> bool:
 
 
 def ensure_router() -> None:
-    """Return once a router answers where sessions look, starting the daemon if that is its place.
+    """Wait until a router answers; start the daemon if that is its address.
 
     Raises:
         RouterNotRunning: Sessions look elsewhere than where the daemon listens.
@@ -93,7 +93,7 @@ def ensure_router() -> None:
 
 
 def start_router() -> bool:
-    """Start the daemon unless a router answers in its place already.
+    """Start the daemon, unless a router answers there already.
 
     Returns:
         Whether it was started by this call.
@@ -127,7 +127,7 @@ def start_router() -> bool:
 def be_router(
     log_level: str = "info", *, when_up: Callable[[RouterReach], object] | None = None
 ) -> bool:
-    """Be the daemon in this process, until SIGINT or SIGTERM, unless a router answers already.
+    """Run the daemon in this process until a signal, unless a router answers already.
 
     Args:
         log_level: What of Zenoh's log goes to stdout; ``RUST_LOG`` goes before.
@@ -159,7 +159,7 @@ def _free_address() -> RouterAddress | None:
 
 
 def find_router() -> ProcessRecord | None:
-    """The record of the daemon in its place, None when the router there was started otherwise.
+    """Return the record of the running daemon; None if the router was started otherwise.
 
     Raises:
         UsageError: The router's configuration cannot be used.
@@ -201,7 +201,7 @@ def stop_router() -> bool:
 def run_router(
     listen: Sequence[str] = (), *, when_up: Callable[[RouterReach], object] | None = None
 ) -> None:
-    """Be the router until SIGINT or SIGTERM.
+    """Run the router until SIGINT or SIGTERM.
 
     Args:
         listen: Where to listen, by default where clients expect it; a configuration file or an

@@ -27,7 +27,7 @@ _warned: set[str] = set()
 
 
 def check_security() -> None:
-    """Refuse to open a session where security is enforced; warn once where it is only wanted.
+    """Raise if ROS security is enforced, which is unsupported; warn if it is permissive.
 
     Raises:
         UnsupportedError: Security is enforced.

@@ -33,7 +33,7 @@ _LONGEST_CLOSE_S = 2.0
 
 
 class RouterNotRunning(UnavailableError):
-    """No router answers where one is expected.
+    """No router answers.
 
     Attributes:
         router: Where that is, and who said so.
@@ -46,7 +46,7 @@ class RouterNotRunning(UnavailableError):
 
 
 def domain_id() -> int:
-    """Return the ROS domain from ``ROS_DOMAIN_ID``, by default 0.
+    """Return ``ROS_DOMAIN_ID``, by default 0.
 
     Raises:
         UsageError: The variable does not hold a number.
@@ -118,7 +118,7 @@ def open_configured(config: SessionConfig) -> zenoh.Session:
 
 
 def open_zenoh(config: zenoh.Config) -> zenoh.Session:
-    """Open a session or a router; nothing of teleopctl enters the graph by another way.
+    """Open a Zenoh session or router; all of teleopctl's sessions are opened here.
 
     Raises:
         zenoh.ZError: Zenoh cannot open it.
@@ -129,12 +129,12 @@ def open_zenoh(config: zenoh.Config) -> zenoh.Session:
 
 
 def is_client(session: zenoh.Session) -> bool:
-    """Whether a session of this process speaks to the router alone."""
+    """Return whether a session is a client of the router."""
     return str(session.zid()) in _clients
 
 
 def close_session(session: zenoh.Session) -> None:
-    """Close a session; one whose peer has frozen is left behind, with a warning.
+    """Close a session; abandon it with a warning if its peer is suspended.
 
     Zenoh tells each peer that it goes, and waits ten seconds for one that reads nothing: that is
     left to a thread. The session is unusable then, and its sockets go with the process.

@@ -51,7 +51,7 @@ class _Service:
 
 
 class TimeLimits:
-    """The time limit of each request of a process; all methods may be called from any thread.
+    """Time limits of a process's service requests; thread-safe.
 
     A request that is alone stays open for months. With n open requests in the process, m of them to
     the same service, its limit is
@@ -69,7 +69,7 @@ class TimeLimits:
         self._services: dict[str, _Service] = {}
 
     def next_s(self, service: str) -> float:
-        """Return the time limit in seconds of a request to a service that is made now.
+        """Return the time limit for a new request to a service, in seconds.
 
         Args:
             service: The service's key.
@@ -92,7 +92,7 @@ class TimeLimits:
         return limit_s
 
     def open_requests(self) -> int:
-        """Return how many requests Zenoh keeps at present."""
+        """Return the number of requests that Zenoh keeps open."""
         with self._lock:
             self._forget_ended(time.monotonic())
             return len(self._open)

@@ -34,7 +34,7 @@ class EntityKind(StrEnum):
 
 
 class NodeToken(NamedTuple):
-    """A node: session, id in the session, enclave, namespace (``/`` or ``/ns``) and name.
+    """Liveliness token of a node.
 
     ``text`` is the token as it was received; it is empty in a token that was not parsed.
     """
@@ -54,7 +54,7 @@ class NodeToken(NamedTuple):
 
 
 class EndpointToken(NamedTuple):
-    """A publisher, subscription, service server or service client of a node.
+    """Liveliness token of an endpoint.
 
     ``backends`` is the list of buffer backends that ROS 2 Lyrical appends for some message types
     (``cpu:``), None elsewhere. ``text`` is the token as it was received; it is empty in a token
@@ -83,17 +83,17 @@ class EndpointToken(NamedTuple):
 
     @property
     def gid(self) -> bytes:
-        """The 16 bytes by which the endpoint is known in attachments."""
+        """The endpoint's GID, 16 bytes."""
         return gid(self.text or format_token(self))
 
 
 def join_name(namespace: str, name: str) -> str:
-    """Return the fully qualified name of a node: ``/`` and ``talker`` make ``/talker``."""
+    """Return the full name of a node: ``/`` and ``talker`` give ``/talker``."""
     return f"{namespace.rstrip('/')}/{name}"
 
 
 def format_token(token: NodeToken | EndpointToken) -> str:
-    """Return the text of a token, to be declared with Zenoh.
+    """Return the text of a token.
 
     Raises:
         ValueError: A part is empty or holds a character that has no place in a Zenoh key, so that
@@ -127,7 +127,7 @@ def format_token(token: NodeToken | EndpointToken) -> str:
 
 
 def parse_token(text: str) -> NodeToken | EndpointToken | None:
-    r"""Read a token, or return None for a text that is not one; never raises.
+    r"""Parse a token; return None for other texts.
 
     It comes from another process, so its size and form are checked. Control characters, which no
     name of ROS has, are visible in what it says (``\x1b``); ``text`` is as it was received.
@@ -172,7 +172,7 @@ def parse_token(text: str) -> NodeToken | EndpointToken | None:
 
 
 def gid(token_text: str) -> bytes:
-    """Return the identity of the endpoint that declares exactly this token, 16 bytes."""
+    """Return the GID of the endpoint with this token, 16 bytes."""
     # Only publishers and verbose listings need it, so that a plain listing does not load the hash.
     import xxhash
 

@@ -14,7 +14,7 @@ from teleopctl.bag.mcap_file.chunk import MAGIC
 
 
 def write_end(stream: BinaryIO, start: int, summary: Summary) -> None:
-    """Write the end.
+    """Write the summary section, the footer and the closing magic of a file.
 
     The order and the checksum are those of the specification: of the summary with the footer up to
     the checksum itself.
@@ -58,13 +58,13 @@ def write_end(stream: BinaryIO, start: int, summary: Summary) -> None:
 
 
 def record_bytes(record: McapRecord) -> bytes:
-    """Return a record as it stands in a file."""
+    """Return a record's bytes."""
     builder = RecordBuilder()
     record.write(builder)
     return taken(builder)
 
 
 def taken(builder: RecordBuilder) -> bytes:
-    """Take out what was built."""
+    """Return and clear the records that were built."""
     data: bytes = builder.end()  # type: ignore[no-untyped-call]  # the library's own gap
     return data

@@ -53,7 +53,7 @@ class Salvage(NamedTuple):
 
 
 class McapFileReader:
-    """One MCAP file.
+    """MCAP file opened for reading.
 
     Args:
         path: The file.
@@ -169,7 +169,7 @@ class McapFileReader:
             yield BagAttachment(found.name, found.media_type, found.data, found.log_time)
 
     def records(self) -> Iterator[tuple[str, dict[str, str]]]:
-        """Yield the names and values of its records of metadata."""
+        """Yield the names and values of the metadata records."""
         for index in self._summary.metadata_indexes:
             data = self._content_at(index.offset, Opcode.METADATA)
             try:
@@ -179,7 +179,7 @@ class McapFileReader:
             yield found.name, found.metadata
 
     def check(self, chunk_checked: Callable[[], object] = lambda: None) -> Iterator[str]:
-        """Yield a sentence for each chunk that is broken, with its checksum compared.
+        """Yield a sentence for each broken chunk, by the checksums.
 
         Args:
             chunk_checked: Called after each chunk.

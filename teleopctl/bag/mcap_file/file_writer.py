@@ -43,7 +43,7 @@ _SEQUENCE_MASK = 2**32 - 1
 
 
 class McapFileWriter:
-    """One MCAP file that is being written: profile ``ros2``, one channel a topic.
+    """MCAP file opened for writing: profile ``ros2``, one channel per topic.
 
     Messages are gathered into chunks. What `flush` has written survives the death of this process,
     whatever comes after.
@@ -82,12 +82,12 @@ class McapFileWriter:
 
     @property
     def size(self) -> int:
-        """Bytes written so far, but for the chunk that has not ended yet."""
+        """Return the bytes written so far, without the present chunk."""
         return self._size
 
     @property
     def is_empty(self) -> bool:
-        """Whether it has no message."""
+        """Return whether the file has no messages."""
         return self._first_ns is None
 
     @property
@@ -102,7 +102,7 @@ class McapFileWriter:
 
     @property
     def description(self) -> BagFile:
-        """Entry of the file for ``metadata.yaml``."""
+        """Number of messages by topic."""
         if self._first_ns is None:
             return BagFile(self.path.name)
         duration_ns = self._last_ns - self._first_ns
@@ -110,7 +110,7 @@ class McapFileWriter:
         return BagFile(self.path.name, self._first_ns, duration_ns, count)
 
     def add_topic(self, topic: BagTopic) -> None:
-        """Make a channel for a topic, before its first message. Idempotent."""
+        """Add a channel for a topic, before its first message. Idempotent."""
         if topic.name in self._channels:
             return
         self._message_counts[topic.name] = 0
@@ -137,7 +137,7 @@ class McapFileWriter:
         self._chunk.add_record(record_bytes(channel))
 
     def write(self, message: BagMessage) -> None:
-        """Write a message of a topic that was added."""
+        """Write a message of an added topic."""
         time_ns = message.log_time_ns
         if self._first_ns is None or time_ns < self._first_ns:
             self._first_ns = time_ns
@@ -155,7 +155,7 @@ class McapFileWriter:
             self._end_chunk()
 
     def attach(self, attachment: BagAttachment) -> None:
-        """Add a file inside the file."""
+        """Add an attachment."""
         name, media_type, data, log_ns = attachment
         record = record_bytes(Attachment(0, log_ns, name, media_type, data))
         self._summary.attachment_indexes.append(
@@ -172,13 +172,13 @@ class McapFileWriter:
         self._put(record)
 
     def add_record(self, name: str, values: Mapping[str, str]) -> None:
-        """Add a record of metadata."""
+        """Add a metadata record."""
         record = record_bytes(Metadata(name, dict(values)))
         self._summary.metadata_indexes.append(MetadataIndex(self._size, len(record), name))
         self._put(record)
 
     def flush(self) -> None:
-        """End the present chunk and hand all that was written over to the operating system."""
+        """Finish the present chunk and flush to the operating system."""
         self._end_chunk()
         self._try(self._stream.flush)
 
@@ -199,7 +199,7 @@ class McapFileWriter:
         self._try(self._stream.close)
 
     def abandon(self) -> None:
-        """Close the file without an end, after it could not be written."""
+        """Close the file without a summary, after a write error."""
         # The buffer would try again to write what found no room.
         self._raw.close()
 

@@ -38,7 +38,7 @@ class Fault(NamedTuple):
 
 
 def file_faults(path: Path) -> Iterator[Fault]:
-    """Yield what is wrong with a file; all of it is read."""
+    """Read a whole file; yield its faults."""
     try:
         found = scan(path)
         with path.open("rb") as stream:
@@ -133,7 +133,7 @@ class _Clock:
         self._first_ns = 0
 
     def add(self, index: MessageIndex) -> None:
-        """Take the messages of a chunk and a channel."""
+        """Check the times of a chunk's messages."""
         latest = self._latest.get(index.channel_id, 0)
         for time_ns, _ in sorted(index.records, key=lambda record: record[1]):
             if time_ns < latest - _JITTER_NS:

@@ -15,7 +15,7 @@ from teleopctl.bag.mcap_file.chunk import HEAD, MAGIC, MESSAGE_HEAD
 def loose_messages(
     stream: BinaryIO, channels: Collection[int], start_ns: int, end_ns: int
 ) -> Iterator[Message]:
-    """Yield messages by log time, up to where the file is broken.
+    """Yield the messages outside of chunks by log time, up to where the file is broken.
 
     There is no index: the heads are read twice. What is kept at once is a number or two a message.
 

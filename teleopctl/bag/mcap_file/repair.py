@@ -31,7 +31,7 @@ class Repair(NamedTuple):
 
 
 def finish_file(path: Path) -> Repair:
-    """Give a file its end, in place; one that has it is left alone.
+    """Write the missing summary and footer of a file, in place.
 
     Nothing but what stands behind the last whole record is lost, also inside a chunk.
 

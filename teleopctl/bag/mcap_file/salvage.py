@@ -21,7 +21,7 @@ from teleopctl.bag.mcap_file.chunk import (
 
 
 class Salvaged(NamedTuple):
-    """The records of a broken chunk that are as they have to be.
+    """The intact records of a broken chunk.
 
     Attributes:
         descriptions: Schemas and channels.
@@ -35,7 +35,7 @@ class Salvaged(NamedTuple):
 
 
 def salvage_chunk(stream: BinaryIO, index: ChunkIndex) -> Salvaged:
-    """Return what a broken chunk still has.
+    """Return the intact records of a broken chunk.
 
     Its message indexes stand behind it, and say of each message where it begins, its channel and
     its time: what agrees with them is a message, also behind a record whose length is nonsense.

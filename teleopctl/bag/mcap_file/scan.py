@@ -92,14 +92,14 @@ class Scan:
     times: dict[int | None, dict[int, Times]] = field(default_factory=dict)
 
     def add(self, record: Schema | Channel) -> None:
-        """Take a schema or a channel that is not known yet."""
+        """Add a schema or channel record."""
         if isinstance(record, Schema):
             self.summary.schemas.setdefault(record.id, record)
         else:
             self.summary.channels.setdefault(record.id, record)
 
     def count(self, messages: Iterable[Message] = ()) -> None:
-        """Fill the statistics: with what was found, and with messages that stand nowhere else."""
+        """Fill the statistics from the scanned and from further messages."""
         statistics = self.summary.statistics
         assert statistics is not None
         statistics.chunk_count = len(self.summary.chunk_indexes)
@@ -118,7 +118,7 @@ class Scan:
 
 
 def scan(path: Path) -> Scan:
-    """Walk over a file.
+    """Scan all records of a file.
 
     Raises:
         InvalidFileError: It is not an MCAP file, or cannot be read.

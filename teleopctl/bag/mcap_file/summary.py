@@ -40,7 +40,7 @@ def read_summary(stream: BinaryIO) -> Summary | None:
 
 
 def has_end(stream: BinaryIO) -> bool:
-    """Whether a file is finished: with a summary that can be believed, or without any.
+    """Return whether a file is finished: with a consistent summary, or without any.
 
     Args:
         stream: The file; it is left somewhere.

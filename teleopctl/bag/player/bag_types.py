@@ -11,7 +11,7 @@ _EVENT = "_Event"
 
 
 def learn_types(topic: BagTopic) -> None:
-    """Make the type of a topic known, with those that it uses, from the bag's definition.
+    """Register a topic's type and its nested types from the bag's definition.
 
     Nothing known is replaced. A service is learnt from the definition of its events.
 
@@ -35,7 +35,7 @@ def learn_types(topic: BagTopic) -> None:
 
 
 def hash_of(topic: BagTopic) -> str:
-    """Return the hash of a topic's type: the recorded one, or that of the type as it is known.
+    """Return the type hash of a topic: the recorded one, else that of the known type.
 
     Raises:
         TeleopctlError: The type is not known.

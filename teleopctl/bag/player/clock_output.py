@@ -44,7 +44,7 @@ class ClockOutput:
             )
 
     def start(self) -> None:
-        """Begin to publish at the rate. Idempotent."""
+        """Start publishing at the rate. Idempotent."""
         if self._thread is not None and self._thread.ident is None:
             self._thread.start()
 
@@ -60,7 +60,7 @@ class ClockOutput:
             self._publisher.publish(self._class(clock=stamp))
 
     def close(self) -> None:
-        """End the thread, and destroy the publisher."""
+        """Stop the thread, and destroy the publisher."""
         self._ending.set()
         if self._thread is not None and self._thread.ident is not None:
             self._thread.join()

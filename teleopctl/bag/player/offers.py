@@ -43,7 +43,7 @@ def default_offer() -> QoSProfile:
 
 
 def keeping_all(offer: QoSProfile) -> QoSProfile:
-    """The profile of a publisher that waits for slow subscribers; best effort stays what it is.
+    """Return the profile of a publisher that waits for slow subscribers, if reliable.
 
     A latched one stays as well: its late subscribers are to have its last messages, not all.
     """

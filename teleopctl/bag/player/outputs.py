@@ -29,7 +29,7 @@ _Send = Callable[[BagMessage], bool]
 
 
 class Outputs:
-    """The publishers and clients of the topics that are played.
+    """Publishers and service clients of the played topics.
 
     Args:
         node: The node that has them.
@@ -63,11 +63,11 @@ class Outputs:
         return self._sends.keys()
 
     def send(self, message: BagMessage) -> bool:
-        """Publish a message, or send its request; False where it is nothing to be sent."""
+        """Publish a message, or send its request; return False if it is not played."""
         return self._sends[message.topic](message)
 
     def tell_of_split(self, split: Split) -> None:
-        """Publish that one file of a bag has ended and the next one begins."""
+        """Publish the event of a file boundary."""
         self._splits.publish(
             get_message(_SPLIT_EVENT)(
                 closed_file=str(split.closed_file),

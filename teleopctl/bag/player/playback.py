@@ -39,7 +39,7 @@ class _Request:
 
 
 class Playback:
-    """The playing of one bag, or of several merged by time, as it is controlled from any thread.
+    """Playback of bags merged by time; thread-safe.
 
     Args:
         node: The node that publishes; it is the caller's. Remappings are the node's.
@@ -109,7 +109,7 @@ class Playback:
     # -- control ---------------------------------------------------------------------------------
 
     def play(self) -> bool:
-        """Begin to play from the start; False, and no change, while it plays."""
+        """Start playing; return False while it plays."""
         with self._changed:
             if self._is_playing:
                 self._log.warning("Trying to play() while in playback, dismissing request.")
@@ -136,7 +136,7 @@ class Playback:
         return self.play()
 
     def stop(self) -> bool:
-        """End playing at once; False where nothing is played."""
+        """Stop playing; return False if it does not play."""
         if not self._is_playing:
             return False
         self._log.info("Stopping playback.")
@@ -155,14 +155,14 @@ class Playback:
         self._log.info("Resuming play.")
 
     def toggle_paused(self) -> None:
-        """Pause, or resume."""
+        """Toggle the pause."""
         if self.is_paused:
             self.resume()
         else:
             self.pause()
 
     def set_rate(self, rate: float) -> bool:
-        """Change how fast it plays; False, and no change, for 0 or less."""
+        """Set the rate; return False for 0 or less."""
         if not self._line.set_rate(rate):
             self._log.warning(f"Failed to set rate to invalid value {rate:g}")
             return False
@@ -170,7 +170,7 @@ class Playback:
         return True
 
     def play_next(self) -> bool:
-        """Send the next message while paused; False where that is not so, or none is left."""
+        """Publish the next message while paused; return False otherwise or at the end."""
         if not self._is_playing:
             self._log.warning("Called play next, but player is not playing.")
             return False
@@ -180,7 +180,7 @@ class Playback:
         return self._ask(lambda: self._burst(1)) == 1
 
     def burst(self, most: int = 0) -> int:
-        """Send messages as fast as they can be read, while paused.
+        """Publish messages as fast as possible, while paused.
 
         Args:
             most: How many; 0 for all that are left.
@@ -198,7 +198,7 @@ class Playback:
         return sent
 
     def seek(self, time_ns: int) -> bool:
-        """Go on from another time; what latched topics had then is sent first.
+        """Jump to a time, and publish what latched topics had then.
 
         Args:
             time_ns: In nanoseconds since the epoch; one before the start is the start.
@@ -217,7 +217,7 @@ class Playback:
         return self._ask(jump) == 1
 
     def wait(self, timeout_s: float | None = None) -> bool:
-        """Wait until it has played to the end, or was stopped.
+        """Wait for the end of the playback.
 
         Args:
             timeout_s: Upper bound in seconds of wall time; None for none.
@@ -238,27 +238,27 @@ class Playback:
 
     @property
     def is_playing(self) -> bool:
-        """Whether it plays, or is paused in playing."""
+        """Whether the player plays, paused or not."""
         return self._is_playing
 
     @property
     def is_paused(self) -> bool:
-        """Whether playback time stands still."""
+        """Whether the playback time is paused."""
         return self._line.is_paused
 
     @property
     def is_bursting(self) -> bool:
-        """Whether messages are sent as fast as possible."""
+        """Whether messages are published as fast as possible."""
         return self._is_bursting
 
     @property
     def is_delayed(self) -> bool:
-        """Whether it waits before a beginning."""
+        """Whether the player waits for its start delay."""
         return self._is_delayed
 
     @property
     def rate(self) -> float:
-        """Seconds of the bag per second."""
+        """Playback rate: seconds of the bag per second."""
         return self._line.rate
 
     @property

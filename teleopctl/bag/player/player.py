@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 class Player(Playback):
-    """Plays one bag, or several merged by time, through a node.
+    """Player of one bag, or of several merged by time, with rosbag2's services.
 
     The node gets rosbag2's services to control it, which need an executor that spins the node;
     playing does not. A program may call the methods of the same names, from any thread.

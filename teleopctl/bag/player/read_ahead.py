@@ -15,7 +15,7 @@ MOST_BYTES = 256 * 2**20
 
 
 class ReadAhead:
-    """A thread that reads messages into a bounded queue.
+    """Thread that reads messages into a limited queue.
 
     Args:
         messages: What is read.
@@ -58,7 +58,7 @@ class ReadAhead:
         return None
 
     def drop_first(self) -> None:
-        """Take the oldest message away."""
+        """Remove the oldest message."""
         with self._changed:
             self._bytes -= len(self._queue.popleft().data)
             # In gulps: a reader that is woken for each message would disturb each message.
@@ -70,11 +70,11 @@ class ReadAhead:
 
     @property
     def has_ended(self) -> bool:
-        """Whether everything was read and taken."""
+        """Return whether all messages were read and removed."""
         return self._has_ended and not self._queue
 
     def wait_until_filled(self, longest_s: float | None = None) -> None:
-        """Wait until the queue is full, or everything was read.
+        """Wait until the queue is full or everything was read.
 
         Args:
             longest_s: Upper bound in seconds of wall time; None for none.

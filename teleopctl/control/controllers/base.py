@@ -82,7 +82,7 @@ class InterfaceConfigurationType(Enum):
 
 @dataclass(frozen=True)
 class InterfaceConfiguration:
-    """Command or state interfaces that a controller needs.
+    """The command or state interfaces that a controller claims.
 
     Attributes:
         type: ALL are those that are available when the controller is activated.
@@ -94,7 +94,7 @@ class InterfaceConfiguration:
 
 
 class ControllerInterface:
-    """A controller.
+    """Base of controllers.
 
     A life cycle callback that returns None has succeeded, one that raises has failed. ``update``
     runs in the control cycle: no input or output, no waiting. Messages leave through a
@@ -131,11 +131,11 @@ class ControllerInterface:
 
     @property
     def nominal_period(self) -> float:
-        """Seconds between two updates, as planned."""
+        """Nominal time between two updates, in seconds."""
         return 1.0 / self.update_rate
 
     def auto_declare(self, name: str, default: T, *, read_only: bool = False) -> T:
-        """The value of a parameter, which is declared here unless it has been before.
+        """Declare a parameter if it is undeclared; return its value.
 
         Args:
             name: Dotted name.
@@ -180,7 +180,7 @@ class ControllerInterface:
         handle_accepted_callback: AcceptedCallback[Any, Any, Any],
         cancel_callback: CancelCallback[Any, Any, Any],
     ) -> ActionServer[Any, Any, Any]:
-        """Offer an action; to be destroyed in ``on_cleanup``.
+        """Make an action server, to be destroyed in ``on_cleanup``.
 
         The callbacks run beside the control loop, as those of subscriptions do. A goal is followed
         by ``update``, and what ``update`` finds out leaves through a ``RealtimePublisher``.
@@ -204,16 +204,16 @@ class ControllerInterface:
         )
 
     def on_init(self) -> CallbackReturn | None:
-        """Declare parameters."""
+        """Declare the parameters."""
 
     def on_configure(self) -> CallbackReturn | None:
-        """Read parameters, make publishers and subscriptions."""
+        """Read the parameters, and make publishers and subscriptions."""
 
     def on_activate(self) -> CallbackReturn | None:
-        """Begin to control; interfaces have been assigned."""
+        """Start controlling; the interfaces are assigned."""
 
     def on_deactivate(self) -> CallbackReturn | None:
-        """Stop controlling; interfaces are released afterwards."""
+        """Stop controlling; the interfaces are released afterwards."""
 
     def on_restart(self) -> None:
         """Reset internal plans, because the robot was moved: a simulation was reset.
@@ -223,10 +223,10 @@ class ControllerInterface:
         """
 
     def on_cleanup(self) -> CallbackReturn | None:
-        """Undo ``on_configure``."""
+        """Release the resources of ``on_configure``."""
 
     def on_shutdown(self) -> CallbackReturn | None:
-        """Release everything; the controller is being unloaded."""
+        """Release all resources, before the controller is unloaded."""
 
     def on_error(self) -> CallbackReturn | None:
         """Recover from an error; success means unconfigured, failure means finalized."""
@@ -240,7 +240,7 @@ class ControllerInterface:
         return InterfaceConfiguration()
 
     def update(self, time_ns: int, period: float) -> ReturnType | None:
-        """One control step: read ``state_interfaces``, write ``command_interfaces``.
+        """Run one control step: read ``state_interfaces``, write ``command_interfaces``.
 
         Args:
             time_ns: Time of this cycle, nanoseconds.

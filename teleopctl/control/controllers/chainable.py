@@ -18,7 +18,7 @@ class InvalidExportError(Exception):
 
 
 class ChainableControllerInterface(ControllerInterface):
-    """Base class of controllers that can be chained.
+    """Base of controllers that other controllers can command.
 
     It exports *reference interfaces*, which a preceding controller commands as if they were a
     joint's, and *state interfaces*, which any controller reads. Both exist while it is configured
@@ -41,18 +41,18 @@ class ChainableControllerInterface(ControllerInterface):
     # -- what a controller says --------------------------------------------------------------------
 
     def on_export_reference_interfaces_list(self) -> Sequence[CommandInterface]:
-        """Make the references, whose names begin with the controller's; after ``on_configure``.
+        """Return the reference interfaces, whose names begin with the controller's.
 
         ``CommandInterface(f"{self.name}/joint_1", "position")`` is one.
         """
         return ()
 
     def on_export_state_interfaces_list(self) -> Sequence[StateInterface]:
-        """Make the states, whose names begin with the controller's; after ``on_configure``."""
+        """Return the exported state interfaces, whose names begin with the controller's."""
         return ()
 
     def on_set_chained_mode(self, chained_mode: bool) -> bool:
-        """Whether it accepts to be commanded by another controller, or no longer to be.
+        """Return whether the controller accepts the change of its chained mode.
 
         Called before it is activated.
         """
@@ -60,10 +60,10 @@ class ChainableControllerInterface(ControllerInterface):
         return True
 
     def update_reference_from_subscribers(self, time_ns: int, period: float) -> ReturnType | None:
-        """Bring ``reference_interfaces`` up to date from its topics; not called in chained mode."""
+        """Set ``reference_interfaces`` from topics; not called in chained mode."""
 
     def update_and_write_commands(self, time_ns: int, period: float) -> ReturnType | None:
-        """One control step: read states and ``reference_interfaces``, write commands.
+        """Run one control step: read states and ``reference_interfaces``, write commands.
 
         Args:
             time_ns: Time of this cycle, nanoseconds.
@@ -87,14 +87,14 @@ class ChainableControllerInterface(ControllerInterface):
         return self._in_chained_mode
 
     def set_chained_mode(self, chained_mode: bool) -> bool:
-        """Enter or leave chained mode; False where it refuses, or is active."""
+        """Enter or leave chained mode; return False if refused or active."""
         if self.lifecycle_state is State.ACTIVE or not self.on_set_chained_mode(chained_mode):
             return False
         self._in_chained_mode = chained_mode
         return True
 
     def export_interfaces(self) -> None:
-        """Make all that it exports, unavailable as yet.
+        """Make all exported interfaces, unavailable at first.
 
         Raises:
             InvalidExportError: A name is another's, or there twice; or there is none at all.
@@ -129,7 +129,7 @@ class ChainableControllerInterface(ControllerInterface):
         return list(interfaces)
 
     def forget_exported_interfaces(self) -> None:
-        """Export nothing any more: it is being cleaned up."""
+        """Remove the exported interfaces, on cleanup."""
         self.reference_interfaces = []
         self.exported_state_interfaces = []
         self._in_chained_mode = False

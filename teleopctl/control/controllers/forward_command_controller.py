@@ -25,13 +25,13 @@ class ForwardCommandController(ControllerInterface):
         self.auto_declare("interface_name", "")
 
     def interface_names(self) -> list[str]:
-        """Full names of the command interfaces, in the order of a message's data."""
+        """Return the command interfaces, in the order of a message's data."""
         name = self.auto_declare("interface_name", "")
         joints: list[str] = self.auto_declare("joints", [])
         return [f"{joint}/{name}" for joint in joints] if name else []
 
     def on_configure(self) -> CallbackReturn | None:
-        """Subscribe."""
+        """Subscribe to commands."""
         from teleopctl.interfaces import get_message
 
         self._names = self.interface_names()
@@ -46,20 +46,20 @@ class ForwardCommandController(ControllerInterface):
         return None
 
     def on_cleanup(self) -> None:
-        """Unsubscribe."""
+        """Unsubscribe from commands."""
         self.get_node().destroy_subscription(self._subscription)
 
     def command_interface_configuration(self) -> InterfaceConfiguration:
-        """The named interfaces."""
+        """Return the command interfaces."""
         return InterfaceConfiguration(InterfaceConfigurationType.INDIVIDUAL, self._names)
 
     def on_activate(self) -> None:
-        """Forget commands of the past."""
+        """Drop earlier commands."""
         self._incoming.clear()
         self._command = None
 
     def on_deactivate(self) -> None:
-        """Forget the command; groups of velocity and effort stop."""
+        """Drop the command; velocity and effort groups stop."""
         self._incoming.clear()
         self._command = None
         if self.zero_on_deactivate:
@@ -67,7 +67,7 @@ class ForwardCommandController(ControllerInterface):
                 interface.value = 0.0
 
     def on_restart(self) -> None:
-        """Wait for the next command."""
+        """Drop earlier commands: the simulation was reset."""
         self._command = None
 
     def _received(self, message: Any) -> None:
@@ -106,7 +106,7 @@ class MultiInterfaceForwardCommandController(ForwardCommandController):
         self.auto_declare("interface_names", [])
 
     def interface_names(self) -> list[str]:
-        """The joint's interfaces."""
+        """Return the joint's command interfaces."""
         joint = self.auto_declare("joint", "")
         names: list[str] = self.auto_declare("interface_names", [])
         return [f"{joint}/{name}" for name in names] if joint else []
@@ -122,7 +122,7 @@ class _JointGroupController(ForwardCommandController):
         self.auto_declare("joints", [])
 
     def interface_names(self) -> list[str]:
-        """The joints' fixed interface."""
+        """Return the joints' command interfaces of the fixed kind."""
         joints: list[str] = self.auto_declare("joints", [])
         return [f"{joint}/{self.interface}" for joint in joints]
 

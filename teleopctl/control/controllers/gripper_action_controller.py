@@ -73,7 +73,7 @@ class _GripperController(ControllerInterface):
         )
 
     def on_configure(self) -> CallbackReturn | None:
-        """Read the parameters and offer the action."""
+        """Read the parameters and make the action server."""
         from teleopctl.interfaces import get_action
 
         self._joint = self.auto_declare("joint", "")
@@ -96,24 +96,24 @@ class _GripperController(ControllerInterface):
         return None
 
     def on_cleanup(self) -> None:
-        """Take the action back."""
+        """Destroy the action server."""
         self._server.destroy()
 
     def command_interface_configuration(self) -> InterfaceConfiguration:
-        """The joint's command."""
+        """Return the joint's command interface."""
         return InterfaceConfiguration(
             InterfaceConfigurationType.INDIVIDUAL, [f"{self._joint}/{self.command_interface}"]
         )
 
     def state_interface_configuration(self) -> InterfaceConfiguration:
-        """The joint's position and velocity."""
+        """Return the joint's position and velocity interfaces."""
         return InterfaceConfiguration(
             InterfaceConfigurationType.INDIVIDUAL,
             [f"{self._joint}/{POSITION}", f"{self._joint}/{VELOCITY}"],
         )
 
     def on_activate(self) -> None:
-        """Hold where the gripper is."""
+        """Hold the gripper's present position."""
         self._incoming.clear()
         self._goal = None
         self._command = _Command(math.nan, self._max_effort)
@@ -121,13 +121,13 @@ class _GripperController(ControllerInterface):
         self._active = True
 
     def on_deactivate(self) -> None:
-        """Give up the goal."""
+        """Abort the goal."""
         self._active = False
         self._abort_latest()
         self._goal = None
 
     def on_restart(self) -> None:
-        """Hold where the gripper has been put."""
+        """Hold the gripper's position after the simulation's reset."""
         position = self.state_interfaces[0].value
         self._hold(position)
         if self._goal is not None:
@@ -135,7 +135,7 @@ class _GripperController(ControllerInterface):
             self._goal = None
 
     def update(self, time_ns: int, period: float) -> ReturnType | None:
-        """One step: command, and see whether the goal has ended."""
+        """Command the joint, and check whether the goal has ended."""
         if self._stale_parameters:
             self._read_parameters()
         position, velocity = (state.value for state in self.state_interfaces)
@@ -275,7 +275,7 @@ class EffortGripperActionController(_GripperCommandController):
     command_interface = EFFORT
 
     def on_activate(self) -> None:
-        """Hold where the gripper is."""
+        """Hold the gripper's present position."""
         super().on_activate()
         read = self.auto_declare
         clamp = abs(read(f"gains.{self._joint}.i_clamp", 0.0))
@@ -283,12 +283,12 @@ class EffortGripperActionController(_GripperCommandController):
         self._pid = Pid(PidGains(p, i, d, i_clamp_max=clamp, i_clamp_min=-clamp))
 
     def on_restart(self) -> None:
-        """Hold where the gripper has been put."""
+        """Hold the gripper's position after the simulation's reset."""
         super().on_restart()
         self._pid.reset()
 
     def on_deactivate(self) -> None:
-        """Push no more."""
+        """Set the effort to zero."""
         super().on_deactivate()
         self.command_interfaces[0].value = 0.0
 
@@ -307,19 +307,19 @@ class ParallelGripperActionController(_GripperController):
     default_max_effort = 10.0
 
     def on_configure(self) -> CallbackReturn | None:
-        """Read the names of the hardware's limits too."""
+        """Read the parameters, also those of speed and effort interfaces."""
         self._max_velocity = self.auto_declare("max_velocity", 0.1)
         self._effort_interface = self.auto_declare("max_effort_interface", "")
         self._velocity_interface = self.auto_declare("max_velocity_interface", "")
         return super().on_configure()
 
     def on_activate(self) -> None:
-        """Hold where the gripper is."""
+        """Hold the gripper's present position."""
         super().on_activate()
         self._command = _Command(math.nan, self._max_effort, self._max_velocity)
 
     def command_interface_configuration(self) -> InterfaceConfiguration:
-        """The joint's position, and the hardware's limits where it has some."""
+        """Return the position interface, and those of speed and effort limits."""
         names = [f"{self._joint}/{POSITION}", self._effort_interface, self._velocity_interface]
         return InterfaceConfiguration(
             InterfaceConfigurationType.INDIVIDUAL, [name for name in names if name]

@@ -72,7 +72,7 @@ class JointStateBroadcaster(ControllerInterface):
             self.get_node().destroy_publisher(self._dynamic)
 
     def state_interface_configuration(self) -> InterfaceConfiguration:
-        """The selected interfaces, or all."""
+        """Return the selected state interfaces, or all."""
         if self._joints and self._interfaces:
             return InterfaceConfiguration(
                 InterfaceConfigurationType.INDIVIDUAL,
@@ -81,7 +81,7 @@ class JointStateBroadcaster(ControllerInterface):
         return InterfaceConfiguration(InterfaceConfigurationType.ALL)
 
     def on_activate(self) -> CallbackReturn | None:
-        """Lay out the messages."""
+        """Prepare the messages."""
         states = [state for state in self.state_interfaces if state.data_type == "double"]
         if not states:
             self.logger.error("None of requested interfaces exist. Controller will not run.")

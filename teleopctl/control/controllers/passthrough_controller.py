@@ -33,15 +33,15 @@ class PassthroughController(ChainableControllerInterface):
         return None
 
     def on_cleanup(self) -> None:
-        """Unsubscribe."""
+        """Unsubscribe from commands."""
         self.get_node().destroy_subscription(self._subscription)
 
     def command_interface_configuration(self) -> InterfaceConfiguration:
-        """The named interfaces."""
+        """Return the command interfaces."""
         return InterfaceConfiguration(InterfaceConfigurationType.INDIVIDUAL, self._names)
 
     def on_export_reference_interfaces_list(self) -> list[CommandInterface]:
-        """One for each, in the same order."""
+        """Return a reference interface for each command interface."""
         parts = (name.rpartition("/") for name in self._names)
         return [
             CommandInterface(f"{self.name}/{joint}".removesuffix("/"), name)
@@ -49,17 +49,17 @@ class PassthroughController(ChainableControllerInterface):
         ]
 
     def on_activate(self) -> None:
-        """Forget commands of the past."""
+        """Drop earlier commands."""
         self._command = None
         for reference in self.reference_interfaces:
             reference.value = math.nan
 
     def on_deactivate(self) -> None:
-        """Forget the command."""
+        """Drop the command."""
         self._command = None
 
     def on_restart(self) -> None:
-        """Wait for the next command."""
+        """Drop earlier commands: the simulation was reset."""
         self.on_activate()
 
     # Any: a message, whose class is made at run time.
@@ -76,7 +76,7 @@ class PassthroughController(ChainableControllerInterface):
         self._command = data
 
     def update_reference_from_subscribers(self, time_ns: int, period: float) -> ReturnType | None:
-        """Take over the latest command."""
+        """Set the references to the latest command."""
         del time_ns, period
         if self._command is not None:
             for reference, value in zip(self.reference_interfaces, self._command, strict=True):
@@ -84,7 +84,7 @@ class PassthroughController(ChainableControllerInterface):
         return None
 
     def update_and_write_commands(self, time_ns: int, period: float) -> ReturnType | None:
-        """Pass on all that is a number."""
+        """Copy the references that are numbers to the command interfaces."""
         del time_ns, period
         for reference, command in zip(
             self.reference_interfaces, self.command_interfaces, strict=True

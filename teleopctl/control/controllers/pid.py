@@ -14,7 +14,7 @@ STRATEGIES = (BACK_CALCULATION, CONDITIONAL_INTEGRATION, LEGACY, NONE)
 
 @dataclass(slots=True)
 class PidGains:
-    """Gains of one joint.
+    """Gains of a PID, as control_toolbox has them.
 
     Attributes:
         p: Proportional gain.
@@ -87,7 +87,7 @@ class PidGains:
 
 
 class Pid:
-    """Output = p·error + i·∫error + d·error rate, within the clamps.
+    """PID: output = p·error + i·∫error + d·error rate, clamped.
 
     A step whose errors are not finite (a measurement that is missing) gives the last output again
     and is otherwise left out.
@@ -121,7 +121,7 @@ class Pid:
         self._output = 0.0
 
     def update_by_error(self, error: float, period: float) -> float:
-        """One step where no rate is measured: that of the error itself counts.
+        """Run a step with the derivative of the error as error rate.
 
         After a reset the error is taken to have been 0.
 
@@ -135,7 +135,7 @@ class Pid:
         return self.update(error, rate, period)
 
     def update(self, error: float, error_rate: float, period: float) -> float:
-        """One step.
+        """Run a step with a measured error rate, and return the output.
 
         Args:
             error: Desired minus measured position.

@@ -48,7 +48,7 @@ class PidController(ChainableControllerInterface):
     """
 
     def on_init(self) -> None:
-        """Declare what is not declared with its use, and follow changes of the gains."""
+        """Declare parameters, and follow changes of the gains."""
         self._pids: list[Pid] = []
         self._feedforward = False
         self.get_node().add_post_set_parameters_callback(self._parameters_changed)
@@ -56,7 +56,7 @@ class PidController(ChainableControllerInterface):
     # -- life cycle --------------------------------------------------------------------------------
 
     def on_configure(self) -> CallbackReturn | None:
-        """Read the parameters and open the topics and the service."""
+        """Read the parameters, and make the topics and the service."""
         try:
             self._read_parameters()
             gains = self._read_gains()
@@ -174,7 +174,7 @@ class PidController(ChainableControllerInterface):
         )
 
     def on_cleanup(self) -> None:
-        """Close the topics and the service."""
+        """Destroy the topics and the service."""
         node = self.get_node()
         for subscription in self._subscriptions:
             node.destroy_subscription(subscription)
@@ -183,12 +183,12 @@ class PidController(ChainableControllerInterface):
         self._pids = []
 
     def command_interface_configuration(self) -> InterfaceConfiguration:
-        """One interface of each degree of freedom."""
+        """Return a command interface per degree of freedom."""
         names = [f"{dof}/{self._command}" for dof in self._dofs]
         return InterfaceConfiguration(InterfaceConfigurationType.INDIVIDUAL, names)
 
     def state_interface_configuration(self) -> InterfaceConfiguration:
-        """The quantity of all, then its derivative; nothing where they come from a topic."""
+        """Return the state interfaces, derivatives last; none if a topic provides them."""
         if self._external:
             return InterfaceConfiguration(InterfaceConfigurationType.NONE)
         names = [f"{name}/{interface}" for interface in self._interfaces for name in self._names]
@@ -233,7 +233,7 @@ class PidController(ChainableControllerInterface):
             reference.value = value
 
     def on_deactivate(self) -> None:
-        """Leave positions as they are, and stop what would go on: velocities and efforts."""
+        """Hold position commands, and set velocity and effort commands to zero."""
         if self._command != POSITION:
             for command in self.command_interfaces:
                 command.value = 0.0
@@ -305,7 +305,7 @@ class PidController(ChainableControllerInterface):
     # -- control cycle -----------------------------------------------------------------------------
 
     def update_reference_from_subscribers(self, time_ns: int, period: float) -> ReturnType | None:
-        """Take over the latest message; what is not a number in it stays as it was."""
+        """Set the references from the latest message; NaN keeps a reference."""
         del time_ns, period
         if not self._incoming:
             return None
@@ -320,7 +320,7 @@ class PidController(ChainableControllerInterface):
         return None
 
     def update_and_write_commands(self, time_ns: int, period: float) -> ReturnType | None:
-        """One step of each PID."""
+        """Run a step of each PID."""
         if self._external:
             measured = self._measured
         else:

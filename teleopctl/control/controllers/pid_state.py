@@ -77,13 +77,13 @@ class PidStatePublisher:
             self._own[dofs.index(dof)] = (pid(), publisher)
 
     def close(self) -> None:
-        """Leave the topics."""
+        """Destroy the publishers."""
         for _, publisher in self._own.values():
             self._node.destroy_publisher(publisher)
         self._node.destroy_publisher(self._publisher)
 
     def try_publish(self, time_ns: int, period: float, steps: Sequence[Step]) -> None:
-        """Hand a cycle's steps over, see `RealtimePublisher`."""
+        """Publish the steps of a cycle, outside of the control loop."""
         self._realtime.try_publish((time_ns, period, steps))
 
     def _publish(self, value: tuple[int, float, Sequence[Step]]) -> None:

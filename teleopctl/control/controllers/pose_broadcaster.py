@@ -71,14 +71,14 @@ class PoseBroadcaster(ControllerInterface):
         return None
 
     def on_cleanup(self) -> None:
-        """Leave the topics."""
+        """Destroy the publishers."""
         node = self.get_node()
         node.destroy_publisher(self._publisher)
         if self._transforms is not None:
             node.destroy_publisher(self._transforms)
 
     def state_interface_configuration(self) -> InterfaceConfiguration:
-        """Position and orientation."""
+        """Return the position and orientation interfaces."""
         names = [f"{self._pose_name}/{interface}" for interface in _INTERFACES]
         return InterfaceConfiguration(InterfaceConfigurationType.INDIVIDUAL, names)
 

@@ -52,11 +52,11 @@ class RealtimeServerGoalHandle:
                 self.handle.executing()
 
     def try_succeed(self, **result: object) -> None:
-        """End well, with these fields of the result."""
+        """End the goal as succeeded, with these fields of the result."""
         self._end_publisher.try_publish(("succeed", result))
 
     def try_abort(self, **result: object) -> None:
-        """End without having reached the goal."""
+        """End the goal as aborted."""
         self._end_publisher.try_publish(("abort", result))
 
     def try_cancel(self, **result: object) -> None:
@@ -64,7 +64,7 @@ class RealtimeServerGoalHandle:
         self._end_publisher.try_publish(("canceled", result))
 
     def abort(self, **result: object) -> None:
-        """End without having reached the goal, at once; not for ``update``."""
+        """End the goal as aborted at once; not for ``update``."""
         self._end(("abort", result))
 
     def _end(self, ending: tuple[str, dict[str, object]]) -> None:

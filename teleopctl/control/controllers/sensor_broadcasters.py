@@ -45,11 +45,11 @@ class _SensorBroadcaster(ControllerInterface):
         self.get_node().destroy_publisher(self._publisher)
 
     def names(self) -> Sequence[str]:
-        """Full names of the state interfaces."""
+        """Return the state interfaces."""
         raise NotImplementedError
 
     def fill(self, values: Sequence[float]) -> None:
-        """Fill the message with the values of the interfaces."""
+        """Fill the message with the interfaces' values."""
         raise NotImplementedError
 
     def state_interface_configuration(self) -> InterfaceConfiguration:
@@ -107,7 +107,7 @@ class IMUSensorBroadcaster(_SensorBroadcaster):
         return None
 
     def names(self) -> Sequence[str]:
-        """Orientation, turn rate, acceleration."""
+        """Return the interfaces of orientation, angular velocity and acceleration."""
         return [
             f"{self._sensor}/{part}.{axis}"
             for part, axes in (
@@ -119,7 +119,7 @@ class IMUSensorBroadcaster(_SensorBroadcaster):
         ]
 
     def fill(self, values: Sequence[float]) -> None:
-        """Fill the message, turned by the mounting."""
+        """Fill the message, rotated by the mounting."""
         orientation, rate, acceleration = values[:4], values[4:7], values[7:]
         x, y, z, w = self._mounting
         if w != 1.0:
@@ -176,7 +176,7 @@ class ForceTorqueSensorBroadcaster(_SensorBroadcaster):
         return None
 
     def names(self) -> Sequence[str]:
-        """Forces and torques that have an interface."""
+        """Return the available interfaces of force and torque."""
         return [name for name in self._names if name]
 
     def fill(self, values: Sequence[float]) -> None:

@@ -31,7 +31,7 @@ class HardwareComponentParams:
 
 
 class HardwareComponentInterface:
-    """A robot, a part of one or a simulation of one, seen through its interfaces.
+    """Base of hardware components.
 
     A plug-in overrides what it needs. A life cycle callback that returns None has succeeded; one
     that raises has failed. ``read`` and ``write`` run in the control cycle: they must not block.
@@ -73,22 +73,22 @@ class HardwareComponentInterface:
         return self.params.node
 
     def on_init(self) -> CallbackReturn | None:
-        """Check the parameters; called once, when the robot description is loaded."""
+        """Check the parameters; called once, after the component was loaded."""
 
     def on_configure(self) -> CallbackReturn | None:
-        """Connect; states become available."""
+        """Connect to the hardware, so that states become available."""
 
     def on_activate(self) -> CallbackReturn | None:
-        """Power up; commands are obeyed from now on."""
+        """Enable the hardware, which then obeys commands."""
 
     def on_deactivate(self) -> CallbackReturn | None:
-        """Power down; states stay available."""
+        """Disable the hardware; states stay available."""
 
     def on_cleanup(self) -> CallbackReturn | None:
-        """Disconnect."""
+        """Disconnect from the hardware."""
 
     def on_shutdown(self) -> CallbackReturn | None:
-        """Release everything; nothing is called afterwards."""
+        """Release all resources; nothing is called afterwards."""
 
     def on_error(self) -> CallbackReturn | None:
         """Recover from an error; success means unconfigured, failure means finalized."""
@@ -96,15 +96,15 @@ class HardwareComponentInterface:
     def prepare_command_mode_switch(
         self, start_interfaces: Sequence[str], stop_interfaces: Sequence[str]
     ) -> ReturnType | None:
-        """Whether these command interfaces may be started and stopped together; ERROR refuses."""
+        """Return whether command interfaces can be switched; ERROR refuses."""
 
     def perform_command_mode_switch(
         self, start_interfaces: Sequence[str], stop_interfaces: Sequence[str]
     ) -> ReturnType | None:
-        """Start and stop command interfaces, before the controllers change."""
+        """Switch command interfaces, before the controllers change."""
 
     def read(self, time_ns: int, period: float) -> ReturnType | None:
-        """Fetch the measured values into ``state_interfaces``.
+        """Read the measured values into ``state_interfaces``.
 
         Args:
             time_ns: Time of the cycle, nanoseconds.
@@ -112,7 +112,7 @@ class HardwareComponentInterface:
         """
 
     def write(self, time_ns: int, period: float) -> ReturnType | None:
-        """Send ``command_interfaces`` to the hardware.
+        """Write ``command_interfaces`` to the hardware.
 
         Args:
             time_ns: Time of the cycle, nanoseconds.
@@ -120,7 +120,7 @@ class HardwareComponentInterface:
         """
 
     def set_cycle(self, cycle: Callable[[int], None]) -> None:
-        """Take the function that runs one control cycle at a time in nanoseconds.
+        """Receive the function that runs a control cycle at a time in nanoseconds.
 
         Args:
             cycle: To be called for every new state, where ``drives_cycle`` is true.

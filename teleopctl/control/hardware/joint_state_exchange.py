@@ -20,14 +20,14 @@ FIELDS = ("position", "velocity", "effort")
 
 
 class Member(Protocol):
-    """A component on the topics."""
+    """A component that exchanges joint states and commands on the topics."""
 
     def commands(self) -> tuple[list[str], dict[str, list[float]]]:
         """Return the joints and their commands by field; no joints without a command."""
 
 
 class JointStateExchange:
-    """One pair of topics of one node; see `exchange_of`.
+    """Exchange of joint states and commands on a pair of topics; see `exchange_of`.
 
     Attributes:
         message: The latest state, or None.
@@ -53,7 +53,7 @@ class JointStateExchange:
         self._command: Any = self._joint_state()
 
     def open(self, member: Member) -> None:
-        """Listen to states from now on."""
+        """Subscribe to states."""
         self._readers.append(member)
         if self._subscription is None:
             self.message = None
@@ -63,14 +63,14 @@ class JointStateExchange:
             )
 
     def close(self, member: Member) -> None:
-        """Listen no more."""
+        """Unsubscribe."""
         self._readers.remove(member)
         if not self._readers:
             subscription, self._subscription = self._subscription, None
             self._node.destroy_subscription(subscription)
 
     def activate(self, member: Member) -> None:
-        """Offer commands: a simulator takes the publisher as the promise of an answer."""
+        """Create the command publisher, by which simulators recognize a controller."""
         self._writers.append(member)
         if self._publisher is None:
             self._publisher = self._node.create_publisher(
@@ -87,7 +87,7 @@ class JointStateExchange:
             self._node.destroy_publisher(publisher)
 
     def write(self, member: Member, time_ns: int) -> None:
-        """Take note that a component's commands are up to date; answer when all are."""
+        """Record a component's commands; publish once those of all components are there."""
         self._written.append(member)
         if all(writer in self._written for writer in self._writers):
             self._answer(time_ns)

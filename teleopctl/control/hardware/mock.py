@@ -17,7 +17,7 @@ from teleopctl.control.lifecycle import ReturnType
 
 
 def flag(text: str | None) -> bool:
-    """A hardware parameter that is a yes or no."""
+    """Return a hardware parameter as a truth value."""
     return (text or "").strip().lower() == "true"
 
 
@@ -29,7 +29,7 @@ class GenericSystem(HardwareComponentInterface):
     """
 
     def on_init(self) -> None:
-        """Read the parameters and pair commands with states."""
+        """Read the parameters and match command with state interfaces."""
         parameters = self.info.hardware_parameters
         self._disabled = flag(parameters.get("disable_commands"))
         self._dynamics = flag(parameters.get("calculate_dynamics"))
@@ -77,7 +77,7 @@ class GenericSystem(HardwareComponentInterface):
     def prepare_command_mode_switch(
         self, start_interfaces: Sequence[str], stop_interfaces: Sequence[str]
     ) -> ReturnType | None:
-        """With dynamics, a joint is moved through exactly one quantity."""
+        """Check, with dynamics enabled, that a joint is commanded by one interface only."""
         if not self._dynamics:
             return None
         modes = dict(self._modes)
@@ -99,7 +99,7 @@ class GenericSystem(HardwareComponentInterface):
         return None
 
     def read(self, time_ns: int, period: float) -> ReturnType | None:
-        """Copy finite commands to the states of the same name."""
+        """Copy finite commands to the state interfaces of the same name."""
         del time_ns
         if self._disabled:
             self.logger.warning(

@@ -21,7 +21,7 @@ _NAN = float("nan")
 
 
 class JointStateTopicSystem(HardwareComponentInterface):
-    """Joints behind topics.
+    """``joint_state_topic_hardware_interface/JointStateTopicSystem``: joints behind topics.
 
     Hardware parameters: ``joint_states_topic`` (``/robot_joint_states``),
     ``joint_commands_topic`` (``/robot_joint_commands``) and ``lockstep`` (true): whether a control
@@ -30,7 +30,7 @@ class JointStateTopicSystem(HardwareComponentInterface):
     """
 
     def on_init(self) -> None:
-        """Read the parameters and lay out the messages."""
+        """Read the parameters and prepare the messages."""
         parameters = self.info.hardware_parameters
         self.drives_cycle = (parameters.get("lockstep") or "true").strip().lower() != "false"
         self._layout: Sequence[str] = ()
@@ -50,12 +50,12 @@ class JointStateTopicSystem(HardwareComponentInterface):
         ]
 
     def set_cycle(self, cycle: Callable[[int], None]) -> None:
-        """Take the function that runs a control cycle."""
+        """Receive the function that runs a control cycle."""
         if self.drives_cycle:
             self._exchange.cycle = cycle
 
     def on_configure(self) -> None:
-        """Subscribe to the states, and forget those from before."""
+        """Subscribe to states, and drop earlier ones."""
         for state in self.state_interfaces.values():
             # Not its initial value: that is where a simulator starts, not where the robot is now.
             state.value = _NAN
@@ -63,14 +63,14 @@ class JointStateTopicSystem(HardwareComponentInterface):
         self._resets = self._exchange.resets
 
     def on_activate(self) -> None:
-        """Offer commands."""
+        """Create the command publisher."""
         for command in self.command_interfaces.values():
             # The robot may have been moved meanwhile: old commands would move it back.
             command.value = _NAN
         self._exchange.activate(self)
 
     def on_deactivate(self) -> None:
-        """Offer no more commands."""
+        """Destroy the command publisher."""
         self._exchange.deactivate(self)
 
     def on_cleanup(self) -> None:
@@ -78,14 +78,14 @@ class JointStateTopicSystem(HardwareComponentInterface):
         self._exchange.close(self)
 
     def on_error(self) -> None:
-        """Leave both topics."""
+        """Unsubscribe, and destroy the publisher."""
         self.on_deactivate()
         self.on_cleanup()
 
     def prepare_command_mode_switch(
         self, start_interfaces: Sequence[str], stop_interfaces: Sequence[str]
     ) -> None:
-        """Refuse to command a joint in two ways by two controllers.
+        """Refuse to command a joint by two controllers in different ways.
 
         One controller may own several interfaces of a joint, a trajectory's position and velocity
         say; two that want different things of it would fight.
@@ -113,7 +113,7 @@ class JointStateTopicSystem(HardwareComponentInterface):
     def perform_command_mode_switch(
         self, start_interfaces: Sequence[str], stop_interfaces: Sequence[str]
     ) -> None:
-        """Clear the other commands of joints whose commanded interface changes."""
+        """Clear the other commands of joints whose command interface changes."""
         joints = {self.command_interfaces[name].prefix_name for name in start_interfaces}
         for name, command in self.command_interfaces.items():
             given_up = command.owner is None or name in stop_interfaces
@@ -121,7 +121,7 @@ class JointStateTopicSystem(HardwareComponentInterface):
                 command.value = _NAN
 
     def read(self, time_ns: int, period: float) -> ReturnType | None:
-        """Take over the latest received state."""
+        """Copy the latest received state."""
         del time_ns, period
         message = self._exchange.message
         if message is None:
@@ -158,7 +158,7 @@ class JointStateTopicSystem(HardwareComponentInterface):
             )
 
     def write(self, time_ns: int, period: float) -> None:
-        """Have the commands sent, with the stamp of the state they were computed from."""
+        """Publish the commands, with the stamp of the state that they answer."""
         del period
         self._exchange.write(self, time_ns)
 

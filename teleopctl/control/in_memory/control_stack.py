@@ -21,7 +21,7 @@ from teleopctl.robot import RobotDescription
 
 
 class ControlStack:
-    """The real resource manager, controller manager and cycle, around nodes that only remember.
+    """The controller manager with its hardware and control cycle, without a ROS graph.
 
     A cycle runs when a test says so, as `ControllerManagerNode` would run it on time.
 
@@ -146,13 +146,13 @@ class ControlStack:
             raise AssertionError(message or self.log.texts("error")[-1])
 
     def step(self, count: int = 1, period_ns: int | None = None) -> None:
-        """Run cycles, one period after the other; by default that of the update rate."""
+        """Run control cycles, by default with the period of the update rate."""
         for _ in range(count):
             self.time_ns += period_ns or round(1e9 / self.manager.update_rate)
             self.cycle.run(self.time_ns)
 
     def step_until(self, seconds: float) -> None:
-        """Run cycles until so many seconds after the start."""
+        """Run control cycles until a time in seconds since the start."""
         while self.time_ns < self.start_ns + round(seconds * 1e9):
             self.step()
 
@@ -161,11 +161,11 @@ class ControlStack:
         return self.resources.state_interfaces[name].value
 
     def command(self, name: str) -> float:
-        """The value of a command interface; not a number before the first command."""
+        """Return the value of a command interface; NaN before the first command."""
         return self.resources.command_interfaces[name].value
 
     def commands(self, interface_name: str = "position") -> list[float]:
-        """The values of all of the hardware's command interfaces of a kind, in its order."""
+        """Return the values of all hardware command interfaces of a kind."""
         return [
             command.value
             for component in self.resources.components.values()
@@ -177,11 +177,11 @@ class ControlStack:
 
     # Any: a parameter has one of nine types, and files decide which.
     def parameter(self, name: str) -> Any:
-        """A parameter of the manager, or None."""
+        """Return a parameter of the manager, or None."""
         return self.node.get_parameter(name).value if self.node.has_parameter(name) else None
 
     def create_controller_params(self, controller_name: str) -> ControllerInterfaceParams:
-        """Make a controller's node, with all else that the controller needs."""
+        """Make a controller's node and its other arguments."""
         node = RecordedNode(
             controller_name,
             self._controller_parameters.get(controller_name),
@@ -210,7 +210,7 @@ class ControlStack:
         return cast("ActionServer[Any, Any, Any]", server)
 
     def destroy_controller_node(self, node: Node) -> None:
-        """Forget a controller's node."""
+        """Remove a controller's node."""
         del self.nodes[node.get_name()]
 
     def publish_activity(self) -> None:

@@ -53,7 +53,7 @@ class RecordedActionServer:
     # -- what the other side does ------------------------------------------------------------------
 
     def send_goal(self, goal: object) -> ServerGoalHandle[Any, Any, Any] | None:
-        """Send a goal; returns its handle, or None where it is rejected."""
+        """Send a goal; return its handle, or None if it is rejected."""
         if self._goal_callback(goal) is not GoalResponse.ACCEPT:
             return None
         self._count += 1
@@ -68,7 +68,7 @@ class RecordedActionServer:
         return self._cancel_callback(handle) is CancelResponse.ACCEPT and handle.begin_cancel()
 
     def result(self, handle: ServerGoalHandle[Any, Any, Any]) -> Any:
-        """The result of a goal, or None while it has none."""
+        """Return the result of a goal, or None if there is none yet."""
         responses: list[Any] = []
         handle.when_finished(responses.append)
         return responses[0].result if responses else None
@@ -76,7 +76,7 @@ class RecordedActionServer:
     # -- what the owner and the handles use --------------------------------------------------------
 
     def destroy(self) -> None:
-        """See `ActionServer`, as for all below."""
+        """Do nothing: there is nothing to destroy."""
 
     def publish_status(self) -> None:  # noqa: D102
         pass

@@ -13,7 +13,7 @@ from teleopctl.node import AllowableParameterValue, Parameter
 
 
 class RecordedLog:
-    """A logger that keeps its lines.
+    """Logger that stores its lines.
 
     Attributes:
         lines: Severity (``debug`` to ``fatal``) and text of each.
@@ -28,37 +28,37 @@ class RecordedLog:
         return [text for kind, text in self.lines if severity in (None, kind)]
 
     def get_child(self, name: str) -> RecordedLog:
-        """The logger of a part, whose lines are kept here too."""
+        """Return a child logger, whose lines are stored here too."""
         del name
         return self
 
     # Options, such as once=True, are accepted: every line counts.
     def debug(self, message: str, **_: object) -> None:
-        """Keep a line, as the methods below do."""
+        """Store a line of severity DEBUG."""
         self.lines.append(("debug", message))
 
     def info(self, message: str, **_: object) -> None:
-        """See `debug`."""
+        """Store a line of severity INFO."""
         self.lines.append(("info", message))
 
     def warning(self, message: str, **_: object) -> None:
-        """See `debug`."""
+        """Store a line of severity WARN."""
         self.lines.append(("warning", message))
 
     warn = warning
 
     def error(self, message: str, **_: object) -> None:
-        """See `debug`."""
+        """Store a line of severity ERROR."""
         self.lines.append(("error", message))
 
     def fatal(self, message: str, **_: object) -> None:
-        """See `debug`."""
+        """Store a line of severity FATAL."""
         self.lines.append(("fatal", message))
 
 
 # Any: an endpoint takes the callback and the messages of any type.
 class RecordedEndpoint:
-    """A publisher, subscription or service that remembers.
+    """Publisher, subscription or service that stores its messages.
 
     Args:
         name: As the controller gave it.
@@ -87,7 +87,7 @@ class RecordedEndpoint:
             self.messages.append(copy.deepcopy(msg))
 
     def get_subscription_count(self) -> int:
-        """One: the test listens."""
+        """Return 1."""
         return 1
 
 
@@ -122,7 +122,7 @@ class RecordedNode:
     # -- what the other side does ------------------------------------------------------------------
 
     def receive(self, topic: str, message: object) -> None:
-        """Have a subscription receive a message."""
+        """Pass a message to a subscription's callback."""
         callback = self.endpoints[topic].callback
         if callback is None:
             raise AssertionError(f"{topic} is published, not subscribed to")
@@ -130,7 +130,7 @@ class RecordedNode:
 
     # Any: what it answers has the type of the service.
     def call(self, service: str, request: object, response: object) -> Any:
-        """Have a service answer a request."""
+        """Call a service's callback."""
         callback = self.endpoints[service].callback
         if callback is None:
             raise AssertionError(f"{service} is no service")
@@ -144,7 +144,7 @@ class RecordedNode:
     # -- what the node's owner uses ----------------------------------------------------------------
 
     def get_name(self) -> str:
-        """See `Node`, as for all below."""
+        """Return the node's name."""
         return self._name
 
     def get_namespace(self) -> str:  # noqa: D102

@@ -34,7 +34,7 @@ Parameter = Callable[[str], Any]
 
 
 class Level(IntEnum):
-    """The levels of a diagnostic status."""
+    """Levels of a diagnostic status."""
 
     OK = 0
     WARN = 1

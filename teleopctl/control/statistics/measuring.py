@@ -14,7 +14,7 @@ _NANOSECONDS_PER_US = 1000.0
 
 
 class MovingStatistics:
-    """Average, extremes and spread of what has been measured since the last reset.
+    """Average, extremes and standard deviation of measurements since the last reset.
 
     Source: Welford 1962, which needs one pass and keeps no measurements.
 
@@ -36,7 +36,7 @@ class MovingStatistics:
         self._least, self._greatest = math.inf, -math.inf
 
     def add(self, value: float) -> None:
-        """Take a measurement in."""
+        """Add a measurement."""
         self.count += 1
         self.current = value
         off = value - self.average
@@ -49,21 +49,21 @@ class MovingStatistics:
 
     @property
     def least(self) -> float:
-        """The smallest measurement; 0 before the first."""
+        """Return the smallest measurement; 0 if there is none."""
         return self._least if self.count else 0.0
 
     @property
     def greatest(self) -> float:
-        """The largest measurement; 0 before the first."""
+        """Return the largest measurement; 0 if there is none."""
         return self._greatest if self.count else 0.0
 
     @property
     def standard_deviation(self) -> float:
-        """The root of the mean square distance from the average; 0 before the first."""
+        """Return the standard deviation; 0 without measurements."""
         return math.sqrt(self._squares / self.count) if self.count else 0.0
 
     def entries(self, name: str) -> Iterator[tuple[str, float]]:
-        """The numbers under the names that ros2_control gives them, in its order."""
+        """Yield the statistics under ros2_control's names, in its order."""
         yield f"{name}/max", self.greatest
         yield f"{name}/min", self.least
         yield f"{name}/average", self.average
@@ -87,7 +87,7 @@ class WorkStatistics:
         self.periodicity.reset()
 
     def add(self, began_ns: int, period_s: float | None) -> None:
-        """Note that the work is done.
+        """Add the duration of the work that ends now.
 
         Args:
             began_ns: When it began, by ``time.perf_counter_ns``.
@@ -117,7 +117,7 @@ class CycleTimes:
         self.periodicity = MovingStatistics()
 
     def note(self, began_ns: int, read_ns: int, updated_ns: int, period_s: float | None) -> None:
-        """Note the cycle that ends now.
+        """Add the times of the cycle that ends now.
 
         Args:
             began_ns: When it began, by ``time.perf_counter_ns``, as for the others.

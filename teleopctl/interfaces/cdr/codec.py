@@ -33,7 +33,7 @@ class _Key(NamedTuple):
 
 
 class Codecs:
-    """The functions of all types in use. Safe to call from any thread.
+    """Generated CDR functions of all types in use. Safe to call from any thread.
 
     The source of a function is found by tracebacks and debuggers, and is its ``__source__``.
 
@@ -52,7 +52,7 @@ class Codecs:
         self._lock = RLock()
 
     def writer(self, type_name: str) -> Writer:
-        """Return the function that writes messages of a type.
+        """Return the function that serializes a type.
 
         Raises:
             InvalidMessageError: The type cannot be sent.
@@ -61,7 +61,7 @@ class Codecs:
         return function
 
     def reader(self, type_name: str, is_little: bool) -> Reader:
-        """Return the function that reads messages of a type in one byte order.
+        """Return the function that deserializes a type in one byte order.
 
         Raises:
             InvalidMessageError: The type cannot be received.

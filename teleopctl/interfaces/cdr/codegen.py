@@ -32,7 +32,7 @@ _INDENT = "    "
 
 
 class Generator(ABC):
-    """Makes the source of one function.
+    """Base of generators of CDR functions' source code.
 
     Args:
         layout: Sizes of types.
@@ -72,28 +72,28 @@ class Generator(ABC):
 
     @abstractmethod
     def single(self, kind: FieldType, place: str) -> None:
-        """Emit what belongs to one value that is no message."""
+        """Emit the code of a single value."""
 
     @abstractmethod
     def fixed_block(self, kind: FieldType, place: str) -> None:
-        """Emit what belongs to a fixed array of numbers, bools or bytes."""
+        """Emit the code of a fixed array of numbers, bools or bytes."""
 
     @abstractmethod
     def block(self, kind: FieldType, place: str) -> None:
-        """Emit what belongs to a sequence of numbers, bools or bytes."""
+        """Emit the code of a sequence of numbers, bools or bytes."""
 
     @abstractmethod
     def several(self, kind: FieldType, place: str) -> None:
-        """Emit what belongs to an array or a sequence of strings or messages."""
+        """Emit the code of an array or sequence of strings or messages."""
 
     @abstractmethod
     def nested(self, kind: FieldType, place: str) -> None:
-        """Emit what belongs to one nested message."""
+        """Emit the code of a nested message."""
 
     # What both use
 
     def fields(self, definition: Definition, variable: str) -> None:
-        """Walk through the fields of a message in a variable."""
+        """Emit the code of all fields of a message in a variable."""
         if not definition.fields:
             self._run.add("x")
         for field in definition.fields:
@@ -124,7 +124,7 @@ class Generator(ABC):
         self._values.append(text)
 
     def skip_byte(self) -> None:
-        """Append a byte without a meaning to the run."""
+        """Append a padding byte to the run."""
         self._run.add("x")
 
     def flush(self) -> None:
@@ -135,11 +135,11 @@ class Generator(ABC):
             self._run, self._values = Run(), []
 
     def anywhere(self) -> None:
-        """Note that from here on the place in the data depends on the content."""
+        """Mark that all later positions depend on the content."""
         self.at = ANYWHERE
 
     def structs(self, run: Run, method: str, at: Offsets) -> tuple[str, int | None]:
-        """Return what names the bound method of the struct for a run.
+        """Return the name of a struct's bound method for the run.
 
         Returns:
             The name of the method, and the size of the struct; or the name of a table, by place
@@ -157,7 +157,7 @@ class Generator(ABC):
 
     @contextmanager
     def loop(self, head: str) -> Iterator[None]:
-        """Emit a loop over elements."""
+        """Emit a loop over elements, in a block."""
         self.flush()
         before = self.at
         self._loops += 1
@@ -170,14 +170,14 @@ class Generator(ABC):
 
     @contextmanager
     def indented(self, head: str) -> Iterator[None]:
-        """Emit a line and, indented below it, what follows."""
+        """Emit a line, and indent the block below it."""
         self.line(head)
         self._depth += 1
         yield
         self._depth -= 1
 
     def inlines(self, type_name: str, is_element: bool = False) -> bool:
-        """Whether to put the code for a nested message here instead of calling its function."""
+        """Return whether to inline the code of a nested message."""
         return self._loops < _DEEPEST_LOOP and self.layout.is_inlined(type_name, is_element)
 
     def function(self, type_name: str) -> str:
@@ -185,7 +185,7 @@ class Generator(ABC):
         return self.constant("message", self._function(type_name))
 
     def constant(self, prefix: str, value: Any) -> str:
-        """Return a name for an object in the code."""
+        """Return a name for an object used in the code."""
         name = self._names.get(value)
         if name is None:
             name = self._names[value] = self.fresh(prefix.upper())
@@ -193,7 +193,7 @@ class Generator(ABC):
         return name
 
     def fresh(self, prefix: str) -> str:
-        """Return a name that nothing has yet."""
+        """Return an unused name."""
         number = self._numbers[prefix] = self._numbers.get(prefix, -1) + 1
         return f"{prefix}_{number}"
 
@@ -202,7 +202,7 @@ class Generator(ABC):
         self._lines.append(f"{_INDENT * (self._depth + 1)}{text}\n")
 
     def source(self, name: str, is_nested: bool) -> str:
-        """Return the source of the function for a type; to be called once.
+        """Return the function's source; to be called once.
 
         Args:
             name: Full name of the type.

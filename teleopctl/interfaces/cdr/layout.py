@@ -58,7 +58,7 @@ class Run:
         return bool(self._items)
 
     def add(self, code: str) -> None:
-        """Append a value, or ``x`` for a byte without a meaning."""
+        """Append a value to the run; ``x`` is padding."""
         size = ITEM_SIZES.get(code, 1)
         self._items.append((size, code, size))
 
@@ -76,7 +76,7 @@ class Run:
         return _make_struct(tuple(self._items), start, order)
 
     def ends(self, starts: Offsets) -> Offsets:
-        """Return where the run may end when it starts at one of some positions."""
+        """Return the positions at which the run may end, for those at which it may start."""
         return frozenset(
             (start + self.struct_at(start, "<").size) % MAXIMUM_ALIGNMENT for start in starts
         )
@@ -100,7 +100,7 @@ def _struct_of(code: str) -> Struct:
 
 
 def after_block(starts: Offsets, size: int) -> Offsets:
-    """Return where elements of a size may end that begin, aligned, at one of some positions."""
+    """Return the possible end positions of an aligned block, for its start positions."""
     ends: set[int] = set()
     for start in starts:
         first = start + padding(start, size)
@@ -113,7 +113,7 @@ _USUAL_BYTES = 2**20
 
 
 class Layout:
-    """Sizes of message types on the wire.
+    """Wire sizes of message types.
 
     Args:
         definition: Gives the definition of a type by name.
@@ -135,14 +135,14 @@ class Layout:
         return self._weight(type_name, ()) <= limit
 
     def minimum(self, kind: FieldType) -> int:
-        """Return the smallest number of bytes that a field of a type takes, without padding."""
+        """Return the smallest wire size of a field's type, without padding."""
         if kind.shape in (Shape.BOUNDED, Shape.UNBOUNDED):
             return _COUNT_SIZE
         count = kind.capacity if kind.shape is Shape.ARRAY else 1
         return count * self.element_minimum(kind)
 
     def element_minimum(self, kind: FieldType) -> int:
-        """Return the smallest number of bytes that one value of a type takes."""
+        """Return the smallest wire size of one value of a type."""
         if kind.base in BLOCK_CODES:
             return ITEM_SIZES[BLOCK_CODES[kind.base]]
         if not kind.is_nested:
@@ -154,7 +154,7 @@ class Layout:
         return self._minimums[kind.base]
 
     def check(self, type_name: str) -> None:
-        """Raise TeleopctlError for a type that cannot be sent, or whose messages are too large."""
+        """Raise for a type that cannot be sent, or whose messages are too large."""
         self._weight(type_name, ())
         least = self.minimum(FieldType(type_name))
         if least < _USUAL_BYTES:

@@ -15,7 +15,7 @@ _STAMP = struct.Struct("<iI")
 
 
 class PreparedMessage:
-    """The CDR of a message with a header and sequences of ``float64`` that keep their lengths.
+    """Preserialized message with a header and ``float64`` sequences of fixed lengths.
 
     At 1 kHz, to fill in a message and to serialise it takes more than a physics step; this takes a
     tenth of that. Where each value lies is found by which bytes change with it.
@@ -53,7 +53,7 @@ class PreparedMessage:
             self.numbers[name] = view[first:end].cast("d")
 
     def set_stamp(self, nanoseconds: int) -> None:
-        """Set the time of the header."""
+        """Set the stamp of the header."""
         _STAMP.pack_into(self.data, self._stamp, *split(nanoseconds))
 
 

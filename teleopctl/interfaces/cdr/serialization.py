@@ -34,7 +34,7 @@ _big_readers: dict[type[Any], Reader] = {}
 
 
 def serialize(message: Message) -> bytearray:
-    """Return a message as little-endian CDR with its four bytes of encapsulation.
+    """Return a message as little-endian CDR with encapsulation header.
 
     A block of numbers is copied once, into the result.
 
@@ -53,7 +53,7 @@ def serialize(message: Message) -> bytearray:
 def deserialize(
     data: bytes | bytearray | memoryview, message_class: type[MessageType]
 ) -> MessageType:
-    """Return the message that bytes hold.
+    """Return the message in CDR bytes.
 
     Bytes behind the message mean nothing: ROS 2 pads some that it serialised ahead by up to 64.
 
@@ -87,13 +87,13 @@ def deserialize(
 
 
 def use_codecs(message_class: type[Message], codecs: Codecs) -> None:
-    """Serialise a class, of which this process may have another one of that name, by codecs."""
+    """Use codecs of another definition for a class."""
     _codecs_apart[message_class] = codecs
 
 
 # Any, of both: a class is made from its definition.
 def class_within(message_class: type[Any], type_name: str) -> type[Any]:
-    """Return the class of the nested messages of a type in messages of a class.
+    """Return the class of a nested type within a message class.
 
     Raises:
         InvalidMessageError: There is no such type.
@@ -102,7 +102,7 @@ def class_within(message_class: type[Any], type_name: str) -> type[Any]:
 
 
 def check_readable(message_class: type[Any]) -> None:
-    """Check that there can be bytes for messages of a class.
+    """Raise if messages of a class cannot be deserialized.
 
     Raises:
         InvalidMessageError: There cannot; the message says why.

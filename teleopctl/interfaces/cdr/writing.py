@@ -19,7 +19,7 @@ _SWAPPED = sys.byteorder == "big"
 
 
 class Write(Generator):
-    """Makes ``write(out, m)``, which appends message ``m`` to bytearray ``out``."""
+    """Generates ``write(out, m)``, which appends message ``m`` to bytearray ``out``."""
 
     parameters = "out, m"
 

@@ -9,15 +9,15 @@ from teleopctl.interfaces.typenames import split
 
 
 class FieldTypeError(AssertionError, TypeError):
-    """A value is not of the type of its field, or a class has no such field."""
+    """A value is not of its field's type, or there is no such field."""
 
 
 class FieldValueError(AssertionError, ValueError):
-    """A value is of the type of its field, but not one that it may have."""
+    """A value is out of its field's range."""
 
 
 def field_error(type_name: str, field: Field, error: Exception) -> Exception:
-    """Return the error about a value that a field of a message cannot take.
+    """Return the error for a value that a field cannot hold.
 
     Args:
         type_name: The message.
@@ -30,7 +30,7 @@ def field_error(type_name: str, field: Field, error: Exception) -> Exception:
 
 
 def unknown_fields_error(type_name: str, given: list[str], known: list[str]) -> Exception:
-    """Return the error about names that are no fields of a message."""
+    """Return the error for unknown field names."""
     names = ", ".join(known) or "none"
     return FieldTypeError(
         f"Invalid arguments passed to constructor: {', '.join(given)} ({type_name} has: {names})"

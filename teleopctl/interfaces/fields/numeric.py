@@ -17,7 +17,7 @@ _OWN_NAMES = ("child_frame_id", "name", "joint_name")
 
 
 class NumericField(NamedTuple):
-    """A number, or an array of numbers, of a message.
+    """A numeric field of a message, or an array of numbers.
 
     Attributes:
         path: As `field_reader` takes it.
@@ -32,7 +32,7 @@ class NumericField(NamedTuple):
 
 # Any: a message, whose class is made from its definition.
 def numeric_fields(message: Any) -> list[NumericField]:
-    """List what is a number or a truth value in a message, that of its header last.
+    """Return the numeric and boolean fields of a message, those of its header last.
 
     An array is listed as a whole and by its elements, `MOST_ELEMENTS` of them at most; after
     `MOST_FIELDS` the list ends.

@@ -18,7 +18,7 @@ _STEP = r"\.?(?P<name>[A-Za-z_]\w*)|\.?\[(?:(?P<index>-?\d+)|(?P<first>-?\d*):(?
 
 # Any: a message's class is made from its definition, and the path decides on the value.
 def field_reader(path: str) -> Callable[[Any], Any]:
-    """A function that reads one field of a message.
+    """Return a function that reads a field by its path.
 
     Args:
         path: Such as ``pose.position``, ``transforms[0].header`` or ``ranges[:10]``.

@@ -25,7 +25,7 @@ _BASES = {number: base for base, number in BASE_IDS.items() if base != "char"}
 
 
 def definitions(description: TypeDescription) -> list[Definition]:
-    """Return the definitions that a description holds, the described type first.
+    """Return the definitions in a type description, the described type first.
 
     Args:
         description: As another node sent it; not trusted.

@@ -65,7 +65,7 @@ class IdlAnnotation(NamedTuple):
 
 
 class IdlMember(NamedTuple):
-    """One member of a struct; its type may be one that begins with `IDL_ONLY`."""
+    """Member of an IDL struct."""
 
     name: str
     type: FieldType
@@ -179,12 +179,12 @@ def _plain(value: object) -> object:
 
 
 def idl_includes(text: str) -> list[str]:
-    """Return the files that an IDL text includes, as they are written."""
+    """Return the files that an IDL text includes."""
     return _INCLUDE.findall(text)
 
 
 def read_idl(text: str, where: str) -> list[IdlStruct]:
-    """Return the structs of an IDL text, in order.
+    """Parse the structs of an IDL text.
 
     Args:
         text: The content of the file; included files are not read.
@@ -232,7 +232,7 @@ def _field_type(field: IdlField) -> FieldType:
 
 
 def split_idl(text: str, type_name: str, where: str) -> list[Definition]:
-    """Return every type that one IDL file gives rise to, as `services.split_definition` does.
+    """Return all types that an IDL file defines.
 
     Args:
         text: Content of the file.

@@ -33,7 +33,7 @@ _PART = re.compile(r"^=+[ \t]*\r?\n(?:MSG|IDL):[ \t]*(\S+)[ \t]*\r?$\n?", re.MUL
 # Any: the class is made from the text.
 @cache
 def message_of_text(type_name: str, text: str, encoding: str = ROS2MSG) -> type[Any]:
-    """Return the class of the message type that a text defines.
+    """Return the message class that a definition text defines.
 
     Where all that the text defines is known here with the same fields, that is the class that
     `get_message` returns. Else it is one of its own, which takes part in nothing but `serialize`
@@ -57,7 +57,7 @@ def message_of_text(type_name: str, text: str, encoding: str = ROS2MSG) -> type[
 
 
 def hash_of_text(type_name: str, text: str, encoding: str = ROS2MSG) -> str:
-    """Return the hash, ``RIHS01_…``, of the message type that a text defines.
+    """Return the type hash, ``RIHS01_…``, of a definition text.
 
     Args:
         type_name: ``package/msg/Name``.

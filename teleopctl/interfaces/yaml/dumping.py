@@ -37,7 +37,7 @@ _FastDumper.add_representer(dict, _represent_mapping)
 
 # Any: values of any fields.
 def dump(values: dict[str, Any], *, flow: bool) -> str:
-    """Write the fields of a message as YAML in blocks.
+    """Return message fields as block-style YAML.
 
     Args:
         values: Numbers, texts, lists and mappings of these.

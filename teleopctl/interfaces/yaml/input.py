@@ -37,7 +37,7 @@ def message_from_yaml(
     content: str | Mapping[str, object] | None,
     now: int | Stamp | None = None,
 ) -> MessageType:
-    """Make a message from YAML.
+    """Return a message made from YAML.
 
     Fields that are not mentioned, or null, keep their defaults. A ``std_msgs/msg/Header`` or a
     ``builtin_interfaces/msg/Time`` may be given as ``auto`` or ``now``. As in ROS 2 a value is
@@ -65,7 +65,7 @@ def message_from_yaml(
 
 
 def documents_from_yaml(text: str) -> list[object]:
-    """Return what each document of a YAML stream, or each line of JSON lines, stands for.
+    """Return the value of each document of a YAML stream, or of each JSON line.
 
     So what ``topic echo`` printed, and ``topic echo --json``, is read. Empty documents are left
     out.

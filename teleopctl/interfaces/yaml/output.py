@@ -29,7 +29,7 @@ def message_to_yaml(
     no_arr: bool = False,
     no_str: bool = False,
 ) -> str:
-    """Return a message as ``ros2 topic echo`` prints it, with a line feed at the end.
+    """Return a message as YAML, as ``ros2 topic echo`` prints it.
 
     Args:
         message: The message.
@@ -48,7 +48,7 @@ def message_to_yaml(
 
 
 def message_to_dict(message: Message) -> dict[str, Any]:  # Any: whatever JSON holds
-    """Return a message as values that JSON can hold.
+    """Return a message as JSON-compatible values.
 
     JSON has no NaN and no infinity: they become the texts ``NaN``, ``Infinity`` and
     ``-Infinity``, which ``message_from_yaml`` takes back. Bytes become numbers.
@@ -64,7 +64,7 @@ def message_values(
     no_arr: bool = False,
     no_str: bool = False,
 ) -> dict[str, Any]:
-    """Return what `message_to_yaml` writes, as nested dictionaries and lists of plain values."""
+    """Return the values that `message_to_yaml` writes, as dictionaries and lists."""
     return _readable(message, _Options(truncate, no_arr, no_str))
 
 
@@ -75,7 +75,7 @@ def message_to_csv(
     no_arr: bool = False,
     no_str: bool = False,
 ) -> str:
-    """Return all values of a message, those of nested messages included, joined by commas.
+    """Return all values of a message, joined by commas.
 
     Args:
         message: The message.

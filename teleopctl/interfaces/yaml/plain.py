@@ -33,7 +33,7 @@ class _NotPlainError(Exception):
 
 
 def read_plain(text: str) -> dict[str, Any] | None:  # Any: values of YAML
-    """Read ``{x: 1.0, name: [a, b]}`` or ``x: 1.0``; None for what is not so plain."""
+    """Parse simple YAML such as ``{x: 1.0, name: [a, b]}``; None for other texts."""
     if len(text) > _LONGEST:
         return None
     try:
@@ -165,7 +165,7 @@ def _goes_on(tokens: list[tuple[str, str]], end: str) -> bool:
 
 # Any: values of any fields.
 def write_plain(values: dict[str, Any], *, flow: bool) -> str | None:
-    """Write the fields of a message as YAML in blocks; None where not all of it is plain.
+    """Return simple message fields as block-style YAML; None if some are not simple.
 
     Args:
         values: Numbers, texts, lists and mappings of these.

@@ -39,7 +39,7 @@ _FREE, _BALL = mujoco.mjtJoint.mjJNT_FREE, mujoco.mjtJoint.mjJNT_BALL
 
 @dataclass(frozen=True)
 class MjcfDraft:
-    """An MJCF file in its world; see `teleopctl.mujoco_model.model.RobotModel`."""
+    """Spec of an MJCF robot in its world, before compilation."""
 
     # Any: a `mujoco.MjSpec`.
     spec: Any
@@ -63,7 +63,7 @@ def draft_mjcf(
     fixed_base: bool,
     spawn_pose: Pose | None,
 ) -> MjcfDraft:
-    """Put an MJCF file's robot into its world; see `build_model` for the arguments.
+    """Return the spec of an MJCF robot in its world.
 
     Raises:
         InvalidDescriptionError: MuJoCo does not accept the file, or not with this world.

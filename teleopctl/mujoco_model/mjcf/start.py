@@ -31,7 +31,7 @@ class Start:
     # Any stands for MuJoCo's types, which have no static ones.
     @classmethod
     def of(cls, model: Any, data: Any) -> Start:
-        """The state of a simulation."""
+        """Return the state of a simulation."""
         joints = [(model.joint(n).name, data.joint(n)) for n in range(model.njnt)]
         actuators = [model.actuator(n) for n in range(model.nu)]
         return cls(

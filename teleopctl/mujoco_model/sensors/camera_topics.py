@@ -40,7 +40,7 @@ PLUGIN_TOPIC_TAGS = frozenset(tag for _, tag in _OF_PLUGIN.values())
 
 
 def camera_topics(sensor: Sensor, name: str, *, alone: bool) -> dict[str, str]:
-    """The topics of a camera.
+    """Return the topics of a camera.
 
     Args:
         sensor: What the description says.

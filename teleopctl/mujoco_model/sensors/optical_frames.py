@@ -25,7 +25,7 @@ _IN_ONE_PLACE_M = 0.001
 
 
 def optical_frame(sensor: Sensor, description: RobotDescription) -> tuple[str, str]:
-    """The frame of a camera's images.
+    """Return the name of a camera's optical frame.
 
     Returns:
         The frame, and a sentence for the log if the description names another, else empty.
@@ -60,7 +60,7 @@ def own_frame(link: str, name: str, description: RobotDescription) -> str:
 
 
 def optical_rotation(pose: Pose) -> Quaternion:
-    """The optical frame's rotation in the camera's link, x y z w."""
+    """Return the optical frame's rotation in the camera's link, x y z w."""
     return multiply(quaternion_from_rpy(*pose.rpy), OPTICAL_ROTATION)
 
 

@@ -23,12 +23,12 @@ class Tag(NamedTuple):
 
 
 def words(text: str) -> frozenset[str]:
-    """The words of a text."""
+    """Return the words of a text."""
     return frozenset(text.split())
 
 
 def told_of(found: Finding, where: str) -> Tag:
-    """A tag or an attribute that a table has found.
+    """Return the finding of a table as a `Tag`.
 
     Args:
         found: What is found.
@@ -70,7 +70,7 @@ _OF_CAMERA_PLUGINS = PLUGIN_TOPIC_TAGS | words(
 
 
 def tags_of_sensor(sensor: etree._Element, link: str) -> Iterator[Tag]:
-    """The tags of a sensor of ours that have no effect.
+    """Yield the tags of a sensor that have no effect.
 
     Those of a stranger's kind are its own; a kind that nothing simulates is told as a whole.
 

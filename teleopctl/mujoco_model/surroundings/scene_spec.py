@@ -60,7 +60,7 @@ _BASE_M = 0.1
 
 
 def scene_spec(scene: Scene, *, try_each: bool = False) -> tuple[mujoco.MjSpec, list[str]]:
-    """Build a scene.
+    """Return the ``mujoco.MjSpec`` of a scene.
 
     Args:
         scene: What stands and lies in it.

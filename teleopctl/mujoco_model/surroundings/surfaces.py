@@ -117,7 +117,7 @@ def pair_surfaces(spec: mujoco.MjSpec) -> list[str]:
 
 
 def retime(model: mujoco.MjModel, timestep_s: float) -> None:
-    """Give a model another step of physics, in which what bounces does so as before.
+    """Change a model's physics step, keeping the restitution of contacts.
 
     Args:
         model: The ``mujoco.MjModel``.

@@ -94,7 +94,7 @@ class Coming:
         self.names, self.warnings = tuple(names), tuple(warnings)
 
     def add_to(self, spec: mujoco.MjSpec, prefix: str, frame: str) -> list[FreeBody]:
-        """Put it into a robot's spec; only once.
+        """Add the object to a robot's spec; only once.
 
         Args:
             spec: The ``mujoco.MjSpec``.
@@ -185,7 +185,7 @@ def without_things(model: RobotModel, names: Iterable[str]) -> RobotModel:
 
 
 def in_world(model: RobotModel, world: World | None) -> RobotModel:
-    """Return a model in another world, without anything that was spawned.
+    """Return a model in another world, without spawned objects.
 
     What stands in the robot's own file stays.
 

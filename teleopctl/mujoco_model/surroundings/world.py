@@ -66,7 +66,7 @@ def add_world(spec: mujoco.MjSpec, world: World, frame: str) -> tuple[list[FreeB
 
 
 def read_things(world: World) -> tuple[mujoco.MjSpec, list[str]]:
-    """Return the ``mujoco.MjSpec`` of a world, and what was repaired in it or left out.
+    """Return the ``mujoco.MjSpec`` of a world, and its warnings.
 
     Raises:
         InvalidDescriptionError: MuJoCo cannot simulate it.
@@ -155,7 +155,7 @@ def _find_bodies(spec: mujoco.MjSpec, prefix: str, world: str) -> None:
 
 
 def world_geoms(model: mujoco.MjModel, bodies: Container[str] = ()) -> tuple[int, ...]:
-    """The numbers of the shapes that are of the world.
+    """Return the indices of the world's shapes.
 
     Args:
         model: The ``mujoco.MjModel``.

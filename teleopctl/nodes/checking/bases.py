@@ -53,7 +53,7 @@ class Way(NamedTuple):
 
     @classmethod
     def between(cls, start: Place, middle: Place, end: Place, slower: float = 1.0) -> Way:
-        """The way of a base that went ahead, and then turned."""
+        """Return the motion between three places: ahead, then turning."""
         along, across = middle.x - start.x, middle.y - start.y
         ahead = along * math.cos(start.heading) + across * math.sin(start.heading)
         return cls(ahead, math.remainder(end.heading - middle.heading, math.tau), slower)
@@ -67,7 +67,7 @@ class Way(NamedTuple):
 
     @property
     def told(self) -> str:
-        """In words."""
+        """Return the motion in words."""
         asked, turn = self.slower * SPEED * MOVING_S, self.slower * TURN * MOVING_S
         turned = f"turned {self.turned:.3f} of {turn:.2g} rad"
         return f"ahead {self.ahead:.3f} of {asked:.2g} m, {turned}"

@@ -71,7 +71,7 @@ class Driven:
 
     @property
     def why_not(self) -> str:
-        """The first controller that failed, and how; empty where none did."""
+        """First failed controller and the reason; empty if none failed."""
         if self.fault:
             return self.fault
         still = [motion for motion in self.motions if not motion.moved]
@@ -85,7 +85,7 @@ class Driven:
 
 
 def drive(robot: SimulatedRobot, given: ChosenControllers | None) -> Driven | None:
-    """Bring up a robot's controllers, and move it by each that takes commands.
+    """Activate a robot's controllers, and test each by commands.
 
     Args:
         robot: The robot, of whose model a new simulation is made.

@@ -24,7 +24,7 @@ _Matrix = npt.NDArray[np.float64]
 
 
 class Frames(NamedTuple):
-    """The frames of a robot.
+    """Result of the comparison of a robot's frames.
 
     Attributes:
         links: How many links it has.
@@ -39,7 +39,7 @@ class Frames(NamedTuple):
 
 
 def compare_frames(robot: SimulatedRobot, told: Container[str]) -> Frames:
-    """Compare the frames that robot_state_publisher has of a robot with its links and with physics.
+    """Compare robot_state_publisher's frames with the robot's links and the physics.
 
     Args:
         robot: The robot.

@@ -62,7 +62,7 @@ class Motion(NamedTuple):
 
 
 class Trier:
-    """Sends commands to controllers and looks at the simulation afterwards.
+    """Sends test commands to controllers, and measures the motion.
 
     Args:
         stack: The controllers.

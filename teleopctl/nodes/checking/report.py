@@ -169,7 +169,7 @@ def check_robot(
 
 
 def defect_report(file: Path, error: Exception) -> RobotReport:
-    """Report a file that met with an exception that no part of the program foresaw."""
+    """Return a report on a file that caused an unexpected exception."""
     what = f"a defect of teleopctl, {type(error).__name__}: {error}"
     where = f"`teleopctl --debug robot check {file}` shows where"
     return RobotReport(file, model_kind(file), error=f"{what}; {where}")

@@ -22,7 +22,7 @@ _WAY = (0.25, 0.5, 0.75, 1.0)
 def free_targets(
     simulation: Simulation, joints: Iterable[JointSpec], step: float
 ) -> dict[str, float]:
-    """Choose a position for each joint, away from where it is now, towards its farther limit first.
+    """Choose a collision-free target position for each joint.
 
     Joint by joint: the first position counts that, on the straight way there of all joints chosen
     so far, brings no shapes together that do not touch now.
@@ -65,7 +65,7 @@ class _Ways:
         self._touching = self._pairs({})
 
     def are_free(self, targets: Mapping[str, float]) -> bool:
-        """Whether the joints get there, all at the same pace, and nothing new touches."""
+        """Return whether the joints reach the targets without new contacts."""
         return all(
             self._pairs(
                 {

@@ -15,7 +15,7 @@ _MACROS = frozenset(f"{_XACRO}{tag}" for tag in ("macro", "property", "arg"))
 
 
 def robots_in(places: Iterable[Path]) -> Iterator[Path]:
-    """The files that are robots, in a stable order.
+    """Return the robot files in folders, sorted.
 
     A xacro file without a name is a part of others, and so is what another MJCF file includes.
 

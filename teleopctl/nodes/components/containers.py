@@ -26,7 +26,7 @@ _POOLS = "--use_multi_threaded_executor"
 
 
 def single() -> int:
-    """Run all components in one thread."""
+    """Run a container that executes all components in one thread."""
     with _until_the_end():
         executor = SingleThreadedExecutor()
         _serve(executor, ComponentManager(executor, _NAME))
@@ -34,7 +34,7 @@ def single() -> int:
 
 
 def multi() -> int:
-    """Run all components in a pool of threads, whose size is the parameter ``thread_num``."""
+    """Run a container with a thread pool of size ``thread_num``."""
     with _until_the_end():
         node = ComponentManager(None, _NAME)
         size = node.declare_parameter("thread_num", os.cpu_count() or 1).value

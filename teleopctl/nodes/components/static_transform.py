@@ -9,7 +9,7 @@ from teleopctl.tf import Transform, normalize
 
 
 class StaticTransformBroadcasterNode(Node):
-    """Publishes one latched transform.
+    """Publishes one static transform.
 
     Raises:
         InvalidParameterError: The frames are the same, or the rotation is none.

@@ -73,12 +73,12 @@ class FibonacciActionClient(Node):
 
 
 def fibonacci_action_server(args: list[str] | None = None) -> None:
-    """Run ``fibonacci_action_server``."""
+    """Run the node ``fibonacci_action_server``."""
     run(FibonacciActionServer, args)
 
 
 def fibonacci_action_client(args: list[str] | None = None) -> None:
-    """Run ``fibonacci_action_client``."""
+    """Run the node ``fibonacci_action_client``."""
     rclpy.init(args=args)
     node = FibonacciActionClient()
     try:

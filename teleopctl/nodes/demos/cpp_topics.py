@@ -10,10 +10,10 @@ from teleopctl.nodes.demos.running import run
 
 
 def talker(args: list[str] | None = None) -> None:
-    """Run ``demo_nodes_cpp talker``."""
+    """Run the node ``demo_nodes_cpp talker``."""
     run(Talker, args)
 
 
 def listener(args: list[str] | None = None) -> None:
-    """Run ``demo_nodes_cpp listener``."""
+    """Run the node ``demo_nodes_cpp listener``."""
     run(Listener, args)

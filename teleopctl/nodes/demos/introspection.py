@@ -60,7 +60,7 @@ class _Introspected(Node):
 
 
 class IntrospectionService(_Introspected):
-    """Adds two integers."""
+    """Service server with introspection that adds two integers."""
 
     def __init__(self) -> None:
         super().__init__("introspection_service")
@@ -101,7 +101,7 @@ class IntrospectionClient(_Introspected):
 
 
 def introspection(args: list[str] | None = None) -> None:
-    """Run both nodes."""
+    """Run server and client."""
     rclpy.init(args=args)
     nodes = (IntrospectionService(), IntrospectionClient())
     executor = SingleThreadedExecutor()

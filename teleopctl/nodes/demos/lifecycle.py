@@ -12,7 +12,7 @@ _PERIOD_S = 1.0
 
 
 class LifecycleTalker(Node):
-    """Publishes on ``lifecycle_chatter`` once a second, from its configuration on.
+    """Lifecycle node that publishes on ``lifecycle_chatter`` once a second.
 
     What it publishes leaves it while it is active.
     """
@@ -24,7 +24,7 @@ class LifecycleTalker(Node):
         super().__init__(node_name)
 
     def on_configure(self, state: State) -> TransitionCallbackReturn:
-        """Make the publisher."""
+        """Make the publisher and its timer."""
         del state
         self._publisher = self.create_lifecycle_publisher(String, "lifecycle_chatter", 10)
         self._timer = self.create_timer(_PERIOD_S, self._publish)
@@ -37,7 +37,7 @@ class LifecycleTalker(Node):
         return super().on_activate(state)
 
     def on_deactivate(self, state: State) -> TransitionCallbackReturn:
-        """Keep messages back, which the base class does."""
+        """Log the transition; the base class disables the publishers."""
         self.get_logger().info("on_deactivate() is called.")
         return super().on_deactivate(state)
 

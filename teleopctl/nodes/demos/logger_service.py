@@ -35,7 +35,7 @@ class LoggerServiceNode(Node):
 
 
 class TestNode(Node):
-    """Changes the level of the other node, and sends it a message at each."""
+    """Sets the other node's logger level, and publishes a message at each."""
 
     __test__ = False  # no class of tests
 
@@ -46,7 +46,7 @@ class TestNode(Node):
         self._set = self.create_client(SetLoggerLevels, f"{_NAME}/set_logger_levels")
 
     def wait_for_services(self) -> None:
-        """Wait for the other node."""
+        """Wait for the other node's services."""
         self._get.wait_for_service(_LONGEST_WAIT_S)
         self._set.wait_for_service(_LONGEST_WAIT_S)
 
@@ -80,7 +80,7 @@ class TestNode(Node):
 
 
 def use_logger_service(args: list[str] | None = None) -> None:
-    """Run both nodes to their end."""
+    """Run both nodes until their end."""
     rclpy.init(args=args)
     executor = SingleThreadedExecutor()
     other, node = LoggerServiceNode(), TestNode()

@@ -81,7 +81,7 @@ class _Others:
             self._executor.add_node(node)
 
     def run(self) -> None:
-        """Connect two, disconnect both; subscriptions first, then publishers."""
+        """Create and destroy subscriptions, then publishers."""
         first, second = self._subscribe(), self._subscribe()
         self._unsubscribe(first)
         self._unsubscribe(second)
@@ -123,7 +123,7 @@ class _Others:
 
 
 def matched_event_detect(args: list[str] | None = None) -> None:
-    """Run the nodes to their end."""
+    """Run the nodes until their end."""
     rclpy.init(args=args)
     others = _Others(MatchedEventDetectNode())
     try:

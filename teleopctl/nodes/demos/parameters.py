@@ -44,7 +44,7 @@ class ParameterBlackboard(Node):
 
 
 class SetParametersCallback(Node):
-    """Sets ``param2`` whenever ``param1`` is set, and keeps both in attributes."""
+    """Sets ``param2`` whenever ``param1`` is set, and stores both."""
 
     def __init__(self) -> None:
         super().__init__("set_parameters_callback")
@@ -73,17 +73,17 @@ class SetParametersCallback(Node):
 
 
 def parameter_blackboard(args: list[str] | None = None) -> None:
-    """Run ``demo_nodes_cpp parameter_blackboard``."""
+    """Run the node ``demo_nodes_cpp parameter_blackboard``."""
     run(ParameterBlackboard, args)
 
 
 def set_parameters_callback(args: list[str] | None = None) -> None:
-    """Run ``demo_nodes_py set_parameters_callback``."""
+    """Run the node ``demo_nodes_py set_parameters_callback``."""
     run(SetParametersCallback, args)
 
 
 def async_param_client(args: list[str] | None = None) -> None:
-    """Run ``demo_nodes_py async_param_client``: change the parameters of the blackboard.
+    """Run ``demo_nodes_py async_param_client``, which changes the blackboard's parameters.
 
     Raises:
         RuntimeError: No blackboard runs.

@@ -10,7 +10,7 @@ from rclpy.node import Node
 
 
 def run(make_node: Callable[[], Node], args: list[str] | None = None) -> None:
-    """Make a node and spin it to its end.
+    """Make a node and spin it until Ctrl-C.
 
     Args:
         make_node: The node's class, or a function that makes it.

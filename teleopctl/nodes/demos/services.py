@@ -16,7 +16,7 @@ _AGAIN_AFTER_S = 1.0
 
 
 class AddTwoIntsServer(Node):
-    """Adds two integers on request."""
+    """Service server that adds two integers."""
 
     def __init__(self) -> None:
         super().__init__("add_two_ints_server")
@@ -35,7 +35,7 @@ class AddTwoIntsServer(Node):
 
 
 def add_two_ints_server(args: list[str] | None = None) -> None:
-    """Run ``add_two_ints_server``."""
+    """Run the node ``add_two_ints_server``."""
     run(AddTwoIntsServer, args)
 
 

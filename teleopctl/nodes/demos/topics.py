@@ -59,27 +59,27 @@ class SerializedSubscriber(Node):
 
 
 def talker(args: list[str] | None = None) -> None:
-    """Run ``demo_nodes_py talker``."""
+    """Run the node ``demo_nodes_py talker``."""
     run(Talker, args)
 
 
 def listener(args: list[str] | None = None) -> None:
-    """Run ``demo_nodes_py listener``."""
+    """Run the node ``demo_nodes_py listener``."""
     run(Listener, args)
 
 
 def listener_serialized(args: list[str] | None = None) -> None:
-    """Run ``demo_nodes_py listener_serialized``."""
+    """Run the node ``demo_nodes_py listener_serialized``."""
     run(SerializedSubscriber, args)
 
 
 def talker_qos(args: list[str] | None = None) -> None:
-    """Run ``demo_nodes_py talker_qos``."""
+    """Run the node ``demo_nodes_py talker_qos``."""
     _spin_some(Talker, "talker_qos", "number of sending attempts", args)
 
 
 def listener_qos(args: list[str] | None = None) -> None:
-    """Run ``demo_nodes_py listener_qos``."""
+    """Run the node ``demo_nodes_py listener_qos``."""
     _spin_some(Listener, "listener_qos", "max number of spin_once iterations", args)
 
 

@@ -13,7 +13,7 @@ from teleopctl.node import ExternalShutdownException, init, spin
 
 
 def main(args: list[str] | None = None) -> int:
-    """Serve until it is interrupted.
+    """Run the bridge until Ctrl-C.
 
     Args:
         args: Command line; None takes the process's.

@@ -11,7 +11,7 @@ from teleopctl.packages import resolve_uri
 
 
 class Assets:
-    """Reads the files of URIs, on the server's threads.
+    """Reads the files of asset URIs, on the server's threads.
 
     Args:
         settings: Which URIs clients may ask for.

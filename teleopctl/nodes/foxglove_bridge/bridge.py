@@ -34,7 +34,7 @@ _FOLLOW_PERIOD_S = 0.25
 
 
 class FoxgloveBridge(Node):
-    """Serves the graph to Foxglove.
+    """Node ``foxglove_bridge``.
 
     Raises:
         TeleopctlError: A parameter is wrong, or nothing can listen at that address.
@@ -69,12 +69,12 @@ class FoxgloveBridge(Node):
 
     @property
     def server(self) -> WebSocketServer:
-        """The SDK's server."""
+        """Server of Foxglove's SDK."""
         return self._server
 
     @property
     def channels(self) -> Channels:
-        """The topics that clients see."""
+        """Channels of the advertised topics."""
         return self._channels
 
     def hand_over(self, task: Callable[[], object]) -> None:
@@ -87,7 +87,7 @@ class FoxgloveBridge(Node):
         self._connections_wanted = self._graph_changed = True
 
     def destroy_node(self) -> None:
-        """Close the door and the server, then the node."""
+        """Close the socket and the server, and destroy the node."""
         self._gate.close()
         self._server.stop()
         super().destroy_node()

@@ -39,7 +39,7 @@ class _Open:
 
 
 class Channels:
-    """The channels of a server; everything here is called by the node's executor.
+    """Channels of a Foxglove server; for the executor's thread only.
 
     Args:
         node: Subscribes.
@@ -92,7 +92,7 @@ class Channels:
             )
 
     def unsubscribe(self, channel_id: int, client_id: int) -> None:
-        """A client does not look at a channel any more."""
+        """Unsubscribe a client from a channel."""
         entry = self._by_id.get(channel_id)
         if entry is not None:
             entry.clients.discard(client_id)

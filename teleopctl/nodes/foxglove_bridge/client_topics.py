@@ -39,7 +39,7 @@ class ClientTopics:
         self._advertised: dict[tuple[int, int], _Advertised] = {}
 
     def advertise(self, client_id: int, channel: ClientChannel) -> None:
-        """A client announces what it will publish.
+        """Make a publisher for a channel of a client.
 
         Raises:
             TeleopctlError: It may not, or its type or its encoding is not known.
@@ -67,7 +67,7 @@ class ClientTopics:
         self._replace((client_id, channel_id), None)
 
     def publish(self, client_id: int, channel_id: int, data: bytes) -> None:
-        """Send what a client published.
+        """Publish a client's message.
 
         Raises:
             TeleopctlError: It is no message of the type that was announced.

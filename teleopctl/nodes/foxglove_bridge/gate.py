@@ -47,7 +47,7 @@ _MOST_CLIENTS = 250
 
 
 def inner_addresses() -> Iterator[str]:
-    """Addresses for the SDK's server to listen on, the best first.
+    """Return loopback addresses for the SDK's server, the best first.
 
     Pages in a browser can connect to any port of 127.0.0.1. On Linux and Windows each of the 16
     million addresses of 127.0.0.0/8 is this machine; on macOS only one is, but the link-local one
@@ -62,7 +62,7 @@ def inner_addresses() -> Iterator[str]:
 
 
 class Gate:
-    """Listens at the bridge's address, and leads admitted clients to the SDK's server.
+    """Accepts connections, checks access, and forwards them to the SDK's server.
 
     Args:
         access: Decides on requests.
@@ -320,7 +320,7 @@ class _InnerDoor:
             raise
 
     def left(self, name: tuple[str, int]) -> None:
-        """Take note that a connection has ended, and close its way in.
+        """Close the forwarded connection after one side has ended.
 
         Args:
             name: Its own address and port.

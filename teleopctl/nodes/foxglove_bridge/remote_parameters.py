@@ -44,7 +44,7 @@ class RemoteParameters:
         self._events: Subscription[Any] | None = None
 
     def get(self, names: Sequence[str]) -> list[RemoteParameter]:
-        """The values of some parameters, or of all if no name is given."""
+        """Return the values of parameters, or of all."""
         by_node = _by_node(names) if names else self._all_names()
         own = self._node.get_fully_qualified_name()
         found: list[RemoteParameter] = []
@@ -61,7 +61,7 @@ class RemoteParameters:
         return found
 
     def set(self, parameters: Sequence[RemoteParameter]) -> list[RemoteParameter]:
-        """Set parameters; returns them as they are then."""
+        """Set parameters, and return their values."""
         names = [p.name for p in parameters if allows(self._settings.parameters, p.name)]
         types = {p.name: p.type for p in self.get(names)} if names else {}
         by_node: dict[str, list[Parameter]] = {}

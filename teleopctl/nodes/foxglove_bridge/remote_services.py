@@ -23,7 +23,7 @@ _LONGEST_LEARNING_S = 2.0
 
 
 class RemoteServices:
-    """The services that a server offers.
+    """Services that a Foxglove server offers.
 
     Args:
         node: Calls.

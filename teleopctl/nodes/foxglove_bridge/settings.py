@@ -210,5 +210,5 @@ class Settings:
 
 
 def allows(patterns: Sequence[re.Pattern[str]], name: str) -> bool:
-    """Whether one of the patterns fits the whole name."""
+    """Return whether a pattern matches the whole name."""
     return any(pattern.fullmatch(name) for pattern in patterns)

@@ -32,7 +32,7 @@ _DIRECTIONS: Final = {"@": "BIDIRECTIONAL", "[": "GZ_TO_ROS", "]": "ROS_TO_GZ"}
 
 
 class Bridge(NamedTuple):
-    """One topic to pass on.
+    """A bridged topic.
 
     Attributes:
         ros_topic: Its name in ROS, before remapping.
@@ -61,7 +61,7 @@ def simulated_topics(gz_topic: str) -> tuple[str, ...]:
 
 
 def read_words(words: Sequence[str]) -> tuple[list[Bridge], list[str]]:
-    """Read a command line.
+    """Parse a bridge's command line.
 
     Returns:
         The topics, and the names of services.
@@ -86,7 +86,7 @@ def read_words(words: Sequence[str]) -> tuple[list[Bridge], list[str]]:
 
 
 def read_file(path: Path) -> tuple[list[Bridge], list[str]]:
-    """Read a file.
+    """Read a bridge's configuration file.
 
     Returns:
         The topics, and what is wrong with the file, which bridges the rest, as the real one does.

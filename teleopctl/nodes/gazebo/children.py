@@ -62,7 +62,7 @@ class Children:
         return progress.read(self._log(name))
 
     def end(self) -> None:
-        """End all of them, the simulator last."""
+        """End all child processes, the simulator last."""
         self._end(at_once=True)
         for name in self._processes:
             progress.file_of(self._log(name)).unlink(missing_ok=True)

@@ -94,7 +94,7 @@ class Request(NamedTuple):
 
 
 def sim_request(words: Sequence[str]) -> Request:
-    """Read the words behind ``gz sim``: time passes only with ``-r``."""
+    """Parse the arguments of ``gz sim``; the simulation is paused without ``-r``."""
     worlds, options = _sort(words, _SIM_VALUES)
     flags = {name for name, _ in options}
     level = next((value for name, value in options if name in ("-v", "--verbose")), None)
@@ -111,7 +111,7 @@ def sim_request(words: Sequence[str]) -> Request:
 
 
 def server_request(words: Sequence[str], *, has_window: bool) -> Request:
-    """Read the words behind ``gzserver`` or ``gazebo``: time stands still only with ``-u``."""
+    """Parse the arguments of ``gzserver`` or ``gazebo``; ``-u`` pauses."""
     worlds, options = _sort(words, _SERVER_VALUES)
     flags = {name for name, _ in options}
     told = [one for one in options if one[1] not in _ROS_PLUGINS]

@@ -39,7 +39,7 @@ class Entity(NamedTuple):
     # Any: a parameter's value is of one of many types.
     @classmethod
     def of_parameters(cls, values: Mapping[str, Any]) -> Entity:
-        """Read it from the parameters by which it was handed over."""
+        """Return the entity that node parameters describe."""
         return cls(
             str(values[DESCRIPTION] or ""),
             str(values.get(_NAME) or ""),
@@ -50,7 +50,7 @@ class Entity(NamedTuple):
         )
 
     def as_parameters(self) -> list[Parameter]:
-        """The parameters by which it is handed over."""
+        """Return the entity as node parameters."""
         return [
             Parameter(DESCRIPTION, value=self.text),
             Parameter(_NAME, value=self.name),
@@ -61,7 +61,7 @@ class Entity(NamedTuple):
         ]
 
     def urdf(self, folder: Path) -> str:
-        """Return its description as URDF.
+        """Return the entity's description as URDF.
 
         Args:
             folder: Where files may be written.

@@ -18,7 +18,7 @@ _WORLD = ("", "world", "map", "/map")
 
 
 def offer_factory(node: Node, hand_over: Callable[[Entity], str]) -> None:
-    """Offer the services, by which programs of strangers spawn what ``spawn_entity.py`` spawns.
+    """Offer the services by which ``spawn_entity.py`` spawns.
 
     Args:
         node: Whose they are.

@@ -241,7 +241,7 @@ def gz() -> int:
 
 
 def gazebo() -> int:
-    """Run ``gazebo``: the server, and a word on the window."""
+    """Run ``gazebo``: the server, and a note about the window."""
     return _run(server_request(_words(), has_window=True))
 
 

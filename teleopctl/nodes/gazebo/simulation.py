@@ -19,7 +19,7 @@ _DEFAULT_RATE_HZ = 100
 
 
 class Program(NamedTuple):
-    """A program of ours to start.
+    """A program of teleopctl to start.
 
     Attributes:
         name: What it is called in messages.
@@ -41,7 +41,7 @@ def programs_for(
     topic: str = "",
     world: Path | None = None,
 ) -> list[Program]:
-    """Return what simulates a robot, the simulator first.
+    """Return the programs that simulate a robot, the simulator first.
 
     Args:
         description: The robot.

@@ -45,12 +45,12 @@ class _Parser(argparse.ArgumentParser):
     """Reports a wrong command line as all of teleopctl does."""
 
     def error(self, message: str) -> NoReturn:
-        """Raise instead of printing and leaving."""
+        """Raise instead of exiting."""
         raise UsageError(message, hint=self.format_usage().strip())
 
 
 def create() -> int:
-    """Spawn as ``ros_gz_sim create`` does, by arguments or by parameters.
+    """Run ``ros_gz_sim create``: spawn an entity, by arguments or parameters.
 
     Raises:
         TeleopctlError: The command line, the file or the description is wrong.
@@ -98,7 +98,7 @@ def create() -> int:
 
 
 def spawn_entity() -> int:
-    """Spawn as ``gazebo_ros spawn_entity.py`` does.
+    """Run ``gazebo_ros spawn_entity.py``: spawn an entity.
 
     Raises:
         TeleopctlError: The command line, the file or the description is wrong.

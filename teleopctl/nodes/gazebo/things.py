@@ -35,7 +35,7 @@ class Things:
     _SERVICES: ClassVar = {"spawn_entity": "SpawnEntity", "delete_entity": "DeleteEntity"}
 
     def close(self) -> None:
-        """End the node."""
+        """Destroy the node."""
         self._executor.shutdown()
         self._node.destroy_node()
 

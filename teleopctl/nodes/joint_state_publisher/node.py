@@ -28,7 +28,7 @@ from teleopctl.robot import Joints, JointSet, Mimic, RobotDescription
 
 
 class JointStatePublisher(Node):
-    """The node; its parameters and topics are those of ROS 2.
+    """Node ``joint_state_publisher``.
 
     The description comes from a file, else from the parameter ``robot_description``, else from
     the topic of that name; a new one on the topic replaces what was known.

@@ -35,11 +35,11 @@ _CLAIMED = (
 
 
 class SpawnError(Exception):
-    """A controller could not be brought up; it has been logged why."""
+    """A controller could not be spawned; the reason was logged."""
 
 
 class Spawner:
-    """Brings controllers up.
+    """Loads, configures and activates controllers.
 
     Args:
         node: The spawner's node.
@@ -93,7 +93,7 @@ class Spawner:
         )
 
     def stay(self, requests: Sequence[Request]) -> NoReturn:
-        """Bring all controllers up, also in each manager that takes the place of one that ended.
+        """Spawn all controllers, and again whenever the manager is restarted.
 
         Raises:
             ExternalShutdownException: The process was told to end.
@@ -182,7 +182,7 @@ class Spawner:
         return message or "refused"
 
     def unload(self, requests: Sequence[Request]) -> None:
-        """Deactivate and unload what was brought up."""
+        """Deactivate and unload the spawned controllers."""
         names = [request.name for request in requests if not request.load_only]
         self._logger.info("Deactivating and unloading controllers...")
         active = [
@@ -251,7 +251,7 @@ def _wait_for_signal(received: queue.SimpleQueue[int]) -> None:
 
 
 def main(args: list[str] | None = None) -> int:
-    """Spawn controllers; returns the exit status.
+    """Run the spawner, and return the exit status.
 
     Args:
         args: Command line; None takes the process's.

@@ -11,7 +11,7 @@ from teleopctl.node import ExternalShutdownException, Node, init, parse_ros_argu
 
 
 def main(args: list[str] | None = None) -> int:
-    """Unspawn controllers; returns the exit status.
+    """Run the unspawner, and return the exit status.
 
     Args:
         args: Command line; None takes the process's.

@@ -29,7 +29,7 @@ def view_frames(
     tf_topic: str = TF_TOPIC,
     tf_static_topic: str = TF_STATIC_TOPIC,
 ) -> list[Path]:
-    """Listen to tf, and write what is known of the frames then.
+    """Record transforms for some seconds, and write the tree of frames.
 
     Args:
         node: Who listens; it need not be spun.
@@ -72,7 +72,7 @@ def view_frames(
 
 
 def picture(frames: Sequence[KnownFrame]) -> Diagram:
-    """The tree with, on each arrow, how often it is broadcast and how long it is remembered."""
+    """Return a diagram of the frames, with rates and buffer lengths."""
     names = dict.fromkeys(name for frame in frames for name in (frame.parent, frame.name))
     boxes = [Box(f"frame {name}", printable_line(name), "node") for name in names]
     edges = []

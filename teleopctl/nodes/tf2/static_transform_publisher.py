@@ -26,7 +26,7 @@ _ANGLES = ("roll", "pitch", "yaw")
 
 
 class StaticTransformPublisher(Node):
-    """Publishes one latched transform.
+    """Publishes one static transform.
 
     Args:
         frame_id: The frame in which the other one stands.
@@ -95,7 +95,7 @@ def is_old_style(words: Sequence[str]) -> bool:
 
 
 def parse_old_style(words: Sequence[str]) -> tuple[str, str, Transform]:
-    """Read frame, child frame and transform from arguments by position.
+    """Parse positional arguments: transform, frame and child frame.
 
     Raises:
         UsageError: When a number is none.
@@ -114,7 +114,7 @@ def parse_old_style(words: Sequence[str]) -> tuple[str, str, Transform]:
 
 
 def parse_new_style(words: Sequence[str]) -> tuple[str, str, Transform]:
-    """Read frame, child frame and transform from arguments by name.
+    """Parse named arguments: transform, frame and child frame.
 
     Raises:
         TeleopctlError: When one is missing, wrong, or both kinds of rotation are given.
@@ -148,7 +148,7 @@ class _Parser(argparse.ArgumentParser):
     """Reports a wrong command line as all of teleopctl does."""
 
     def error(self, message: str) -> NoReturn:
-        """Raise instead of printing and leaving."""
+        """Raise instead of exiting."""
         raise UsageError(message, hint=self.format_usage().strip())
 
 

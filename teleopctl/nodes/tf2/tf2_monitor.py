@@ -10,7 +10,7 @@ from teleopctl.tf import GATHER_S, MonitorResults, monitor_transforms
 
 
 def main(args: list[str] | None = None) -> int:
-    """Print until interrupted.
+    """Run ``tf2_monitor`` until Ctrl-C.
 
     Args:
         args: Command line: two frames, or none for all; None takes the process's.

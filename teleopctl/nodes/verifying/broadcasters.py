@@ -13,7 +13,7 @@ _MANAGER = "controller_manager"
 
 
 class Broadcasters:
-    """The control stack of a recorded run in memory, with the controllers that claim no command.
+    """Recomputes the recorded broadcasters' messages with an in-memory control stack.
 
     Args:
         urdf: The robot description.
@@ -54,7 +54,7 @@ class Broadcasters:
             self.not_run[manager] = f"its hardware cannot be loaded here: {error.message}"
 
     def update(self, time_ns: int, state: bytes) -> None:
-        """Run a control cycle on the state of a time, given as CDR."""
+        """Run a control cycle on a recorded state (CDR)."""
         stack = self._stack
         if stack is None:
             return

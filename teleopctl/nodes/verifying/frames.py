@@ -19,7 +19,7 @@ _DEFAULT_NAME = "/robot_state_publisher"
 
 
 class Frames:
-    """Recomputes what robot_state_publisher sends.
+    """Recomputes robot_state_publisher's transforms.
 
     Which of the states it takes follows from the last ones that it took; of a state that it had no
     room for nothing is sent.
@@ -59,7 +59,7 @@ class Frames:
         self._last_ns: int | None = None
 
     def take(self, time_ns: int, state: bytes, stream: Stream) -> bytes | None:
-        """Compare what is sent for a state, if anything is; return it as CDR where it was compared.
+        """Compare the transforms of a state with the recorded ones; return them as CDR.
 
         Args:
             time_ns: The state's time, in nanoseconds.
@@ -92,7 +92,7 @@ class Frames:
 def split_by_frames(
     topic: RecordedTopic, groups: Mapping[str, set[str]]
 ) -> dict[str, RecordedTopic]:
-    """Split the messages of ``/tf`` by their publishers.
+    """Split recorded ``/tf`` messages by their publishers.
 
     Args:
         topic: What was recorded.

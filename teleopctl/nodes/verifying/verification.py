@@ -158,13 +158,13 @@ class _Run:
 
     @property
     def wanted(self) -> set[str]:
-        """The topics of the bag whose messages are compared, or played back."""
+        """Return the topics to compare or to play back."""
         also = {self._commands_topic, self._frames.states_topic, _TF, _TF_STATIC}
         published = {*self._rerun.topics, *self._broadcasters.topics}
         return (published | also) & set(self._session.types)
 
     def read(self, topics: Mapping[str, RecordedTopic]) -> None:
-        """Take what was recorded.
+        """Store the recorded topics.
 
         Raises:
             InvalidFileError: That is no whole run.
@@ -232,7 +232,7 @@ class _Run:
     # --- the run --------------------------------------------------------------------------
 
     def run(self) -> None:
-        """Run it once more, and compare."""
+        """Run the simulation, and compare."""
         self._rerun.run(self._commands.by_time, self._end_ns, self._take_tick)
         if self._frames.states_topic not in self._broadcasters.topics:
             # Nobody who is run again publishes the states that it took: those of the bag stand for

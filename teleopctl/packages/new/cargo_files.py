@@ -34,7 +34,7 @@ mod tests {{
 
 
 def cargo_files(package: NewPackage, place: str) -> Iterator[Step]:
-    """The steps that make the files, in order.
+    """Return the steps that make a Rust package's files.
 
     Cargo wants a target: a package without node and library gets a program of its own name.
     """

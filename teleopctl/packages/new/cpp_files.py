@@ -88,7 +88,7 @@ _VISIBILITY: Final = """\
 
 
 def cpp_files(package: NewPackage, source: str, include: str) -> Iterator[Step]:
-    """Yield what is made in the folders of sources and of headers."""
+    """Yield the source and header files of a C++ package."""
     library = package.library_name or ""
     names = {
         "name": package.name,

@@ -18,7 +18,7 @@ from teleopctl.packages.new.steps import File, Folder, Note, Step, joined
 
 
 def create_package(package: NewPackage, folder: str, tell: Callable[[str], object]) -> None:
-    """Make a package's folder and its files.
+    """Create a package's folder and files.
 
     Args:
         package: What it is to be.
@@ -40,7 +40,7 @@ def create_package(package: NewPackage, folder: str, tell: Callable[[str], objec
 
 
 def check_package(package: NewPackage, folder: str) -> None:
-    """Refuse a package that cannot be made.
+    """Raise if a package cannot be created.
 
     Raises:
         UsageError: A name cannot be used.

@@ -22,12 +22,12 @@ _FILES: Final = {
 
 
 def license_names() -> list[str]:
-    """Return the identifiers of the licenses whose text is known."""
+    """Return the identifiers of the licenses with known text."""
     return list(_FILES)
 
 
 def license_text(name: str, holder: str, year: int) -> str | None:
-    """Return the text of a license, or None where it is not known.
+    """Return the text of a license, or None.
 
     Args:
         name: Its SPDX identifier.

@@ -13,7 +13,7 @@ _TEST_DEPENDENCIES: Final = {
 
 
 def package_xml(package: NewPackage) -> str:
-    """Return the text of the manifest."""
+    """Return the text of ``package.xml``."""
     from xml.sax.saxutils import escape, quoteattr
 
     schema = f"http://download.ros.org/schema/package_format{package.package_format}.xsd"

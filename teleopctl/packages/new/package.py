@@ -19,7 +19,7 @@ _PROGRAM_NAME: Final = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]*")
 
 
 class NewPackage(NamedTuple):
-    """A package that is to be made; the names are those of ``ros2 pkg create``.
+    """Options of a new package, with the names of ``ros2 pkg create``.
 
     Attributes:
         name: Its name.
@@ -47,7 +47,7 @@ class NewPackage(NamedTuple):
 
 
 def check(package: NewPackage) -> None:
-    """Refuse names that could not be used.
+    """Raise for invalid names.
 
     Raises:
         UsageError: A name is none, or not one in the package's language.

@@ -72,7 +72,7 @@ status, errors = main_with_errors(argv=[])
 
 
 def python_files(package: NewPackage, folder: str) -> Iterator[Step]:
-    """Yield what is made in the package's folder."""
+    """Yield the files of a Python package."""
     source = joined(folder, package.name)
     yield Note("creating source folder")
     yield Folder(source)

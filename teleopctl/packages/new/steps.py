@@ -13,13 +13,13 @@ class Note(NamedTuple):
 
 
 class Folder(NamedTuple):
-    """A folder that is made, by its path."""
+    """A folder to create."""
 
     path: str
 
 
 class File(NamedTuple):
-    """A file that is written.
+    """A file to write.
 
     Attributes:
         path: Its path.
@@ -36,5 +36,5 @@ Step = Note | Folder | File
 
 
 def joined(*parts: str) -> str:
-    """Join the parts of a path, which is printed as it was given: ``./arm/package.xml``."""
+    """Join the parts of a path, keeping a leading ``./``."""
     return os.path.join(*parts)  # noqa: PTH118 -- a Path would drop the ./

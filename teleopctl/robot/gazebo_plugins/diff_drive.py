@@ -41,7 +41,7 @@ TAGS = words(
 
 
 def classic_diff_drive(plugin: PluginReader) -> PluginEffect:
-    """``libgazebo_ros_diff_drive.so``, with the tags of its ROS 1 release too.
+    """Convert ``libgazebo_ros_diff_drive.so``, also with ROS 1's tags.
 
     Raises:
         InvalidDescriptionError: The tags make no base.
@@ -84,7 +84,7 @@ def classic_diff_drive(plugin: PluginReader) -> PluginEffect:
 
 
 def diff_drive(plugin: PluginReader) -> PluginEffect:
-    """``gz-sim-diff-drive-system``.
+    """Convert ``gz-sim-diff-drive-system``.
 
     Raises:
         InvalidDescriptionError: The tags make no base.
@@ -112,7 +112,7 @@ def diff_drive(plugin: PluginReader) -> PluginEffect:
 
 
 def speed_limits(plugin: PluginReader, kind: str, prefix: str) -> dict[str, float]:
-    """Limits of one speed, which Gazebo has for both at once and for each.
+    """Return the speed limits of a diff drive plug-in's tags.
 
     Args:
         plugin: The plug-in.

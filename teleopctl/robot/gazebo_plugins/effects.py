@@ -11,7 +11,7 @@ from teleopctl.robot.urdf import Pose
 
 @dataclass(frozen=True)
 class PluginController:
-    """A controller that does what a plug-in does.
+    """A controller in place of a Gazebo plug-in.
 
     Attributes:
         name: The controller's, which is the plug-in's.

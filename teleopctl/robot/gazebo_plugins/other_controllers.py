@@ -41,13 +41,13 @@ ACKERMANN_TAGS = _BASE_TAGS | words(
 
 
 def joint_states(plugin: PluginReader) -> PluginEffect:
-    """``libgazebo_ros_joint_state_publisher.so``; of all joints, so that no frame is missing."""
+    """Convert ``libgazebo_ros_joint_state_publisher.so``, for all joints."""
     plugin.joints("joint_name")
     return _broadcaster(plugin, plugin.topic("joint_states"))
 
 
 def gz_joint_states(plugin: PluginReader) -> PluginEffect:
-    """``gz-sim-joint-state-publisher-system``; of all joints, so that no frame is missing."""
+    """Convert ``gz-sim-joint-state-publisher-system``, for all joints."""
     plugin.joints("joint_name")
     own = f"world/default/model/{plugin.robot}/joint_state"
     return _broadcaster(plugin, f"/{plugin.text('topic', default=own).strip('/')}")
@@ -60,12 +60,12 @@ def _broadcaster(plugin: PluginReader, topic: str) -> PluginEffect:
 
 
 def joint_pose_trajectory(plugin: PluginReader) -> PluginEffect:
-    """``libgazebo_ros_joint_pose_trajectory.so``."""
+    """Convert ``libgazebo_ros_joint_pose_trajectory.so``."""
     return _trajectories(plugin, plugin.free_joints(), plugin.topic("set_joint_trajectory"))
 
 
 def gz_joint_trajectory(plugin: PluginReader) -> PluginEffect:
-    """``gz-sim-joint-trajectory-controller-system``, whose gains the drives need not."""
+    """Convert ``gz-sim-joint-trajectory-controller-system``, without its gains."""
     joints = plugin.joints("joint_name") or plugin.free_joints()
     return _trajectories(plugin, joints, plugin.gz_topic("topic", "joint_trajectory"))
 
@@ -90,7 +90,7 @@ def _trajectories(plugin: PluginReader, joints: list[str], topic: str) -> Plugin
 
 
 def mecanum(plugin: PluginReader) -> PluginEffect:
-    """``gz-sim-mecanum-drive-system``.
+    """Convert ``gz-sim-mecanum-drive-system``.
 
     Raises:
         InvalidDescriptionError: It has not one joint in each place.
@@ -115,7 +115,7 @@ def mecanum(plugin: PluginReader) -> PluginEffect:
 
 
 def ackermann(plugin: PluginReader) -> PluginEffect:
-    """``gz-sim-ackermann-steering-system``.
+    """Convert ``gz-sim-ackermann-steering-system``.
 
     Raises:
         InvalidDescriptionError: It has not one joint in each place.

@@ -23,7 +23,7 @@ _AROUND = re.compile(
 
 
 def words(text: str) -> frozenset[str]:
-    """The words of a text, as a set."""
+    """Return the words of a text."""
     return frozenset(text.split())
 
 
@@ -44,7 +44,7 @@ def kind_of(filename: str) -> str:
 
 
 class PluginReader:
-    """Reads the settings of one plug-in.
+    """Reads the tags of one plug-in.
 
     Args:
         plugin: The plug-in.
@@ -74,7 +74,7 @@ class PluginReader:
         return values[0] if values else default
 
     def numbers(self, *tags: str) -> list[float]:
-        """The numbers in these tags.
+        """Return the numbers in these tags.
 
         Raises:
             InvalidDescriptionError: One of them is none.
@@ -96,7 +96,7 @@ class PluginReader:
         return text == "1" if text in ("0", "1") else boolean(text, f"<{tags[0]}>")
 
     def joints(self, *tags: str) -> list[str]:
-        """The joints that these tags name.
+        """Return the joints named in these tags.
 
         Raises:
             InvalidDescriptionError: The robot has no such joint.
@@ -116,7 +116,7 @@ class PluginReader:
         ]
 
     def link(self, *tags: str) -> str:
-        """The link that the first of these tags names.
+        """Return the link named in the first of these tags.
 
         Raises:
             InvalidDescriptionError: The robot has no such link.
@@ -129,7 +129,7 @@ class PluginReader:
         return name
 
     def vector(self, *tags: str) -> Vector3:
-        """The three numbers in the first of these tags that is there, else zeros.
+        """Return the three numbers in the first of these tags that exists, else zeros.
 
         Raises:
             InvalidDescriptionError: It has something else.
@@ -141,7 +141,7 @@ class PluginReader:
         return numbers[0], numbers[1], numbers[2]
 
     def topic(self, name: str) -> str:
-        """The whole name that a topic of a plug-in of Gazebo Classic has in ROS.
+        """Return the full ROS name of a Gazebo Classic plug-in's topic.
 
         Args:
             name: As the plug-in calls it.

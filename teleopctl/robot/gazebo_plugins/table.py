@@ -56,7 +56,7 @@ class MotionPlugins(NamedTuple):
 
     # Any: parameters have one of nine types.
     def as_parameters(self, manager: str = "controller_manager") -> dict[str, Any]:
-        """A parameter file's content: for the controller manager, and for each controller.
+        """Return the controllers as the content of a parameter file.
 
         Args:
             manager: The controller manager's node, which may be in any namespace.
@@ -78,17 +78,17 @@ class MotionPlugins(NamedTuple):
 
     @property
     def commands(self) -> dict[str, str]:
-        """The joints that they move, and the interface of each that they command."""
+        """Return the joints and the interface by which plug-ins command each."""
         return {name: kind for one in self.controllers for name, kind in one.joints.items()}
 
     @property
     def drive_the_base(self) -> bool:
-        """Whether they move the robot over the ground, so that other wheels are casters."""
+        """Return whether a plug-in drives the base, so that other wheels are casters."""
         return bool(self.planar_topics) or "velocity" in self.commands.values()
 
     @property
     def publish_joint_states(self) -> bool:
-        """Whether one of them publishes the joints' states."""
+        """Return whether a plug-in publishes joint states."""
         return any(controller.type == other.BROADCASTER for controller in self.controllers)
 
 
@@ -103,7 +103,7 @@ def tags_of_plugin(filename: str) -> frozenset[str] | None:
 
 
 def motion_plugins(description: RobotDescription) -> MotionPlugins:
-    """Return what does here what a robot's plug-ins of Gazebo do.
+    """Return the controllers, odometry and topics that the robot's plug-ins stand for.
 
     Args:
         description: The robot.

@@ -28,7 +28,7 @@ ODOMETRY_TAGS = words(
 
 
 def planar_variance(plugin: PluginReader) -> tuple[float, ...]:
-    """The variances that Gazebo Classic's plug-ins of bases give their odometry."""
+    """Return the odometry covariance of Gazebo Classic's base plug-ins."""
     x, y, yaw = (
         plugin.number(f"covariance_{name}", default=value)
         for name, value in (("x", 1e-5), ("y", 1e-5), ("yaw", 1e-3))
@@ -37,7 +37,7 @@ def planar_variance(plugin: PluginReader) -> tuple[float, ...]:
 
 
 def classic_odometry(plugin: PluginReader, rate_hz: float, *, default: bool) -> GroundTruth | None:
-    """The odometry of a base of Gazebo Classic, by what the plug-ins have in common.
+    """Return the odometry of a Gazebo Classic base plug-in.
 
     Args:
         plugin: The plug-in.
@@ -63,7 +63,7 @@ def classic_odometry(plugin: PluginReader, rate_hz: float, *, default: bool) -> 
 
 
 def planar_move(plugin: PluginReader) -> PluginEffect:
-    """``libgazebo_ros_planar_move.so``."""
+    """Convert ``libgazebo_ros_planar_move.so``."""
     rate = plugin.number("publish_rate", "odometry_rate", "odometryRate", default=_PLANAR_RATE_HZ)
     truth = classic_odometry(plugin, rate, default=True)
     command = plugin.topic(plugin.text("command_topic", "commandTopic", default="cmd_vel"))
@@ -73,7 +73,7 @@ def planar_move(plugin: PluginReader) -> PluginEffect:
 
 
 def p3d(plugin: PluginReader) -> PluginEffect:
-    """``libgazebo_ros_p3d.so``.
+    """Convert ``libgazebo_ros_p3d.so``.
 
     Raises:
         InvalidDescriptionError: It names no link, or one that is not there.
@@ -103,7 +103,7 @@ def p3d(plugin: PluginReader) -> PluginEffect:
 
 
 def odometry_publisher(plugin: PluginReader) -> PluginEffect:
-    """``gz-sim-odometry-publisher-system``.
+    """Convert ``gz-sim-odometry-publisher-system``.
 
     Raises:
         InvalidDescriptionError: A tag cannot be read.

@@ -18,7 +18,7 @@ _TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attrib
 
 
 def exported_stl(vertices: npt.NDArray[np.float32], faces: npt.NDArray[np.int32]) -> Path:
-    """Return a binary STL file of some triangles; the same one for the same triangles.
+    """Write triangles to a cached binary STL file, and return its path.
 
     Args:
         vertices: Corners, (n, 3), in metres.
@@ -42,7 +42,7 @@ def exported_stl(vertices: npt.NDArray[np.float32], faces: npt.NDArray[np.int32]
 
 
 def unit_ball() -> Path:
-    """Return an STL file of a ball of radius 1 m: scaled, it is an ellipsoid.
+    """Return an STL file of a unit sphere.
 
     Raises:
         OSError: The cache cannot be written.
@@ -64,7 +64,7 @@ def unit_ball() -> Path:
 
 
 def unit_cone() -> Path:
-    """Return an STL file of a cone along z, 1 m of radius and of height, its middle at the origin.
+    """Return an STL file of a cone of radius and height 1 m, centred at the origin.
 
     Raises:
         OSError: The cache cannot be written.

@@ -32,7 +32,7 @@ _PLAIN_BIASES = frozenset(map(int, (mujoco.mjtBias.mjBIAS_NONE, mujoco.mjtBias.m
 
 @dataclass(frozen=True, slots=True)
 class JointActuator:
-    """An actuator of the file that a joint is commanded by.
+    """Actuator of an MJCF file that commands a joint.
 
     Its control is ``scale * command + offset``.
 
@@ -78,7 +78,7 @@ def file_mimics(model: Any) -> dict[str, Mimic]:
 
 # Any: as above.
 def joint_actuators(model: Any) -> tuple[list[JointActuator], list[str]]:
-    """The actuators that a joint can be commanded by.
+    """Return the actuators that can command joints.
 
     Returns:
         The actuators, at most one for each interface of a joint, and a sentence for each other.

@@ -25,7 +25,7 @@ _COLOURS = int(mujoco.mjtCamOutBit.mjCAMOUT_RGB)
 
 
 def camera_tags(mjcf: Mjcf) -> tuple[list[etree._Element], list[str]]:
-    """The cameras that are fixed to the robot or the world.
+    """Return the cameras of an MJCF file as ``<sensor>`` tags.
 
     Returns:
         A ``<gazebo>`` for each, and a sentence for each other.

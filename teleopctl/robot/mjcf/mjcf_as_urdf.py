@@ -155,7 +155,7 @@ def _add_ball(robot: etree._Element, name: str, links: tuple[str, str], place: T
 
 
 def ball_turns(name: str) -> tuple[str, ...]:
-    """The names of the three joints that a ball joint is in URDF."""
+    """Return the names of the three joints that replace a ball joint in URDF."""
     return tuple(f"{name}_{axis}" for axis in _AXES)
 
 

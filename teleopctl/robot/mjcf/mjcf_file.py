@@ -28,7 +28,7 @@ _HOME = "home"
 # Any stands for MuJoCo's types, here and elsewhere: they have no static ones.
 @dataclass(frozen=True)
 class Mjcf:
-    """An MJCF file.
+    """A compiled MJCF file.
 
     Attributes:
         path: The file.
@@ -52,7 +52,7 @@ class Mjcf:
         return WORLD
 
     def bodies(self) -> list[int]:
-        """The bodies of the robot, parents before children."""
+        """Bodies of the robot, parents before children."""
         m = self.model
         return [body for body in range(1, m.nbody) if int(m.body_rootid[body]) in self.tops]
 
@@ -71,7 +71,7 @@ class Mjcf:
         return WORLD, transform(data.xpos[body], data.xquat[body])
 
     def start(self) -> Any:
-        """A ``mujoco.MjData`` at the start: in the keyframe ``home``, else with all joints at 0."""
+        """Return MuJoCo's data in the initial state: keyframe ``home``, else zero positions."""
         data = mujoco.MjData(self.model)
         if self.home >= 0:
             mujoco.mj_resetDataKeyframe(self.model, data, self.home)
@@ -79,7 +79,7 @@ class Mjcf:
         return data
 
     def keyframes(self) -> dict[str, Any]:
-        """A ``mujoco.MjData`` in each keyframe that has a name."""
+        """Return MuJoCo's data in each named keyframe."""
         found = {}
         for number in range(self.model.nkey):
             if name := self.model.key(number).name:
@@ -89,7 +89,7 @@ class Mjcf:
 
 
 def load_mjcf(path: Path) -> Mjcf:
-    """Read an MJCF file with all that it includes.
+    """Read an MJCF file and its includes.
 
     Raises:
         InvalidDescriptionError: MuJoCo does not accept it or would take too much for it, or there
@@ -116,7 +116,7 @@ def load_mjcf(path: Path) -> Mjcf:
 
 
 def free_joint(model: Any, body: int) -> int | None:
-    """The number of the free joint that a body hangs on, or None."""
+    """Return the index of a body's free joint, or None."""
     first = int(model.body_jntadr[body])
     has_one = int(model.body_jntnum[body]) == 1 and model.jnt_type[first] == _FREE
     return first if has_one else None
@@ -130,7 +130,7 @@ def sensor_type(kind: Any) -> str:
 
 
 def joints_of(model: Any, body: int) -> range:
-    """The numbers of the joints between a body and its parent, in the order in which they act."""
+    """Return the indices of the joints between a body and its parent."""
     first = int(model.body_jntadr[body])
     return range(first, first + int(model.body_jntnum[body]))
 

@@ -71,7 +71,7 @@ _Z_FORWARD = Transform(rotation=quaternion_from_rpy(0.0, -math.pi / 2.0, 0.0))
 
 
 def sensor_tags(mjcf: Mjcf) -> tuple[list[etree._Element], list[str]]:
-    """The cameras and sensors of a file.
+    """Return the cameras and sensors of an MJCF file as ``<sensor>`` tags.
 
     Returns:
         The elements of a URDF that they are, links of their frames among them, and a sentence for

@@ -23,7 +23,7 @@ _READ_BY_ALL = (".stl", ".obj")
 
 
 def add_shapes(link: etree._Element, mjcf: Mjcf, body: int) -> list[str]:
-    """Add a body's shapes to its link: those that are drawn, and those that touch.
+    """Add a body's visual and collision shapes to its link.
 
     Returns:
         A sentence for each that URDF has no shape for.

@@ -78,7 +78,7 @@ class _Reading:
         self._attached: dict[str, float] = {}
 
     def check(self, path: Path) -> float:
-        """Look at a file; returns how many elements it has, with all copies."""
+        """Check a file; return its number of elements, with all copies."""
         if path in self._seen:
             return 0.0  # MuJoCo includes no file twice
         self._seen.add(path)
@@ -89,7 +89,7 @@ class _Reading:
         return 0.0 if root is None else self.look(root, path)
 
     def look(self, root: etree._Element, path: Path) -> float:
-        """Look at a document; returns how many elements it has, with all copies."""
+        """Check a document; return its number of elements, with all copies."""
         for model in root.iter("model"):
             if file := model.get("file"):
                 self._attached[model.get("name") or Path(file).stem] = self._included(file, path)

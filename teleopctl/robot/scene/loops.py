@@ -26,7 +26,7 @@ _HALF = 0.05
 
 @dataclass(frozen=True, slots=True)
 class Loop:
-    """A joint that closes a loop.
+    """A joint that closes a kinematic loop.
 
     Attributes:
         name: Its name.
@@ -46,7 +46,7 @@ class Loop:
 
     @property
     def anchors(self) -> list[Vector3]:
-        """The points of the child, in its frame, that stay where they are in the parent.
+        """Return the points of the child that are fixed in the parent.
 
         A hinge has two, on its axis; where the links are fixed to each other there is none.
         """
@@ -117,7 +117,7 @@ def _reversed(joint: SceneJoint) -> SceneJoint:
 
 
 def loops_path(loop: Loop, joints: Mapping[str, tuple[str, str]]) -> list[str]:
-    """The joints of the tree between the two links of a loop, the nearest to the root first.
+    """Return the tree's joints between the two links of a loop, from the root outward.
 
     Args:
         loop: The joint that closes it.
@@ -138,7 +138,7 @@ def loops_path(loop: Loop, joints: Mapping[str, tuple[str, str]]) -> list[str]:
 
 
 def loop_of(joint: SceneJoint, child: Transform) -> Loop | None:
-    """A joint of SDF as one that closes a loop; None for one that slides, which cannot.
+    """Return an SDF joint as a loop joint; None for prismatic ones, which cannot be.
 
     Args:
         joint: The joint.
@@ -168,7 +168,7 @@ def add_loop(robot: Any, loop: Loop) -> None:
 
 
 def read_loops(gazebo: Any) -> list[Loop]:
-    """Read the joints in a ``<gazebo>`` of the whole robot.
+    """Read the loop joints in a ``<gazebo>`` element.
 
     Raises:
         InvalidDescriptionError: One has no name or links, a pose or an axis that is none, or a

@@ -25,7 +25,7 @@ WORLD = "world"
 
 @dataclass(frozen=True, slots=True)
 class SceneShape:
-    """A shape of a body.
+    """Shape of a body.
 
     Attributes:
         kind: What it is.
@@ -59,7 +59,7 @@ class SceneShape:
 
 @dataclass(frozen=True, slots=True)
 class SceneSensor:
-    """A sensor of a body or a joint.
+    """Sensor of a body or a joint.
 
     Attributes:
         element: Its ``<sensor>``, whose own pose does not count.
@@ -73,7 +73,7 @@ class SceneSensor:
 
 @dataclass(frozen=True, slots=True)
 class SceneInertial:
-    """Mass and moments of inertia.
+    """Mass and inertia.
 
     Attributes:
         mass: In kilograms.
@@ -88,7 +88,7 @@ class SceneInertial:
 
 @dataclass(frozen=True)
 class SceneBody:
-    """A rigid part of a model.
+    """Rigid body of a model.
 
     Attributes:
         name: Its name in the model.
@@ -112,7 +112,7 @@ class SceneBody:
 
 @dataclass(frozen=True)
 class SceneJoint:
-    """A joint of a model.
+    """Joint of a model.
 
     Attributes:
         name: Its name in the model.
@@ -182,7 +182,7 @@ class SceneModel:
 
 @dataclass(frozen=True, slots=True)
 class SceneLight:
-    """A light.
+    """Light of a world.
 
     Attributes:
         kind: What kind of one.

@@ -37,13 +37,13 @@ class Surface:
 
     @property
     def values(self) -> list[float]:
-        """Its numbers, in the order of the attributes."""
+        """Return the surface's numbers, in the order of the attributes."""
         return list(asdict(self).values())
 
 
 @dataclass(frozen=True, slots=True)
 class Across:
-    """Friction of a shape that is not the same in all directions.
+    """Direction-dependent friction of a shape.
 
     Attributes:
         coefficient: Its coefficient across the direction; along it, it has its usual one.

@@ -17,7 +17,7 @@ from teleopctl.errors import InvalidDescriptionError, did_you_mean
 
 @dataclass(frozen=True)
 class Entry:
-    """A value in a YAML file.
+    """A value in a YAML file, with its place.
 
     Attributes:
         path: The file.
@@ -38,12 +38,12 @@ class Entry:
         return f"is {shortened(repr(self.value))}"
 
     def refuse(self, words: str) -> InvalidDescriptionError:
-        """An error about this value."""
+        """Return an error about this value."""
         line = self.node.start_mark.line + 1
         return InvalidDescriptionError(f"{self.path}:{line}: {self.name} {words}")
 
     def entries(self, known: Iterable[str] | None = None) -> dict[str, Entry]:
-        """The entries of a mapping by their keys, of which only some may be known.
+        """Return the entries of a mapping; raise for unknown keys.
 
         Raises:
             InvalidDescriptionError: It is no mapping, or has a key that is not known.
@@ -67,7 +67,7 @@ class Entry:
         return found
 
     def items(self) -> list[Entry]:
-        """The entries of a list.
+        """Return the entries of a list.
 
         Raises:
             InvalidDescriptionError: It is none.
@@ -80,7 +80,7 @@ class Entry:
         ]
 
     def text(self) -> str:
-        """A text.
+        """Return the value as text.
 
         Raises:
             InvalidDescriptionError: It is none, or empty.
@@ -90,7 +90,7 @@ class Entry:
         return self.value
 
     def flag(self) -> bool:
-        """True or false.
+        """Return the value as a truth value.
 
         Raises:
             InvalidDescriptionError: It is neither.
@@ -100,7 +100,7 @@ class Entry:
         return self.value
 
     def number(self, *, positive: bool = False) -> float:
-        """A finite number.
+        """Return the value as a finite number.
 
         Raises:
             InvalidDescriptionError: It is none, or not positive where it is to be.
@@ -113,7 +113,7 @@ class Entry:
         return float(value)
 
     def numbers(self, *counts: int, positive: bool = False) -> tuple[float, ...]:
-        """Finite numbers, as many as one of the counts.
+        """Return the value as a list of finite numbers, of one of the given lengths.
 
         Raises:
             InvalidDescriptionError: They are not as many, or no such numbers.
@@ -126,7 +126,7 @@ class Entry:
 
 
 def read_entries(path: Path, text: str) -> Entry:
-    """Read a YAML document.
+    """Parse a YAML document.
 
     Raises:
         InvalidDescriptionError: It is none.

@@ -67,7 +67,7 @@ _Parts = list[SceneShape]
 
 
 def read_yaml_world(path: Path, text: str) -> Scene:
-    """Read a world of ours.
+    """Read a world in teleopctl's YAML format.
 
     Args:
         path: The file, beside which its meshes are.

@@ -26,7 +26,7 @@ class _Placed(NamedTuple):
 
 @dataclass
 class Frames:
-    """The frames of one model, or of a world, by name.
+    """Frames of a model or world, by name.
 
     Attributes:
         file: The file.

@@ -29,7 +29,7 @@ _FUEL = re.compile(r"https?://[^/]*(?:fuel|app)\.(?:gazebosim|ignitionrobotics)\
 
 
 def find_file(uri: str, folder: Path) -> Path:
-    """Return the file or the folder that a URI of an SDF file names.
+    """Return the file or folder of a URI in an SDF file.
 
     Args:
         uri: What stands in the file.
@@ -66,7 +66,7 @@ def find_file(uri: str, folder: Path) -> Path:
 
 
 def model_file(path: Path) -> Path:
-    """Return the SDF file of a model's folder: the newest one that its ``model.config`` names.
+    """Return the newest SDF file that a model folder's ``model.config`` names.
 
     Raises:
         NotFoundError: There is none.

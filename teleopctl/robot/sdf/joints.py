@@ -71,7 +71,7 @@ class Joints:
     between: list[SceneBody] = field(default_factory=list)
 
     def read(self, element: Any, links: Container[str]) -> None:
-        """Read what stands in a ``<model>``, but for gearboxes.
+        """Read the joints of a ``<model>``, except gearboxes.
 
         Args:
             element: The model.

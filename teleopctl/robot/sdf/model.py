@@ -35,7 +35,7 @@ _NO_PLUGIN = "__default__"
 # Any, here and below: elements of lxml, whose class has no types.
 @dataclass
 class Reading:
-    """One run through a file and all that it includes.
+    """Reads an SDF file with its includes.
 
     Attributes:
         remarks: What is left out.
@@ -48,7 +48,7 @@ class Reading:
     models: int = 0
 
     def include(self, file: SdfFile, element: Any, depth: int) -> SceneModel | None:
-        """Read what an ``<include>`` names; None for what cannot be had, which is noted.
+        """Read an ``<include>``; None, and a remark, if it cannot be found.
 
         Raises:
             InvalidDescriptionError: It is broken, or includes itself.
@@ -89,7 +89,7 @@ class Reading:
         )
 
     def open(self, path: Path) -> tuple[Any, SdfFile]:
-        """Read a file.
+        """Parse an included file.
 
         Raises:
             InvalidDescriptionError: It cannot be read, or is no SDF.

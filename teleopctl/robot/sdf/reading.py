@@ -35,11 +35,11 @@ class Remarks:
     own: dict[Path, dict[str, list[int]]] = field(default_factory=dict)
 
     def add(self, path: Path, line: int, words: str) -> None:
-        """Note that something is left out."""
+        """Record that an element is left out."""
         self.lines.setdefault((path, words), []).append(line)
 
     def add_own(self, path: Path, line: int, tag: str) -> None:
-        """Note what has no meaning but in Gazebo."""
+        """Record an element that concerns only Gazebo."""
         self.own.setdefault(path, {}).setdefault(tag, []).append(line)
 
     def sentences(self) -> tuple[str, ...]:
@@ -57,7 +57,7 @@ def _is_a_value(found: Finding) -> bool:
 # Any, here and below: elements of lxml, whose class has no types.
 @dataclass(frozen=True)
 class SdfFile:
-    """A file that is being read.
+    """An SDF file being read, with its remarks.
 
     Attributes:
         path: The file.
@@ -74,7 +74,7 @@ class SdfFile:
         return f"{self.path}:{element.sourceline}"
 
     def leave_out(self, element: Any, words: str = "is left out") -> None:
-        """Note that an element is left out."""
+        """Record that an element is left out."""
         name = element.get("name")
         named = f" '{name}'" if name and element.tag not in ("visual", "collision") else ""
         self.remarks.add(
@@ -99,7 +99,7 @@ class SdfFile:
                 self.leave_out(found.element)
 
     def numbers(self, element: Any, count: int) -> tuple[float, ...]:
-        """The numbers in an element.
+        """Return the numbers in an element.
 
         Raises:
             InvalidDescriptionError: They are not as many, or not finite.

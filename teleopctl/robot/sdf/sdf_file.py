@@ -57,7 +57,7 @@ def read_sdf(path: Path) -> Scene:
 
 
 def read_sdf_text(text: str, path: Path) -> Scene:
-    """Read what could stand in an SDF file.
+    """Read SDF text.
 
     Args:
         text: SDF.

@@ -24,7 +24,7 @@ _OF_THREE = {"box": "size", "ellipsoid": "radii"}
 
 # Any, here and below: elements of lxml, whose class has no types.
 def read_shape(file: SdfFile, element: Any, pose: Transform) -> SceneShape | None:
-    """Read a ``<visual>`` or a ``<collision>``; None for one that is left out.
+    """Read a ``<visual>`` or ``<collision>``; None if it is left out.
 
     Args:
         file: The file.

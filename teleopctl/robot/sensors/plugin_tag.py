@@ -8,7 +8,7 @@ from teleopctl.robot.elements import Element, required
 
 @dataclass(frozen=True, slots=True)
 class Plugin:
-    """A simulator's plug-in and its settings.
+    """Gazebo plug-in with its parameters.
 
     ``parameters`` maps the path of each element without children (``camera_name``,
     ``ros/remapping``) to the texts that stand there. ``line`` is where the tag stands in the

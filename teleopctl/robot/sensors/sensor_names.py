@@ -21,7 +21,7 @@ _NO_TOPIC = "__default_topic__"
 
 
 def ros_topic(name: str) -> str:
-    """A name of Gazebo's as ROS may have it: letters, digits and underscores between slashes."""
+    """Return a Gazebo name as a valid ROS topic name."""
     start = next((mark for mark in ("~/", "/") if name.startswith(mark)), "")
     return start + topic_name(name.removeprefix(start))
 
@@ -52,12 +52,12 @@ class RosNames:
 
     @property
     def has_plugin(self) -> bool:
-        """Whether a plug-in of ``gazebo_ros`` publishes what the sensor measures."""
+        """Whether a ``gazebo_ros`` plug-in publishes the sensor."""
         return self._plugin is not None
 
     @property
     def topic_decides(self) -> bool:
-        """Whether ``<topic>`` is the name, as in Gazebo, whose plug-ins need no file.
+        """Whether ``<topic>`` names the topic, as in new Gazebo.
 
         So it is where no plug-in of ``gazebo_ros`` is, or one that says nothing of ROS 2: it stands
         there for ROS 1.
@@ -73,7 +73,7 @@ class RosNames:
         return "" if self._plugin is None else self._plugin.filename
 
     def setting(self, *paths: str) -> str:
-        """The first text that the plug-in has at one of these paths."""
+        """Return the first text of the plug-in at one of these paths."""
         texts = () if self._plugin is None else map(self._plugin.parameter, paths)
         return next(filter(None, texts), "")
 

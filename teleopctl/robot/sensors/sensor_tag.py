@@ -41,7 +41,7 @@ _MOST_PIXELS = 16_384
 
 @dataclass(frozen=True, slots=True)
 class Camera:
-    """A pinhole camera with the distortion model ``plumb_bob``.
+    """Pinhole camera with the distortion model ``plumb_bob``.
 
     Its pixels are square, so that ``horizontal_fov`` and the size of the image decide all.
     ``intrinsics`` are fx, fy, cx, cy in pixels of ``<lens>``, or None; they win over the angles.
@@ -82,7 +82,7 @@ class ForceTorque:
 
 @dataclass(frozen=True, slots=True)
 class Sweep:
-    """Rays side by side in a plane: ``count`` of them from angle ``first`` to angle ``last``."""
+    """A lidar's rays in one plane: ``count`` from angle ``first`` to angle ``last``."""
 
     count: int = 1
     first: float = 0.0
@@ -109,7 +109,7 @@ class Rays:
 
 @dataclass(frozen=True, slots=True)
 class Noise:
-    """Gaussian noise on each value, with a bias that is drawn once and one that wanders.
+    """Gaussian noise with a constant and a drifting bias.
 
     The wandering bias is a Gauss-Markov process of deviation ``dynamic_bias_stddev`` and
     ``dynamic_bias_correlation_time`` in seconds. With a ``precision`` values are multiples of it.
@@ -126,7 +126,7 @@ class Noise:
 
 @dataclass(frozen=True, slots=True)
 class Sensor:
-    """A sensor on a link, its axes those of the link (x forward) displaced by ``pose``.
+    """Sensor of a link, at ``pose`` in the link's frame.
 
     A force-torque sensor may name a joint instead: ``link`` is the joint's child then. ``noise``
     has the path of the element that it stands in: ``imu/angular_velocity/x``, ``ray``. ``contact``
@@ -184,7 +184,7 @@ def read_sensor(element: Element, link: str) -> Sensor:
 
 
 def sensor_of_plugin(plugin: Plugin, children: Mapping[str, str]) -> Sensor | None:
-    """The sensor that a plug-in of the whole robot is: Gazebo classic's of forces and torques.
+    """Return the sensor that a robot-wide plug-in stands for: Gazebo classic's force-torque.
 
     Args:
         plugin: The plug-in.
@@ -349,7 +349,7 @@ def _read_pose(element: Element) -> Pose:
 def number_in(
     element: Element | None, tag: str, default: Default, *, finite: bool = True
 ) -> float | Default:
-    """Return a child's number; Gazebo takes it as text or as the attribute ``value``.
+    """Return a child's number, from its text or its attribute ``value``.
 
     Args:
         element: The element, if there is one.
@@ -381,7 +381,7 @@ def _required_number(element: Element, tag: str) -> float:
 
 
 def flag(element: Element, text: str) -> bool:
-    """Read ``true``, ``false``, ``1`` or ``0``.
+    """Parse ``true``, ``false``, ``1`` or ``0``.
 
     Raises:
         InvalidDescriptionError: When it is anything else.

@@ -44,7 +44,7 @@ _MOST_LINES = 5
 
 
 class Entry(NamedTuple):
-    """A tag or an attribute that is known.
+    """A known tag or attribute.
 
     Attributes:
         fate: What becomes of it.
@@ -219,7 +219,7 @@ def value_of(tag: etree._Element) -> str:
 
 
 def gazebos_own(tags: Mapping[str, list[int]]) -> str:
-    """One sentence for all tags that speak to Gazebo's window, drawing or solver alone.
+    """Return a sentence about all tags that concern only Gazebo's window, drawing or solver.
 
     Args:
         tags: Their lines.
@@ -229,7 +229,7 @@ def gazebos_own(tags: Mapping[str, list[int]]) -> str:
 
 
 def in_words(lines: list[int], most: int = _MOST_LINES) -> str:
-    """Lines of a file, of which only some are listed."""
+    """Return line numbers in words, at most some of them."""
     different = sorted({*lines})
     listed = ", ".join(map(str, different[:most]))
     more = len(different) - most
@@ -239,7 +239,7 @@ def in_words(lines: list[int], most: int = _MOST_LINES) -> str:
 
 
 def plain(name: object) -> str:
-    """A name without its namespace's address."""
+    """Return a tag's name without its XML namespace."""
     return str(name).rpartition("}")[2]
 
 

@@ -82,7 +82,7 @@ def unknown_tags(urdf: str) -> list[str]:
 
 
 def in_lines(lines: Mapping[str, list[int]]) -> list[str]:
-    """Sentences with the lines that each is about.
+    """Return sentences with the lines that each is about.
 
     Args:
         lines: By sentence.

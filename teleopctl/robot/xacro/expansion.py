@@ -64,7 +64,7 @@ _EXPRESSION_ERRORS = (
 
 
 class ExpandedXacro(NamedTuple):
-    """A xacro file, expanded.
+    """Expanded xacro text, with the files and lines it came from.
 
     Attributes:
         text: URDF.
@@ -150,7 +150,7 @@ def read_xacro(
 
 
 def over_budget(path: Path, error: Exception) -> TeleopctlError | None:
-    """Describe in one line what xacro was stopped in because it had no end in sight.
+    """Return a line about an expansion that exceeded its limits.
 
     Args:
         path: The file that was expanded.
@@ -164,13 +164,13 @@ def over_budget(path: Path, error: Exception) -> TeleopctlError | None:
 
 
 def is_safe(env: Mapping[str, str] = os.environ) -> bool:
-    """Whether descriptions are read in safe mode (``TELEOPCTL_SAFE=1``)."""
+    """Return whether descriptions are expanded in safe mode (``TELEOPCTL_SAFE=1``)."""
     return env.get(SAFE, "") not in ("", "0")
 
 
 @contextlib.contextmanager
 def bounded_xacro(*, safe: bool | None = None) -> Iterator[ModuleType]:
-    """Give the ``xacro`` package with our ``$(find …)`` and within the budget, for one file.
+    """Yield the ``xacro`` package with teleopctl's ``$(find …)`` and limits, for one file.
 
     Args:
         safe: As for `expand_xacro`.

@@ -51,7 +51,7 @@ _OPERATORS: dict[type[ast.operator], str] = {
 
 # Any, here and below: whatever values a file has.
 class BoundedPython:
-    """Evaluates the expressions of one file and of what it includes."""
+    """Evaluates Python expressions of xacro files, within limits."""
 
     def __init__(self) -> None:
         self._operations = 0

@@ -24,7 +24,7 @@ _LINES = re.compile(r"\bline (\d+(?:, \d+)*)")
 
 
 def in_files(sentence: str, places: Places) -> str:
-    """A sentence about lines of a text, with the places where they were written.
+    """Return a sentence with line numbers of the expanded text replaced by source places.
 
     Args:
         sentence: With ``line 3`` or ``line 3, 5``.
@@ -48,7 +48,7 @@ def _shown(path: Path) -> str:
 
 
 class NotedLines:
-    """The places of the elements that are being read.
+    """Source places of the elements that xacro reads.
 
     Attributes:
         files: By what the notes call them.
@@ -59,7 +59,7 @@ class NotedLines:
 
     # Any: documents of minidom, which xacro works on.
     def note(self, document: Any, path: Path) -> None:
-        """Note in each element of a document where it is.
+        """Record the source place in each element of a document.
 
         Args:
             document: What xacro has read.
@@ -78,7 +78,7 @@ class NotedLines:
 
     # Any: likewise.
     def take_out(self, document: Any) -> list[tuple[Path, int] | None]:
-        """The places of the elements of what was made, whose notes are taken out."""
+        """Remove the recorded places from a document, and return them by element."""
         found: list[tuple[Path, int] | None] = []
         for element in document.getElementsByTagName("*"):
             file, _, line = element.getAttribute(_NOTE).partition(":")
@@ -108,7 +108,7 @@ def noting_lines(xacro: ModuleType) -> Iterator[NotedLines]:
 
 
 def places_in(text: str, written: list[tuple[Path, int] | None]) -> dict[int, tuple[Path, int]]:
-    """The places of a text's lines.
+    """Map each line of an expanded text to the file and line it was written in.
 
     Args:
         text: XML.

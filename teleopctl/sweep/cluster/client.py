@@ -26,7 +26,7 @@ _RETURNS_WITHIN_S = 30.0
 
 
 class Cluster:
-    """The workers of a Dask scheduler. To be used in a ``with``.
+    """Client of a Dask scheduler and its workers. To be used in a ``with``.
 
     Args:
         address: The scheduler's, such as ``tcp://server:8786``.
@@ -97,7 +97,7 @@ class Cluster:
         on_begin: Callable[[], None],
         on_result: Callable[[RunResult], None],
     ) -> None:
-        """Do the runs of a sweep that are not done yet, those that failed once more.
+        """Execute the runs of a sweep that are not done.
 
         What comes of each is in its folder here, as if it had been done here. The runs of a worker
         that is lost are done again by others.

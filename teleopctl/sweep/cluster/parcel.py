@@ -37,7 +37,7 @@ class Parcel(NamedTuple):
     cwd: str
 
     def there(self, request: RunRequest, root: Path) -> RunRequest:
-        """A run with the paths of another machine.
+        """Return a run's request with the paths of a worker.
 
         Args:
             request: With the paths of this one.
@@ -62,7 +62,7 @@ class Parcel(NamedTuple):
 
 
 def make_parcel(file: Path, folder: Path | None, cwd: Path) -> tuple[Parcel, bytes]:
-    """Pack what the runs of a launch file need.
+    """Pack the files that the runs of a launch file need.
 
     Args:
         file: The launch file.
@@ -108,7 +108,7 @@ def not_sent(values: Iterable[str], parcel: Parcel, cwd: Path) -> list[str]:
 
 
 def pack(folder: Path) -> bytes:
-    """Pack what came of a run.
+    """Return a run's folder as an archive.
 
     Raises:
         RefusedError: It is too large to be sent back.
@@ -121,7 +121,7 @@ def pack(folder: Path) -> bytes:
 
 
 def unpack(data: bytes, folder: Path) -> None:
-    """Unpack into a folder."""
+    """Unpack an archive into a folder."""
     with tarfile.open(fileobj=io.BytesIO(data)) as archive:
         if hasattr(tarfile, "data_filter"):
             archive.extractall(folder, filter="data")

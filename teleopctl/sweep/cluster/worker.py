@@ -31,7 +31,7 @@ def versions() -> dict[str, str]:
 def do_run(
     fields: dict[str, Any], parcel: Parcel, data: bytes, sweep: str
 ) -> tuple[dict[str, Any], bytes]:
-    """Do a run.
+    """Execute a run on this worker.
 
     Args:
         fields: Those of a `RunRequest`, with the paths of whoever asks for it.
@@ -74,7 +74,7 @@ def stop_runs(sweep: str) -> None:
 
 # Any: a worker of Dask's, which gives itself.
 def forget_sweep(sweep: str, dask_worker: Any = None) -> None:
-    """Take away what was sent for a sweep that is over: a worker may be there for months."""
+    """Remove the files of a finished sweep from this worker."""
     with _lock:
         _sweeps.pop(sweep, None)
         home = Path(dask_worker.local_directory).absolute()

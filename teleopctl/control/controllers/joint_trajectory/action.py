@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 
 class FollowJointTrajectoryServer:
-    """The action server of one trajectory controller.
+    """Action server of a trajectory controller.
 
     A new goal ends the one before. Cancelling takes effect in the next update, which holds.
 
@@ -61,11 +61,11 @@ class FollowJointTrajectoryServer:
         )
 
     def close(self) -> None:
-        """Leave the graph."""
+        """Destroy the action server."""
         self._server.destroy()
 
     def abort_goal(self, error_string: str) -> None:
-        """Abort the goal that is being followed, if any; not for the control loop."""
+        """Abort the present goal, if any; not for the control loop."""
         goal, self._goal = self._goal, None
         if goal is not None:
             goal.abort(error_code=INVALID_GOAL, error_string=error_string)

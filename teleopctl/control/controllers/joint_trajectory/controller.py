@@ -78,7 +78,7 @@ class JointTrajectoryController(ControllerInterface):
         self._stale_parameters = True
 
     def on_configure(self) -> CallbackReturn | None:
-        """Read the parameters and open the topics."""
+        """Read the parameters and make the topics and the action."""
         try:
             self._settings = settings = read_settings(self.auto_declare)
             self._pids = [Pid(self._gains(joint)) for joint in settings.joints]
@@ -122,13 +122,13 @@ class JointTrajectoryController(ControllerInterface):
         return None
 
     def on_cleanup(self) -> None:
-        """Close the topics."""
+        """Destroy the topics and the action."""
         self._action.close()
         self._inputs.close()
         self._state_publisher.close()
 
     def command_interface_configuration(self) -> InterfaceConfiguration:
-        """Joint by joint, in the order of the parameters."""
+        """Return the command interfaces, joint by joint, in the order of the parameters."""
         settings = self._settings
         return InterfaceConfiguration(
             InterfaceConfigurationType.INDIVIDUAL,
@@ -140,7 +140,7 @@ class JointTrajectoryController(ControllerInterface):
         )
 
     def state_interface_configuration(self) -> InterfaceConfiguration:
-        """Joint by joint, in the order of the parameters; then the speed scaling."""
+        """Return the state interfaces, joint by joint, then the speed scaling."""
         settings = self._settings
         names = [f"{j}/{name}" for j in settings.joints for name in settings.state_interfaces]
         if settings.scaling_state_interface:
@@ -183,7 +183,7 @@ class JointTrajectoryController(ControllerInterface):
         self._outputs = CommandOutputs(settings, self.command_interfaces, self._pids)
 
     def on_restart(self) -> None:
-        """Hold where the joints have been put: old commands and start times mean nothing now."""
+        """Hold the joints' positions after the simulation's reset."""
         for pid in self._pids:
             pid.reset()
         self._has_command = False
@@ -193,7 +193,7 @@ class JointTrajectoryController(ControllerInterface):
         self._abort_goal(INVALID_GOAL, "The simulation was reset")
 
     def on_deactivate(self) -> None:
-        """Positions keep their command; everything that moves or pushes is set to zero."""
+        """Set all commands but positions to zero."""
         self._inputs.active = False
         self._action.abort_goal("Current goal cancelled during deactivate transition.")
         self._goal = None
@@ -210,7 +210,7 @@ class JointTrajectoryController(ControllerInterface):
         self._holding = True
 
     def update(self, time_ns: int, period: float) -> ReturnType | None:
-        """One step along the trajectory."""
+        """Command the trajectory's state at this time."""
         if self._stale_parameters:
             self._read_changed_parameters()
         positions = self._position_states.read()

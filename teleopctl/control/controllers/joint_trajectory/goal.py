@@ -27,7 +27,7 @@ class _Feedback(NamedTuple):
 
 
 class FollowedGoal(RealtimeServerGoalHandle):
-    """A goal with its tolerances.
+    """A goal with its tolerances, followed by the control loop.
 
     Args:
         handle: The goal's handle.

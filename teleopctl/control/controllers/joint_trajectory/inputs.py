@@ -31,7 +31,7 @@ _FAR_AHEAD = 60.0
 
 @dataclass(frozen=True)
 class Incoming:
-    """A checked trajectory on its way into the control loop.
+    """A validated trajectory for the control loop, with its goal.
 
     Attributes:
         points: Its points, given where the joints are commanded to be now.
@@ -58,18 +58,18 @@ class TrajectoryFollower(Protocol):
     params: ControllerInterfaceParams
 
     def get_node(self) -> Node:
-        """Its node."""
+        """Return the controller's node."""
 
     @property
     def speed_scaling(self) -> float:
-        """Factor on the speed of the trajectory."""
+        """Factor on the trajectory's speed."""
 
     @speed_scaling.setter
     def speed_scaling(self, factor: float) -> None: ...
 
     @property
     def nominal_period(self) -> float:
-        """Seconds between two updates."""
+        """Nominal time between two updates, in seconds."""
 
     def state_at(self, time_ns: int) -> TrajectoryPoint | None:
         """Return the trajectory's state at a time; None without a trajectory."""
@@ -133,13 +133,13 @@ class TrajectoryInputs:
         )
 
     def close(self) -> None:
-        """Leave the topics."""
+        """Destroy the subscriptions."""
         for subscription in self._subscriptions:
             self._node.destroy_subscription(subscription)
         self._node.destroy_service(self._service)
 
     def on_trajectory(self, message: Any) -> None:
-        """Check a trajectory and hand it to the control loop."""
+        """Validate a trajectory, and pass it to the control loop."""
         if not self.active:
             self._logger.warning("Controller is not active: the trajectory is ignored.")
         elif self.is_valid(message):
@@ -155,7 +155,7 @@ class TrajectoryInputs:
         return True
 
     def take(self, message: Any, goal: FollowedGoal | None = None) -> None:
-        """Hand a valid trajectory to the control loop.
+        """Pass a valid trajectory to the control loop.
 
         Args:
             message: The trajectory.
@@ -185,7 +185,7 @@ class TrajectoryInputs:
         self._incoming.append(incoming)
 
     def on_commands(self, message: Any) -> None:
-        """Turn bare positions into a trajectory that keeps to the velocity limits."""
+        """Convert position commands to a trajectory within the velocity limits."""
         if not self.active:
             self._logger.warning("Controller is not active: the command is ignored.")
             return
@@ -221,7 +221,7 @@ class TrajectoryInputs:
         )
 
     def on_speed_scaling(self, message: Any) -> None:
-        """Take a new speed factor over."""
+        """Set the speed scaling factor."""
         if message.factor < 0.0:
             self._logger.warning(f"Speed scaling factor {message.factor:g} is negative: ignored.")
             return

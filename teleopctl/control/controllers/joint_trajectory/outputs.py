@@ -52,7 +52,7 @@ class CommandOutputs:
         return {name: [o.value for o in outputs] for name, outputs in self._outputs.items()}
 
     def halt(self) -> None:
-        """Positions keep their command; everything that moves or pushes is set to zero."""
+        """Set all commands but positions to zero."""
         for name, outputs in self._outputs.items():
             if name != POSITION:
                 for output in outputs:
@@ -65,7 +65,7 @@ class CommandOutputs:
         velocity_errors: Sequence[float],
         period: float,
     ) -> None:
-        """Command a state of the trajectory.
+        """Write a trajectory's state to the command interfaces.
 
         Args:
             state: Where the trajectory will be at the next update.

@@ -43,7 +43,7 @@ class TrajectoryPoint:
 
     @classmethod
     def from_message(cls, point: PointLike, order: Iterable[int] | None = None) -> TrajectoryPoint:
-        """Copy a message, its joints in another order where ``order`` names the indices."""
+        """Return the point of a message, with joints reordered by ``order``."""
         indices = None if order is None else tuple(order)
 
         def take(values: Sequence[float]) -> list[float]:

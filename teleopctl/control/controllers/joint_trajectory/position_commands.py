@@ -24,7 +24,7 @@ class InvalidCommandError(Exception):
 
 
 def check(data: Sequence[float], joints: Sequence[str]) -> list[float]:
-    """The positions of a message.
+    """Return the positions of a command message; raise if they are invalid.
 
     Raises:
         InvalidCommandError: Their number is wrong, or one is not finite.
@@ -42,7 +42,7 @@ def check(data: Sequence[float], joints: Sequence[str]) -> list[float]:
 def clamp(
     positions: Sequence[float], joints: Sequence[str], limits: dict[str, JointLimits]
 ) -> tuple[list[float], dict[str, str]]:
-    """Bring positions into their joints' limits.
+    """Return positions clamped to the joints' limits.
 
     Returns:
         The positions, and by joint a sentence for each that had to be changed.
@@ -64,7 +64,7 @@ def to_trajectory(
     limits: dict[str, JointLimits],
     period: float,
 ) -> list[TrajectoryPoint]:
-    """One point that is reached at rest, as soon as the slowest joint's velocity limit allows.
+    """Return a one-point trajectory that respects the joints' velocity limits.
 
     Args:
         positions: Targets, rad or m.

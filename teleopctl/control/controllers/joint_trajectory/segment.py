@@ -13,7 +13,7 @@ from teleopctl.interfaces import NANOSECONDS_PER_SECOND
 
 
 class Segment:
-    """Interpolates from one point to the next.
+    """Interpolation between two trajectory points.
 
     Args:
         begin_ns: Time of the first end, nanoseconds on any clock.
@@ -60,7 +60,7 @@ class Segment:
         )
 
     def sample(self, time_ns: int) -> TrajectoryPoint:
-        """The state at a time, which is clamped into the segment."""
+        """Return the state at a time, clamped to the segment."""
         t = (time_ns - self._begin_ns) / NANOSECONDS_PER_SECOND
         t = min(max(t, 0.0), self._duration)
         if self._degree == 1:

@@ -36,7 +36,7 @@ T = TypeVar("T", bound="AllowableParameterValue")
 
 
 class ReadParameter(Protocol):
-    """Reads a parameter by name; the default gives the type."""
+    """Interface of a function that reads a parameter; the default gives the type."""
 
     def __call__(self, name: str, default: T, /) -> T:
         """The parameter's value, or the default where it has none."""
@@ -48,7 +48,7 @@ class InvalidSettingsError(Exception):
 
 @dataclass(frozen=True)
 class Settings:
-    """The parameters that are fixed while the controller is configured.
+    """Parameters that are fixed while the controller is configured.
 
     Attributes:
         joints: Joints of the trajectories.
@@ -94,19 +94,19 @@ class Settings:
 
     @property
     def judges_velocity(self) -> bool:
-        """Whether errors of velocity count; not where positions alone are commanded."""
+        """Whether velocity errors are checked: not for position commands alone."""
         return VELOCITY in self.state_interfaces and bool(
             {VELOCITY, EFFORT} & set(self.command_interfaces)
         )
 
     @property
     def uses_pid(self) -> bool:
-        """Whether commands come from a PID on the error."""
+        """Whether commands are computed by PIDs."""
         return set(self.command_interfaces) in ({VELOCITY}, {EFFORT})
 
 
 def read_settings(parameter: ReadParameter) -> Settings:
-    """Read the parameters and check that they fit together.
+    """Read and check the parameters.
 
     Raises:
         InvalidSettingsError: They do not.
@@ -198,7 +198,7 @@ def _check_interfaces(commands: tuple[str, ...], states: tuple[str, ...]) -> Non
 
 
 def read_tolerances(joints: tuple[str, ...], parameter: ReadParameter) -> Tolerances:
-    """The default tolerances of a controller's joints.
+    """Return the default tolerances of the joints.
 
     Args:
         joints: The joints.
@@ -217,7 +217,7 @@ def read_tolerances(joints: tuple[str, ...], parameter: ReadParameter) -> Tolera
 
 
 def read_gains(joint: str, parameter: ReadParameter) -> PidGains:
-    """PID gains of a joint.
+    """Return the PID gains of a joint.
 
     Args:
         joint: The joint.

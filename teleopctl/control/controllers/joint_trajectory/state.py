@@ -28,7 +28,7 @@ _FIELDS = {
 
 
 class MeasuredValues:
-    """One quantity of all joints: as measured, or as last measured where a value is missing.
+    """One quantity of all joints; missing values keep the last measured one.
 
     Args:
         interfaces: Where the values come from, joint by joint.
@@ -39,7 +39,7 @@ class MeasuredValues:
         self._last = [math.nan] * len(interfaces)
 
     def read(self) -> list[float]:
-        """The values now; not a number for a joint that has never been measured."""
+        """Return the present values; NaN for a joint that was never measured."""
         for index, interface in enumerate(self._interfaces):
             value = interface.value
             if math.isfinite(value):
@@ -67,7 +67,7 @@ class TrajectoryStatePublisher:
         self._realtime_publisher = RealtimePublisher(publish_queue, self._publish)
 
     def close(self) -> None:
-        """Remove the publisher."""
+        """Destroy the publisher."""
         self._node.destroy_publisher(self._publisher)
 
     def try_publish(
@@ -79,7 +79,7 @@ class TrajectoryStatePublisher:
         output: dict[str, list[float]],
         scaling: float,
     ) -> None:
-        """Hand the values of one update over.
+        """Publish the values of one update, outside of the control loop.
 
         Args:
             time_ns: Time of the update.

@@ -11,7 +11,7 @@ from teleopctl.interfaces import NANOSECONDS_PER_SECOND
 def stopping_points(
     positions: Sequence[float], velocities: Sequence[float], decelerations: Sequence[float]
 ) -> list[TrajectoryPoint]:
-    """Points of a trajectory on which each joint slows down at a constant rate.
+    """Return trajectory points on which each joint decelerates at a constant rate to rest.
 
     A joint at speed v stops after ``|v| / d`` seconds, ``v |v| / 2d`` further on. A point stands
     where a joint has stopped; the cubics in between are then the parabolas that are meant.

@@ -19,7 +19,7 @@ _SAME = 1.2e-7
 
 @dataclass(frozen=True, slots=True)
 class StateTolerance:
-    """Allowed error of one joint; 0 is "not checked".
+    """Allowed errors of one joint; 0 means unchecked.
 
     Attributes:
         position: rad or m.
@@ -34,7 +34,7 @@ class StateTolerance:
 
 @dataclass(frozen=True)
 class Tolerances:
-    """The tolerances that a trajectory is judged by.
+    """Tolerances of a trajectory.
 
     Attributes:
         path: Per joint, while the trajectory runs.
@@ -48,7 +48,7 @@ class Tolerances:
 
 
 class JointToleranceLike(Protocol):
-    """control_msgs/JointTolerance."""
+    """Interface of control_msgs/JointTolerance."""
 
     name: str
     position: float
@@ -69,7 +69,7 @@ class IllegalToleranceError(Exception):
 
 
 def tolerances_of_goal(defaults: Tolerances, goal: GoalLike, joints: Sequence[str]) -> Tolerances:
-    """The tolerances of one goal: its own where it has some, else the defaults.
+    """Return the tolerances of a goal: its own, else the defaults.
 
     Args:
         defaults: The controller's.
@@ -133,7 +133,7 @@ def _resolved(default: float, given: float) -> float:
 def tracking_error(
     desired: TrajectoryPoint, measured: TrajectoryPoint, wraparound: Sequence[bool]
 ) -> TrajectoryPoint:
-    """Desired minus measured; a quantity that is not known on both sides is empty.
+    """Return desired minus measured values; empty for quantities missing on either side.
 
     Args:
         desired: What is desired now.
@@ -161,7 +161,7 @@ def _differences(desired: Sequence[float], measured: Sequence[float]) -> list[fl
 def violation(
     tolerances: Sequence[StateTolerance], names: Sequence[str], errors: TrajectoryPoint
 ) -> str | None:
-    """The first error that exceeds its tolerance, in words, or None.
+    """Return a sentence about the first exceeded tolerance, or None.
 
     Args:
         tolerances: Per joint.
@@ -202,7 +202,7 @@ def judge(
     *,
     first: bool,
 ) -> tuple[Verdict, str]:
-    """Judge one update.
+    """Return whether an update aborts, ends or continues the goal.
 
     Args:
         tolerances: What is allowed.

@@ -169,7 +169,7 @@ class Trajectory:
 
 
 def integrate(begin: TrajectoryPoint, end: TrajectoryPoint, duration: float) -> None:
-    """Fill in the positions (and velocities) that ``end`` lacks, in place.
+    """Fill in missing positions and velocities of ``end`` by integration.
 
     Velocity and acceleration run linearly over the segment; those that ``begin`` lacks count as 0.
 
@@ -211,7 +211,7 @@ def shortest_way(
 
 
 def shortest_angle(begin: float, end: float) -> float:
-    """The rotation from one angle to another by the shortest way, rad; half a turn keeps its sign.
+    """Return the shortest rotation from one angle to another, rad.
 
     Args:
         begin: Angle, rad.

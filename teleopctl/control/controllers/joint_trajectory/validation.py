@@ -21,7 +21,7 @@ class HeaderLike(Protocol):
 
 
 class TrajectoryLike(Protocol):
-    """trajectory_msgs/JointTrajectory."""
+    """Interface of trajectory_msgs/JointTrajectory."""
 
     header: HeaderLike
     joint_names: Sequence[str]
@@ -52,7 +52,7 @@ class Rules:
 
 
 def validate(trajectory: TrajectoryLike, rules: Rules, now_ns: int) -> None:
-    """Check a trajectory.
+    """Raise if a trajectory violates the controller's rules.
 
     Args:
         trajectory: The message.
@@ -156,7 +156,7 @@ def _check_point(point: PointLike, index: int, names: list[str], rules: Rules) -
 def to_points(
     trajectory: TrajectoryLike, joints: Sequence[str], hold: Sequence[float]
 ) -> list[TrajectoryPoint]:
-    """The points in the controller's joint order; joints that are not named stay where they are.
+    """Return the points in the controller's joint order; missing joints hold.
 
     Args:
         trajectory: A valid trajectory.

@@ -40,7 +40,7 @@ class MobileBaseController(ControllerInterface):
     # -- what a kind of base says ------------------------------------------------------------------
 
     def read_parameters(self) -> None:
-        """Read what describes the base.
+        """Read the parameters of the base's geometry and interfaces.
 
         Raises:
             InvalidBaseError: It cannot be.
@@ -48,15 +48,15 @@ class MobileBaseController(ControllerInterface):
         raise NotImplementedError
 
     def read_timeout(self) -> float:
-        """Seconds for which a velocity counts; 0 is for ever."""
+        """Return the timeout of velocity commands in seconds; 0 is none."""
         return self.auto_declare(self.timeout_parameter, self.default_timeout)
 
     def command_names(self) -> Sequence[str]:
-        """Full names of its command interfaces."""
+        """Return the command interfaces."""
         raise NotImplementedError
 
     def feedback_names(self) -> Sequence[str]:
-        """Full names of the state interfaces that the odometry comes from."""
+        """Return the state interfaces for the odometry."""
         raise NotImplementedError
 
     def wanted_velocity(self, time_ns: int) -> BaseVelocity:
@@ -64,7 +64,7 @@ class MobileBaseController(ControllerInterface):
         return self._input.read(time_ns)
 
     def limit(self, velocity: BaseVelocity, period: float) -> BaseVelocity:
-        """The velocity that may be commanded; all of it by default."""
+        """Return the velocity that may be commanded; by default unlimited."""
         del period
         return velocity
 
@@ -79,7 +79,7 @@ class MobileBaseController(ControllerInterface):
         raise NotImplementedError
 
     def wheels(self, velocity: BaseVelocity) -> Sequence[float]:
-        """Values of the command interfaces that give a velocity."""
+        """Return the command interfaces' values for a velocity of the base."""
         raise NotImplementedError
 
     def commanded(self, time_ns: int, velocity: BaseVelocity) -> None:
@@ -88,12 +88,12 @@ class MobileBaseController(ControllerInterface):
     # -- life cycle --------------------------------------------------------------------------------
 
     def on_init(self) -> None:
-        """Declare the parameters that all of them have."""
+        """Declare the parameters that all mobile bases have."""
         self.auto_declare("open_loop", False)
         self.auto_declare("position_feedback", True)
 
     def on_configure(self) -> CallbackReturn | None:
-        """Read the parameters and open the topics."""
+        """Read the parameters and make the topics."""
         try:
             self.read_parameters()
         except InvalidBaseError as error:
@@ -116,12 +116,12 @@ class MobileBaseController(ControllerInterface):
         return None
 
     def on_cleanup(self) -> None:
-        """Close the topics."""
+        """Destroy the topics."""
         self._input.close()
         self._publisher.close()
 
     def command_interface_configuration(self) -> InterfaceConfiguration:
-        """The wheels."""
+        """Return the command interfaces of the wheels."""
         return InterfaceConfiguration(InterfaceConfigurationType.INDIVIDUAL, self.command_names())
 
     def state_interface_configuration(self) -> InterfaceConfiguration:
@@ -132,11 +132,11 @@ class MobileBaseController(ControllerInterface):
 
     @property
     def feedback_type(self) -> str:
-        """The quantity that is measured of driven wheels."""
+        """Kind of state interface of the driven wheels: position or velocity."""
         return POSITION if self.auto_declare("position_feedback", True) else VELOCITY
 
     def on_activate(self) -> None:
-        """Stand still."""
+        """Set the base to rest."""
         self._input.forget()
         self._publisher.restart()
         self._last: list[float] | None = None
@@ -148,7 +148,7 @@ class MobileBaseController(ControllerInterface):
         self.on_activate()
 
     def on_deactivate(self) -> None:
-        """Halt."""
+        """Stop the wheels."""
         self._input.active = False
         for interface, value in zip(
             self.command_interfaces, self.wheels(BaseVelocity()), strict=True

@@ -22,7 +22,7 @@ class ChainableBase(MobileBaseController, ChainableControllerInterface):
     references: ClassVar[Sequence[str]] = ("linear", "angular")
 
     def on_export_reference_interfaces_list(self) -> list[CommandInterface]:
-        """The components of the velocity."""
+        """Return the reference interfaces of the velocity's components."""
         return [CommandInterface(f"{self.name}/{part}", VELOCITY) for part in self.references]
 
     def wanted_velocity(self, time_ns: int) -> BaseVelocity:

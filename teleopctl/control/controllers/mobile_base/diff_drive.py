@@ -23,7 +23,7 @@ class DiffDriveController(ChainableBase):
     """
 
     def read_parameters(self) -> None:
-        """Read what describes the base."""
+        """Read the parameters of the base's geometry and interfaces."""
         read = self.auto_declare
         no_names: list[str] = []
         self._left: list[str] = read("left_wheel_names", no_names)
@@ -60,7 +60,7 @@ class DiffDriveController(ChainableBase):
         return [f"{wheel}/{self.feedback_type}" for wheel in (*self._left, *self._right)]
 
     def on_configure(self) -> CallbackReturn | None:
-        """Open the topic of limited velocities too."""
+        """Read the parameters and make the topics, with that of limited velocities."""
         outcome = super().on_configure()
         self._limited: Any = None
         if outcome is None and self.auto_declare("publish_limited_velocity", False):
@@ -74,26 +74,26 @@ class DiffDriveController(ChainableBase):
         return outcome
 
     def on_cleanup(self) -> None:
-        """Close the topics."""
+        """Destroy the topics."""
         super().on_cleanup()
         if self._limited is not None:
             self.get_node().destroy_publisher(self._limited)
 
     def on_activate(self) -> None:
-        """Stand still."""
+        """Set the base to rest."""
         super().on_activate()
         self._linear.reset()
         self._angular.reset()
 
     def limit(self, velocity: BaseVelocity, period: float) -> BaseVelocity:
-        """Both speeds within their limits."""
+        """Return the velocity limited in both components."""
         return BaseVelocity(
             self._linear.limit(velocity.x, period),
             angular=self._angular.limit(velocity.angular, period),
         )
 
     def moved(self, values: Sequence[float], last: Sequence[float], period: float) -> BaseVelocity:
-        """By the means of both sides."""
+        """Return the displacement of the base by the mean of each side's wheels."""
         if self._by_position:
             turned = [now - before for now, before in zip(values, last, strict=True)]
         else:
@@ -104,14 +104,14 @@ class DiffDriveController(ChainableBase):
         return BaseVelocity((left + right) / 2.0, angular=(right - left) / self._separation)
 
     def wheels(self, velocity: BaseVelocity) -> Sequence[float]:
-        """Wheel speeds, rad/s."""
+        """Return the wheel velocities, rad/s."""
         half = velocity.angular * self._separation / 2.0
         left = (velocity.x - half) / self._left_radius
         right = (velocity.x + half) / self._right_radius
         return [left] * len(self._left) + [right] * len(self._right)
 
     def commanded(self, time_ns: int, velocity: BaseVelocity) -> None:
-        """Publish what has been commanded."""
+        """Publish the commanded velocity."""
         if self._limited is not None:
             self._realtime_limited.try_publish((time_ns, velocity))
 

@@ -38,7 +38,7 @@ class MecanumDriveController(ChainableBase):
     references = ("linear/x", "linear/y", "angular/z")
 
     def read_parameters(self) -> None:
-        """Read what describes the base."""
+        """Read the parameters of the base's geometry and interfaces."""
         read = self.auto_declare
         self._joints = [read(f"{wheel}_wheel_command_joint_name", "") for wheel in _WHEELS]
         for wheel, joint in zip(_WHEELS, self._joints, strict=True):
@@ -70,7 +70,7 @@ class MecanumDriveController(ChainableBase):
             raise InvalidBaseError(str(error)) from None
 
     def on_configure(self) -> CallbackReturn | None:
-        """Open the topic of its state too."""
+        """Read the parameters and make the topics, with that of the controller's state."""
         outcome = super().on_configure()
         if outcome is None:
             # Any: message classes are made at run time. Made once and filled anew each time.
@@ -81,12 +81,12 @@ class MecanumDriveController(ChainableBase):
         return outcome
 
     def on_cleanup(self) -> None:
-        """Close the topics."""
+        """Destroy the topics."""
         super().on_cleanup()
         self.get_node().destroy_publisher(self._state_publisher)
 
     def commanded(self, time_ns: int, velocity: BaseVelocity) -> None:
-        """Publish the wheels' speeds and what has been commanded."""
+        """Publish the wheels' velocities and the commanded velocity."""
         speeds = [state.value for state in self.state_interfaces]
         self._realtime_state.try_publish((time_ns, speeds, velocity))
 
@@ -102,13 +102,13 @@ class MecanumDriveController(ChainableBase):
         self._state_publisher.publish(message)
 
     def on_activate(self) -> None:
-        """Stand still."""
+        """Set the base to rest."""
         super().on_activate()
         for limiter in self._limiters:
             limiter.reset()
 
     def command_names(self) -> Sequence[str]:
-        """Velocities: front left, front right, rear right, rear left."""
+        """Return the velocity interfaces: front left, front right, rear right, rear left."""
         return [f"{joint}/{VELOCITY}" for joint in self._joints]
 
     def feedback_names(self) -> Sequence[str]:
@@ -116,7 +116,7 @@ class MecanumDriveController(ChainableBase):
         return [f"{joint}/{VELOCITY}" for joint in self._states]
 
     def limit(self, velocity: BaseVelocity, period: float) -> BaseVelocity:
-        """Each component within its limits."""
+        """Return the velocity limited in each component."""
         return BaseVelocity(
             *(
                 limiter.limit(value, period)
@@ -137,7 +137,7 @@ class MecanumDriveController(ChainableBase):
         )
 
     def wheels(self, velocity: BaseVelocity) -> Sequence[float]:
-        """Wheel speeds, rad/s."""
+        """Return the wheel velocities, rad/s."""
         turn = velocity.angular * self._reach
         return [
             (velocity.x + sideways * velocity.y + turning * turn) / self._radius

@@ -12,7 +12,7 @@ _SHORTEST_STEP = 1e-4
 
 
 class Odometry:
-    """Pose of a base in the plane, in its odometry frame, and its speeds.
+    """Integrated pose and velocity of a base, in the odometry frame.
 
     Args:
         window: How many steps the speeds are averaged over.
@@ -37,7 +37,7 @@ class Odometry:
         self._steps.clear()
 
     def advance(self, forwards: float, turned: float, period: float, sideways: float = 0.0) -> None:
-        """Go on along an arc.
+        """Advance the pose along an arc.
 
         Args:
             forwards: Length along the base's x axis, m.

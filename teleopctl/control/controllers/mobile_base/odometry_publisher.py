@@ -17,7 +17,7 @@ _ROWS = 6
 
 
 class OdometryPublisher:
-    """Publishes odometry at a rate of the controller's time.
+    """Publishes odometry and its transform at a rate of the controller's time.
 
     It reads the controller's parameters ``odom_frame_id``, ``base_frame_id``, ``tf_frame_prefix``
     and ``tf_frame_prefix_enable``, ``pose_covariance_diagonal``, ``twist_covariance_diagonal`` and
@@ -61,7 +61,7 @@ class OdometryPublisher:
         self.restart()
 
     def close(self) -> None:
-        """Leave the topics."""
+        """Destroy the publishers."""
         for publisher in self._publishers:
             self._node.destroy_publisher(publisher)
 
@@ -70,7 +70,7 @@ class OdometryPublisher:
         self._due_ns = 0
 
     def try_publish(self, time_ns: int, odometry: Odometry) -> None:
-        """Hand the odometry over, if it is due."""
+        """Publish the odometry if it is due, outside of the control loop."""
         if time_ns < self._due_ns:
             return
         # Keeps the rate in the mean, also where it is no divisor of the controller's.

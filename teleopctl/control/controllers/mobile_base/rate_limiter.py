@@ -36,7 +36,7 @@ class RateLimits:
 
 
 class RateLimiter:
-    """Keeps a speed within limits, by what it was before.
+    """Limits a speed, its acceleration and its jerk.
 
     Args:
         limits: The limits.
@@ -47,11 +47,11 @@ class RateLimiter:
         self.reset()
 
     def reset(self) -> None:
-        """Begin at rest."""
+        """Reset to rest."""
         self._last = self._before = 0.0
 
     def limit(self, speed: float, period: float) -> float:
-        """The speed that may be commanded now.
+        """Return the limited speed.
 
         Args:
             speed: What is wanted.
@@ -79,7 +79,7 @@ def _clamp(value: float, lowest: float, highest: float) -> float:
 
 
 def read_limits(controller: ControllerInterface, prefix: str) -> RateLimits:
-    """The limits that a controller's parameters ``<prefix>.max_velocity`` and so on set.
+    """Return the limits in a controller's parameters ``<prefix>.max_velocity`` and so on.
 
     Not a number is "no limit"; what is left out follows from its counterpart. The switches
     ``has_velocity_limits`` and so on of older parameter files count, and their

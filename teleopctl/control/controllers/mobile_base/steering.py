@@ -30,7 +30,7 @@ class _SteeringController(ChainableBase):
     steered_wheels: ClassVar[int] = 1
 
     def read_parameters(self) -> None:
-        """Read what describes the base, by the present names or by those of older files."""
+        """Read the parameters of the base, by their present or older names."""
         front = self.auto_declare("front_steering", True)
         driven, steered = ("rear", "front") if front else ("front", "rear")
         self._driven = self._joints("traction_joints_names", driven, self.driven_wheels)
@@ -90,7 +90,7 @@ class _SteeringController(ChainableBase):
         ]
 
     def on_activate(self) -> None:
-        """Stand still, with the wheels where they are straight."""
+        """Set the base to rest, with straight wheels."""
         super().on_activate()
         self._angles = [0.0] * self.steered_wheels
 
@@ -118,7 +118,7 @@ class _SteeringController(ChainableBase):
         ) / len(angles)
 
     def wheels(self, velocity: BaseVelocity) -> Sequence[float]:
-        """Wheel speeds, rad/s, and steering angles, rad; at rest the wheels stay turned."""
+        """Return wheel velocities (rad/s) and steering angles (rad); at rest the angles stay."""
         if velocity.x != 0.0 or velocity.angular != 0.0:
             self._angles = self._steering(velocity)
         half = velocity.angular * self._driven_track / 2.0

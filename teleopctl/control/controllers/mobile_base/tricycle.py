@@ -31,12 +31,12 @@ class TricycleController(MobileBaseController):
     default_publish_rate = 0.0
 
     def on_init(self) -> None:
-        """Declare what has another default than elsewhere."""
+        """Declare the parameters with defaults of their own."""
         super().on_init()
         self.auto_declare("enable_odom_tf", False)
 
     def on_configure(self) -> CallbackReturn | None:
-        """Offer to reset the odometry too."""
+        """Read the parameters, and make the topics and the reset service."""
         outcome = super().on_configure()
         self._resets = False
         if outcome is None:
@@ -46,7 +46,7 @@ class TricycleController(MobileBaseController):
         return outcome
 
     def on_cleanup(self) -> None:
-        """Close the topics and the service."""
+        """Destroy the topics and the service."""
         super().on_cleanup()
         self.get_node().destroy_service(self._service)
 
@@ -64,11 +64,11 @@ class TricycleController(MobileBaseController):
         return super().update(time_ns, period)
 
     def read_timeout(self) -> float:
-        """Seconds; the parameter has milliseconds."""
+        """Return the timeout in seconds; the parameter is in milliseconds."""
         return self.auto_declare("cmd_vel_timeout", 500) / 1000.0
 
     def read_parameters(self) -> None:
-        """Read what describes the base."""
+        """Read the parameters of the base's geometry and interfaces."""
         read = self.auto_declare
         self._traction, self._steering = (
             read(name, "") for name in ("traction_joint_name", "steering_joint_name")
@@ -106,30 +106,30 @@ class TricycleController(MobileBaseController):
         return math.inf if math.isnan(value) else value
 
     def command_names(self) -> Sequence[str]:
-        """Speed and angle of the wheel."""
+        """Return the wheel's velocity and the steering's position interface."""
         return [f"{self._traction}/{VELOCITY}", f"{self._steering}/{POSITION}"]
 
     feedback_names = command_names
 
     def on_activate(self) -> None:
-        """Stand still, straight ahead."""
+        """Set the base to rest, with a straight wheel."""
         super().on_activate()
         self._speed_limiter.reset()
         self._angle_limiter.reset()
         self._angle = 0.0
 
     def on_deactivate(self) -> None:
-        """Halt at once."""
+        """Stop the wheel at once."""
         self._speed_limiter.reset()
         super().on_deactivate()
 
     def limit(self, velocity: BaseVelocity, period: float) -> BaseVelocity:
-        """All of it: the wheel itself is limited."""
+        """Return the velocity unchanged: the wheel itself is limited."""
         self._period = period
         return velocity
 
     def moved(self, values: Sequence[float], last: Sequence[float], period: float) -> BaseVelocity:
-        """By what the wheel has rolled in its direction."""
+        """Return the displacement of the base by the wheel's rotation and direction."""
         del last
         rolled = values[0] * period * self._radius
         return BaseVelocity(
@@ -137,7 +137,7 @@ class TricycleController(MobileBaseController):
         )
 
     def wheels(self, velocity: BaseVelocity) -> Sequence[float]:
-        """Speed and angle of the wheel, rad/s and rad; at rest it stays turned."""
+        """Return wheel velocity (rad/s) and steering angle (rad); at rest the angle stays."""
         sideways = velocity.angular * self._wheelbase
         if velocity.x != 0.0 or sideways != 0.0:
             backwards = velocity.x < 0.0

@@ -30,7 +30,7 @@ _REST = BaseVelocity()
 
 
 class VelocityInput:
-    """Subscribes to velocities; one that is too old means rest.
+    """Subscription to velocity commands; an outdated command means rest.
 
     Args:
         controller: Whose topic it is.
@@ -63,15 +63,15 @@ class VelocityInput:
             )
 
     def close(self) -> None:
-        """Leave the topic."""
+        """Destroy the subscription."""
         self._node.destroy_subscription(self._subscription)
 
     def forget(self) -> None:
-        """Stand still until the next velocity comes."""
+        """Drop the last command."""
         self._latest: tuple[int, BaseVelocity] | None = None
 
     def read(self, time_ns: int) -> BaseVelocity:
-        """The velocity that counts at a time."""
+        """Return the valid velocity at a time."""
         latest = self._latest
         if latest is None:
             return _REST
