@@ -43,7 +43,7 @@ def runtime_dir(env: Mapping[str, str] = os.environ) -> Path:
 
 
 def logs_dir(env: Mapping[str, str] = os.environ) -> Path:
-    """Return the folder of log files: ``ROS_LOG_DIR``, else ``ROS_HOME/log``, else ``~/.ros/log``."""
+    """Return the log folder: ``ROS_LOG_DIR``, ``ROS_HOME/log`` or ``~/.ros/log``."""
     from pathlib import Path
 
     chosen = env.get("ROS_LOG_DIR")

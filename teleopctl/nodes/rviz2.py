@@ -119,7 +119,7 @@ def add_page_options(parser: argparse.ArgumentParser) -> None:
         "--token-file",
         type=lambda file: Path(file).expanduser(),
         metavar="FILE",
-        help="file of the token that the page asks for, made where it is missing",
+        help="file of the page's access token; created if missing",
     )
     parser.add_argument("--token", action=_NoToken, help=argparse.SUPPRESS)
     parser.add_argument("--open", action="store_true", help="open the page in the browser")

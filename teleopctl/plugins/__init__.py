@@ -55,7 +55,7 @@ _VERBS = {
     "wtf": ("doctor:GROUP", "The same as doctor."),
     "multicast": ("multicast:GROUP", "Send and receive datagrams to many machines."),
     "plugin": ("extensions:PLUGIN", "List plug-ins by their packages."),
-    "extensions": ("extensions:EXTENSIONS", "List plug-ins, ours and strangers'."),
+    "extensions": ("extensions:EXTENSIONS", "List plug-ins, built-in and installed ones."),
     "extension_points": ("extensions:EXTENSION_POINTS", "List the kinds of plug-ins."),
     "daemon": ("daemon:GROUP", "Manage the router that introduces nodes to each other."),
     "completion": ("completion:GROUP", "Print the completion script of a shell."),

@@ -101,7 +101,7 @@ def test_a_short_command_loads_little(line, most_modules, latched):
 def test_a_question_about_a_parameter_takes_no_node(latched):
     _, modules = loaded_after(["param", "get", "/test", "use_sim_time"], latched.env)
     assert not any(name.startswith("teleopctl.node.endpoints") for name in modules)
-    assert modules.isdisjoint({"teleopctl.node.context", "teleopctl.node.values", "threading"})
+    assert modules.isdisjoint({"teleopctl.node.context", "teleopctl.node.values.qos", "threading"})
 
 
 @pytest.mark.parametrize("line", ["bag --help", "bag list storage"])

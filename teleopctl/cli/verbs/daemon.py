@@ -13,7 +13,9 @@ GROUP = Group(
     {
         "start": Verb(f"{__name__}:start", "Start the daemon if it is not running."),
         "stop": Verb(f"{__name__}:stop", "Stop the daemon if it is running."),
-        "status": Verb(f"{__name__}:status", "Tell whether the daemon is running, and where."),
+        "status": Verb(
+            f"{__name__}:status", "Print whether the daemon is running, and its addresses."
+        ),
     },
 )
 

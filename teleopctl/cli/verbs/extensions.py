@@ -14,7 +14,7 @@ from teleopctl.cli.verb import Group, Option, Verb
 from teleopctl.errors import NotFoundError, did_you_mean
 from teleopctl.plugins import Kind, Plugin
 
-EXTENSIONS = Verb(f"{__name__}:list_extensions", "List plug-ins, ours and strangers'.")
+EXTENSIONS = Verb(f"{__name__}:list_extensions", "List plug-ins, built-in and installed ones.")
 EXTENSION_POINTS = Verb(f"{__name__}:list_extension_points", "List the kinds of plug-ins.")
 PLUGIN = Group(
     "List plug-ins by their packages.",
@@ -32,7 +32,7 @@ Verbose = Annotated[bool, Option("-v", "--verbose", help="Show where each one is
 def list_extensions(
     show_all: ShowAll = False, verbose: Verbose = False, as_json: AsJson = False
 ) -> None:
-    """List plug-ins, ours and strangers'.
+    """List plug-ins, built-in and installed ones.
 
     Each one but programs is imported, to tell those that can be loaded; that takes a while.
     """

@@ -32,7 +32,7 @@ def stop(
         list[str] | None,
         Argument(
             metavar="NAME",
-            help="As `teleopctl ps` lists them, or nodes; without one it asks whether to stop all.",
+            help="Names as in `teleopctl ps`, or nodes; without any, all are stopped after a prompt.",
             complete="running_processes",
         ),
     ] = None,

@@ -17,7 +17,7 @@ GROUP = Group(
                 'example_interfaces/action/Fibonacci "{order: 5}"',
             ),
         ),
-        "echo": Verb(f"{__name__}.echo:echo", "Print what goes on in an action."),
+        "echo": Verb(f"{__name__}.echo:echo", "Print the feedback and goal states of an action."),
     },
     leaves_nothing=True,
 )

@@ -38,7 +38,7 @@ GROUP = Group(
             "Show what a bag holds.",
             examples=("teleopctl bag info my_bag", "teleopctl bag info -v my_bag/my_bag_0.mcap"),
         ),
-        "list": Verb(f"{_FILES}.list_:list_plugins", "List the forms that bags may have."),
+        "list": Verb(f"{_FILES}.list_:list_plugins", "List storage and compression plug-ins."),
         "convert": Verb(
             f"{_FILES}.convert:convert_bag",
             "Write bags in another form.",
@@ -47,11 +47,11 @@ GROUP = Group(
                 "teleopctl bag convert -i my_bag -o outputs.yaml",
             ),
         ),
-        "reindex": Verb(f"{_FILES}.reindex:reindex_bag", "Make metadata.yaml anew from the files."),
-        "check": Verb(f"{_FILES}.check:check_bag", "Say what is wrong with a bag."),
+        "reindex": Verb(f"{_FILES}.reindex:reindex_bag", "Rebuild metadata.yaml from the files."),
+        "check": Verb(f"{_FILES}.check:check_bag", "Check a bag for faults."),
         "recover": Verb(
             f"{_FILES}.recover:recover_bag",
-            "Make a bag whole that was cut off or damaged.",
+            "Recover a truncated or damaged bag.",
             examples=("teleopctl bag recover my_bag", "teleopctl bag recover my_bag -o saved"),
         ),
         "filter": Verb(

@@ -12,7 +12,7 @@ Storage = Annotated[
     Option(
         "-s",
         "--storage",
-        help="The form of its files, where their names do not tell.",
+        help="Storage of the bag, if its files' names do not show it.",
         choices=("mcap", "sqlite3"),
     ),
 ]

@@ -39,7 +39,7 @@ def play(
         Option(
             "-i",
             "--input",
-            help="A bag, and its storage where its files do not tell; again for each further bag. "
+            help="A bag, and its storage if that is not evident; repeatable. "
             "All are played as one.",
             metavar="BAG [STORAGE]",
             complete="bags",
@@ -49,7 +49,7 @@ def play(
     rate: Annotated[
         float, Option("-r", "--rate", help="Seconds of the bag per second.", metavar="RATE")
     ] = 1.0,
-    loop: Annotated[bool, Option("-l", "--loop", help="Begin anew at the end.")] = False,
+    loop: Annotated[bool, Option("-l", "--loop", help="Start again at the end.")] = False,
     delay: Annotated[
         float,
         Option("-d", "--delay", help="Wait so many seconds before each beginning.", metavar="S"),
@@ -143,7 +143,7 @@ def play(
         str,
         Option(
             "--service-requests-source",
-            help="Whose events tell of the requests that are sent.",
+            help="Side whose events contain the requests to send.",
             choices=("service_introspection", "client_introspection"),
         ),
     ] = "service_introspection",

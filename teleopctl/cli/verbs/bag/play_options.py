@@ -52,7 +52,7 @@ LogLevel = Annotated[
     str,
     Option(
         "--log-level",
-        help="The least severe lines of the log that are shown.",
+        help="Lowest log level that is shown.",
         choices=("debug", "info", "warn", "error", "fatal"),
     ),
 ]

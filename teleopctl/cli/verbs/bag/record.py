@@ -16,7 +16,7 @@ _PRESETS = ("none", "fastwrite", "zstd_fast", "zstd_small", "resilient")
 def record(
     topics_positional: Annotated[
         list[str] | None,
-        Argument(help="Topics; say --topics instead.", complete="topics"),
+        Argument(help="Topics; use --topics instead.", complete="topics"),
     ] = None,
     output: Annotated[
         str | None,
@@ -90,7 +90,7 @@ def record(
         Option("--include-hidden-topics", help="Record names with a part that starts with _, too."),
     ] = False,
     ignore_leaf_topics: Annotated[
-        bool, Option("--ignore-leaf-topics", help="Leave out topics that nobody subscribes to.")
+        bool, Option("--ignore-leaf-topics", help="Leave out topics without subscriptions.")
     ] = False,
     no_discovery: Annotated[
         bool, Option("--no-discovery", help="Record only what is there at the start.")
@@ -214,9 +214,7 @@ def record(
             metavar="HZ",
         ),
     ] = 1.0,
-    log_level: Annotated[
-        str, Option("--log-level", help="What the log tells.", choices=_LEVELS)
-    ] = "info",
+    log_level: Annotated[str, Option("--log-level", help="Log level.", choices=_LEVELS)] = "info",
     disable_keyboard_controls: Annotated[
         bool, Option("--disable-keyboard-controls", help="Do not read keys.")
     ] = False,

@@ -6,7 +6,7 @@ GROUP = Group(
     "Load nodes into containers.",
     {
         "types": Verb(f"{__name__}.types:list_types", "List the components that can be loaded."),
-        "list": Verb(f"{__name__}.containers:list_containers", "List what containers have loaded."),
+        "list": Verb(f"{__name__}.containers:list_containers", "List the loaded components."),
         "load": Verb(
             f"{__name__}.loading:load",
             "Load a component into a container.",

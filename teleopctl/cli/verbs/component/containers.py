@@ -34,7 +34,7 @@ def list_containers(
     timeout: Timeout = None,
     as_json: AsJson = False,
 ) -> None:
-    """List what containers have loaded."""
+    """List the loaded components."""
     with command_node(session_mode="client") as node:
         if container_name:
             names = [find_container(node, container_name)]

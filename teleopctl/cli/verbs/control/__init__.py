@@ -9,13 +9,15 @@ GROUP = Group(
             f"{__name__}.lists:list_controllers", "List loaded controllers and their states."
         ),
         "list_controller_types": Verb(
-            f"{__name__}.lists:list_controller_types", "List the types that can be loaded."
+            f"{__name__}.lists:list_controller_types",
+            "List the controller types that can be loaded.",
         ),
         "list_hardware_components": Verb(
             f"{__name__}.hardware:list_hardware_components", "List hardware and its states."
         ),
         "list_hardware_interfaces": Verb(
-            f"{__name__}.hardware:list_hardware_interfaces", "List what is commanded and measured."
+            f"{__name__}.hardware:list_hardware_interfaces",
+            "List the command and state interfaces of the hardware.",
         ),
         "load_controller": Verb(f"{__name__}.change:load_controller", "Load a controller."),
         "unload_controller": Verb(f"{__name__}.change:unload_controller", "Unload a controller."),

@@ -58,7 +58,7 @@ def list_hardware_interfaces(
     ros_args: RosArgs = None,
     as_json: AsJson = False,
 ) -> None:
-    """List what is commanded and measured."""
+    """List the command and state interfaces of the hardware."""
     with manager_client(controller_manager, ros_args) as client:
         response = client.call("list_hardware_interfaces", "ListHardwareInterfaces")
     commands = sorted(response.command_interfaces, key=_name)

@@ -126,7 +126,7 @@ def list_controller_types(
     ros_args: RosArgs = None,
     as_json: AsJson = False,
 ) -> None:
-    """List the types that can be loaded."""
+    """List the controller types that can be loaded."""
     with manager_client(controller_manager, ros_args) as client:
         response = client.call("list_controller_types", "ListControllerTypes")
     pairs = list(zip(response.types, response.base_classes, strict=True))

@@ -9,10 +9,10 @@ GROUP = Group(
     {
         "check": Verb(
             f"{__name__}.check:check",
-            "Look for what is wrong with machine, network and graph.",
+            "Check the machine, the network and the graph for faults.",
             examples=("teleopctl doctor", "teleopctl doctor --report"),
         ),
-        "hello": Verb(f"{__name__}.hello:hello", "See which other machines can be talked to."),
+        "hello": Verb(f"{__name__}.hello:hello", "Check the connectivity to other machines."),
     },
     alone="check",
 )

@@ -30,7 +30,7 @@ def check(
     ] = False,
     as_json: AsJson = False,
 ) -> int:
-    """Look for what is wrong with machine, network and graph.
+    """Check the machine, the network and the graph for faults.
 
     Findings go to stderr, with what to do about them.
     """

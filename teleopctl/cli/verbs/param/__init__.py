@@ -16,7 +16,7 @@ GROUP = Group(
             examples=("teleopctl param set /simple_parameter simple_int_param 24",),
         ),
         "delete": Verb(f"{__name__}.set:delete_parameter", "Delete a parameter."),
-        "describe": Verb(f"{__name__}.describe:describe_parameters", "Explain parameters."),
+        "describe": Verb(f"{__name__}.describe:describe_parameters", "Describe parameters."),
         "dump": Verb(f"{__name__}.file:dump_parameters", "Print a node's parameters as a file."),
         "load": Verb(f"{__name__}.file:load_parameters", "Set parameters from a file."),
         "save": Verb(

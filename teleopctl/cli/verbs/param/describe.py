@@ -25,7 +25,7 @@ def describe_parameters(
     service_timeout: ServiceTimeout = LONGEST_WAIT_S,
     as_json: AsJson = False,
 ) -> int:
-    """Explain parameters.
+    """Describe parameters.
 
     The exit status is 1 where one of them is not declared.
     """

@@ -39,16 +39,16 @@ def check(
         Option(
             "-s",
             "--simulate",
-            help="Let each robot stand for 5 simulated seconds, and move it by its controllers.",
+            help="Simulate each robot for 5 s standing, and then moved by its controllers.",
         ),
     ] = False,
     as_json: AsJson = False,
 ) -> int:
-    """Check robots' files: the tree, what was repaired, ignored or guessed, and what it does.
+    """Check robot descriptions: the tree, repairs, ignored tags, and a simulation.
 
     The first lines are those of check_urdf. Of several files, and of the robots in folders, a table
-    is printed. In simulation a robot has the controllers that sim.yaml would give it; each is asked
-    for a motion, and physics is asked whether it came. The exit status is 1 when one robot fails.
+    is printed. In simulation a robot has the controllers that sim.yaml would give it; each commands
+    a motion, which is measured. The exit status is 1 when one robot fails.
     """
     import tempfile
 

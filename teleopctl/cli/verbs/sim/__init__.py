@@ -7,23 +7,23 @@ _RUNNING = f"{__name__}.running"
 GROUP = Group(
     "Run simulations.",
     {
-        "pause": Verb(f"{_RUNNING}:pause", "Let simulated time stand still."),
-        "play": Verb(f"{_RUNNING}:play", "Let simulated time go on."),
+        "pause": Verb(f"{_RUNNING}:pause", "Pause the simulation."),
+        "play": Verb(f"{_RUNNING}:play", "Resume the simulation."),
         "step": Verb(f"{_RUNNING}:step", "Advance a paused simulation by steps of physics."),
-        "reset": Verb(f"{_RUNNING}:reset", "Go back to the start."),
-        "list": Verb(f"{_RUNNING}:list_entities", "List robots and things of the simulation."),
+        "reset": Verb(f"{_RUNNING}:reset", "Reset the simulation."),
+        "list": Verb(f"{_RUNNING}:list_entities", "List the entities of the simulation."),
         "spawn": Verb(
             f"{_RUNNING}:spawn",
-            "Put a thing into the simulation.",
+            "Add an object to the simulation.",
             examples=("teleopctl sim spawn can.urdf --at 0.3,1.2,0.5",),
         ),
-        "delete": Verb(f"{_RUNNING}:delete", "Take a thing out of the simulation."),
+        "delete": Verb(f"{_RUNNING}:delete", "Remove an entity from the simulation."),
         "save": Verb(
             f"{_RUNNING}:save",
             "Save the state of the simulation.",
             examples=("teleopctl sim save grasp", "teleopctl sim save grasp.json"),
         ),
-        "load": Verb(f"{_RUNNING}:load", "Go on from a saved state."),
+        "load": Verb(f"{_RUNNING}:load", "Load a saved state."),
         "sweep": Verb(
             f"{__name__}.sweep:sweep",
             "Run a launch file many times with varied parameters.",

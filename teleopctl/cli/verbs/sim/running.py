@@ -50,7 +50,7 @@ def step(
 
 
 def reset(as_json: AsJson = False) -> None:
-    """Go back to the start: time and state, without what was spawned and with what was deleted."""
+    """Reset time and states; spawned entities are removed, deleted ones restored."""
     _standard("ResetSimulation")
     _say("The simulation is back at its start", as_json)
 
@@ -70,7 +70,7 @@ def spawn(
         str, Argument(metavar="FILE", help="A URDF, SDF, MJCF or YAML file, or a URI of one.")
     ],
     name: Annotated[
-        str | None, Option("--name", help="What it is to be called; by default as its file says.")
+        str | None, Option("--name", help="Name of the entity; by default that in the file.")
     ] = None,
     at: Annotated[
         str | None, Option("--at", metavar="X,Y,Z", help="Where it is to be, in metres.")
@@ -114,7 +114,7 @@ def save(name: StateName, as_json: AsJson = False) -> None:
 
 
 def load(name: StateName, as_json: AsJson = False) -> None:
-    """Go on from a saved state, or from a keyframe of an MJCF file."""
+    """Load a saved state, or a keyframe of an MJCF file."""
     _say(_world("reset_world", name), as_json)
 
 

@@ -30,7 +30,7 @@ def convert_bag(
         Option(
             "-i",
             "--input",
-            help="A bag, and mcap or sqlite3 where its files do not tell; again for more.",
+            help="A bag, and its storage (mcap or sqlite3) if that is not evident; repeatable.",
             metavar="BAG",
             complete="bags",
         ),

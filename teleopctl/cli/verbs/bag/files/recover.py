@@ -22,7 +22,7 @@ def recover_bag(
     ] = None,
     as_json: AsJson = False,
 ) -> int:
-    """Make a bag whole whose recorder was killed, or that a disk has damaged.
+    """Recover a bag whose recorder was killed, or that a disk has damaged.
 
     What is only cut off gets its end in place. What is broken otherwise is left as it is, and what
     can be read of it goes into a new bag, by default BAG_recovered. The exit status is 1 where

@@ -49,7 +49,7 @@ def export(
         str | None,
         Option(
             "--action",
-            help="With lerobot: the topic of what the robot was told, or a field.",
+            help="With lerobot: the topic of the robot's commands, or a field.",
             metavar="FIELD",
         ),
     ] = None,

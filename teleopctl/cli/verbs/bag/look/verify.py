@@ -21,7 +21,7 @@ def verify(
     bag_path: BagPath,
     tolerance: Annotated[
         float,
-        Option("--tolerance", help="What two numbers may be apart; 0 asks for the same bits."),
+        Option("--tolerance", help="Allowed difference of two numbers; 0 requires equal bits."),
     ] = 0.0,
     world: Annotated[
         str | None, Option("--world", help="Another world than the recorded one.", metavar="FILE")

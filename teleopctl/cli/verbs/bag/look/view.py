@@ -29,7 +29,7 @@ def view(
         str | None,
         Option(
             "--token-file",
-            help="File of the token that the page asks for; made where it is missing.",
+            help="File of the page's access token; created if missing.",
             metavar="FILE",
         ),
     ] = None,
