@@ -32,7 +32,7 @@ def stop(
         list[str] | None,
         Argument(
             metavar="NAME",
-            help="Names as in `teleopctl ps`, or nodes; without any, all are stopped after a prompt.",
+            help="Names as in `teleopctl ps`, or nodes; without any, all stop after a prompt.",
             complete="running_processes",
         ),
     ] = None,
