@@ -9,7 +9,7 @@ from collections.abc import Iterable, Iterator
 
 from teleopctl import plugins
 from teleopctl.cli import ros2_options
-from teleopctl.cli.verb import Group, Option, Verb, parameters
+from teleopctl.cli.verb import Option, Verb, VerbGroup, parameters
 from tests import ROOT
 from tests.ros2_flags import ELSEWHERE, FLAGS, NOT_HERE, OTHERWISE
 
@@ -115,10 +115,10 @@ def ours_alone(theirs: Iterable[str]) -> list[str]:
     groups = {name.partition(" ")[0] for name in known}
     found = []
     for name in plugins.VERBS.ours:
-        verb: Verb | Group = plugins.load(plugins.VERBS, name)
+        verb: Verb | VerbGroup = plugins.load(plugins.VERBS, name)
         if name not in groups:
             found.append(name)
-        elif isinstance(verb, Group):
+        elif isinstance(verb, VerbGroup):
             found += [f"{name} {inner}" for inner in verb.verbs if f"{name} {inner}" not in known]
     return found
 
@@ -128,8 +128,8 @@ def declared_flags(name: str) -> list[tuple[str, ...]] | None:
     first, _, second = name.partition(" ")
     if first not in plugins.VERBS.ours:
         return None
-    verb: Verb | Group | None = plugins.load(plugins.VERBS, first)
-    if isinstance(verb, Group):
+    verb: Verb | VerbGroup | None = plugins.load(plugins.VERBS, first)
+    if isinstance(verb, VerbGroup):
         verb = verb.verbs.get(second)
     if verb is None:
         return None

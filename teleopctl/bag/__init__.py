@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from teleopctl.bag.editing.checking import Finding as Finding, check as check
-    from teleopctl.bag.editing.copying import Output as Output, copy_bags as copy_bags
-    from teleopctl.bag.editing.input_file import Input as Input, read_inputs as read_inputs
+    from teleopctl.bag.editing.checking import BagFault as BagFault, check as check
+    from teleopctl.bag.editing.copying import OutputBag as OutputBag, copy_bags as copy_bags
+    from teleopctl.bag.editing.input_file import InputBag as InputBag, read_inputs as read_inputs
     from teleopctl.bag.editing.output_file import read_outputs as read_outputs
     from teleopctl.bag.editing.part import BagPart as BagPart
     from teleopctl.bag.editing.recovering import Recovery as Recovery, recover as recover
@@ -79,22 +79,22 @@ if TYPE_CHECKING:
     from teleopctl.bag.storage.database_settings import database_settings as database_settings
     from teleopctl.bag.storage.presets import chunk_settings as chunk_settings
     from teleopctl.bag.verify.comparison import (
+        ComparedStream as ComparedStream,
         Difference as Difference,
-        Kind as Kind,
+        DifferenceKind as DifferenceKind,
         Recorded as Recorded,
-        Stream as Stream,
         Verdict as Verdict,
         leaves as leaves,
     )
     from teleopctl.bag.verify.session import (
+        RecordedSession as RecordedSession,
         RecordedTopic as RecordedTopic,
-        Session as Session,
         end_of_run as end_of_run,
         read_commands as read_commands,
         read_session as read_session,
         read_topics as read_topics,
     )
-    from teleopctl.bag.verify.traces import Traces as Traces
+    from teleopctl.bag.verify.traces import ComparedTraces as ComparedTraces
 else:
     from teleopctl.base.lazy import attach
 
@@ -107,11 +107,11 @@ else:
             "look.lerobot.sampling": "LeRobotOptions LeRobotSummary export_lerobot",
             "look.picture": "check_picture_name save_picture",
             "look.tables": "ExportedFile TableExport",
-            "editing.checking": "Finding check",
+            "editing.checking": "BagFault check",
             "editing.recovering": "Recovery recover",
             "editing.reindexing": "reindex",
-            "editing.copying": "Output copy_bags",
-            "editing.input_file": "Input read_inputs",
+            "editing.copying": "OutputBag copy_bags",
+            "editing.input_file": "InputBag read_inputs",
             "editing.output_file": "read_outputs",
             "editing.part": "BagPart",
             "mcap_file.file_reader": "McapFileReader",
@@ -131,10 +131,10 @@ else:
             "service_events": "ServiceCounter ServiceCounts is_service_event service_of",
             "storage.bag": "Bag bag_files open_bag",
             "storage.bag_writer": "BagWriter WriterOptions",
-            "verify.comparison": "Difference Kind Recorded Stream Verdict leaves",
-            "verify.session": "RecordedTopic Session end_of_run read_commands read_session "
+            "verify.comparison": "Difference DifferenceKind Recorded ComparedStream Verdict leaves",
+            "verify.session": "RecordedTopic RecordedSession end_of_run read_commands read_session "
             "read_topics",
-            "verify.traces": "Traces",
+            "verify.traces": "ComparedTraces",
             "storage.database_settings": "database_settings",
             "storage.presets": "chunk_settings",
         },

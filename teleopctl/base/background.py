@@ -65,7 +65,7 @@ else:
 _children: dict[int, subprocess.Popen[str]] = {}
 
 
-class Start(NamedTuple):
+class StartTime(NamedTuple):
     """Start time of a process, with a mark that survives clock changes.
 
     Attributes:
@@ -93,7 +93,7 @@ class ProcessRecord(NamedTuple):
 
     name: str
     pid: int
-    start: Start
+    start: StartTime
     command: tuple[str, ...]
     log_file: Path
     kind: str
@@ -292,16 +292,16 @@ def _is_recorded(pid: int) -> bool:
     return (runtime_dir() / _RECORDS / f"{pid}.json").exists()
 
 
-def start_of(pid: int) -> Start:
+def start_of(pid: int) -> StartTime:
     """Return the start time of a process, for its record."""
     import psutil
 
     try:
         process = psutil.Process(pid)
-        return Start(process.create_time(), _start_mark(process))
+        return StartTime(process.create_time(), _start_mark(process))
     except (psutil.Error, OSError):
         # It has ended already, which is for its log to explain.
-        return Start(time.time())
+        return StartTime(time.time())
 
 
 def is_alive(record: ProcessRecord) -> bool:
@@ -478,7 +478,7 @@ def _read(path: Path) -> ProcessRecord | None:
         return ProcessRecord(
             str(entry["name"]),
             int(entry["pid"]),
-            Start(float(entry["start"][0]), str(entry["start"][1])),
+            StartTime(float(entry["start"][0]), str(entry["start"][1])),
             tuple(str(word) for word in entry["command"]),
             Path(entry["log_file"]),
             str(entry["kind"]),

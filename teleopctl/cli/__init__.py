@@ -13,9 +13,9 @@ from teleopctl.base.typed import TYPE_CHECKING
 if TYPE_CHECKING:
     from teleopctl.cli.verb import (
         Argument as Argument,
-        Group as Group,
         Option as Option,
         Verb as Verb,
+        VerbGroup as VerbGroup,
     )
 else:
     from teleopctl.base.lazy import attach
@@ -23,6 +23,6 @@ else:
     __getattr__, __dir__, __all__ = attach(
         __name__,
         {
-            "verb": "Argument Group Option Verb",
+            "verb": "Argument VerbGroup Option Verb",
         },
     )

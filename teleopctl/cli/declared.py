@@ -14,7 +14,15 @@ import sys
 
 from teleopctl.base.folders import cache_dir
 from teleopctl.base.typed import TYPE_CHECKING
-from teleopctl.cli.verb import Argument, Declaration, Group, Option, Parameter, Verb, parameters
+from teleopctl.cli.verb import (
+    Argument,
+    Declaration,
+    Option,
+    Verb,
+    VerbGroup,
+    VerbParameter,
+    parameters,
+)
 from teleopctl.errors import TeleopctlError
 
 if TYPE_CHECKING:
@@ -41,7 +49,7 @@ class DeclaredVerb:
 
     __slots__ = ("more", "parameters", "verb")
 
-    def __init__(self, verb: Verb, parameters: list[Parameter], more: Sequence[str]) -> None:
+    def __init__(self, verb: Verb, parameters: list[VerbParameter], more: Sequence[str]) -> None:
         self.verb = verb
         self.parameters = parameters
         self.more = more
@@ -58,7 +66,7 @@ def nouns() -> dict[str, str]:
     return found
 
 
-def find(path: Sequence[str]) -> DeclaredVerb | Group | None:
+def find(path: Sequence[str]) -> DeclaredVerb | VerbGroup | None:
     """Return the declaration of a noun, or of a verb; None for nothing.
 
     Raises:
@@ -83,16 +91,16 @@ def find(path: Sequence[str]) -> DeclaredVerb | Group | None:
     return found
 
 
-def _load(path: Sequence[str]) -> DeclaredVerb | Group | None:
+def _load(path: Sequence[str]) -> DeclaredVerb | VerbGroup | None:
     from teleopctl import plugins
 
     noun, *rest = path
     if plugins.find(plugins.VERBS, noun) is None:
         return None
-    verb: Verb | Group | None = plugins.load(plugins.VERBS, noun)
+    verb: Verb | VerbGroup | None = plugins.load(plugins.VERBS, noun)
     if rest:
-        verb = verb.verbs.get(rest[0]) if isinstance(verb, Group) else None
-    if verb is None or isinstance(verb, Group):
+        verb = verb.verbs.get(rest[0]) if isinstance(verb, VerbGroup) else None
+    if verb is None or isinstance(verb, VerbGroup):
         return verb
     function = verb.load()
     # Written for who reads the source as well: what it says of arguments, they say themselves.
@@ -182,8 +190,8 @@ def _slots(declaration: Declaration) -> Sequence[str]:
 
 
 # Any: plain values in tuples.
-def _to_plain(found: DeclaredVerb | Group) -> Any:
-    if isinstance(found, Group):
+def _to_plain(found: DeclaredVerb | VerbGroup) -> Any:
+    if isinstance(found, VerbGroup):
         verbs = tuple((name, verb.target, verb.help) for name, verb in found.verbs.items())
         return ("group", found.help, found.alone, verbs)
     verb = tuple(getattr(found.verb, name) for name in _OF_VERBS)
@@ -205,10 +213,12 @@ def _to_plain(found: DeclaredVerb | Group) -> Any:
 
 
 # Any: what `_to_plain` made.
-def _from_plain(plain: Any) -> DeclaredVerb | Group:
+def _from_plain(plain: Any) -> DeclaredVerb | VerbGroup:
     if plain[0] == "group":
         _, text, alone, verbs = plain
-        return Group(text, {name: Verb(target, line) for name, target, line in verbs}, alone=alone)
+        return VerbGroup(
+            text, {name: Verb(target, line) for name, target, line in verbs}, alone=alone
+        )
     _, target, values, declared, more = plain
     verb = Verb(target, **dict(zip(_OF_VERBS, values, strict=True)))
     found = []
@@ -217,7 +227,7 @@ def _from_plain(plain: Any) -> DeclaredVerb | Group:
         for slot, value in zip(_slots(declaration), content, strict=True):
             setattr(declaration, slot, value)
         found.append(
-            Parameter(
+            VerbParameter(
                 name,
                 declaration,
                 _PLAIN[type_name],

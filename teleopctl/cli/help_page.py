@@ -12,7 +12,7 @@ from teleopctl.base.typed import TYPE_CHECKING
 from teleopctl.cli import console, declared, ros2_options
 from teleopctl.cli.console import PROGRAM
 from teleopctl.cli.declared import DeclaredVerb
-from teleopctl.cli.verb import Argument, Group, Option, Parameter
+from teleopctl.cli.verb import Argument, Option, VerbGroup, VerbParameter
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -47,9 +47,9 @@ def show(words: Sequence[str]) -> bool:
     return True
 
 
-def text_of(path: Sequence[str], found: DeclaredVerb | Group) -> str:
+def text_of(path: Sequence[str], found: DeclaredVerb | VerbGroup) -> str:
     """Return the help page of a noun or a verb, as text."""
-    page = _of_group(path, found) if isinstance(found, Group) else _of_verb(path, found)
+    page = _of_group(path, found) if isinstance(found, VerbGroup) else _of_verb(path, found)
     return "\n".join("".join(text for text, _ in line) for line in page)
 
 
@@ -105,7 +105,7 @@ def _of_program() -> list[Line]:
     ]
 
 
-def _of_group(path: Sequence[str], group: Group) -> list[Line]:
+def _of_group(path: Sequence[str], group: VerbGroup) -> list[Line]:
     more = [ros2_options.EXPLANATION] if path[0] in ros2_options.GROUPS else []
     return [
         *_usage(*path, "[OPTIONS] COMMAND [ARGS]..."),
@@ -162,7 +162,7 @@ def _table(title: str, rows: Iterable[Row]) -> list[Line]:
     return lines
 
 
-def _placeholder(argument: Parameter) -> str:
+def _placeholder(argument: VerbParameter) -> str:
     """``TOPIC``, ``[TYPE]`` or ``NAME...``, as it stands in the usage."""
     name = argument.declaration.metavar or argument.name.upper()
     if "[" in name:  # it says itself what may be left out
@@ -172,7 +172,7 @@ def _placeholder(argument: Parameter) -> str:
     return f"[{name}]" if argument.optional else name
 
 
-def _name(parameter: Parameter) -> str:
+def _name(parameter: VerbParameter) -> str:
     declaration = parameter.declaration
     value = declaration.metavar or ("NAME" if declaration.choices else "")
     if not isinstance(declaration, Option):
@@ -185,7 +185,7 @@ def _name(parameter: Parameter) -> str:
     return f"{flags} {value or f'<{parameter.type.__name__}>'}{'...' if parameter.many else ''}"
 
 
-def _text(parameter: Parameter) -> str:
+def _text(parameter: VerbParameter) -> str:
     declaration = parameter.declaration
     text = declaration.help
     if declaration.choices:

@@ -1,7 +1,7 @@
 """The ``teleopctl`` command: runs the verb that is named, and how that ends.
 
 Which verbs there are stands in the registry, `teleopctl.plugins`. A verb is a
-[`Group`][teleopctl.cli.verb.Group] of verbs, or a [`Verb`][teleopctl.cli.verb.Verb] that stands
+[`VerbGroup`][teleopctl.cli.verb.Group] of verbs, or a [`Verb`][teleopctl.cli.verb.Verb] that stands
 alone; its module is imported when it is named and never before.
 """
 
@@ -195,11 +195,11 @@ def _run_quickly(words: list[str]) -> int | None:
     if not words or words[0].startswith("-") or plugins.find(plugins.VERBS, words[0]) is None:
         return None
     from teleopctl.cli import quick
-    from teleopctl.cli.verb import Group, Verb
+    from teleopctl.cli.verb import Verb, VerbGroup
 
     first, *rest = words
-    verb: Verb | Group | None = plugins.load(plugins.VERBS, first)
-    if isinstance(verb, Group):
+    verb: Verb | VerbGroup | None = plugins.load(plugins.VERBS, first)
+    if isinstance(verb, VerbGroup):
         if not rest:
             return 0 if _show_help(words) else None
         second, *rest = rest

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 
 from teleopctl.base.typed import Any
-from teleopctl.cli.verb import Argument, Option, Parameter, Verb, parameters
+from teleopctl.cli.verb import Argument, Option, Verb, VerbParameter, parameters
 
 _NUMBER_CHARACTERS = frozenset("0123456789.")
 
@@ -53,7 +53,7 @@ def parse(
 
 
 def _take_option(
-    options: dict[str, Parameter],
+    options: dict[str, VerbParameter],
     word: str,
     following: Iterator[str],
     # Any: whatever type each one has.
@@ -80,18 +80,20 @@ def _take_option(
     return value is not None
 
 
-def _takes_rest(parameter: Parameter) -> bool:
+def _takes_rest(parameter: VerbParameter) -> bool:
     """Whether all that is left of the line belongs to an option."""
     return isinstance(parameter.declaration, Option) and parameter.declaration.rest
 
 
-def _takes_many(parameter: Parameter) -> bool:
+def _takes_many(parameter: VerbParameter) -> bool:
     """Whether more than the next word may belong to an option."""
     declaration = parameter.declaration
     return parameter.many and isinstance(declaration, Option) and not declaration.repeated
 
 
-def _take_arguments(declared: list[Parameter], words: list[str], values: dict[str, object]) -> bool:
+def _take_arguments(
+    declared: list[VerbParameter], words: list[str], values: dict[str, object]
+) -> bool:
     """Hand the words out to the arguments in order; False when they do not fit."""
     for parameter in declared:
         if not isinstance(parameter.declaration, Argument):
@@ -113,7 +115,7 @@ def _take_arguments(declared: list[Parameter], words: list[str], values: dict[st
     return not words
 
 
-def _convert(parameter: Parameter, text: str) -> object | None:
+def _convert(parameter: VerbParameter, text: str) -> object | None:
     """The text as the parameter's type; None when it is not plainly one."""
     declaration = parameter.declaration
     if isinstance(declaration, Option) and text.startswith("-"):

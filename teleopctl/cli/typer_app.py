@@ -20,7 +20,7 @@ from typer.main import get_command, get_group
 from teleopctl import plugins
 from teleopctl.cli import declared, help_page, ros2_verbs
 from teleopctl.cli.console import PROGRAM
-from teleopctl.cli.verb import Group, Option, Parameter, Verb, parameters
+from teleopctl.cli.verb import Option, Verb, VerbGroup, VerbParameter, parameters
 from teleopctl.cli.words.typer_line import typer_line
 from teleopctl.errors import TeleopctlError, UnsupportedError, UsageError
 
@@ -76,8 +76,8 @@ def command_tree(words: Sequence[str]) -> TyperGroup:
         root.command(name)(_placeholder)
     tree = get_group(root)
     if chosen in tree.commands:
-        verb: Verb | Group = plugins.load(plugins.VERBS, chosen)
-        if isinstance(verb, Group):
+        verb: Verb | VerbGroup = plugins.load(plugins.VERBS, chosen)
+        if isinstance(verb, VerbGroup):
             tree.add_command(_group_command(verb, words[position + 1 :]), chosen)
         else:
             app = _new_app()
@@ -110,7 +110,7 @@ def _refuse_missing(tree: TyperGroup, words: Sequence[str]) -> None:
             return
 
 
-def _group_command(group: Group, words: Sequence[str]) -> TyperGroup:
+def _group_command(group: VerbGroup, words: Sequence[str]) -> TyperGroup:
     app = _new_app()
 
     @app.callback()
@@ -165,7 +165,7 @@ def _typer_function(verb: Verb) -> Callable[..., int | None]:
     return call
 
 
-def _check_finite(parameter: Parameter, value: object) -> None:
+def _check_finite(parameter: VerbParameter, value: object) -> None:
     """Refuse ``nan`` and ``inf``, which are floats to Typer and no time or rate to anybody."""
     if isinstance(value, float) and not math.isfinite(value):
         declaration = parameter.declaration
@@ -175,7 +175,7 @@ def _check_finite(parameter: Parameter, value: object) -> None:
         raise typer.BadParameter(f"{value} is not a finite number.", param_hint=f"'{name}'")
 
 
-def _typer_annotation(parameter: Parameter) -> object:
+def _typer_annotation(parameter: VerbParameter) -> object:
     declaration = parameter.declaration
     value_type: Any = parameter.type
     if declaration.choices:

@@ -123,7 +123,7 @@ class Verb:
         return function
 
 
-class Group:
+class VerbGroup:
     """A noun with its verbs, such as ``topic``.
 
     Args:
@@ -150,7 +150,7 @@ class Group:
         self.leaves_nothing = leaves_nothing
 
 
-class Parameter:
+class VerbParameter:
     """A parameter of a verb's function.
 
     Attributes:
@@ -188,7 +188,7 @@ class Parameter:
         return isinstance(option, Option) and self.type is not bool and option.alone is None
 
 
-def parameters(function: Callable[..., object]) -> list[Parameter]:
+def parameters(function: Callable[..., object]) -> list[VerbParameter]:
     """The declared parameters of a verb's function, in order.
 
     Reads the function's own tables, since ``inspect`` costs as much as the query itself. They
@@ -204,7 +204,7 @@ def parameters(function: Callable[..., object]) -> list[Parameter]:
         annotation = function.__annotations__[name]
         scalar, many = _scalar_type(annotation.__origin__)
         found.append(
-            Parameter(
+            VerbParameter(
                 name,
                 annotation.__metadata__[0],
                 scalar,

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from teleopctl.diagram.dot import to_dot as to_dot
     from teleopctl.diagram.files import write_files as write_files
-    from teleopctl.diagram.layout import Layout as Layout, lay_out as lay_out
+    from teleopctl.diagram.layout import DiagramLayout as DiagramLayout, lay_out as lay_out
     from teleopctl.diagram.model import (
-        Box as Box,
         Diagram as Diagram,
+        DiagramBox as DiagramBox,
         Edge as Edge,
         joined as joined,
     )
@@ -24,8 +24,8 @@ else:
         {
             "dot": "to_dot",
             "files": "write_files",
-            "layout": "Layout lay_out",
-            "model": "Box Diagram Edge joined",
+            "layout": "DiagramLayout lay_out",
+            "model": "DiagramBox Diagram Edge joined",
             "nodes_and_topics": "SHOWN ros_graph",
             "svg": "to_svg",
         },

@@ -11,7 +11,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from teleopctl.diagram.columns import in_columns, in_order
-from teleopctl.diagram.model import Box, Diagram, Edge
+from teleopctl.diagram.model import Diagram, DiagramBox, Edge
 from teleopctl.diagram.straight import straight
 
 Point = tuple[float, float]
@@ -27,7 +27,7 @@ _GAP_BETWEEN_COLUMNS = 46.0
 _GAP_BETWEEN_PARTS = 26.0
 
 
-class Place(NamedTuple):
+class BoxPlacement(NamedTuple):
     """Position and size of a box."""
 
     x: float
@@ -36,7 +36,7 @@ class Place(NamedTuple):
     height: float
 
 
-class Layout(NamedTuple):
+class DiagramLayout(NamedTuple):
     """Positions of all boxes and arrows, in pixels.
 
     Attributes:
@@ -49,11 +49,11 @@ class Layout(NamedTuple):
 
     width: float
     height: float
-    places: dict[str, Place]
+    places: dict[str, BoxPlacement]
     routes: list[list[Point]]
 
 
-def lay_out(diagram: Diagram) -> Layout:
+def lay_out(diagram: Diagram) -> DiagramLayout:
     """Return the positions of a diagram's boxes and arrows.
 
     The same diagram has the same layout each time.
@@ -61,24 +61,24 @@ def lay_out(diagram: Diagram) -> Layout:
     What is not joined by arrows stands below each other, the largest part first.
     """
     routes: dict[Edge, list[Point]] = {}
-    places: dict[str, Place] = {}
+    places: dict[str, BoxPlacement] = {}
     width = y = _MARGIN
     for boxes, edges in _parts(diagram):
         part_width, part_height = _lay_out_part(boxes, edges, y, places, routes)
         width = max(width, part_width)
         y += part_height + _GAP_BETWEEN_PARTS
     height = y - _GAP_BETWEEN_PARTS + _MARGIN if places else y
-    return Layout(width + _MARGIN, height, places, [routes[edge] for edge in diagram.edges])
+    return DiagramLayout(width + _MARGIN, height, places, [routes[edge] for edge in diagram.edges])
 
 
-def size_of(box: Box) -> tuple[float, float]:
+def size_of(box: DiagramBox) -> tuple[float, float]:
     """Return the size of a box for its text."""
     lines = box.text.split("\n")
     width = 20 + _LETTER_WIDTH * max(map(len, lines))
     return width, _BOX_HEIGHT + LINE_HEIGHT * (len(lines) - 1)
 
 
-def _parts(diagram: Diagram) -> list[tuple[list[Box], list[Edge]]]:
+def _parts(diagram: Diagram) -> list[tuple[list[DiagramBox], list[Edge]]]:
     """The parts that no arrow joins."""
     group = {box.key: box.key for box in diagram.boxes}
 
@@ -90,7 +90,7 @@ def _parts(diagram: Diagram) -> list[tuple[list[Box], list[Edge]]]:
 
     for edge in diagram.edges:
         group[top(edge.source)] = top(edge.target)
-    parts: dict[str, tuple[list[Box], list[Edge]]] = {}
+    parts: dict[str, tuple[list[DiagramBox], list[Edge]]] = {}
     for box in diagram.boxes:
         parts.setdefault(top(box.key), ([], []))[0].append(box)
     for edge in diagram.edges:
@@ -99,10 +99,10 @@ def _parts(diagram: Diagram) -> list[tuple[list[Box], list[Edge]]]:
 
 
 def _lay_out_part(
-    boxes: list[Box],
+    boxes: list[DiagramBox],
     edges: list[Edge],
     top: float,
-    places: dict[str, Place],
+    places: dict[str, BoxPlacement],
     routes: dict[Edge, list[Point]],
 ) -> tuple[float, float]:
     """Lay one part out below ``top``; return its right end and its height."""
@@ -131,7 +131,9 @@ def _lay_out_part(
         width, height = sizes[number]
         index = column_of[number]
         middle = (lefts[index] + rights[index]) / 2
-        places[box.key] = Place(middle - width / 2, centers[number] - height / 2, width, height)
+        places[box.key] = BoxPlacement(
+            middle - width / 2, centers[number] - height / 2, width, height
+        )
     for edge, chain in zip(edges, chains, strict=True):
         routes[edge] = _route(edge, chain, places, centers, column_of, (lefts, rights))
     height = max(center + heights[number] / 2 for number, center in enumerate(centers)) - top
@@ -141,7 +143,7 @@ def _lay_out_part(
 def _route(
     edge: Edge,
     chain: list[int],
-    places: dict[str, Place],
+    places: dict[str, BoxPlacement],
     centers: list[float],
     column_of: dict[int, int],
     ends: tuple[list[float], list[float]],

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 
-class Box(NamedTuple):
+class DiagramBox(NamedTuple):
     """A box of a diagram.
 
     Attributes:
@@ -31,11 +31,11 @@ class Edge(NamedTuple):
 class Diagram(NamedTuple):
     """Boxes, and the arrows between them."""
 
-    boxes: tuple[Box, ...]
+    boxes: tuple[DiagramBox, ...]
     edges: tuple[Edge, ...]
 
 
-def joined(boxes: list[Box], pairs: list[tuple[str, str]]) -> Diagram:
+def joined(boxes: list[DiagramBox], pairs: list[tuple[str, str]]) -> Diagram:
     """Return a diagram of boxes and pairs of keys; opposite pairs share an arrow.
 
     A pair that stands more than once counts once.

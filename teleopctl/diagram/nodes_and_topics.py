@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from teleopctl.diagram.model import Box, Diagram, joined
+from teleopctl.diagram.model import Diagram, DiagramBox, joined
 
 if TYPE_CHECKING:
     from teleopctl.wire import Graph
@@ -58,8 +58,8 @@ def ros_graph(graph: Graph, shown: str = "active", *, include_hidden: bool = Fal
         subscribed = {pair for pair in subscribed if pair[1] in both_ends}
         nodes = {node for node, _ in published | subscribed}
     topics = {topic for _, topic in published | subscribed}
-    boxes = [Box(_node(name), name, "node") for name in sorted(nodes)]
-    boxes += [Box(_topic(name), name, "topic") for name in sorted(topics)]
+    boxes = [DiagramBox(_node(name), name, "node") for name in sorted(nodes)]
+    boxes += [DiagramBox(_topic(name), name, "topic") for name in sorted(topics)]
     pairs_of_keys = [(_node(node), _topic(topic)) for node, topic in sorted(published)]
     pairs_of_keys += [(_topic(topic), _node(node)) for node, topic in sorted(subscribed)]
     return joined(boxes, pairs_of_keys)
@@ -73,12 +73,12 @@ def _nodes_only(nodes: set[str], published: Pairs, subscribed: Pairs) -> Diagram
     for node, topic in sorted(published):
         for reader in readers.get(topic, ()):
             topics.setdefault((node, reader), []).append(topic)
-    boxes = [Box(_node(name), name, "node") for name in sorted(nodes)]
+    boxes = [DiagramBox(_node(name), name, "node") for name in sorted(nodes)]
     pairs = []
     for (node, reader), names in topics.items():
         key = f"label {node} {reader}"
         text = names if len(names) <= _MOST_NAMED else [f"{len(names)} topics"]
-        boxes.append(Box(key, "\n".join(text), "label"))
+        boxes.append(DiagramBox(key, "\n".join(text), "label"))
         pairs += [(_node(node), key), (key, _node(reader))]
     return joined(boxes, pairs)
 

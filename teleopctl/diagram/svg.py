@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from html import escape
 
-from teleopctl.diagram.layout import LINE_HEIGHT, Layout, Place, Point, lay_out
-from teleopctl.diagram.model import Box, Diagram
+from teleopctl.diagram.layout import LINE_HEIGHT, BoxPlacement, DiagramLayout, Point, lay_out
+from teleopctl.diagram.model import Diagram, DiagramBox
 
 # On light and dark ground alike.
 _FILLS = {"node": "#2b7fc4", "topic": "#5c6773", "label": ""}
@@ -31,7 +31,7 @@ def to_svg(diagram: Diagram) -> str:
     return "\n".join([*parts, "</svg>", ""])
 
 
-def _arrows(diagram: Diagram, layout: Layout) -> list[str]:
+def _arrows(diagram: Diagram, layout: DiagramLayout) -> list[str]:
     labels = {box.key for box in diagram.boxes if box.kind == "label"}
     drawn = []
     for edge, route in zip(diagram.edges, layout.routes, strict=True):
@@ -72,7 +72,7 @@ def _head(before: Point, end: Point) -> str:
     )
 
 
-def _box(box: Box, place: Place) -> str:
+def _box(box: DiagramBox, place: BoxPlacement) -> str:
     fill = _FILLS.get(box.kind, _FILLS["topic"])
     x, y, width, height = map(_text_of, place)
     frame = ""

@@ -35,7 +35,7 @@ _lock = RLock()
 _classes: dict[str, type[Any]] = {}
 
 
-class Service:
+class ServiceBase:
     """Base of service classes, which hold their message classes."""
 
     TYPE_NAME: ClassVar[str]
@@ -47,7 +47,7 @@ class Service:
         raise NotImplementedError("A service has no instances; make a Request or a Response.")
 
 
-class Action:
+class ActionBase:
     """Base of action classes, which hold their message classes.
 
     ``Impl`` holds what an action is on the wire: ``SendGoalService``, ``GetResultService``,
@@ -127,7 +127,7 @@ def get_service(type_name: str) -> type[Any]:
             parts = {
                 part: get_message(f"{name}_{part}") for part in ("Request", "Response", "Event")
             }
-            _classes[name] = type(split(name)[2], (Service,), _namespace(name) | parts)
+            _classes[name] = type(split(name)[2], (ServiceBase,), _namespace(name) | parts)
         return _classes[name]
 
 
@@ -156,7 +156,7 @@ def get_action(type_name: str) -> type[Any]:
                 GoalStatusMessage=get_message(_GOAL_STATUS),
             )
             namespace = _namespace(name) | parts | {"Impl": implementation}
-            _classes[name] = type(split(name)[2], (Action,), namespace)
+            _classes[name] = type(split(name)[2], (ActionBase,), namespace)
         return _classes[name]
 
 

@@ -39,8 +39,8 @@ _IMPORTS = {
     "_NDArray": "from numpy.typing import NDArray as _NDArray",
     "_Message": "from teleopctl.interfaces.message import Message as _Message",
     "_Strings": "from teleopctl.interfaces.protocols import Strings as _Strings",
-    "_Action": "from teleopctl.interfaces.store import Action as _Action",
-    "_Service": "from teleopctl.interfaces.store import Service as _Service",
+    "_Action": "from teleopctl.interfaces.store import ActionBase as _Action",
+    "_Service": "from teleopctl.interfaces.store import ServiceBase as _Service",
 }
 _INDENT = "    "
 

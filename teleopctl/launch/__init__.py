@@ -37,7 +37,7 @@ if TYPE_CHECKING:
         Group as Group,
         Include as Include,
         IncludeSteps as IncludeSteps,
-        Timer as Timer,
+        TimedEntities as TimedEntities,
     )
     from teleopctl.launch.actions.process import (
         Executable as Executable,
@@ -70,7 +70,7 @@ if TYPE_CHECKING:
         undeclared_arguments as undeclared_arguments,
     )
     from teleopctl.launch.asking.asking import (
-        Asking as Asking,
+        CallSequence as CallSequence,
     )
     from teleopctl.launch.evaluation.context import (
         LaunchContext as LaunchContext,
@@ -79,7 +79,7 @@ if TYPE_CHECKING:
         Evaluation as Evaluation,
     )
     from teleopctl.launch.evaluation.foresight import (
-        Foreseen as Foreseen,
+        DryRun as DryRun,
     )
     from teleopctl.launch.evaluation.parameters import (
         parameter_value as parameter_value,
@@ -155,11 +155,11 @@ if TYPE_CHECKING:
         ComponentPart as ComponentPart,
         Condition as Condition,
         NodePart as NodePart,
-        Parameter as Parameter,
-        ParameterFile as ParameterFile,
+        ParameterEntry as ParameterEntry,
+        ParameterFileEntry as ParameterFileEntry,
         ParameterTree as ParameterTree,
         Place as Place,
-        Process as Process,
+        ProcessPart as ProcessPart,
     )
     from teleopctl.launch.model.element import (
         Element as Element,
@@ -182,7 +182,7 @@ if TYPE_CHECKING:
         output_table as output_table,
     )
     from teleopctl.launch.model.plan import (
-        Further as Further,
+        FollowUp as FollowUp,
         LaunchPlan as LaunchPlan,
         ProcessPlan as ProcessPlan,
     )
@@ -190,9 +190,9 @@ if TYPE_CHECKING:
         LaunchRequest as LaunchRequest,
     )
     from teleopctl.launch.model.template import (
-        Argument as Argument,
         Call as Call,
         ComputedText as ComputedText,
+        SubstitutionArgument as SubstitutionArgument,
         Template as Template,
         literal as literal,
     )
@@ -225,7 +225,7 @@ else:
             "SetEnvironment SetRosLogDirectory UnsetEnvironment",
             "actions.gazebo": "GzServer GzSpawnModel RosGzBridge",
             "actions.messages": "Log Shutdown",
-            "actions.nesting": "Group Include IncludeSteps Timer",
+            "actions.nesting": "Group Include IncludeSteps TimedEntities",
             "actions.process": "Executable Node",
             "actions.remembering": "PopConfigurations PopEnvironment PushConfigurations "
             "PushEnvironment",
@@ -233,10 +233,10 @@ else:
             "actions.settings": "DeclareArgument DeclareBoolean Let PushNamespace Reset "
             "SetParameter SetParametersFromFile SetRemap SetUseSimTime Unset",
             "arguments": "argument_names describe_arguments undeclared_arguments",
-            "asking.asking": "Asking",
+            "asking.asking": "CallSequence",
             "evaluation.context": "LaunchContext",
             "evaluation.evaluation": "Evaluation",
-            "evaluation.foresight": "Foreseen",
+            "evaluation.foresight": "DryRun",
             "evaluation.parameters": "parameter_value",
             "evaluation.processes": "ProcessBuilder",
             "evaluation.robots_controllers": "chosen_controllers",
@@ -252,16 +252,16 @@ else:
             "frontends": "parse_text read_launch_file",
             "frontends.steps": "read_step",
             "model.action": "Action Entity Handler Launch LaunchFile Step",
-            "model.descriptions": "ComponentPart Condition NodePart Parameter ParameterFile "
-            "ParameterTree Place Process",
+            "model.descriptions": "ComponentPart Condition NodePart ParameterEntry "
+            "ParameterFileEntry ParameterTree Place ProcessPart",
             "model.element": "Element",
             "model.events": "ProcessEvent ProcessExited ProcessOutput ProcessStarted "
             "ShutdownBegan SignalRequested",
             "model.exposed": "exposed_actions exposed_substitutions look_for_strangers",
             "model.output": "output_alias output_table",
-            "model.plan": "Further LaunchPlan ProcessPlan",
+            "model.plan": "FollowUp LaunchPlan ProcessPlan",
             "model.request": "LaunchRequest",
-            "model.template": "Argument Call ComputedText Template literal",
+            "model.template": "SubstitutionArgument Call ComputedText Template literal",
             "model.values": "boolean flag",
             "recording": "bag_folder recorded",
             "model.command_line": "split_command_line",

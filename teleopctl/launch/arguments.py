@@ -9,7 +9,13 @@ from typing import NamedTuple
 from teleopctl.base.budget import DEEPEST_INCLUDES
 from teleopctl.errors import TeleopctlError
 from teleopctl.launch.actions.loops import For, ForEach
-from teleopctl.launch.actions.nesting import Group, Include, IncludeSteps, Timer, included_path
+from teleopctl.launch.actions.nesting import (
+    Group,
+    Include,
+    IncludeSteps,
+    TimedEntities,
+    included_path,
+)
 from teleopctl.launch.actions.settings import DeclareArgument, Let
 from teleopctl.launch.evaluation.context import LaunchContext
 from teleopctl.launch.evaluation.foresight import undeclared
@@ -149,13 +155,13 @@ def _declared_in(
         elif isinstance(action, Let):
             if action.name.is_literal:
                 _try_to_set(context, action.name.source, action.value)
-        elif isinstance(action, Group | Timer | For | ForEach | IncludeSteps):
+        elif isinstance(action, Group | TimedEntities | For | ForEach | IncludeSteps):
             given = action.arguments if isinstance(action, IncludeSteps) else ()
             below = _declared_in(
                 action.steps,
                 context,
                 depth,
-                conditional=may_be_missing or isinstance(action, Timer),
+                conditional=may_be_missing or isinstance(action, TimedEntities),
             )
             yield from _not_given(below, given)
         elif isinstance(action, Include):

@@ -16,7 +16,7 @@ from teleopctl.errors import TeleopctlError
 from teleopctl.mujoco_model.convex import can_decompose, convex_pieces, hull_of, split, touching
 from teleopctl.mujoco_model.cutting import cut_ahead
 from teleopctl.mujoco_model.mesh_content import load_mesh_content
-from teleopctl.mujoco_model.paint import Picture, add_pictures, drawn_by, paint
+from teleopctl.mujoco_model.paint import MeshTexture, add_pictures, drawn_by, paint
 from teleopctl.packages import resolve_uri
 from teleopctl.robot import InvalidMeshError, check_mesh_file
 
@@ -40,7 +40,7 @@ def resolve_meshes(
     warnings: list[str] = []
     complained: set[str] = set()
     usable: list[tuple[Any, str, Path]] = []
-    pictures: list[Picture] = []
+    pictures: list[MeshTexture] = []
     for mesh in list(spec.meshes):
         uri: str = mesh.file
         if not uri:
@@ -82,7 +82,7 @@ def _use_file(
     spec: mujoco.MjSpec,
     mesh: Any,
     folder: Path,
-    pictures: list[Picture],
+    pictures: list[MeshTexture],
     warnings: list[str],
     *,
     try_each: bool,

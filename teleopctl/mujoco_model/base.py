@@ -19,7 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from teleopctl.mujoco_model.free_bodies import FreeBody
-from teleopctl.mujoco_model.locomotion import Shapes, is_free_by_itself, moves_about_by
+from teleopctl.mujoco_model.locomotion import RobotShapes, is_free_by_itself, moves_about_by
 from teleopctl.robot import Pose
 
 if TYPE_CHECKING:
@@ -135,7 +135,7 @@ def fixed_base(
         return FixedBase(link, FixedBy.STATIC, placed)
     if asked is False or static is False or is_free_by_itself(description):
         return None
-    shapes = Shapes(spec, start)
+    shapes = RobotShapes(spec, start)
     if moves_about_by(shapes, description):
         return None
     below = -shapes.lowest_that_moves

@@ -25,7 +25,7 @@ from teleopctl.robot import Lens, Noise, Pose, RosNames, ros_topic
 from teleopctl.tf import Quaternion
 
 if TYPE_CHECKING:
-    from teleopctl.robot import Camera, RobotDescription, Sensor
+    from teleopctl.robot import CameraTag, RobotDescription, SensorTag
 
 _DEFAULT_RATE_HZ = 30.0
 # SDF's words for boxes around what is seen of a thing, not what is behind another.
@@ -185,12 +185,12 @@ def camera_models(description: RobotDescription) -> tuple[list[CameraModel], lis
     return list(cameras.values()), warnings
 
 
-def _is_in_world(sensor: Sensor, description: RobotDescription) -> bool:
+def _is_in_world(sensor: SensorTag, description: RobotDescription) -> bool:
     """Whether a camera stands beside a robot that moves freely, in its MJCF file."""
     return description.mjcf is not None and sensor.link == "world"
 
 
-def _fault(sensor: Sensor) -> str:
+def _fault(sensor: SensorTag) -> str:
     """Why a camera sees nothing; empty where it does."""
     camera = sensor.camera
     assert camera is not None
@@ -204,7 +204,7 @@ def _fault(sensor: Sensor) -> str:
     return ""
 
 
-def _camera(sensor: Sensor, frame: str) -> CameraModel:
+def _camera(sensor: SensorTag, frame: str) -> CameraModel:
     camera = sensor.camera
     assert camera is not None
     return CameraModel(
@@ -229,7 +229,7 @@ def _camera(sensor: Sensor, frame: str) -> CameraModel:
     )
 
 
-def _distortion(sensor: Sensor, camera: Camera) -> tuple[float, float, float, float, float]:
+def _distortion(sensor: SensorTag, camera: CameraTag) -> tuple[float, float, float, float, float]:
     """The lens that ``<distortion>`` describes; where it has none, that of an older plug-in."""
     k1, k2, p1, p2, k3 = (
         of_camera or _said(sensor, f"distortion_{name.lower()}", f"distortion{name}") or 0.0
@@ -244,21 +244,21 @@ def _distortion(sensor: Sensor, camera: Camera) -> tuple[float, float, float, fl
     return k1, k2, p1, p2, k3
 
 
-def _depth_limits(sensor: Sensor, near: float, far: float) -> tuple[float, float]:
+def _depth_limits(sensor: SensorTag, near: float, far: float) -> tuple[float, float]:
     """Where depths are measured: what a plug-in says of it, within what is drawn."""
     least = _said(sensor, "min_depth", "pointCloudCutoff")
     most = _said(sensor, "max_depth", "pointCloudCutoffMax")
     return max(near, least or near), min(far, most or far)
 
 
-def _said(sensor: Sensor, *tags: str) -> float | None:
+def _said(sensor: SensorTag, *tags: str) -> float | None:
     """A number of the camera's plug-in."""
     with contextlib.suppress(ValueError):
         return float(RosNames(sensor).setting(*tags))
     return None
 
 
-def _of_plugins(sensor: Sensor, parameter: str) -> str:
+def _of_plugins(sensor: SensorTag, parameter: str) -> str:
     texts = (plugin.parameter(parameter) for plugin in sensor.plugins)
     return next((text for text in texts if text), "")
 

@@ -74,7 +74,7 @@ def is_free_by_itself(description: RobotDescription) -> bool:
     return named or motion_plugins(description).drive_the_base
 
 
-def moves_about_by(shapes: Shapes, description: RobotDescription) -> str:
+def moves_about_by(shapes: RobotShapes, description: RobotDescription) -> str:
     """Return the wheels or legs of a robot; empty if its base must be fixed.
 
     Args:
@@ -90,7 +90,7 @@ def moves_about_by(shapes: Shapes, description: RobotDescription) -> str:
     return "joints along the ground" if _crawls(shapes) else ""
 
 
-class Shapes:
+class RobotShapes:
     """Shapes of a robot at its start, in the root link's frame.
 
     Args:
@@ -221,7 +221,7 @@ _CIRCLE = np.column_stack([np.cos(_TURNS), np.sin(_TURNS), np.zeros_like(_TURNS)
 _SPHERE = np.vstack([np.roll(_CIRCLE, turn, axis=1) for turn in range(3)])
 
 
-def _endless(shapes: Shapes, description: RobotDescription) -> Iterator[int]:
+def _endless(shapes: RobotShapes, description: RobotDescription) -> Iterator[int]:
     """The joints that go round without end."""
     m = shapes.model
     for joint in range(m.njnt):
@@ -233,7 +233,7 @@ def _endless(shapes: Shapes, description: RobotDescription) -> Iterator[int]:
             yield joint
 
 
-def _has_wheels(shapes: Shapes, description: RobotDescription) -> bool:
+def _has_wheels(shapes: RobotShapes, description: RobotDescription) -> bool:
     """Whether something round on an axis that lies reaches the ground."""
     for joint in _endless(shapes, description):
         anchor, axis = shapes.data.xanchor[joint], shapes.data.xaxis[joint]
@@ -257,7 +257,7 @@ def _is_round(points: Array, axis: Array) -> bool:
     return bool(reach.min() > _ROUND * reach.max())
 
 
-def _has_legs(shapes: Shapes) -> bool:
+def _has_legs(shapes: RobotShapes) -> bool:
     """Whether chains of joints that part at the hips end on the ground, the root link above."""
     m, level = shapes.model, shapes.ground + _LEVEL * shapes.height
     if shapes.lowest[shapes.root_group()].min() <= level:
@@ -273,7 +273,7 @@ def _has_legs(shapes: Shapes) -> bool:
     return len(shared) <= _WAIST_JOINTS and hip - shapes.ground > _SHORTEST_LEG * shapes.height
 
 
-def _has_rotors(shapes: Shapes, description: RobotDescription) -> bool:
+def _has_rotors(shapes: RobotShapes, description: RobotDescription) -> bool:
     """Whether upright propellers are all that moves on the root link."""
     m = shapes.model
     endless = {*_endless(shapes, description)}
@@ -284,7 +284,7 @@ def _has_rotors(shapes: Shapes, description: RobotDescription) -> bool:
     return len(endless) > 1 and len(endless) == m.njnt and bool(upright.all()) and leaves
 
 
-def _crawls(shapes: Shapes) -> bool:
+def _crawls(shapes: RobotShapes) -> bool:
     """Whether nearly all links of a long chain lie on the ground."""
     m = shapes.model
     groups: dict[int, float] = {}

@@ -36,7 +36,7 @@ from teleopctl.mujoco_model.free_bodies import FreeBody, free_bodies
 from teleopctl.mujoco_model.inertia import repair_inertias
 from teleopctl.mujoco_model.joints import JointSpec, close_loops, joint_specs
 from teleopctl.mujoco_model.mjcf.draft import MjcfDraft, draft_mjcf
-from teleopctl.mujoco_model.mjcf.start import Start
+from teleopctl.mujoco_model.mjcf.start import MjcfStart
 from teleopctl.mujoco_model.shapes import drop_impossible_shapes
 from teleopctl.mujoco_model.surroundings.scene import add_scene
 from teleopctl.mujoco_model.surroundings.surfaces import pair_surfaces
@@ -91,8 +91,8 @@ class RobotModel:
     excluded: tuple[tuple[str, str], ...]
     weightless: tuple[str, ...] = ()
     directed: tuple[DirectedFriction, ...] = ()
-    start: Start | None = None
-    keyframes: Mapping[str, Start] = field(default_factory=dict)
+    start: MjcfStart | None = None
+    keyframes: Mapping[str, MjcfStart] = field(default_factory=dict)
 
     def rotors(self) -> dict[str, float]:
         """Assumed rotor inertias by joint, in kg m² or kg.

@@ -49,7 +49,7 @@ class Part:
     uv: npt.NDArray[np.float64] | None = None
 
 
-class Picture(NamedTuple):
+class MeshTexture(NamedTuple):
     """A texture, by the name of the mesh that has it.
 
     Attributes:
@@ -89,7 +89,7 @@ def drawn_by(spec: mujoco.MjSpec, mesh: Any) -> list[Any]:
 
 def paint(
     spec: mujoco.MjSpec, mesh: Any, parts: Sequence[Part], is_taken: Callable[[Any], bool]
-) -> list[Picture]:
+) -> list[MeshTexture]:
     """Draw the parts of a mesh in place of its visual shape, unless MuJoCo refuses one.
 
     Args:
@@ -118,7 +118,7 @@ def paint(
             # A link that moves has the mass of its shapes, if it has no other.
             geom.group = WEIGHING_GROUP
     pictures = [
-        Picture(added.name, part.picture, part.rgba)
+        MeshTexture(added.name, part.picture, part.rgba)
         for part, added in zip(parts, meshes, strict=True)
         if part.picture is not None and part.rgba is not None
     ]
@@ -127,7 +127,7 @@ def paint(
     return pictures
 
 
-def add_pictures(spec: mujoco.MjSpec, pictures: Iterable[Picture]) -> None:
+def add_pictures(spec: mujoco.MjSpec, pictures: Iterable[MeshTexture]) -> None:
     """Add the textures of meshes, reduced if they are many."""
     added, side = list(pictures), _LARGEST_PICTURE
     while side > 1 and sum(picture.pixels.nbytes for picture in added) > _MOST_OF_PICTURES:

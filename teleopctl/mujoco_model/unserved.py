@@ -16,7 +16,7 @@ from teleopctl.mujoco_model.sensors.unserved_sensors import (
     GAZEBOS_OWN,
     OF_PLUGINS,
     OF_ROS,
-    Tag,
+    UnsupportedTag,
     is_default_of_plugin,
     tags_of_sensor,
     told_of,
@@ -80,7 +80,7 @@ def gazebos_own_tags(urdf: str) -> list[str]:
     return [gazebos_own(lines)] if lines else []
 
 
-def _of_description(urdf: str) -> tuple[list[str], list[Tag]]:
+def _of_description(urdf: str) -> tuple[list[str], list[UnsupportedTag]]:
     # Whatever was said of the text's encoding, it is decoded by now.
     parser = etree.XMLParser(
         encoding="utf-8", resolve_entities=False, remove_comments=True, remove_pis=True
@@ -91,8 +91,8 @@ def _of_description(urdf: str) -> tuple[list[str], list[Tag]]:
         for kind in ("link", "joint")
     }
     sentences: list[str] = []
-    found: dict[tuple[str, str], list[Tag]] = {}
-    own: list[Tag] = []
+    found: dict[tuple[str, str], list[UnsupportedTag]] = {}
+    own: list[UnsupportedTag] = []
     for gazebo in robot.iterfind("gazebo"):
         reference = gazebo.get("reference") or ""
         tables = [OF_LINKS] if reference in names["link"] else []
@@ -137,7 +137,7 @@ def _left_out(gazebo: etree._Element, links: set[str | None]) -> Iterator[str]:
             )
 
 
-def _of_gazebo(gazebo: etree._Element, where: str, tables: list[Table]) -> Iterator[Tag]:
+def _of_gazebo(gazebo: etree._Element, where: str, tables: list[Table]) -> Iterator[UnsupportedTag]:
     """What one ``<gazebo>`` asks for in vain.
 
     Args:
@@ -156,14 +156,14 @@ def _of_gazebo(gazebo: etree._Element, where: str, tables: list[Table]) -> Itera
         if across is None or (along is not None and _is_same(along, across)):
             continue
         if not any(map(_has_direction, map(gazebo.find, _DIRECTIONS))):
-            yield Tag(across, where, "<mu2>", _ACROSS)
+            yield UnsupportedTag(across, where, "<mu2>", _ACROSS)
     rolling, usual = gazebo.find(_ROLLING), gazebo.find(f"{_OF_SHAPES}/mu")
     if rolling is not None and usual is not None and not is_default(rolling):
-        yield Tag(rolling, where, "<rolling_friction>", _BULLETS)
+        yield UnsupportedTag(rolling, where, "<rolling_friction>", _BULLETS)
     for material in gazebo.iterfind("material") if OF_LINKS in tables else ():
         script = value_of(material) or (material.findtext("script/name") or "").strip()
         if script and gazebo_colour(script) is None:
-            yield Tag(
+            yield UnsupportedTag(
                 material, where, "<material>", f"has no effect: {script} is no colour of ours"
             )
     for tag in gazebo:
@@ -185,7 +185,7 @@ def _is_same(one: etree._Element, other: etree._Element) -> bool:
         return value_of(one) == value_of(other)
 
 
-def _of_controller(plugin: etree._Element) -> Iterator[Tag]:
+def _of_controller(plugin: etree._Element) -> Iterator[UnsupportedTag]:
     """The parameters of a plug-in that is a controller here, or stands for what there is."""
     filename = plugin.get("filename", "")
     where = f"plug-in '{plugin.get('name')}'"
@@ -196,12 +196,12 @@ def _of_controller(plugin: etree._Element) -> Iterator[Tag]:
         return  # told as a whole
     for tag in plugin:
         if known is None:
-            yield Tag(tag, where, f"<{tag.tag}>", gazebos_own=True)
+            yield UnsupportedTag(tag, where, f"<{tag.tag}>", gazebos_own=True)
         elif tag.tag not in known | OF_PLUGINS and not is_default_of_plugin(tag):
-            yield Tag(tag, where, f"<{tag.tag}>", gazebos_own=tag.tag in GAZEBOS_OWN)
+            yield UnsupportedTag(tag, where, f"<{tag.tag}>", gazebos_own=tag.tag in GAZEBOS_OWN)
     obeyed = OF_ROS if "ft_sensor" in filename else words("namespace remapping")
     for tag in plugin.iterfind("ros/*"):
         source, _, target = value_of(tag).partition(":=")
         is_same = bool(source) and source.lstrip("/") == target.lstrip("/")
         if tag.tag not in obeyed and not is_same and (len(tag) or value_of(tag)):
-            yield Tag(tag, where, f"<{tag.tag}>")
+            yield UnsupportedTag(tag, where, f"<{tag.tag}>")

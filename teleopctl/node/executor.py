@@ -16,7 +16,7 @@ from collections.abc import Callable, Coroutine
 
 from teleopctl.base.typed import TYPE_CHECKING, Any, cast
 from teleopctl.node.context import Context
-from teleopctl.node.endpoints.waitable import Waitable
+from teleopctl.node.endpoints.waitable import QueuingEntity
 from teleopctl.node.values.callback_groups import CallbackGroup
 from teleopctl.node.values.exceptions import (
     ConditionReachedException,
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from teleopctl.node.node_endpoints import NodeEndpoints
 
     # What is to be called, and the entity and the node whose callback it is.
-    Ready = tuple[Task[Any], Waitable | Timer | None, NodeEndpoints | None]
+    Ready = tuple[Task[Any], QueuingEntity | Timer | None, NodeEndpoints | None]
 
 # A blocked wait cannot be interrupted by Ctrl-C on Windows: come up for air there.
 _LONGEST_WAIT_S = 0.2 if sys.platform == "win32" else None
@@ -63,7 +63,7 @@ class Executor:
         self._is_shutdown = False
         self._wake_queued = False
         self._timer_was_last = False
-        self._held: set[Waitable] = set()  # what its callback group did not let run yet
+        self._held: set[QueuingEntity] = set()  # what its callback group did not let run yet
         self._ready: Ready | None = None
         self._spinner = SpinGuard()
         self._context.on_shutdown(self.wake)
@@ -307,7 +307,7 @@ class Executor:
 
     def _dispatch(self, item: Any) -> bool:
         """Run what was taken from the queue; False when it had nothing to do after all."""
-        if isinstance(item, Waitable):
+        if isinstance(item, QueuingEntity):
             if self._asks(item.callback_group):
                 return self._run_as_its_group_says(item)
             return self._run_waitable(item)
@@ -316,7 +316,7 @@ class Executor:
         self._run(item)
         return True
 
-    def _take(self, waitable: Waitable) -> Callable[[], object] | None:
+    def _take(self, waitable: QueuingEntity) -> Callable[[], object] | None:
         """Take one arrival; what has more comes again, after all others that wait."""
         self._queued.discard(waitable)
         if waitable.node not in self._nodes:
@@ -330,7 +330,7 @@ class Executor:
         """Tell whether a group is asked; our executors know the rules of our groups."""
         return group.decides or self._hands_over
 
-    def _run_as_its_group_says(self, waitable: Waitable) -> bool:
+    def _run_as_its_group_says(self, waitable: QueuingEntity) -> bool:
         group = waitable.callback_group
         if not (group.can_execute(waitable) and group.beginning_execution(waitable)):
             self._queued.discard(waitable)
@@ -371,7 +371,7 @@ class Executor:
             with contextlib.suppress(KeyError):  # threads of a pool come here as well
                 self.schedule(self._held.pop())
 
-    def _run_waitable(self, waitable: Waitable) -> bool:
+    def _run_waitable(self, waitable: QueuingEntity) -> bool:
         """Take an arrival and run its callback; False when there was none."""
         raise NotImplementedError
 

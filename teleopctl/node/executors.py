@@ -10,7 +10,7 @@ from collections.abc import Callable
 
 from teleopctl.base.typed import TYPE_CHECKING
 from teleopctl.node.context import Context
-from teleopctl.node.endpoints.waitable import Waitable
+from teleopctl.node.endpoints.waitable import QueuingEntity
 from teleopctl.node.executor import Executor
 from teleopctl.node.values.callback_groups import CallbackGroup
 
@@ -25,7 +25,7 @@ class SingleThreadedExecutor(Executor):
 
     _hands_over = False
 
-    def _run_waitable(self, waitable: Waitable) -> bool:
+    def _run_waitable(self, waitable: QueuingEntity) -> bool:
         handler = self._take(waitable)
         if handler is None:
             return False
@@ -67,7 +67,7 @@ class MultiThreadedExecutor(Executor):
         starter.start()
         starter.join()
 
-    def _run_waitable(self, waitable: Waitable) -> bool:
+    def _run_waitable(self, waitable: QueuingEntity) -> bool:
         def take_and_call() -> object:
             handler = self._take(waitable)
             return None if handler is None else handler()

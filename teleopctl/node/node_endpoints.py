@@ -10,7 +10,7 @@ from teleopctl.interfaces import MessageT, RequestT, ResponseT, get_message
 from teleopctl.node.clock import Clock
 from teleopctl.node.context import Context
 from teleopctl.node.endpoints.endpoint import Endpoint
-from teleopctl.node.endpoints.waitable import Waitable
+from teleopctl.node.endpoints.waitable import QueuingEntity
 from teleopctl.node.node_timers import NodeTimers
 from teleopctl.node.values.callback_groups import CallbackGroup
 from teleopctl.node.values.handle import Handle
@@ -285,19 +285,19 @@ class NodeEndpoints(NodeTimers):
         """Register and return an endpoint, to be served and destroyed with the node (ours)."""
         with self._endpoints_lock:
             self._endpoints.append(endpoint)
-        if isinstance(endpoint, Waitable):
+        if isinstance(endpoint, QueuingEntity):
             endpoint.callback_group.add_entity(endpoint)
-        if isinstance(endpoint, Waitable) and endpoint.pending():
+        if isinstance(endpoint, QueuingEntity) and endpoint.pending():
             # An executor that was given the node meanwhile did not know of the endpoint.
             endpoint.tell_executor()
         return endpoint
 
     # -- what there is ---------------------------------------------------------------------------
 
-    def receivers(self) -> list[Waitable]:
+    def receivers(self) -> list[QueuingEntity]:
         """Return the entities whose arrivals an executor takes (ours)."""
         with self._endpoints_lock:
-            receiving = [e for e in self._endpoints if isinstance(e, Waitable)]
+            receiving = [e for e in self._endpoints if isinstance(e, QueuingEntity)]
             events = [e for point in self._endpoints for e in point.events if e.is_served]
             return [*receiving, *self._guards, *events, *self._waitables]
 

@@ -64,7 +64,7 @@ _BODIES_TOPIC = "/mujoco_sim/free_joint_states"
 _CHOICES = {"quality": ("auto", "fast", "full"), "compressed.format": ("jpeg", "png")}
 
 
-class Camera(Node):
+class CameraNode(Node):
     """Node ``camera``, which renders all cameras of the robot.
 
     Everything that draws happens on one thread, as OpenGL wants it.
@@ -381,7 +381,7 @@ def main(args: list[str] | None = None) -> int:
     with (
         contextlib.suppress(KeyboardInterrupt, ExternalShutdownException),
         init(args=args, ends_in_order=True),
-        Camera() as node,
+        CameraNode() as node,
     ):
         spin(node)
     return 0

@@ -15,7 +15,7 @@ from pathlib import Path
 
 from teleopctl.base import interrupts
 from teleopctl.errors import EXIT_INTERRUPTED, NotFoundError, SystemFailureError, TeleopctlError
-from teleopctl.packages import Executable, find_executable
+from teleopctl.packages import PackageProgram, find_executable
 
 _PACKAGE = __name__.partition(".")[0]
 _FOLDER = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "")  # noqa: PTH100, PTH118, PTH120
@@ -44,7 +44,7 @@ def run_executable(
     return execute(find_executable(package, executable, builtin=builtin), args)
 
 
-def execute(executable: Executable, args: Sequence[str]) -> int:
+def execute(executable: PackageProgram, args: Sequence[str]) -> int:
     """Run a program in this process; see `run_executable`."""
     from teleopctl.base.output import discard_output, outlive_output, take_log_file
     from teleopctl.compat import activation
@@ -80,7 +80,7 @@ def execute(executable: Executable, args: Sequence[str]) -> int:
         return 1
 
 
-def _call(executable: Executable, args: Sequence[str]) -> int:
+def _call(executable: PackageProgram, args: Sequence[str]) -> int:
     module_name, _, function_name = executable.target.partition(":")
     sys.argv = [executable.name, *args]
     try:
@@ -163,7 +163,7 @@ def _is_external_shutdown(error: Exception) -> bool:
     return expected is not None and isinstance(error, expected)
 
 
-def _passed_a_users_code(error: BaseException, executable: Executable) -> bool:
+def _passed_a_users_code(error: BaseException, executable: PackageProgram) -> bool:
     if executable.target.startswith(f"{_PACKAGE}."):
         return False
     trace = error.__traceback__

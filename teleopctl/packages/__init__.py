@@ -39,7 +39,7 @@ if TYPE_CHECKING:
         find_executable as find_executable,
         is_path as is_path,
     )
-    from teleopctl.packages.records import Executable as Executable, Package as Package
+    from teleopctl.packages.records import Package as Package, PackageProgram as PackageProgram
     from teleopctl.packages.source_folders import enclosing_package as enclosing_package
 else:
     from teleopctl.base.lazy import attach
@@ -55,7 +55,7 @@ else:
             "own": "builtin_package",
             "prefixes": "search_paths",
             "programs": "find_executable is_path",
-            "records": "Executable Package",
+            "records": "PackageProgram Package",
             "source_folders": "enclosing_package",
         },
     )

@@ -40,7 +40,7 @@ from teleopctl.packages.prefixes import (
     installed_packages,
     is_ros,
 )
-from teleopctl.packages.records import OWN, SOURCES, Executable, Package
+from teleopctl.packages.records import OWN, SOURCES, Package, PackageProgram
 
 PACKAGE_PATH_VARIABLE = "TELEOPCTL_PACKAGE_PATH"
 _QT = "python_qt_binding"
@@ -244,11 +244,11 @@ def _overlay(layers: list[Package]) -> Package | None:
     )
 
 
-def _executables(layers: list[Package]) -> dict[str, Executable]:
+def _executables(layers: list[Package]) -> dict[str, PackageProgram]:
     # Two folders of sources with one name are a mistake, as for colcon: the second is not used.
     first = next((package for package in layers if package.kind == SOURCES), None)
     used = [package for package in layers if package.kind != SOURCES or package is first]
-    executables: dict[str, Executable] = {}
+    executables: dict[str, PackageProgram] = {}
     for package in reversed(used):
         executables.update(package.executables)
     return executables
@@ -298,7 +298,7 @@ def _source_package(name: str, folder: Path, found_by: str) -> Package:
     return Package(name, folder, kind=SOURCES, found_by=found_by, read_executables=read)
 
 
-def _source_executables(name: str, folder: Path) -> dict[str, Executable]:
+def _source_executables(name: str, folder: Path) -> dict[str, PackageProgram]:
     from teleopctl.packages.source_programs import executables
 
     return executables(name, folder)

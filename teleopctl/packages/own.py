@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Final
 
 from teleopctl import plugins
-from teleopctl.packages.records import Executable, Package
+from teleopctl.packages.records import Package, PackageProgram
 
 HERE: Final = Path(__file__).resolve().parents[1]
 
@@ -49,11 +49,11 @@ def builtin_package(name: str) -> Package | None:
     return Package(name, folder, read_executables=lambda: programs)
 
 
-def executables_of(package: str, nodes: Iterable[tuple[str, str]]) -> dict[str, Executable]:
+def executables_of(package: str, nodes: Iterable[tuple[str, str]]) -> dict[str, PackageProgram]:
     """Return the executables of one package, from pairs of ``package/executable`` and target."""
     split = ((name.rpartition("/"), target) for name, target in nodes)
     return {
-        name: Executable(name=name, package=package, target=target)
+        name: PackageProgram(name=name, package=package, target=target)
         for (owner, _, name), target in split
         if owner == package
     }

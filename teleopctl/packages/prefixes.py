@@ -15,7 +15,7 @@ from functools import lru_cache, partial
 from pathlib import Path
 from typing import Final
 
-from teleopctl.packages.records import INSTALLED, Executable, Package
+from teleopctl.packages.records import INSTALLED, Package, PackageProgram
 
 AMENT_VARIABLE: Final = "AMENT_PREFIX_PATH"
 COLCON_VARIABLE: Final = "COLCON_PREFIX_PATH"
@@ -128,15 +128,15 @@ def _package(name: str, prefix: str, variable: str) -> Package:
     )
 
 
-def _executables(name: str, prefix: Path) -> dict[str, Executable]:
+def _executables(name: str, prefix: Path) -> dict[str, PackageProgram]:
     """The executable files below ``lib/NAME``, at any depth; the first of a name counts."""
-    found: dict[str, Executable] = {}
+    found: dict[str, PackageProgram] = {}
     roots = python_folders(prefix)
     for top, folders, files in os.walk(prefix / "lib" / name):
         folders[:] = sorted(folder for folder in folders if not folder.startswith("."))
         for file in sorted(files):
             path = Path(top, file)
             if os.access(path, os.X_OK):
-                program = Executable(file, name, "", path, (path.parent, *roots))
+                program = PackageProgram(file, name, "", path, (path.parent, *roots))
                 found.setdefault(file, program)
     return found

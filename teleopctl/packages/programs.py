@@ -13,13 +13,13 @@ from teleopctl.packages.finding import (
     package_layers,
 )
 from teleopctl.packages.own import builtin_package
-from teleopctl.packages.records import DISTRIBUTION, SOURCES, Executable, Package
+from teleopctl.packages.records import DISTRIBUTION, SOURCES, Package, PackageProgram
 
 # Where the functions of our own executables are.
 _OURS = "teleopctl.nodes."
 
 
-def find_executable(package: str | None, name: str, *, builtin: bool = False) -> Executable:
+def find_executable(package: str | None, name: str, *, builtin: bool = False) -> PackageProgram:
     """Find a program by package and name, by name alone, or by path.
 
     Args:
@@ -43,7 +43,7 @@ def find_executable(package: str | None, name: str, *, builtin: bool = False) ->
     return _only_executable(name)
 
 
-def _executable_of(package: str, name: str) -> Executable:
+def _executable_of(package: str, name: str) -> PackageProgram:
     offered = find_package(package).executables
     if name in offered:
         return offered[name]
@@ -72,15 +72,15 @@ def _compiled(package: Package) -> set[str]:
     return compiled_programs(package.folder)
 
 
-def _executable_file(path: str) -> Executable:
+def _executable_file(path: str) -> PackageProgram:
     file = Path(path).expanduser().absolute()
     if not file.is_file():
         raise NotFoundError("No executable found", hint=f"There is no file {file}.")
     include_package_of(file)
-    return Executable(name=file.name, file=file, import_roots=(file.parent,))
+    return PackageProgram(name=file.name, file=file, import_roots=(file.parent,))
 
 
-def _only_executable(name: str) -> Executable:
+def _only_executable(name: str) -> PackageProgram:
     """Return the program of that name, which several packages may share.
 
     One of the user's own comes before ours: `talker` is in half of all packages, and in our demos.

@@ -13,7 +13,7 @@ OWN: Final = "own"
 DISTRIBUTION: Final = "distribution"
 
 
-class Executable(NamedTuple):
+class PackageProgram(NamedTuple):
     """Program of a package: a function or a file.
 
     Attributes:
@@ -57,7 +57,7 @@ class Package:
         *,
         kind: str = OWN,
         found_by: str = "teleopctl",
-        read_executables: Callable[[], dict[str, Executable]] = dict,
+        read_executables: Callable[[], dict[str, PackageProgram]] = dict,
     ) -> None:
         self.name = name
         self.folder = folder
@@ -66,7 +66,7 @@ class Package:
         self._read_executables = read_executables
 
     @cached_property
-    def executables(self) -> dict[str, Executable]:
+    def executables(self) -> dict[str, PackageProgram]:
         """The package's executables by name."""
         return self._read_executables()
 

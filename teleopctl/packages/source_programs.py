@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Final
 
 from teleopctl.packages.cmake_script import installation
-from teleopctl.packages.records import Executable
+from teleopctl.packages.records import PackageProgram
 from teleopctl.packages.setup_script import setup_arguments
 from teleopctl.packages.source_folders import text_of
 
@@ -20,10 +20,10 @@ _BUILT: Final = re.compile(r"^[^#\n]*\badd_(?:executable|library)\s*\(", re.MULT
 _SCRIPTS = "console_scripts"
 
 
-def executables(package: str, folder: Path) -> dict[str, Executable]:
+def executables(package: str, folder: Path) -> dict[str, PackageProgram]:
     """Return the programs that a package's scripts install."""
     programs = {
-        name: Executable(name, package, target, None, (import_root(folder, target),))
+        name: PackageProgram(name, package, target, None, (import_root(folder, target),))
         for name, target in console_scripts(folder).items()
     }
     text = text_of(folder / "CMakeLists.txt")
@@ -39,7 +39,7 @@ def executables(package: str, folder: Path) -> dict[str, Executable]:
             and (path in installed.programs or os.access(file, os.X_OK))
         ):
             file = Path(os.path.normpath(file))
-            programs.setdefault(name, Executable(name, package, "", file, (file.parent,)))
+            programs.setdefault(name, PackageProgram(name, package, "", file, (file.parent,)))
     return programs
 
 

@@ -85,17 +85,17 @@ if TYPE_CHECKING:
     from teleopctl.robot.scene.surface import Surface as Surface
     from teleopctl.robot.sdf.includes import gazebo_models as gazebo_models
     from teleopctl.robot.sensors.lens_tag import Lens as Lens
-    from teleopctl.robot.sensors.plugin_tag import Plugin as Plugin
+    from teleopctl.robot.sensors.plugin_tag import PluginTag as PluginTag
     from teleopctl.robot.sensors.sensor_names import (
         RosNames as RosNames,
         ros_topic as ros_topic,
     )
     from teleopctl.robot.sensors.sensor_tag import (
-        Camera as Camera,
+        CameraTag as CameraTag,
         Noise as Noise,
         Rays as Rays,
-        Sensor as Sensor,
-        Sweep as Sweep,
+        RaySweep as RaySweep,
+        SensorTag as SensorTag,
     )
     from teleopctl.robot.simulated_hardware import (
         SimulatedDescription as SimulatedDescription,
@@ -109,8 +109,8 @@ if TYPE_CHECKING:
         of_sensors as of_sensors,
     )
     from teleopctl.robot.tags.table import (
-        Finding as Finding,
         Table as Table,
+        TagFinding as TagFinding,
         gazebos_own as gazebos_own,
         is_default as is_default,
         plain as plain,
@@ -174,11 +174,11 @@ else:
             "repair": "repair_urdf",
             "ros2_control_tag": "ComponentInfo HardwareInfo InterfaceInfo",
             "sensors.lens_tag": "Lens",
-            "sensors.plugin_tag": "Plugin",
+            "sensors.plugin_tag": "PluginTag",
             "sensors.sensor_names": "RosNames ros_topic",
-            "sensors.sensor_tag": "Camera Noise Rays Sensor Sweep",
+            "sensors.sensor_tag": "CameraTag Noise Rays SensorTag RaySweep",
             "tags.gazebo": "OF_JOINTS OF_LINKS OF_ROBOTS of_sensors",
-            "tags.table": "Finding Table gazebos_own is_default plain value_of",
+            "tags.table": "TagFinding Table gazebos_own is_default plain value_of",
             "tags.urdf": "unknown_tags",
             "simulated_hardware": "SimulatedDescription simulated with_plugin_joints",
             "urdf": "Box Capsule Cylinder Geometry Joint Link Material Mesh Mimic Pose Sphere",

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 from teleopctl.errors import InvalidDescriptionError
 from teleopctl.robot import elements
-from teleopctl.robot.elements import Element, line_of
+from teleopctl.robot.elements import XmlElement, line_of
 from teleopctl.robot.joint_rules import resolve_mimics
 from teleopctl.robot.repair import repair_urdf
 from teleopctl.robot.urdf import Joint, Link, read_joints, read_links
@@ -128,7 +128,7 @@ class RobotDescription:
         return read_gazebo(_parse_robot(self.urdf))
 
 
-def _parse_robot(text: str) -> Element:
+def _parse_robot(text: str) -> XmlElement:
     root = elements.parse(text)
     if root.tag != "robot":
         raise InvalidDescriptionError(

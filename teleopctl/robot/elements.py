@@ -27,7 +27,7 @@ _LET_PASS = (
 )
 
 
-class Element(Protocol):
+class XmlElement(Protocol):
     """Interface of lxml's elements."""
 
     tag: str
@@ -38,11 +38,11 @@ class Element(Protocol):
         """Return an attribute, or None."""
         ...
 
-    def find(self, path: str) -> "Element | None":
+    def find(self, path: str) -> "XmlElement | None":
         """Return the first child that matches, or None."""
         ...
 
-    def findall(self, path: str) -> "list[Element]":
+    def findall(self, path: str) -> "list[XmlElement]":
         """Return every child that matches."""
         ...
 
@@ -50,14 +50,14 @@ class Element(Protocol):
         """Set an attribute."""
         ...
 
-    def remove(self, element: "Element") -> None:
+    def remove(self, element: "XmlElement") -> None:
         """Remove a child."""
         ...
 
-    def __iter__(self) -> "Iterator[Element]": ...
+    def __iter__(self) -> "Iterator[XmlElement]": ...
 
 
-def parse(text: str) -> Element:
+def parse(text: str) -> XmlElement:
     """Parse a URDF document.
 
     Raises:
@@ -71,7 +71,7 @@ def parse(text: str) -> Element:
         encoding="utf-8", resolve_entities=False, remove_comments=True, remove_pis=True
     )
     try:
-        root: Element = etree.fromstring(text.encode(), parser)
+        root: XmlElement = etree.fromstring(text.encode(), parser)
     except etree.XMLSyntaxError as error:
         raise InvalidDescriptionError(
             f"invalid URDF passed in to robot parser: {error.msg}"
@@ -79,7 +79,7 @@ def parse(text: str) -> Element:
     return root
 
 
-def parse_file(path: Path, content: bytes) -> Element:
+def parse_file(path: Path, content: bytes) -> XmlElement:
     """Parse the content of a robot's or world's file.
 
     Blank lines may stand before its XML declaration, as Gazebo and MuJoCo have it, prefixes may be
@@ -100,7 +100,7 @@ def parse_file(path: Path, content: bytes) -> Element:
     try:
         # With its name, so that who takes elements elsewhere knows where they stood.
         name = str(path).encode(errors="replace").decode()
-        root: Element | None = etree.fromstring(content, parser, base_url=name)
+        root: XmlElement | None = etree.fromstring(content, parser, base_url=name)
     except etree.XMLSyntaxError as error:
         raise InvalidDescriptionError(
             f"{path}:{error.lineno}: invalid XML: {error.msg or 'it is empty'}"
@@ -113,7 +113,7 @@ def parse_file(path: Path, content: bytes) -> Element:
     return root
 
 
-def describe(element: Element) -> str:
+def describe(element: XmlElement) -> str:
     """Return an element's tag, name and line, for error messages."""
     name = element.get("name")
     named = f" '{name}'" if name else ""
@@ -125,7 +125,7 @@ def line_of(number: int | None) -> str:
     return f" (line {number})" if number else ""
 
 
-def required(element: Element, attribute: str) -> str:
+def required(element: XmlElement, attribute: str) -> str:
     """Return a required attribute.
 
     Raises:
@@ -142,7 +142,7 @@ def required(element: Element, attribute: str) -> str:
     return value
 
 
-def child_text(element: Element, tag: str, default: str = "") -> str:
+def child_text(element: XmlElement, tag: str, default: str = "") -> str:
     """Return the stripped text of a child element; the default if it is missing."""
     child = element.find(tag)
     return default if child is None else (child.text or "").strip()
@@ -159,7 +159,7 @@ def to_number(text: str) -> float | None:
 
 
 def number(
-    element: Element, attribute: str, default: float | None = None, *, finite: bool = True
+    element: XmlElement, attribute: str, default: float | None = None, *, finite: bool = True
 ) -> float:
     """Return an attribute as a number.
 
@@ -184,7 +184,7 @@ def number(
     return value
 
 
-def numbers(element: Element, attribute: str, count: int) -> tuple[float, ...]:
+def numbers(element: XmlElement, attribute: str, count: int) -> tuple[float, ...]:
     """Return an attribute with ``count`` finite numbers.
 
     Raises:
@@ -204,7 +204,7 @@ def numbers(element: Element, attribute: str, count: int) -> tuple[float, ...]:
     return found
 
 
-def vector(element: Element, attribute: str, default: Vector3 | None = None) -> Vector3:
+def vector(element: XmlElement, attribute: str, default: Vector3 | None = None) -> Vector3:
     """Return an attribute as three numbers.
 
     Raises:

@@ -7,13 +7,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from teleopctl.errors import InvalidDescriptionError
-from teleopctl.robot.elements import Element, child_text, describe, to_number
+from teleopctl.robot.elements import XmlElement, child_text, describe, to_number
 from teleopctl.robot.gazebo_colours import gazebo_colour
 from teleopctl.robot.scene.loops import Loop, read_loops
 from teleopctl.robot.scene.surface import Across, Surface, expressed_in, read_surface
-from teleopctl.robot.sensors.plugin_tag import Plugin, read_plugin
+from teleopctl.robot.sensors.plugin_tag import PluginTag, read_plugin
 from teleopctl.robot.sensors.sensor_tag import (
-    Sensor,
+    SensorTag,
     flag,
     number_in,
     read_sensor,
@@ -76,12 +76,12 @@ class GazeboTag:
     links: Mapping[str, LinkPhysics] = field(default_factory=dict)
     springs: Mapping[str, Spring] = field(default_factory=dict)
     static: bool | None = None
-    sensors: tuple[Sensor, ...] = ()
-    plugins: tuple[Plugin, ...] = ()
+    sensors: tuple[SensorTag, ...] = ()
+    plugins: tuple[PluginTag, ...] = ()
     loops: tuple[Loop, ...] = ()
 
 
-def read_gazebo(robot: Element) -> GazeboTag:
+def read_gazebo(robot: XmlElement) -> GazeboTag:
     """Read every ``<gazebo>`` of a ``<robot>``.
 
     Raises:
@@ -91,8 +91,8 @@ def read_gazebo(robot: Element) -> GazeboTag:
     springs: dict[str, Spring] = {}
     static: bool | None = None
     joints = {joint.get("name") for joint in robot.findall("joint")}
-    sensors: list[Sensor] = []
-    plugins: list[Plugin] = []
+    sensors: list[SensorTag] = []
+    plugins: list[PluginTag] = []
     loops: list[Loop] = []
     children = _children_of_joints(robot)
     for element in robot.findall("gazebo"):
@@ -115,7 +115,7 @@ def read_gazebo(robot: Element) -> GazeboTag:
     return GazeboTag(links, springs, static, tuple(sensors), tuple(plugins), tuple(loops))
 
 
-def _read_physics(element: Element, before: LinkPhysics) -> LinkPhysics:
+def _read_physics(element: XmlElement, before: LinkPhysics) -> LinkPhysics:
     # A tag of URDF's own, or that of SDF, which goes into the link's shapes.
     friction = number_in(element, _OF_SHAPES, before.mu1, finite=False)
     friction = number_in(element, "mu1", friction, finite=False)
@@ -140,7 +140,7 @@ def _read_physics(element: Element, before: LinkPhysics) -> LinkPhysics:
     )
 
 
-def _across(element: Element, friction: float | None) -> Across | None:
+def _across(element: XmlElement, friction: float | None) -> Across | None:
     """The friction across ``<fdir1>``, None where it is that along it, or no direction is said."""
     across = number_in(element, f"{_OF_SHAPES}2", None, finite=False)
     across = number_in(element, "mu2", across, finite=False)
@@ -156,7 +156,7 @@ def _across(element: Element, friction: float | None) -> Across | None:
     return None
 
 
-def _colour(element: Element) -> tuple[float, float, float, float] | None:
+def _colour(element: XmlElement) -> tuple[float, float, float, float] | None:
     """What a ``<material>`` says, by Gazebo's name or in numbers."""
     named = _said(element, "material")
     for material in (element.find("material"), element.find("visual/material")):
@@ -177,18 +177,18 @@ def _colour(element: Element) -> tuple[float, float, float, float] | None:
     return None if colour is None else (*colour, 1.0)
 
 
-def _flag(element: Element, tag: str, *, default: bool) -> bool:
+def _flag(element: XmlElement, tag: str, *, default: bool) -> bool:
     text = _said(element, tag)
     return flag(element, text) if text else default
 
 
-def _said(element: Element, tag: str) -> str:
+def _said(element: XmlElement, tag: str) -> str:
     """What a child says, as text or as the attribute ``value``; empty where there is none."""
     child = element.find(tag)
     return "" if child is None else (child.text or "").strip() or child.get("value") or ""
 
 
-def _children_of_joints(robot: Element) -> dict[str, str]:
+def _children_of_joints(robot: XmlElement) -> dict[str, str]:
     """The child link of each joint, but of those that have the name of a link."""
     children = {
         joint.get("name") or "": child.get("link") or ""

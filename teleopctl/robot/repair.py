@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from teleopctl.errors import InvalidDescriptionError
-from teleopctl.robot.elements import Element, to_number
+from teleopctl.robot.elements import XmlElement, to_number
 from teleopctl.robot.urdf import read_collision, read_inertial, read_visual
 
 # What may stand once in each.
@@ -26,14 +26,14 @@ _ONCE = {
 REMARK = "remark"
 _VECTORS = ("xyz", "rpy", "size", "scale", "rgba")
 _INERTIAS = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
-_PARTS: dict[str, Callable[[Element], object]] = {
+_PARTS: dict[str, Callable[[XmlElement], object]] = {
     "visual": lambda element: read_visual(element, {}),
     "collision": read_collision,
     "inertial": read_inertial,
 }
 
 
-def repair_urdf(robot: Element) -> list[str]:
+def repair_urdf(robot: XmlElement) -> list[str]:
     """Repair a ``<robot>`` in place.
 
     Returns:
@@ -75,7 +75,7 @@ class _Notes:
     def __init__(self) -> None:
         self._lines: dict[str, list[int]] = {}
 
-    def add(self, sentence: str, at: Element | None = None) -> None:
+    def add(self, sentence: str, at: XmlElement | None = None) -> None:
         lines = self._lines.setdefault(sentence, [])
         if at is not None and at.sourceline and at.sourceline not in lines:
             lines.append(at.sourceline)
@@ -87,7 +87,7 @@ class _Notes:
         ]
 
 
-def _repair_tree(element: Element, notes: _Notes) -> None:
+def _repair_tree(element: XmlElement, notes: _Notes) -> None:
     """Repair what stands in an element, and in what stands in that."""
     for tag in _ONCE.get(element.tag, ()):
         for more in element.findall(tag)[1:]:
@@ -110,7 +110,7 @@ def _repair_tree(element: Element, notes: _Notes) -> None:
             element.remove(more)
 
 
-def _repair_dynamics(dynamics: Element, notes: _Notes) -> None:
+def _repair_dynamics(dynamics: XmlElement, notes: _Notes) -> None:
     for attribute in ("damping", "friction"):
         value = to_number(dynamics.get(attribute) or "0")
         if value is not None and value < 0.0:
@@ -118,7 +118,7 @@ def _repair_dynamics(dynamics: Element, notes: _Notes) -> None:
             dynamics.set(attribute, "0")
 
 
-def _repair_vectors(element: Element, notes: _Notes) -> None:
+def _repair_vectors(element: XmlElement, notes: _Notes) -> None:
     for attribute in _VECTORS:
         text = element.get(attribute)
         if text is None:

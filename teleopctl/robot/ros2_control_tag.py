@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 from typing import Literal, cast, get_args
 
 from teleopctl.errors import InvalidDescriptionError
-from teleopctl.robot.elements import Element, boolean, child_text, required, to_number
+from teleopctl.robot.elements import XmlElement, boolean, child_text, required, to_number
 from teleopctl.robot.joint_rules import (
     LIMITED_INTERFACES,
     UNLIMITED,
@@ -140,7 +140,7 @@ class HardwareInfo:
     warnings: tuple[str, ...] = ()
 
 
-def read_components(robot: Element, joints: Mapping[str, Joint]) -> tuple[HardwareInfo, ...]:
+def read_components(robot: XmlElement, joints: Mapping[str, Joint]) -> tuple[HardwareInfo, ...]:
     """Read every ``<ros2_control>`` of a ``<robot>``.
 
     Args:
@@ -159,7 +159,7 @@ def read_components(robot: Element, joints: Mapping[str, Joint]) -> tuple[Hardwa
     return tuple(components.values())
 
 
-def _read_component(element: Element, urdf_joints: Mapping[str, Joint]) -> HardwareInfo:
+def _read_component(element: XmlElement, urdf_joints: Mapping[str, Joint]) -> HardwareInfo:
     name, kind = required(element, "name"), required(element, "type")
     if kind not in get_args(ComponentType):
         raise InvalidDescriptionError(
@@ -203,7 +203,7 @@ def _read_component(element: Element, urdf_joints: Mapping[str, Joint]) -> Hardw
     )
 
 
-def _read_part(element: Element, kind: Literal["joint", "sensor", "gpio"]) -> ComponentInfo:
+def _read_part(element: XmlElement, kind: Literal["joint", "sensor", "gpio"]) -> ComponentInfo:
     return ComponentInfo(
         name=required(element, "name"),
         type=kind,
@@ -218,7 +218,7 @@ def _read_part(element: Element, kind: Literal["joint", "sensor", "gpio"]) -> Co
 
 
 def _read_joints(
-    elements: Sequence[Element], urdf_joints: Mapping[str, Joint], warnings: list[str]
+    elements: Sequence[XmlElement], urdf_joints: Mapping[str, Joint], warnings: list[str]
 ) -> tuple[ComponentInfo, ...]:
     in_tag = {required(element, "name"): element for element in elements}
     parts: dict[str, ComponentInfo] = {}
@@ -274,7 +274,7 @@ def _without_commands(part: ComponentInfo, joint: Joint, warnings: list[str]) ->
 
 
 def _read_limits(
-    element: Element, part: ComponentInfo, joint: Joint, warnings: list[str]
+    element: XmlElement, part: ComponentInfo, joint: Joint, warnings: list[str]
 ) -> JointLimits:
     if not _limits_enabled(element):
         return UNLIMITED
@@ -307,16 +307,16 @@ def _bounds(joint: str, interface: InterfaceInfo, warnings: list[str]) -> Bounds
     return Bounds(values[0], values[1], interface.line)
 
 
-def _limits_enabled(element: Element) -> bool:
+def _limits_enabled(element: XmlElement) -> bool:
     limits = element.find("limits")
     return limits is None or _required_flag(limits, "enable")
 
 
-def _required_flag(element: Element, attribute: str) -> bool:
+def _required_flag(element: XmlElement, attribute: str) -> bool:
     return boolean(required(element, attribute), f"attribute '{attribute}' of <{element.tag}>")
 
 
-def _read_interface(element: Element) -> InterfaceInfo:
+def _read_interface(element: XmlElement) -> InterfaceInfo:
     parameters = _parameters(element)
     data_type = element.get("data_type") or "double"
     return InterfaceInfo(
@@ -332,7 +332,7 @@ def _read_interface(element: Element) -> InterfaceInfo:
     )
 
 
-def _read_transmission(element: Element) -> TransmissionInfo:
+def _read_transmission(element: XmlElement) -> TransmissionInfo:
     name = required(element, "name")
     plugin = child_text(element, "plugin")
     if not plugin:
@@ -349,7 +349,7 @@ def _read_transmission(element: Element) -> TransmissionInfo:
     )
 
 
-def _read_end(element: Element) -> TransmissionEnd:
+def _read_end(element: XmlElement) -> TransmissionEnd:
     return TransmissionEnd(
         name=required(element, "name"),
         role=required(element, "role"),
@@ -359,7 +359,7 @@ def _read_end(element: Element) -> TransmissionEnd:
     )
 
 
-def _child_number(element: Element, tag: str, default: str) -> float:
+def _child_number(element: XmlElement, tag: str, default: str) -> float:
     text = child_text(element, tag, default)
     value = to_number(text)
     if value is None:
@@ -368,18 +368,18 @@ def _child_number(element: Element, tag: str, default: str) -> float:
     return value
 
 
-def _parameters(element: Element) -> dict[str, str]:
+def _parameters(element: XmlElement) -> dict[str, str]:
     return {
         required(child, "name"): (child.text or "").strip() for child in element.findall("param")
     }
 
 
-def _flag(element: Element, attribute: str, *, default: bool) -> bool:
+def _flag(element: XmlElement, attribute: str, *, default: bool) -> bool:
     text = element.get(attribute)
     return default if text is None else boolean(text, f"attribute '{attribute}'")
 
 
-def _integer(element: Element, attribute: str, default: int, *, least: int) -> int:
+def _integer(element: XmlElement, attribute: str, default: int, *, least: int) -> int:
     text = element.get(attribute)
     if text is None:
         return default
@@ -393,7 +393,7 @@ def _integer(element: Element, attribute: str, default: int, *, least: int) -> i
     return value
 
 
-def _thread_priority(element: Element) -> int:
+def _thread_priority(element: XmlElement) -> int:
     properties = element.find("properties")
     asynchronous = None if properties is None else properties.find("async")
     for source in (asynchronous, element):

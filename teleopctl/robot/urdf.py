@@ -10,8 +10,8 @@ from typing import Literal, cast, get_args
 
 from teleopctl.errors import InvalidDescriptionError
 from teleopctl.robot.elements import (
-    Element,
     Vector3,
+    XmlElement,
     describe,
     line_of,
     number,
@@ -197,7 +197,7 @@ class Joint:
         return self.type in ("revolute", "continuous", "prismatic")
 
 
-def read_links(robot: Element) -> dict[str, Link]:
+def read_links(robot: XmlElement) -> dict[str, Link]:
     """Read every ``<link>`` of a ``<robot>``, in the order of the file.
 
     Raises:
@@ -222,7 +222,7 @@ def read_links(robot: Element) -> dict[str, Link]:
     return links
 
 
-def read_joints(robot: Element) -> dict[str, Joint]:
+def read_joints(robot: XmlElement) -> dict[str, Joint]:
     """Read every ``<joint>`` of a ``<robot>``, in the order of the file.
 
     Raises:
@@ -239,7 +239,7 @@ def read_joints(robot: Element) -> dict[str, Joint]:
     return joints
 
 
-def _read_joint(element: Element) -> Joint:
+def _read_joint(element: XmlElement) -> Joint:
     name = required(element, "name")
     kind = required(element, "type")
     if kind not in get_args(JointType):
@@ -284,7 +284,7 @@ def _read_joint(element: Element) -> Joint:
     )
 
 
-def _linked(joint: Element, tag: str) -> str:
+def _linked(joint: XmlElement, tag: str) -> str:
     element = joint.find(tag)
     if element is None:
         raise InvalidDescriptionError(
@@ -293,7 +293,7 @@ def _linked(joint: Element, tag: str) -> str:
     return required(element, "link")
 
 
-def _read_limit(element: Element) -> Limit:
+def _read_limit(element: XmlElement) -> Limit:
     unlimited = element.get(UNLIMITED) == "effort"
     return Limit(
         lower=number(element, "lower", 0.0, finite=False),
@@ -304,7 +304,7 @@ def _read_limit(element: Element) -> Limit:
     )
 
 
-def _read_axis(joint: Element, kind: str) -> Vector3:
+def _read_axis(joint: XmlElement, kind: str) -> Vector3:
     element = joint.find("axis")
     if element is None or kind in ("fixed", "floating"):
         return (1.0, 0.0, 0.0)
@@ -317,14 +317,14 @@ def _read_axis(joint: Element, kind: str) -> Vector3:
     return (x / length, y / length, z / length)
 
 
-def _read_origin(element: Element) -> Pose:
+def _read_origin(element: XmlElement) -> Pose:
     origin = element.find("origin")
     if origin is None:
         return Pose()
     return Pose(vector(origin, "xyz", _ZERO), vector(origin, "rpy", _ZERO))
 
 
-def read_inertial(element: Element) -> Inertial:
+def read_inertial(element: XmlElement) -> Inertial:
     """Read an ``<inertial>``.
 
     Raises:
@@ -347,7 +347,7 @@ def read_inertial(element: Element) -> Inertial:
     )
 
 
-def read_visual(element: Element, materials: dict[str, Material]) -> Visual:
+def read_visual(element: XmlElement, materials: dict[str, Material]) -> Visual:
     """Read a ``<visual>``.
 
     Args:
@@ -369,7 +369,7 @@ def read_visual(element: Element, materials: dict[str, Material]) -> Visual:
     )
 
 
-def read_collision(element: Element) -> Collision:
+def read_collision(element: XmlElement) -> Collision:
     """Read a ``<collision>``.
 
     Raises:
@@ -378,7 +378,7 @@ def read_collision(element: Element) -> Collision:
     return Collision(_read_geometry(element), _read_origin(element), element.get("name") or "")
 
 
-def _read_material(element: Element) -> Material:
+def _read_material(element: XmlElement) -> Material:
     color, texture = element.find("color"), element.find("texture")
     rgba = None
     if color is not None:
@@ -391,7 +391,7 @@ def _read_material(element: Element) -> Material:
     )
 
 
-def _read_geometry(owner: Element) -> Geometry:
+def _read_geometry(owner: XmlElement) -> Geometry:
     geometry = owner.find("geometry")
     shape = None if geometry is None else next(iter(geometry), None)
     if shape is None:

@@ -17,7 +17,7 @@ from lxml import etree
 
 from teleopctl.errors import InvalidDescriptionError, NotFoundError, UnknownFormatError
 from teleopctl.robot.description import RobotDescription
-from teleopctl.robot.elements import Element, parse, parse_file
+from teleopctl.robot.elements import XmlElement, parse, parse_file
 from teleopctl.robot.model_file import model_kind
 from teleopctl.robot.repair import repair_urdf
 from teleopctl.robot.scene.scene import Scene
@@ -163,11 +163,11 @@ def _decoded(path: Path, content: bytes) -> str:
         raise InvalidDescriptionError(f"{path} is not text in UTF-8") from error
 
 
-def _parse(path: Path, content: bytes) -> Element:
+def _parse(path: Path, content: bytes) -> XmlElement:
     # MuJoCo reads what XML forbids, such as two hyphens in a comment, and says what is wrong.
     parser = etree.XMLParser(recover=True, resolve_entities=False, remove_comments=True)
     with contextlib.suppress(etree.XMLSyntaxError):
-        scene: Element | None = etree.fromstring(content, parser)
+        scene: XmlElement | None = etree.fromstring(content, parser)
         if scene is not None and scene.tag == "mujoco":
             return scene
     root = parse_file(path, content)
@@ -195,7 +195,7 @@ def _checked(path: Path, text: str, *, has_lines: bool) -> RobotDescription:
     return description
 
 
-def _check_sizes(element: Element, place: str) -> None:
+def _check_sizes(element: XmlElement, place: str) -> None:
     """See that sizes are some; the description has seen that they are finite numbers."""
     for attribute in _SIZES:
         text = element.get(attribute) or ""
@@ -203,7 +203,7 @@ def _check_sizes(element: Element, place: str) -> None:
             raise InvalidDescriptionError(f'{place}: {attribute}="{text}" is no size')
 
 
-def _check_joint(joint: Element, place: str) -> None:
+def _check_joint(joint: XmlElement, place: str) -> None:
     name, kind, parent = joint.get("name"), joint.get("type"), joint.find("parent")
     start = None if parent is None else parent.get("link")
     if kind == "floating" and start != "world":

@@ -25,7 +25,7 @@ from teleopctl.sim.assembly import (
     number_of,
 )
 from teleopctl.sim.cameras.model_topic import ModelPublisher
-from teleopctl.sim.entities.stage import Stage
+from teleopctl.sim.entities.stage import RunningSimulation
 from teleopctl.sim.entities.standard import offer_standard_services
 from teleopctl.sim.gazebo_services.offers import GazeboServices
 from teleopctl.sim.lockstep import LockstepLoop
@@ -67,7 +67,7 @@ class MujocoSim(Node):
         self.add_on_set_parameters_callback(self._check_parameters)
         self.add_post_set_parameters_callback(self._follow_parameters)
         mujoco.set_mju_user_warning(self._on_mujoco_warning)
-        self._stage: Stage | None = None
+        self._stage: RunningSimulation | None = None
         MujocoServices(self, lambda: self._stage)
         offer_standard_services(self, lambda: self._stage)
         GazeboServices(self, lambda: self._stage)
@@ -169,7 +169,7 @@ class MujocoSim(Node):
         self._ports = ports
         self._markers = WorldMarkers(self, model)
         self._shown = ModelPublisher(self)
-        self._stage = Stage(
+        self._stage = RunningSimulation(
             simulation,
             self._loop,
             patience_s=self._patience_s,

@@ -16,7 +16,7 @@ _APART_M = 1e-4
 _NO_PAIR = 2**31 - 1
 
 
-class Parting:
+class InitialOverlaps:
     """Pairs of links that overlap at the start, whose contacts are disabled until they part.
 
     Each `check` looks at one pair, in turn, so its cost does not grow with the robot; without
@@ -60,14 +60,14 @@ class Parting:
         """Whether pairs are waiting to be apart."""
         return bool(self._waiting)
 
-    def moved_to(self, model: mujoco.MjModel, data: mujoco.MjData) -> Parting:
+    def moved_to(self, model: mujoco.MjModel, data: mujoco.MjData) -> InitialOverlaps:
         """Return the same pairs in another model of the robot, with their states.
 
         Args:
             model: The other ``mujoco.MjModel``, whose excluded pairs are changed.
             data: Its ``mujoco.MjData``.
         """
-        moved = Parting(model, data, self._names)
+        moved = InitialOverlaps(model, data, self._names)
         waiting = {pair.names: None for pair in self._waiting}
         for pair in moved._pairs:
             if pair.names not in waiting:

@@ -21,11 +21,11 @@ from teleopctl.sim.entities.pushes import Push, Pushes, read_pushes
 from teleopctl.sim.free_bodies import FreeBodies, LinkPose
 from teleopctl.sim.gazebo_plugins.planar_move import PlanarMove
 from teleopctl.sim.mjcf.file_actuators import FileActuators
-from teleopctl.sim.parting import Parting
-from teleopctl.sim.state.breakdowns import Breakdowns
+from teleopctl.sim.parting import InitialOverlaps
+from teleopctl.sim.state.breakdowns import DivergenceRecovery
 from teleopctl.sim.state.directions import Directions
 from teleopctl.sim.state.joint_states import JointStates
-from teleopctl.sim.state.observing import Observer
+from teleopctl.sim.state.observing import StateObserver
 from teleopctl.sim.state.physics import physics_state, put_physics_state, scale_model, wake
 from teleopctl.sim.state.sliding import Physics, drives_by_sliding
 
@@ -84,7 +84,7 @@ class Simulation:
         self._drives.leave_alone(model.weightless)
         self._file_actuators = FileActuators(self._m, self._d, joints)
         self.movers: list[PlanarMove] = []
-        self._parting = Parting(self._m, self._d, model.excluded)
+        self._parting = InitialOverlaps(self._m, self._d, model.excluded)
         self._parting_steps = -(-_PARTING_NS // control_period_ns) * self.steps_per_period
         self.reset_state()
 
@@ -98,8 +98,8 @@ class Simulation:
         self._d: Any = mujoco.MjData(self._m)
         directions = Directions(self._m, model.directed, self._scales[1])
         self._physics = Physics(self._m, slides=drives_by_sliding(model), directions=directions)
-        self._observer = Observer(self._m, self._physics)
-        self._breakdowns = Breakdowns(model, self._m, self._d, self._physics)
+        self._observer = StateObserver(self._m, self._physics)
+        self._breakdowns = DivergenceRecovery(model, self._m, self._d, self._physics)
         self._states.bind(self._m, self._d)
         self.free_bodies = FreeBodies(self._m, self._d, model.free_bodies)
         self._others = [thing.name for thing in model.things]

@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     )
     from teleopctl.sweep.sweep import Sweep as Sweep
     from teleopctl.sweep.variation import (
-        Grid as Grid,
-        Sample as Sample,
+        GridParameter as GridParameter,
+        RandomParameter as RandomParameter,
         combinations as combinations,
         parse_grid as parse_grid,
         parse_sample as parse_sample,
@@ -36,6 +36,6 @@ else:
             "measure": "Measure measure_bag parse_measure",
             "one_run": "RunRequest RunResult launch_arguments",
             "sweep": "Sweep",
-            "variation": "Grid Sample combinations parse_grid parse_sample",
+            "variation": "GridParameter RandomParameter combinations parse_grid parse_sample",
         },
     )

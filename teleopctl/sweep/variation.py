@@ -16,7 +16,7 @@ _CALL = re.compile(r"(?P<name>[a-z_]+)\((?P<values>.*)\)")
 _MOST_RUNS = 1_000_000
 
 
-class Grid(NamedTuple):
+class GridParameter(NamedTuple):
     """Parameter that takes each of some values.
 
     Attributes:
@@ -28,7 +28,7 @@ class Grid(NamedTuple):
     values: tuple[str, ...]
 
 
-class Sample(NamedTuple):
+class RandomParameter(NamedTuple):
     """Parameter whose values are drawn at random.
 
     Attributes:
@@ -42,7 +42,7 @@ class Sample(NamedTuple):
     draw: Callable[[random.Random], str]
 
 
-def parse_grid(text: str) -> Grid:
+def parse_grid(text: str) -> GridParameter:
     """Parse ``mass:=0.5,1,2`` or ``mass:=linspace(0,1,5)``.
 
     Raises:
@@ -51,18 +51,18 @@ def parse_grid(text: str) -> Grid:
     name, value = _split(text, "--grid mass:=0.5,1,2")
     call = _CALL.fullmatch(value)
     if call is None or call["name"] != "linspace":
-        return Grid(name, tuple(_elements(value)))
+        return GridParameter(name, tuple(_elements(value)))
     first, last, count = _numbers(text, call["values"], 3)
     if not (count.is_integer() and 2 <= count <= _MOST_RUNS):
         raise UsageError(f"'{text}': linspace takes the first and the last value and how many")
     steps = int(count) - 1
-    return Grid(
+    return GridParameter(
         name,
         tuple(_text(first + (last - first) * step / steps, 12) for step in range(steps + 1)),
     )
 
 
-def parse_sample(text: str) -> Sample:
+def parse_sample(text: str) -> RandomParameter:
     """Parse ``friction:=uniform(0.2,1)`` and other distributions.
 
     Raises:
@@ -72,7 +72,7 @@ def parse_sample(text: str) -> Sample:
     call = _CALL.fullmatch(value)
     if call is not None and call["name"] == "choice":
         values = _elements(call["values"])
-        return Sample(name, value, lambda source: source.choice(values))
+        return RandomParameter(name, value, lambda source: source.choice(values))
     if call is None or call["name"] not in _DISTRIBUTIONS:
         known = ", ".join((*_DISTRIBUTIONS, "choice"))
         raise UsageError(f"'{text}': '{value}' is no distribution", hint=f"There are {known}.")
@@ -80,11 +80,11 @@ def parse_sample(text: str) -> Sample:
     is_valid, draw = _DISTRIBUTIONS[call["name"]]
     if not is_valid(first, second):
         raise UsageError(f"'{text}': {call['name']} cannot have these values")
-    return Sample(name, value, lambda source: draw(source, first, second))
+    return RandomParameter(name, value, lambda source: draw(source, first, second))
 
 
 def combinations(
-    grids: Sequence[Grid], samples: Sequence[Sample], runs: int, seed: int
+    grids: Sequence[GridParameter], samples: Sequence[RandomParameter], runs: int, seed: int
 ) -> list[dict[str, str]]:
     """Return the parameters of each run: all grid combinations, each with random draws.
 

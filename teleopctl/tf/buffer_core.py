@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from teleopctl.tf import frame_texts
 from teleopctl.tf.errors import TransformException
-from teleopctl.tf.history import Sample
+from teleopctl.tf.history import TransformSample
 from teleopctl.tf.messages import TimeLike, stamp_of, transform_of, transform_stamped
 from teleopctl.tf.transforms import Transform, Vector3
 from teleopctl.tf.tree import FrameTree
@@ -55,7 +55,9 @@ class BufferCore:
 
     def _set(self, message: TransformStamped, authority: str, *, static: bool) -> None:
         header = message.header
-        sample = Sample(stamp_of(header.stamp), header.frame_id, transform_of(message.transform))
+        sample = TransformSample(
+            stamp_of(header.stamp), header.frame_id, transform_of(message.transform)
+        )
         with self._changed:
             if self._tree.insert(sample, message.child_frame_id, authority, static=static):
                 self._changed.notify_all()
@@ -70,7 +72,7 @@ class BufferCore:
         with self._changed:
             self._tree.forget(frames)
 
-    def latest(self) -> list[tuple[str, Sample]]:
+    def latest(self) -> list[tuple[str, TransformSample]]:
         """Return every frame with its newest transform (ours)."""
         with self._changed:
             return self._tree.latest()

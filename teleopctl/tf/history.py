@@ -12,7 +12,7 @@ from teleopctl.tf.transforms import Transform, interpolate
 
 
 @dataclass(frozen=True, slots=True)
-class Sample:
+class TransformSample:
     """Transform of a frame to its parent at one time."""
 
     stamp: int
@@ -23,7 +23,7 @@ class Sample:
 class StaticHistory:
     """Transform of a static frame, valid for all times."""
 
-    def __init__(self, sample: Sample) -> None:
+    def __init__(self, sample: TransformSample) -> None:
         self._sample = sample
 
     @property
@@ -32,7 +32,7 @@ class StaticHistory:
         return True
 
     @property
-    def latest(self) -> Sample:
+    def latest(self) -> TransformSample:
         """Return the static transform."""
         return self._sample
 
@@ -41,12 +41,12 @@ class StaticHistory:
         """Return no times: a static frame has none."""
         return []
 
-    def insert(self, sample: Sample) -> bool:
+    def insert(self, sample: TransformSample) -> bool:
         """Replace the transform. Always done."""
         self._sample = sample
         return True
 
-    def at(self, stamp: int) -> Sample:  # noqa: ARG002 -- the same question as to a MovingHistory
+    def at(self, stamp: int) -> TransformSample:  # noqa: ARG002 -- the same question as to a MovingHistory
         """Return the transform, whatever the time."""
         return self._sample
 
@@ -61,7 +61,7 @@ class MovingHistory:
     def __init__(self, length: int) -> None:
         self._length = length
         self._stamps: list[int] = []
-        self._samples: list[Sample] = []
+        self._samples: list[TransformSample] = []
 
     @property
     def is_static(self) -> bool:
@@ -69,7 +69,7 @@ class MovingHistory:
         return False
 
     @property
-    def latest(self) -> Sample:
+    def latest(self) -> TransformSample:
         """The newest sample."""
         return self._samples[-1]
 
@@ -78,7 +78,7 @@ class MovingHistory:
         """The times of the samples, the oldest first."""
         return self._stamps
 
-    def insert(self, sample: Sample) -> bool:
+    def insert(self, sample: TransformSample) -> bool:
         """Add a transform, and drop those that are too old.
 
         Returns:
@@ -103,7 +103,7 @@ class MovingHistory:
             samples.insert(index, sample)
         return True
 
-    def at(self, stamp: int) -> Sample:
+    def at(self, stamp: int) -> TransformSample:
         """Return the transform at a time, interpolated between samples.
 
         Raises:
@@ -131,9 +131,9 @@ class MovingHistory:
         before, after = self._samples[index - 1], self._samples[index]
         if before.parent != after.parent:
             # the frame was handed from one parent to the other; there is nothing in between
-            return Sample(stamp, before.parent, before.transform)
+            return TransformSample(stamp, before.parent, before.transform)
         fraction = (stamp - before.stamp) / (after.stamp - before.stamp)
-        return Sample(
+        return TransformSample(
             stamp, before.parent, interpolate(before.transform, after.transform, fraction)
         )
 

@@ -15,7 +15,7 @@ from teleopctl.tf.errors import (
     InvalidArgumentException,
     LookupException,
 )
-from teleopctl.tf.history import MovingHistory, Sample, StaticHistory, seconds
+from teleopctl.tf.history import MovingHistory, StaticHistory, TransformSample, seconds
 from teleopctl.tf.transforms import IDENTITY, Transform, normalize
 
 _log = logging.getLogger(__name__)
@@ -60,7 +60,7 @@ class FrameTree:
             if name in self._histories or name in parents
         }
 
-    def insert(self, sample: Sample, child: str, authority: str, *, static: bool) -> bool:
+    def insert(self, sample: TransformSample, child: str, authority: str, *, static: bool) -> bool:
         """Add a transform of a child frame.
 
         Args:
@@ -79,7 +79,9 @@ class FrameTree:
             _log.error("%s", fault)
             return False
         rotation = normalize(sample.transform.rotation)
-        sample = Sample(sample.stamp, parent, Transform(sample.transform.translation, rotation))
+        sample = TransformSample(
+            sample.stamp, parent, Transform(sample.transform.translation, rotation)
+        )
         history = self._histories.get(child)
         if history is None or history.is_static != static:
             history = StaticHistory(sample) if static else MovingHistory(self._length)
@@ -104,7 +106,7 @@ class FrameTree:
         for child, history in self._histories.items():
             yield child, history.latest.parent
 
-    def latest(self) -> list[tuple[str, Sample]]:
+    def latest(self) -> list[tuple[str, TransformSample]]:
         """Return every frame that has a parent, with its newest transform."""
         return [(child, history.latest) for child, history in self._histories.items()]
 

@@ -12,7 +12,7 @@ from teleopctl import plugins
 from teleopctl.base.printable import printable_line
 from teleopctl.tf import Transform
 from teleopctl.viewer.displays.base import Display, Stage
-from teleopctl.viewer.displays.robot_model import RobotModel
+from teleopctl.viewer.displays.robot_model import RobotModelDisplay
 from teleopctl.viewer.framing import round_number, seen_from, view_of
 from teleopctl.viewer.rviz_file import RvizFile, View
 from teleopctl.viewer.rviz_leftovers import leftovers
@@ -35,7 +35,7 @@ _SIMULATED_WORLD: tuple[str, str, dict[str, Any]] = (
 _DEFAULT_VIEW = View((1.5, -1.5, 1.1), (0.0, 0.0, 0.35))
 
 
-class Picture:
+class SceneView:
     """The 3D view: its displays and its camera.
 
     Args:
@@ -163,7 +163,7 @@ class Picture:
 
     def _frame(self) -> None:
         """Look at the first robot that is drawn, from as far away as its size asks for."""
-        model = next((one for one in self.displays if isinstance(one, RobotModel)), None)
+        model = next((one for one in self.displays if isinstance(one, RobotModelDisplay)), None)
         if model is None or model.description is None:
             return
         self._framed = True

@@ -17,7 +17,7 @@ from teleopctl.errors import TeleopctlError
 from teleopctl.node import Parameter
 from teleopctl.packages import resolve_uri
 from teleopctl.robot import RobotDescription, read_model
-from teleopctl.viewer.displays.robot_model import RobotModel
+from teleopctl.viewer.displays.robot_model import RobotModelDisplay
 from teleopctl.viewer.displays.robot_parts import shapes_of
 from teleopctl.viewer.html import escaped
 from teleopctl.viewer.remote.service_calls import ServiceCalls
@@ -105,7 +105,7 @@ class RobotFile:
 
     def _reload_meshes(self) -> None:
         for display in self._page.picture.displays:
-            if isinstance(display, RobotModel):
+            if isinstance(display, RobotModelDisplay):
                 display.reload()
 
     def _publish(self) -> None:

@@ -53,7 +53,7 @@ class View(NamedTuple):
     focus: Vector3
 
 
-class Entry(NamedTuple):
+class DisplayEntry(NamedTuple):
     """A display in an ``.rviz`` file.
 
     Attributes:
@@ -114,7 +114,7 @@ class RvizFile:
 
     # --- displays -----------------------------------------------------------------------------
 
-    def displays(self) -> list[Entry]:
+    def displays(self) -> list[DisplayEntry]:
         """Return the displays, also those in groups, in their order."""
         return list(_entries(self._displays(), shown=True))
 
@@ -217,7 +217,7 @@ def _inner(mapping: dict[str, Any], key: str) -> dict[str, Any]:
     return inner
 
 
-def _entries(displays: list[Any], *, shown: bool) -> Iterator[Entry]:
+def _entries(displays: list[Any], *, shown: bool) -> Iterator[DisplayEntry]:
     for given in displays:
         if not isinstance(given, dict) or not isinstance(given.get("Class"), str):
             continue
@@ -229,7 +229,7 @@ def _entries(displays: list[Any], *, shown: bool) -> Iterator[Entry]:
         else:
             name = given.get("Name")
             named = name if isinstance(name, str) else rviz_class
-            yield Entry(_RENAMED.get(rviz_class, rviz_class), named, given, shown)
+            yield DisplayEntry(_RENAMED.get(rviz_class, rviz_class), named, given, shown)
 
 
 def _remove(displays: list[Any], given: dict[str, Any]) -> None:

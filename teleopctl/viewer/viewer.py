@@ -21,12 +21,12 @@ from teleopctl.interfaces import get_message, get_service, known_types
 from teleopctl.node import Clock, ClockType, Node, QoSProfile
 from teleopctl.tf import NamedTransformListener, Transform
 from teleopctl.viewer.page.server import close_server, open_server, page_address
-from teleopctl.viewer.page.tidying import EVERY_S, Tidying
+from teleopctl.viewer.page.tidying import EVERY_S, MemoryCleanup
 from teleopctl.viewer.panels.base import Panel
-from teleopctl.viewer.picture import Picture
+from teleopctl.viewer.picture import SceneView
 from teleopctl.viewer.robot_file import RobotFile
 from teleopctl.viewer.scene.frame_buffer import FrameBuffer
-from teleopctl.viewer.scene.frames import Frames
+from teleopctl.viewer.scene.frames import SceneFrames
 from teleopctl.viewer.unknown_types import UnknownTypes
 
 if TYPE_CHECKING:
@@ -74,7 +74,7 @@ class Viewer(Node):
         self._types = UnknownTypes(self, self.work)
         self._workers = ThreadPoolExecutor(2, thread_name_prefix="work")
         self.buffer = FrameBuffer(self)
-        self.frames = Frames(server.scene, self.buffer)
+        self.frames = SceneFrames(server.scene, self.buffer)
         self._listener: NamedTransformListener | None = None
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self._timer = self.create_timer(1.0 / _PICTURES_PER_S, self._tick, clock=steady)
@@ -83,9 +83,9 @@ class Viewer(Node):
             _BACK_WITHIN_S, lambda: self._do(self._end_showing), clock=steady
         )
         self._patience.cancel()
-        self.create_timer(EVERY_S, Tidying(server).tidy, clock=steady)
+        self.create_timer(EVERY_S, MemoryCleanup(server).tidy, clock=steady)
         simulated = bool(self.get_parameter("use_sim_time").value)
-        self.picture = Picture(server, self, view, simulated=simulated)
+        self.picture = SceneView(server, self, view, simulated=simulated)
         self.robot_file = RobotFile(self)
         self.create_service(get_service("std_srvs/srv/Empty"), "~/reset_time", self._reset_time)
         self.panels = self._make_panels(panels)

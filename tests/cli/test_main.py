@@ -9,7 +9,7 @@ import pytest
 from teleopctl import __version__, plugins
 from teleopctl.cli import main, ros2_options
 from teleopctl.cli.typer_app import command_tree
-from teleopctl.cli.verb import Argument, Group, Verb
+from teleopctl.cli.verb import Argument, Verb, VerbGroup
 from teleopctl.cli.words.typer_line import typer_line
 from teleopctl.errors import TeleopctlError, UsageError
 
@@ -37,7 +37,7 @@ def end(how: Annotated[str, Argument(help="How to end.")]) -> int | None:
     return None
 
 
-GROUP = Group("Sample verbs.", {"end": Verb(f"{__name__}:end", "End in some way.")})
+GROUP = VerbGroup("Sample verbs.", {"end": Verb(f"{__name__}:end", "End in some way.")})
 
 
 @pytest.fixture

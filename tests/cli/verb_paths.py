@@ -3,21 +3,21 @@
 from __future__ import annotations
 
 from teleopctl import plugins
-from teleopctl.cli.verb import Group, Verb
+from teleopctl.cli.verb import Verb, VerbGroup
 
 
-def groups() -> dict[str, Group]:
+def groups() -> dict[str, VerbGroup]:
     """The nouns that have verbs."""
     found = {name: plugins.load(plugins.VERBS, name) for name in plugins.VERBS.ours}
-    return {name: verb for name, verb in found.items() if isinstance(verb, Group)}
+    return {name: verb for name, verb in found.items() if isinstance(verb, VerbGroup)}
 
 
 def verbs() -> dict[tuple[str, ...], Verb]:
     """Every verb by the words that name it."""
     found: dict[tuple[str, ...], Verb] = {}
     for name in plugins.VERBS.ours:
-        verb: Verb | Group = plugins.load(plugins.VERBS, name)
-        if isinstance(verb, Group):
+        verb: Verb | VerbGroup = plugins.load(plugins.VERBS, name)
+        if isinstance(verb, VerbGroup):
             found |= {(name, inner): one for inner, one in verb.verbs.items()}
         else:
             found[(name,)] = verb

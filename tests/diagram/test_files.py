@@ -4,7 +4,7 @@ from xml.etree import ElementTree
 
 from hypothesis import given, strategies
 
-from teleopctl.diagram import Box, to_dot, to_svg
+from teleopctl.diagram import DiagramBox, to_dot, to_svg
 from teleopctl.diagram.model import joined
 
 SVG = "{http://www.w3.org/2000/svg}"
@@ -17,7 +17,9 @@ names = strategies.text(
 
 @given(names, names)
 def test_a_picture_has_every_name_as_text(first, second):
-    diagram = joined([Box("a", first, "node"), Box("b", second, "topic")], [("a", "b")])
+    diagram = joined(
+        [DiagramBox("a", first, "node"), DiagramBox("b", second, "topic")], [("a", "b")]
+    )
     root = ElementTree.fromstring(to_svg(diagram))
     assert [text.text for text in root.iter(f"{SVG}text")] == [first, second]
     assert {element.tag.removeprefix(SVG) for element in root.iter()} == {
@@ -26,7 +28,11 @@ def test_a_picture_has_every_name_as_text(first, second):
 
 
 def test_a_label_has_no_frame_and_no_arrowhead():
-    boxes = [Box("a", "/a", "node"), Box("l", "/x\n/y", "label"), Box("b", "/b", "node")]
+    boxes = [
+        DiagramBox("a", "/a", "node"),
+        DiagramBox("l", "/x\n/y", "label"),
+        DiagramBox("b", "/b", "node"),
+    ]
     diagram = joined(boxes, [("a", "l"), ("l", "b")])
     svg = to_svg(diagram)
     assert svg.count("<rect") == 2
@@ -36,7 +42,9 @@ def test_a_label_has_no_frame_and_no_arrowhead():
 
 
 def test_graphviz_gets_names_in_quotes():
-    diagram = joined([Box("a", 'say "\\n"', "topic"), Box("b", "/b", "node")], [("a", "b")])
+    diagram = joined(
+        [DiagramBox("a", 'say "\\n"', "topic"), DiagramBox("b", "/b", "node")], [("a", "b")]
+    )
     assert to_dot(diagram).splitlines() == [
         "digraph graph_of_nodes {",
         "  rankdir=LR;",

@@ -3,7 +3,7 @@
 import pytest
 from hypothesis import given, strategies
 
-from teleopctl.diagram import Box, lay_out, ros_graph, to_svg
+from teleopctl.diagram import DiagramBox, lay_out, ros_graph, to_svg
 from teleopctl.diagram.columns import in_columns, in_order
 from teleopctl.diagram.model import joined
 from teleopctl.wire import Graph
@@ -14,7 +14,7 @@ texts = strategies.lists(strategies.text(min_size=1, max_size=40), min_size=12, 
 
 
 def diagram_of(pairs, texts=("/name",) * 12):
-    boxes = [Box(str(number), text, "node") for number, text in enumerate(texts)]
+    boxes = [DiagramBox(str(number), text, "node") for number, text in enumerate(texts)]
     return joined(boxes, [(str(first), str(last)) for first, last in pairs])
 
 

@@ -13,7 +13,7 @@ from teleopctl.bag import (
     BagMessage,
     BagTopic,
     BagWriter,
-    Output,
+    OutputBag,
     TypeText,
     check,
     copy_bags,
@@ -90,7 +90,7 @@ def test_rosbags_reads_every_type(bag, tmp_path):
     with open_bag(folder) as opened:
         copy_bags(
             [opened],
-            [Output(tmp_path / "bag", lambda topic: not HAS_CHAR.search(topic.definition.text))],
+            [OutputBag(tmp_path / "bag", lambda topic: not HAS_CHAR.search(topic.definition.text))],
         )
     with AnyReader([tmp_path / "bag"]) as reader:
         for connection, time_ns, data in reader.messages():

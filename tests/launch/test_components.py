@@ -12,7 +12,7 @@ import yaml
 from hypothesis import given, strategies as st
 
 from teleopctl.errors import NotFoundError
-from teleopctl.launch import Asking, LaunchPlan
+from teleopctl.launch import CallSequence, LaunchPlan
 from teleopctl.launch.asking.loading import Loading
 from teleopctl.launch.evaluation.evaluation import evaluate
 from teleopctl.launch.frontends import read_launch_file
@@ -206,5 +206,5 @@ def test_a_lifecycle_node_of_a_text_is_a_node_that_is_activated_where_it_says_so
     text = f"launch:\n- lifecycle_node: {{{node}, autostart: {autostart}}}"
     plan = planned(tmp_path, "a.launch.yaml", text)
     assert [process.node_name for process in plan.processes] == ["/left/arm"]
-    works = [work for work in plan.start.works if isinstance(work, Asking)]
+    works = [work for work in plan.start.works if isinstance(work, CallSequence)]
     assert [work.node_name for work in works] == ["/left/arm"] * autostart

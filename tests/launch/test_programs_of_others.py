@@ -14,7 +14,7 @@ from teleopctl.launch.evaluation.evaluation import evaluate
 from teleopctl.launch.frontends import read_launch_file
 from teleopctl.node import get_logger
 from teleopctl.nodes.gazebo.bridge_config import Bridge, read_file, read_words
-from teleopctl.nodes.gazebo.command_line import Request, server_request, sim_request
+from teleopctl.nodes.gazebo.command_line import GazeboRequest, server_request, sim_request
 from teleopctl.nodes.gazebo.worlds import world_file
 from teleopctl.packages import find_executable, find_package
 from tests import ROOT
@@ -74,16 +74,16 @@ def test_ours_stands_for_a_command_that_the_path_lacks(tmp_path):
 @pytest.mark.parametrize(
     ("words", "expected"),
     [
-        ("-r -v 4 empty.sdf", Request("empty.sdf", verbosity="DEBUG")),
-        ("-v4 shapes.sdf", Request("shapes.sdf", paused=True, verbosity="DEBUG")),
-        ("-rs house.sdf", Request("house.sdf", has_window=False)),
-        ("-s --headless-rendering -rv3", Request(has_window=False, verbosity="INFO")),
-        ("-g -v", Request(paused=True, has_server=False, verbosity="DEBUG")),
-        ("-r --verbose=1 empty.sdf", Request("empty.sdf", verbosity="ERROR")),
-        ("--versions", Request(paused=True, asks_version=True)),
+        ("-r -v 4 empty.sdf", GazeboRequest("empty.sdf", verbosity="DEBUG")),
+        ("-v4 shapes.sdf", GazeboRequest("shapes.sdf", paused=True, verbosity="DEBUG")),
+        ("-rs house.sdf", GazeboRequest("house.sdf", has_window=False)),
+        ("-s --headless-rendering -rv3", GazeboRequest(has_window=False, verbosity="INFO")),
+        ("-g -v", GazeboRequest(paused=True, has_server=False, verbosity="DEBUG")),
+        ("-r --verbose=1 empty.sdf", GazeboRequest("empty.sdf", verbosity="ERROR")),
+        ("--versions", GazeboRequest(paused=True, asks_version=True)),
         (
             "--physics-engine dart empty.sdf -r --seed=3 -z1000 --record two.sdf --force-version 7",
-            Request(
+            GazeboRequest(
                 "empty.sdf",
                 unserved=(
                     "two.sdf",
@@ -104,7 +104,7 @@ def test_the_words_of_gz_sim_are_read_and_none_is_dropped(words, expected):
 def test_the_words_of_gzserver_are_read_and_none_is_dropped():
     words = "--verbose -s libgazebo_ros_factory.so -s libmine.so house.world -u --lockstep -e dart"
     request = server_request(words.split(), has_window=False)
-    assert request == Request(
+    assert request == GazeboRequest(
         "house.world",
         paused=True,
         has_window=False,
@@ -120,17 +120,17 @@ def test_the_world_is_the_users_file_else_gazebos_own_else_named(tmp_path, monke
     monkeypatch.setattr(logger, "warning", told.append)
     monkeypatch.setenv("GZ_SIM_RESOURCE_PATH", str(tmp_path / "worlds"))
     file = tmp_path / "worlds" / "empty.sdf"
-    assert world_file(Request(), tmp_path, logger) is None
-    assert world_file(Request("empty.sdf"), tmp_path, logger) is None
-    assert world_file(Request("house.sdf"), tmp_path, logger) is None
+    assert world_file(GazeboRequest(), tmp_path, logger) is None
+    assert world_file(GazeboRequest("empty.sdf"), tmp_path, logger) is None
+    assert world_file(GazeboRequest("house.sdf"), tmp_path, logger) is None
     assert told[0] == "World empty.sdf is Gazebo's own: there is only the ground"
     assert told[1].startswith("World house.sdf is not found: ")
     file.parent.mkdir()
     file.write_text("<sdf version='1.8'><world name='mine'/></sdf>")
-    assert world_file(Request("empty.sdf"), tmp_path, logger) == file
+    assert world_file(GazeboRequest("empty.sdf"), tmp_path, logger) == file
     text = file.read_text().replace("world", "nothing")
     with pytest.raises(InvalidDescriptionError, match=r"world\.sdf:1: there is neither"):
-        world_file(Request(world_text=text), tmp_path, logger)
+        world_file(GazeboRequest(world_text=text), tmp_path, logger)
     assert len(told) == 2
 
 

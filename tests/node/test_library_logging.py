@@ -12,7 +12,7 @@ import pytest
 from teleopctl.interfaces.store import get_message
 from teleopctl.node import Context, Node
 from teleopctl.node.values.logging import LoggingSeverity, set_logger_level
-from teleopctl.tf.history import Sample
+from teleopctl.tf.history import TransformSample
 from teleopctl.tf.transforms import IDENTITY
 from teleopctl.tf.tree import FrameTree
 
@@ -22,7 +22,7 @@ MODULE = logging.getLogger("teleopctl.tf.tree")
 
 def reject_a_transform():
     """Have the library complain of a frame that stands in itself."""
-    FrameTree(10**9).insert(Sample(1, "base", IDENTITY), "base", "me", static=False)
+    FrameTree(10**9).insert(TransformSample(1, "base", IDENTITY), "base", "me", static=False)
 
 
 @pytest.fixture

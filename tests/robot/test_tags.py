@@ -25,7 +25,7 @@ from teleopctl.mujoco_model.surroundings.scene_spec import scene_spec
 from teleopctl.robot import RobotDescription, read_world, unknown_tags
 from teleopctl.robot.sensors.sensor_tag import read_sensor
 from teleopctl.robot.tags import gazebo, sdf
-from teleopctl.robot.tags.table import Entry, Table, is_default
+from teleopctl.robot.tags.table import Table, TagEntry, is_default
 
 # What a tag says where a number alone makes no sense; by the last two parts of its path, or one.
 VALUES = {
@@ -177,7 +177,7 @@ def value(path: str) -> str:
     return "0.37"
 
 
-def leaves(table: Mapping[str, Entry]) -> Iterator[tuple[str, str, str]]:
+def leaves(table: Mapping[str, TagEntry]) -> Iterator[tuple[str, str, str]]:
     """The paths, attributes and fates of what holds a value."""
     inner = {path.rpartition("/")[0] for path in table if "@" not in path}
     for path, entry in table.items():

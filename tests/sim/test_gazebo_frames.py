@@ -13,7 +13,7 @@ from teleopctl.interfaces import get_service
 from teleopctl.mujoco_model import Coming, build_model, with_things
 from teleopctl.robot import read_world_text
 from teleopctl.sim.entities.entity import find, move
-from teleopctl.sim.entities.stage import Stage
+from teleopctl.sim.entities.stage import RunningSimulation
 from teleopctl.sim.gazebo_services.entities import get_entity_state
 from teleopctl.sim.gazebo_services.forces import apply_link_wrench
 from teleopctl.sim.gazebo_services.links import link_of
@@ -51,12 +51,12 @@ def simulation() -> Simulation:
     return made
 
 
-def stage_of(simulation: Simulation) -> Stage:
+def stage_of(simulation: Simulation) -> RunningSimulation:
     """A stage whose simulation stands still."""
     stands = SimpleNamespace(
         simulation=simulation, ask=lambda what: what(), change=lambda what: what()
     )
-    return cast("Stage", stands)
+    return cast("RunningSimulation", stands)
 
 
 def complain(words: str) -> None:

@@ -16,7 +16,7 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
 from tf2_msgs.msg import TFMessage
 
-from teleopctl.bag import BagWriter, Kind, open_bag
+from teleopctl.bag import BagWriter, DifferenceKind, open_bag
 from teleopctl.interfaces import deserialize, get_message, serialize
 from teleopctl.nodes.verifying.verification import verify_bag
 from teleopctl.testing import LONGEST_WAIT_S
@@ -105,24 +105,24 @@ def test_a_session_is_simulated_once_more_to_the_bit(
 def test_what_is_otherwise_in_any_topic_is_found_with_its_time_and_both_values(recorded, tmp_path):
     session, _ = recorded
     for kind, change in (
-        (Kind.VALUE, values_changed),
-        (Kind.MISSING, one_taken_out),
-        (Kind.EXTRA, one_put_in_twice),
-        (Kind.ORDER, two_swapped),
+        (DifferenceKind.VALUE, values_changed),
+        (DifferenceKind.MISSING, one_taken_out),
+        (DifferenceKind.EXTRA, one_put_in_twice),
+        (DifferenceKind.ORDER, two_swapped),
     ):
         changed = rewritten(session, tmp_path, kind.value, change)
         found = verify_bag(changed).verdict
         differences = {each.name: each.differences for each in found.streams}
         assert {name.split()[0] for name, each in differences.items() if each} == {*COMPARED} | (
-            set() if kind is Kind.VALUE else {COMMANDS}
+            set() if kind is DifferenceKind.VALUE else {COMMANDS}
         )
         for name in filter(differences.get, differences):
             # A clock has nothing but its time.
-            is_time = kind is Kind.VALUE and name == "/clock"
-            kinds = {Kind.MISSING, Kind.EXTRA} if is_time else {kind}
+            is_time = kind is DifferenceKind.VALUE and name == "/clock"
+            kinds = {DifferenceKind.MISSING, DifferenceKind.EXTRA} if is_time else {kind}
             assert {each.kind for each in differences[name]} == kinds, name
             assert differences[name][0].time_ns > 0
-        if kind is Kind.VALUE:
+        if kind is DifferenceKind.VALUE:
             (position,) = differences["/joint_states"]
             assert position.field == "position[joint_1]"
             assert position.size == pytest.approx(0.1)
@@ -137,7 +137,7 @@ def test_a_bag_without_the_states_that_controllers_answer_is_compared_by_the_oth
     )
     found = verify_bag(other).verdict
     # The topic stands in the bag: that nothing came on it is a loss.
-    assert [(each.topic, each.kind) for each in found.first] == [(STATES, Kind.MISSING)]
+    assert [(each.topic, each.kind) for each in found.first] == [(STATES, DifferenceKind.MISSING)]
     without = rewritten(
         session, tmp_path, "bare", lambda ms: [m for m in ms if m.topic != STATES], {STATES}
     )

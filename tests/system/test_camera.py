@@ -12,7 +12,7 @@ import pytest
 
 from teleopctl.interfaces.store import get_message, get_service
 from teleopctl.node import Context, Node, init, qos_profile_latched
-from teleopctl.nodes.camera import Camera
+from teleopctl.nodes.camera import CameraNode
 from teleopctl.testing import LONGEST_WAIT_S, Process, RosGraph
 from tests.system.sim_partner import Partner, command, stamp_ns, teleop_urdf
 
@@ -337,7 +337,7 @@ def test_for_a_robot_without_cameras_no_model_is_built(
 ) -> None:
     monkeypatch.setattr("teleopctl.mujoco_model.build_model", None)
     bare = "robot_description:=<robot name='bare'><link name='base'/></robot>"
-    with init(args=["--ros-args", "-p", bare]), Camera() as camera:
+    with init(args=["--ros-args", "-p", bare]), CameraNode() as camera:
         assert camera.get_publishers_info_by_topic("/camera_info") == []
 
 

@@ -4,7 +4,7 @@ import sys
 import pytest
 
 from teleopctl.base import background
-from teleopctl.base.background import ProcessRecord, Start
+from teleopctl.base.background import ProcessRecord, StartTime
 from teleopctl.launch.execution import status
 from teleopctl.launch.execution.running import died
 from teleopctl.launch.execution.status import ProcessStatus
@@ -63,10 +63,28 @@ def test_what_has_done_its_work_is_no_failure(ros_graph, ros_launch):
 def test_a_launch_that_ends_while_it_is_looked_for_is_one_launch(tmp_path, monkeypatch):
     request = tmp_path / "request.json"
     record = ProcessRecord(
-        "short", 7, Start(), ("launch", str(request)), tmp_path / "log", "launch", tmp_path / "7"
+        "short",
+        7,
+        StartTime(),
+        ("launch", str(request)),
+        tmp_path / "log",
+        "launch",
+        tmp_path / "7",
     )
     dead = ProcessStatus(
-        *("talker-1", 8, Start(), "died", 1, 0.0, "talker.log", ["talker"], "/talker", True, False)
+        *(
+            "talker-1",
+            8,
+            StartTime(),
+            "died",
+            1,
+            0.0,
+            "talker.log",
+            ["talker"],
+            "/talker",
+            True,
+            False,
+        )
     )
     status.write(tmp_path, [dead], 0)
     # It runs when it is asked for what runs, and no longer when it is asked for what has ended.

@@ -13,7 +13,7 @@ from teleopctl.tf.errors import (
     InvalidArgumentException,
     LookupException,
 )
-from teleopctl.tf.history import Sample
+from teleopctl.tf.history import TransformSample
 from teleopctl.tf.transforms import (
     IDENTITY,
     Transform,
@@ -30,7 +30,7 @@ def tree(*entries, length=10 * S):
     """A tree of (parent, child, stamp, x), or (parent, child, None, x) for a static frame."""
     made = FrameTree(length)
     for parent, child, stamp, x in entries:
-        sample = Sample(stamp or 0, parent, Transform((x, 0.0, 0.0)))
+        sample = TransformSample(stamp or 0, parent, Transform((x, 0.0, 0.0)))
         assert made.insert(sample, child, "test", static=stamp is None)
     return made
 
@@ -84,7 +84,7 @@ def test_lookup_agrees_with_a_naive_computation(forest, fraction, data):
         if parent is None:
             continue
         for n, transform in enumerate(move):
-            sample = Sample((1 + n) * S, f"f{parent}", transform)
+            sample = TransformSample((1 + n) * S, f"f{parent}", transform)
             made.insert(sample, f"f{child}", "test", static=len(move) == 1)
     target, source = (data.draw(st.integers(0, len(parents) - 1)) for _ in range(2))
     stamp = S + int(fraction * S)
@@ -237,7 +237,7 @@ def test_samples_may_arrive_out_of_order():
 def test_a_second_sample_of_a_time_takes_the_place_of_the_first():
     made = tree(("a", "b", 1 * S, 1), ("a", "b", 2 * S, 2), ("a", "b", 3 * S, 3))
     for stamp in (3, 2):
-        sample = Sample(stamp * S, "a", Transform((10.0 * stamp, 0.0, 0.0)))
+        sample = TransformSample(stamp * S, "a", Transform((10.0 * stamp, 0.0, 0.0)))
         assert made.insert(sample, "b", "test", static=False)
         assert made.lookup("a", "b", stamp * S)[1].translation[0] == 10.0 * stamp
 
@@ -246,11 +246,11 @@ def test_late_samples_change_nothing_that_is_known(caplog):
     made = tree(("a", "b", 100 * S, 1), ("a", "still", None, 7))
     with caplog.at_level(logging.WARNING):
         for n in range(1, 30):
-            sample = Sample(n * S // 10, "a", IDENTITY)
+            sample = TransformSample(n * S // 10, "a", IDENTITY)
             assert not made.insert(sample, "b", "someone", static=False)
     assert caplog.text.count("TF_OLD_DATA ignoring data from the past for frame b") == 1
     for stamp in range(91, 96):
-        assert made.insert(Sample(stamp * S, "a", IDENTITY), "b", "test", static=False)
+        assert made.insert(TransformSample(stamp * S, "a", IDENTITY), "b", "test", static=False)
     when, transform = made.lookup("a", "b", 0)
     assert (when, transform.translation[0]) == (100 * S, 1)
 
@@ -269,6 +269,6 @@ def test_late_samples_change_nothing_that_is_known(caplog):
 def test_what_is_no_transform_is_logged_and_left_out(parent, child, transform, code, caplog):
     made = FrameTree(10 * S)
     with caplog.at_level(logging.ERROR):
-        assert not made.insert(Sample(S, parent, transform), child, "me", static=False)
+        assert not made.insert(TransformSample(S, parent, transform), child, "me", static=False)
     assert code in caplog.text
     assert made.frames() == []

@@ -14,7 +14,7 @@ from teleopctl.node.values.names import validate_name
 from teleopctl.tf import Transform
 from teleopctl.viewer import open_server
 from teleopctl.viewer.scene.frame_buffer import FrameBuffer
-from teleopctl.viewer.scene.frames import Frames
+from teleopctl.viewer.scene.frames import SceneFrames
 
 
 class FakeClient:
@@ -90,7 +90,7 @@ class FakePage:
         self.server = server
         self.scene = server.scene
         self.gui = server.gui
-        self.frames = Frames(server.scene, FrameBuffer())
+        self.frames = SceneFrames(server.scene, FrameBuffer())
         self.robot_folder: Any = None
         self.displays: list[Any] = []
         self.picture: Any = None

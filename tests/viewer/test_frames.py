@@ -14,7 +14,7 @@ from teleopctl.tf import (
 )
 from teleopctl.viewer import open_server
 from teleopctl.viewer.scene.frame_buffer import FrameBuffer
-from teleopctl.viewer.scene.frames import Frames
+from teleopctl.viewer.scene.frames import SceneFrames
 
 NAMES = ("a", "b", "c", "d/e", "f", "g")
 
@@ -28,7 +28,7 @@ def server():
 
 @pytest.fixture
 def frames(server):
-    frames = Frames(server.scene, FrameBuffer())
+    frames = SceneFrames(server.scene, FrameBuffer())
     yield frames
     frames.remove()
 
@@ -102,7 +102,7 @@ trees = strategies.lists(
 
 @given(trees, strategies.sampled_from(NAMES))
 def test_every_frame_stands_where_tf2_says(server, tree, fixed):
-    frames = Frames(server.scene, FrameBuffer())
+    frames = SceneFrames(server.scene, FrameBuffer())
     for number, (parent, xyz, rpy) in enumerate(tree):
         # Each frame stands in one of those before it, which makes a tree, or several.
         put(

@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 from hypothesis import HealthCheck, given, settings
 
-from teleopctl.viewer.picture import Picture
+from teleopctl.viewer.picture import SceneView
 from teleopctl.viewer.rviz_file import RvizFile
 from tests.viewer.conftest import FakePage
 from tests.viewer.test_rviz_file import anything
@@ -62,7 +62,7 @@ def told(stage: FakePage, tmp_path: Path) -> Told:
         path = tmp_path / "view.rviz"
         path.write_text(text)
         stage.node.warnings.clear()
-        stage.displays = Picture(stage.server, stage, path).displays
+        stage.displays = SceneView(stage.server, stage, path).displays
         return list(stage.node.warnings)
 
     return open_file

@@ -13,7 +13,7 @@ from websockets.typing import Subprotocol
 from teleopctl.node import SingleThreadedExecutor, init
 from teleopctl.testing import LONGEST_WAIT_S, eventually
 from teleopctl.viewer import Viewer, open_server, viewer as viewer_module
-from teleopctl.viewer.page.tidying import Tidying
+from teleopctl.viewer.page.tidying import MemoryCleanup
 
 PROTOCOL = Subprotocol(f"viser-v{viser.__version__}")
 
@@ -41,7 +41,7 @@ def browser(server):
 
 @pytest.mark.usefixtures("rings_stay")
 def test_what_a_browser_leaves_behind_is_freed(page):
-    tidying = Tidying(page)
+    tidying = MemoryCleanup(page)
     below = page._websock_server
     come: list[weakref.ref[Any]] = []
     below.on_client_connect(lambda connection: come.append(weakref.ref(connection)))

@@ -19,7 +19,7 @@ from teleopctl.errors import InvalidFileError, TeleopctlError
 from teleopctl.interfaces import deserialize, hash_of_text
 
 
-class Finding(NamedTuple):
+class BagFault(NamedTuple):
     """A fault of a bag.
 
     Attributes:
@@ -31,7 +31,7 @@ class Finding(NamedTuple):
     what: str
 
 
-def check(path: Path, told: Told = lambda _done: None) -> Iterator[Finding]:
+def check(path: Path, told: Told = lambda _done: None) -> Iterator[BagFault]:
     """Read a whole bag; yield its faults.
 
     Files: their ends, checksums, and indexes against what they index. ``metadata.yaml`` against the
@@ -49,7 +49,7 @@ def check(path: Path, told: Told = lambda _done: None) -> Iterator[Finding]:
     with open_bag(path) as bag:
         files = [file for file in bag_files(path) if file.exists() and file.suffix != ".bag"]
         for file in files:
-            yield from (Finding(str(file), fault.what) for fault in faults_of(file))
+            yield from (BagFault(str(file), fault.what) for fault in faults_of(file))
         yield from _metadata_findings(path, bag)
         topics = {topic.name: _TopicCheck(topic) for topic, _ in bag.metadata.topics}
         for topic_check in topics.values():
@@ -65,20 +65,20 @@ def check(path: Path, told: Told = lambda _done: None) -> Iterator[Finding]:
             yield from topics[topic.name].findings(count)
 
 
-def _metadata_findings(path: Path, bag: Bag) -> Iterator[Finding]:
+def _metadata_findings(path: Path, bag: Bag) -> Iterator[BagFault]:
     file = path / METADATA_FILE
     if not path.is_dir():
         return
     if not file.exists():
-        yield Finding(str(file), "is missing (teleopctl bag reindex makes it)")
+        yield BagFault(str(file), "is missing (teleopctl bag reindex makes it)")
         return
     try:
         said = read_metadata(path)
     except InvalidFileError as error:
-        yield Finding(str(file), error.message.removeprefix(f"{file}: "))
+        yield BagFault(str(file), error.message.removeprefix(f"{file}: "))
         return
     for sentence in disagreements(said, bag.metadata):
-        yield Finding(str(file), sentence)
+        yield BagFault(str(file), sentence)
 
 
 class _TopicCheck:
@@ -100,20 +100,20 @@ class _TopicCheck:
             except TeleopctlError as error:
                 self._fault = error.message
 
-    def findings_of_type(self) -> Iterator[Finding]:
+    def findings_of_type(self) -> Iterator[BagFault]:
         """Yield the faults of the topic's type definition."""
         topic = self._topic
         if not topic.type_name:
-            yield Finding(topic.name, "it has no type")
+            yield BagFault(topic.name, "it has no type")
         elif not topic.definition.encoding:
-            yield Finding(topic.name, f"the bag has no definition of {topic.type_name}")
+            yield BagFault(topic.name, f"the bag has no definition of {topic.type_name}")
         if self._fault:
-            yield Finding(topic.name, self._fault)
+            yield BagFault(topic.name, self._fault)
         found = ""
         if self._class is not None and topic.definition.encoding == ROS2MSG:
             found = hash_of_text(topic.type_name, topic.definition.text)
         if topic.type_hash and found and found != topic.type_hash:
-            yield Finding(
+            yield BagFault(
                 topic.name,
                 f"its definition has the hash {found} and not, as is said, {topic.type_hash}",
             )
@@ -131,7 +131,7 @@ class _TopicCheck:
             self._undecodable += 1
             self._reason = self._reason or f"at {message.log_time_ns}: {error.message}"
 
-    def findings(self, count: int) -> Iterator[Finding]:
+    def findings(self, count: int) -> Iterator[BagFault]:
         """Yield the faults of the topic's messages.
 
         Args:
@@ -139,13 +139,13 @@ class _TopicCheck:
         """
         name = self._topic.name
         if self._count != count:
-            yield Finding(name, f"{count} messages are said, {self._count} can be read")
+            yield BagFault(name, f"{count} messages are said, {self._count} can be read")
         if self._undecodable:
-            yield Finding(
+            yield BagFault(
                 name, f"{self._undecodable} messages cannot be decoded, the first {self._reason}"
             )
         if self._sequences.lost:
-            yield Finding(
+            yield BagFault(
                 name,
                 f"{self._sequences.lost} messages were sent and are missing, by the recorder's"
                 f" count; the first before {self._first_gap_ns}",

@@ -26,7 +26,7 @@ Told = Callable[[float], object]
 
 
 @dataclass(frozen=True)
-class Output:
+class OutputBag:
     """An output bag with its selection and options.
 
     Attributes:
@@ -49,7 +49,7 @@ class Output:
 
 def copy_bags(
     bags: Sequence[Bag],
-    outputs: Sequence[Output],
+    outputs: Sequence[OutputBag],
     told: Told = lambda _done: None,
     left_out: Callable[[str], object] | None = None,
 ) -> list[dict[str, int]]:
@@ -89,7 +89,7 @@ def copy_bags(
         raise
 
 
-def _writer(output: Output, sources: Sources) -> BagWriter:
+def _writer(output: OutputBag, sources: Sources) -> BagWriter:
     options = replace(
         output.options,
         repeat_latched=False,
@@ -102,7 +102,7 @@ def _writer(output: Output, sources: Sources) -> BagWriter:
 class _Selected:
     """A writer with what it takes."""
 
-    def __init__(self, output: Output, writer: BagWriter, sources: Sources) -> None:
+    def __init__(self, output: OutputBag, writer: BagWriter, sources: Sources) -> None:
         self._output = output
         self._writer = writer
         chosen = [topic for topic, _ in sources.topics.values() if output.chooses(topic)]

@@ -28,7 +28,7 @@ _OF_WRITING = {
 
 
 @dataclass(frozen=True)
-class Input:
+class InputBag:
     """An input bag with its storage.
 
     Attributes:
@@ -44,7 +44,7 @@ class Input:
     end_ns: int = NO_TIME_NS
 
 
-def read_inputs(path: Path) -> tuple[list[Input], list[str]]:
+def read_inputs(path: Path) -> tuple[list[InputBag], list[str]]:
     """Read the inputs' YAML file of ``bag convert``.
 
     Returns:
@@ -60,7 +60,7 @@ def read_inputs(path: Path) -> tuple[list[Input], list[str]]:
     return inputs, remarks
 
 
-def _input(item: Item, remarks: list[str]) -> Input:
+def _input(item: Item, remarks: list[str]) -> InputBag:
     if item.pairs is None:
         raise InvalidFileError(f"{item.place}: here has to be a mapping", hint=_EXPECTED)
     texts: dict[str, str] = {}
@@ -99,6 +99,6 @@ def _input(item: Item, remarks: list[str]) -> Input:
         raise NotFoundError(f"{item.place}: Bag path '{folder}' does not exist!")
     # As for rosbag2, times that are not positive say nothing, and what came at the end is in it.
     start_ns, end_ns = times.get("start_time_ns", -1), times.get("end_time_ns", -1)
-    return Input(
+    return InputBag(
         Path(folder), storage or None, max(0, start_ns), end_ns + 1 if end_ns > 0 else NO_TIME_NS
     )

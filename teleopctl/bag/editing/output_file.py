@@ -11,7 +11,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from teleopctl.bag.editing.copying import Output
+from teleopctl.bag.editing.copying import OutputBag
 from teleopctl.bag.mcap_file.chunk_builder import ChunkSettings, Compression
 from teleopctl.bag.metadata import MCAP, SQLITE3
 from teleopctl.bag.option_file import Item, read_list
@@ -80,7 +80,7 @@ _OF_RECORDING = {
 }
 
 
-def read_outputs(path: Path) -> tuple[list[Output], list[str]]:
+def read_outputs(path: Path) -> tuple[list[OutputBag], list[str]]:
     """Read the outputs' YAML file of ``bag convert``.
 
     Returns:
@@ -111,7 +111,7 @@ class _Entry:
             self._lines[key] = line
             self._take(key, value)
 
-    def output(self) -> Output:
+    def output(self) -> OutputBag:
         """Return the options of the bag to write."""
         values = self._values
         if not values.get("uri"):
@@ -130,7 +130,7 @@ class _Entry:
             )
         except UsageError as error:
             raise error.at(f"{self._path}:{self._line}") from error
-        return Output(
+        return OutputBag(
             Path(values["uri"]),
             chooses=lambda topic: _chooses(selection, topic),
             start_ns=max(0, values.get("start_time_ns", -1)),

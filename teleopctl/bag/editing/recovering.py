@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from teleopctl.bag.editing.agreement import disagreements
-from teleopctl.bag.editing.copying import Output, Told, copy_bags
+from teleopctl.bag.editing.copying import OutputBag, Told, copy_bags
 from teleopctl.bag.editing.faults import DATABASE_SUFFIX, faults_of
 from teleopctl.bag.editing.reindexing import reindex
 from teleopctl.bag.look.decoding import class_of
@@ -145,7 +145,7 @@ def _anew(path: Path, output: Path, faults: list[tuple[Path, Fault]], told: Told
     salvage = Salvage(lambda message: _can_be_decoded(message, classes), done.append)
     with open_bag(path, salvage=salvage) as bag:
         classes.update((topic.name, _class_of(topic)) for topic, _ in bag.metadata.topics)
-        (counts,) = copy_bags([bag], [Output(output)], told, left_out=lambda _: None)
+        (counts,) = copy_bags([bag], [OutputBag(output)], told, left_out=lambda _: None)
         said = {topic.name: count for topic, count in bag.metadata.topics}
         old = _old_metadata(path)
         if old is not None:

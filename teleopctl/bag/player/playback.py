@@ -13,7 +13,7 @@ from teleopctl.bag.player.clock_output import CLOCK, ClockOutput
 from teleopctl.bag.player.options import PlayOptions
 from teleopctl.bag.player.outputs import Outputs
 from teleopctl.bag.player.source import Source
-from teleopctl.bag.player.tape import Tape
+from teleopctl.bag.player.tape import MessageCursor
 from teleopctl.bag.player.time_line import TimeLine
 from teleopctl.bag.records import BagMessage
 from teleopctl.wire import hear_peers
@@ -84,7 +84,7 @@ class Playback:
         self.end_ns = self._source.end_ns
         self._line = TimeLine(self.start_ns, is_paused=options.is_paused)
         self._clock = ClockOutput(node, self._line, options)
-        self._tape = Tape(
+        self._tape = MessageCursor(
             self._source,
             self._line,
             self._outputs,

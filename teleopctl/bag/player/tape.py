@@ -13,7 +13,7 @@ from teleopctl.bag.player.time_line import TimeLine
 from teleopctl.bag.records import BagMessage
 
 
-class Tape:
+class MessageCursor:
     """Cursor over the messages of bags, in time order; used by one thread.
 
     Args:

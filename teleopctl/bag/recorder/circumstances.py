@@ -54,7 +54,7 @@ _LONGEST_END_S = 1.0
 _LIBRARIES = ("mujoco", "numpy", "eclipse-zenoh", "rosbags", "mcap")
 
 
-class Circumstances:
+class RecordingMetadata:
     """Collects versions, the launch, robot descriptions and parameters for the bag's metadata.
 
     What is there is written at once, since a recorder may be killed; what comes later, and what a

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Self
 from teleopctl.bag.recorder.losses import Losses, described
 from teleopctl.bag.recorder.options import RecorderOptions
 from teleopctl.bag.recorder.services import RecorderServices
-from teleopctl.bag.recorder.session import Session
-from teleopctl.bag.recorder.topics import Gate
+from teleopctl.bag.recorder.session import RecordingSession
+from teleopctl.bag.recorder.topics import PauseGate
 from teleopctl.errors import RefusedError, TeleopctlError
 from teleopctl.node import (
     Context,
@@ -74,10 +74,10 @@ class Recorder:
     ) -> None:
         self.folder = folder or default_folder()
         self._options = options or RecorderOptions()
-        self._gate = Gate(is_open=not self._options.start_paused)
+        self._gate = PauseGate(is_open=not self._options.start_paused)
         self._lock = threading.RLock()
-        self._session: Session | None = None
-        self._last_session: Session | None = None
+        self._session: RecordingSession | None = None
+        self._last_session: RecordingSession | None = None
         self._ended = threading.Event()
         self._on_end: Callable[[], object] | None = None
         self._is_awaited = False
@@ -165,7 +165,7 @@ class Recorder:
             self.folder = folder or self.folder
             logger = self.node.get_logger()
             logger.info(f"Starting recording to '{self.folder}'")
-            self._session = Session(
+            self._session = RecordingSession(
                 self.node,
                 self.folder,
                 self._options,

@@ -9,13 +9,13 @@ from concurrent.futures import CancelledError, Future
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from teleopctl.bag.recorder.circumstances import Circumstances
+from teleopctl.bag.recorder.circumstances import RecordingMetadata
 from teleopctl.bag.recorder.early import EarlyMessages
 from teleopctl.bag.recorder.losses import LossCounter
 from teleopctl.bag.recorder.message_queue import MessageQueue
 from teleopctl.bag.recorder.options import CACHE_BYTES, RecorderOptions
 from teleopctl.bag.recorder.snapshot import SnapshotBuffer
-from teleopctl.bag.recorder.topics import Gate, Topics
+from teleopctl.bag.recorder.topics import PauseGate, RecordedTopics
 from teleopctl.bag.recorder.writing import WritingThread
 from teleopctl.bag.storage.bag_writer import BagWriter
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from teleopctl.node import Node
 
 
-class Session:
+class RecordingSession:
     """One recording into one bag; with simulated time, it starts with the first /clock.
 
     Args:
@@ -49,7 +49,7 @@ class Session:
         node: Node,
         folder: Path,
         options: RecorderOptions,
-        gate: Gate,
+        gate: PauseGate,
         on_split: Callable[[Path, Path], object],
         on_failure: Callable[[TeleopctlError], object],
     ) -> None:
@@ -66,7 +66,7 @@ class Session:
             writer, queue, snapshot, on_failure, is_eager=not options.cache_bytes
         )
         self._early = EarlyMessages(node) if options.from_first_message else None
-        self.topics = Topics(
+        self.topics = RecordedTopics(
             node,
             options.selection.with_absolute_names(
                 lambda name: node.resolve_topic_name(name, only_expand=True),
@@ -80,7 +80,7 @@ class Session:
             uses_simulated_time=options.use_sim_time,
             early=self._early,
         )
-        self._circumstances: Circumstances | None = None
+        self._circumstances: RecordingMetadata | None = None
         self._changed = threading.Event()
         self._is_over = threading.Event()
         self._follows = options.discovery
@@ -149,7 +149,7 @@ class Session:
     def _begin(self) -> None:
         self.topics.follow(self._node.graph())
         if self._options.circumstances:
-            self._circumstances = Circumstances(
+            self._circumstances = RecordingMetadata(
                 self._node,
                 lambda attachment: self.writing.ask(lambda writer: writer.attach(attachment)),
                 lambda name, values: self.writing.ask(

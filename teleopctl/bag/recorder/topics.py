@@ -34,7 +34,7 @@ _LOG = "/rosout"
 _DEFAULT_DEPTH = 10
 
 
-class Gate:
+class PauseGate:
     """Decides whether messages are recorded: not while the recorder is paused.
 
     Attributes:
@@ -68,7 +68,7 @@ class _Topic:
         self.was_renewed = False
 
 
-class Topics:
+class RecordedTopics:
     """Subscriptions of a recording, kept up to date with the graph on a thread.
 
     Args:
@@ -89,7 +89,7 @@ class Topics:
         selection: Selection,
         qos: Mapping[str, QoSProfile],
         queue: MessageQueue,
-        gate: Gate,
+        gate: PauseGate,
         losses: LossCounter,
         add_topic: Callable[[BagTopic], object],
         *,

@@ -25,7 +25,7 @@ _NAMES = ("name", "joint_names", "child_frame_id", "ns")
 _LONGEST_END_NS = 1_000_000_000
 
 
-class Kind(StrEnum):
+class DifferenceKind(StrEnum):
     """Kind of difference between a recording and its replay."""
 
     VALUE = "value"
@@ -51,7 +51,7 @@ class Difference(NamedTuple):
     field: str = ""
     recorded: Value = None
     replayed: Value = None
-    kind: Kind = Kind.VALUE
+    kind: DifferenceKind = DifferenceKind.VALUE
 
     @property
     def size(self) -> float:
@@ -65,11 +65,11 @@ class Difference(NamedTuple):
         """Say it in a line."""
         where = f"{self.topic} {to_seconds(self.time_ns):.3f} s"
         match self.kind:
-            case Kind.MISSING:
+            case DifferenceKind.MISSING:
                 return f"{where}: the recording lacks the message"
-            case Kind.EXTRA:
+            case DifferenceKind.EXTRA:
                 return f"{where}: the recording has a message that the run does not publish"
-            case Kind.ORDER:
+            case DifferenceKind.ORDER:
                 return f"{where}: recorded after a message of a later time"
         apart = f" ({self.size:.3g} apart)" if math.isfinite(self.size) else ""
         return f"{where}: {self.field} was {self.recorded!r} and is {self.replayed!r}{apart}"
@@ -94,7 +94,7 @@ class Recorded(NamedTuple):
 
 
 @dataclass
-class Stream:
+class ComparedStream:
     """Messages of one publisher, recorded and replayed, in order of simulated time.
 
     Attributes:
@@ -133,10 +133,10 @@ class Stream:
         latest_ns = -1
         for message in self.recorded:
             if message.time_ns in self._left:
-                self.add(Difference(self.topic, message.time_ns, kind=Kind.EXTRA))
+                self.add(Difference(self.topic, message.time_ns, kind=DifferenceKind.EXTRA))
                 continue
             if message.time_ns < latest_ns:
-                self.add(Difference(self.topic, message.time_ns, kind=Kind.ORDER))
+                self.add(Difference(self.topic, message.time_ns, kind=DifferenceKind.ORDER))
             self._left[message.time_ns] = message
             latest_ns = max(latest_ns, message.time_ns)
         times_ns = sorted(self._left)
@@ -181,7 +181,7 @@ class Stream:
         if self.may_skip and self._is_whole_around(time_ns):
             self.skipped_ns.append(time_ns)
         else:
-            self.add(Difference(self.topic, time_ns, kind=Kind.MISSING))
+            self.add(Difference(self.topic, time_ns, kind=DifferenceKind.MISSING))
 
     def compare(self, time_ns: int, recorded: bytes, now: bytes) -> None:
         """Compare two messages."""
@@ -204,29 +204,31 @@ class Stream:
         if len(self.differences) < MOST_LISTED:
             self.differences.append(difference)
         largest = self.largest.get(difference.field)
-        if difference.kind is Kind.VALUE and (largest is None or difference.size > largest.size):
+        if difference.kind is DifferenceKind.VALUE and (
+            largest is None or difference.size > largest.size
+        ):
             self.largest[difference.field] = difference
 
-    def close(self, reference: Stream | None = None) -> None:
+    def close(self, reference: ComparedStream | None = None) -> None:
         """Add the recorded messages that were not replayed, and those missing at the end.
 
         Args:
             reference: What goes on for as long as this one does.
         """
         for time_ns in self._left:
-            self.add(Difference(self.topic, time_ns, kind=Kind.EXTRA))
+            self.add(Difference(self.topic, time_ns, kind=DifferenceKind.EXTRA))
         self._left.clear()
         if self._after_ns is None:
             return
         if not self.recorded:
             if not self.may_skip:
-                self.add(Difference(self.topic, self._after_ns, kind=Kind.MISSING))
+                self.add(Difference(self.topic, self._after_ns, kind=DifferenceKind.MISSING))
             return
         if reference is None:
             return
         later = [m.log_time_ns for m in reference.recorded if m.time_ns > self._after_ns]
         if later and max(later) - min(later) > _LONGEST_END_NS:
-            self.add(Difference(self.topic, self._after_ns, kind=Kind.MISSING))
+            self.add(Difference(self.topic, self._after_ns, kind=DifferenceKind.MISSING))
 
     def _is_whole_around(self, time_ns: int) -> bool:
         """Whether no recorded message was lost around a time, by the recorder's numbers."""
@@ -251,7 +253,7 @@ class Verdict:
 
     def __init__(self, tolerance: float = 0.0) -> None:
         self.tolerance = tolerance
-        self.streams: list[Stream] = []
+        self.streams: list[ComparedStream] = []
         self.played_back: dict[str, int] = {}
         self.not_compared: dict[str, str] = {}
 

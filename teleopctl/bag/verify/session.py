@@ -78,7 +78,7 @@ class Commands:
 
 
 @dataclass(frozen=True)
-class Session:
+class RecordedSession:
     """The recorded simulation: robot, topics, parameters and commands.
 
     Attributes:
@@ -96,7 +96,7 @@ class Session:
     versions: Mapping[str, str] = field(default_factory=dict)
 
 
-def read_session(bag: Bag) -> Session:
+def read_session(bag: Bag) -> RecordedSession:
     """Read the recorded simulation from a bag.
 
     Raises:
@@ -114,7 +114,7 @@ def read_session(bag: Bag) -> Session:
             f"{bag.path} has no robot description, so that nothing can be simulated",
             hint=f"Record {DESCRIPTION_TOPIC} too, as launch … record:=true does.",
         )
-    return Session(
+    return RecordedSession(
         description,
         {topic.name: topic.type_name for topic, _ in bag.metadata.topics},
         counts,

@@ -10,7 +10,7 @@ from teleopctl.bag.verify.comparison import Difference, leaves
 from teleopctl.interfaces import deserialize, get_message, to_seconds
 
 
-class Traces:
+class ComparedTraces:
     """Stores the compared messages, for plots."""
 
     def __init__(self) -> None:

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
     from pathlib import Path
 
-    from teleopctl.cli.completion.completing import Line
+    from teleopctl.cli.completion.completing import TypedWords
     from teleopctl.wire import Graph
 
 
@@ -55,7 +55,7 @@ def _files_and_folders(incomplete: str, is_wanted: Callable[[str], bool]) -> lis
     return [name for name in files(incomplete) if is_wanted(name) or name.endswith(folders)]
 
 
-def programs(ctx: Line, incomplete: str) -> list[str]:
+def programs(ctx: TypedWords, incomplete: str) -> list[str]:
     """Return candidates of ``run``: packages and files, then a package's programs."""
     from teleopctl import packages
 
@@ -85,7 +85,7 @@ def package_names(incomplete: str) -> list[str]:
     return [name for name in packages.package_names() if name.startswith(incomplete)]
 
 
-def launch_words(ctx: Line, incomplete: str) -> list[str]:
+def launch_words(ctx: TypedWords, incomplete: str) -> list[str]:
     """Return candidates of ``launch``: files and packages, then files or arguments."""
     from teleopctl.launch import files_in_package, is_launch_file
 

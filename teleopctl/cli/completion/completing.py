@@ -14,7 +14,7 @@ from teleopctl.cli import declared
 from teleopctl.cli.completion import shells
 from teleopctl.cli.console import COMPLETION_VARIABLE
 from teleopctl.cli.declared import DeclaredVerb
-from teleopctl.cli.verb import Argument, Group, Option, Parameter, Verb
+from teleopctl.cli.verb import Argument, Option, Verb, VerbGroup, VerbParameter
 from teleopctl.errors import TeleopctlError
 
 if TYPE_CHECKING:
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 _HELP_FLAGS = ("--help", "-h")
 
 
-class Line:
+class TypedWords:
     """Parsed words of the command line, for functions that complete a value.
 
     Attributes:
@@ -68,7 +68,7 @@ def candidates(words: Sequence[str], incomplete: str) -> list[str]:
         return _beginning(flags if incomplete.startswith("-") else declared.nouns(), incomplete)
     found = declared.find(words[:1])
     rest = list(words[1:])
-    if isinstance(found, Group):
+    if isinstance(found, VerbGroup):
         if not rest and incomplete.startswith("-") and found.alone:
             rest = [found.alone]
         if not rest:
@@ -102,8 +102,8 @@ def _of_verb(found: DeclaredVerb, words: list[str], incomplete: str) -> list[str
 
 
 def _read(
-    verb: Verb, flags: dict[str, Parameter], words: Iterable[str], values: dict[str, Any]
-) -> tuple[list[str], Parameter | None, bool]:
+    verb: Verb, flags: dict[str, VerbParameter], words: Iterable[str], values: dict[str, Any]
+) -> tuple[list[str], VerbParameter | None, bool]:
     """Take the options from a line.
 
     Returns:
@@ -111,7 +111,7 @@ def _read(
         option may stand there instead.
     """
     positional: list[str] = []
-    option: Parameter | None = None
+    option: VerbParameter | None = None
     for word in words:
         passes_on = verb.passes_everything_on or (verb.passes_on and bool(positional))
         if word.startswith("-") and not passes_on and not _is_number(verb, word):
@@ -137,8 +137,8 @@ def _is_number(verb: Verb, word: str) -> bool:
 
 
 def _take_arguments(
-    declared_parameters: Iterable[Parameter], words: list[str], values: dict[str, Any]
-) -> Parameter | None:
+    declared_parameters: Iterable[VerbParameter], words: list[str], values: dict[str, Any]
+) -> VerbParameter | None:
     """Hand the words out to the arguments in order, and return the argument that comes next."""
     for parameter in declared_parameters:
         if isinstance(parameter.declaration, Argument):
@@ -152,7 +152,7 @@ def _take_arguments(
 
 
 def _of_parameter(
-    parameter: Parameter | None, values: dict[str, Any], incomplete: str
+    parameter: VerbParameter | None, values: dict[str, Any], incomplete: str
 ) -> list[str]:
     if parameter is None:
         return []
@@ -175,7 +175,7 @@ def _of_parameter(
         case ("incomplete",):
             return list(complete(incomplete))
         case ("ctx", "incomplete"):
-            return list(complete(Line(values), incomplete))
+            return list(complete(TypedWords(values), incomplete))
     return []
 
 

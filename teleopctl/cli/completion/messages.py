@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from teleopctl.base.typed import TYPE_CHECKING
-from teleopctl.cli.completion.completing import Line
+from teleopctl.cli.completion.completing import TypedWords
 from teleopctl.errors import TeleopctlError
 
 if TYPE_CHECKING:
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 _TYPES = {"message_type": "", "service_type": "_Request", "type_name": "_Goal"}
 
 
-def message_types(ctx: Line, incomplete: str) -> list[str]:
+def message_types(ctx: TypedWords, incomplete: str) -> list[str]:
     """Return the types of the topic on the line, else all known types."""
     from teleopctl.interfaces import list_types
 
@@ -27,7 +27,7 @@ def message_types(ctx: Line, incomplete: str) -> list[str]:
     return [name for name in live or list_types("msg") if name.startswith(incomplete)]
 
 
-def service_types(ctx: Line, incomplete: str) -> list[str]:
+def service_types(ctx: TypedWords, incomplete: str) -> list[str]:
     """Return the types of the service on the line, else all known types."""
     from teleopctl.cli.live import absolute_name, live_graph
     from teleopctl.interfaces import list_types
@@ -42,7 +42,7 @@ def service_types(ctx: Line, incomplete: str) -> list[str]:
     return [type_ for type_ in live or list_types("srv") if type_.startswith(incomplete)]
 
 
-def prototypes(ctx: Line, incomplete: str) -> list[str]:
+def prototypes(ctx: TypedWords, incomplete: str) -> list[str]:
     """Return a default message, request or goal of the type on the line, as YAML."""
     from teleopctl.interfaces import normalize
 
@@ -57,7 +57,7 @@ def prototypes(ctx: Line, incomplete: str) -> list[str]:
     return []
 
 
-def fields(ctx: Line, incomplete: str) -> list[str]:
+def fields(ctx: TypedWords, incomplete: str) -> list[str]:
     """Return the message fields of the topic on the line."""
     from teleopctl.interfaces import normalize
 

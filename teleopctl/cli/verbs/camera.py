@@ -9,7 +9,7 @@ from teleopctl.cli import console
 from teleopctl.cli.command_node import command_node
 from teleopctl.cli.live import absolute_name
 from teleopctl.cli.options import AsJson
-from teleopctl.cli.verb import Argument, Group, Option, Verb
+from teleopctl.cli.verb import Argument, Option, Verb, VerbGroup
 from teleopctl.cli.verbs.topic.source import find_source
 from teleopctl.errors import (
     InvalidMessageError,
@@ -19,7 +19,7 @@ from teleopctl.errors import (
     UsageError,
 )
 
-GROUP = Group(
+GROUP = VerbGroup(
     "Save pictures of cameras.",
     {
         "save": Verb(

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from teleopctl.cli import console
 from teleopctl.cli.completion import shells
-from teleopctl.cli.verb import Group, Verb
+from teleopctl.cli.verb import Verb, VerbGroup
 
-GROUP = Group(
+GROUP = VerbGroup(
     "Print the completion script of a shell.",
     {
         "bash": Verb(f"{__name__}:bash", 'For bash: eval "$(teleopctl completion bash)"'),

@@ -3,12 +3,12 @@
 from teleopctl.base.typed import TYPE_CHECKING, Annotated
 from teleopctl.cli import console
 from teleopctl.cli.options import AsJson
-from teleopctl.cli.verb import Group, Option, Verb
+from teleopctl.cli.verb import Option, Verb, VerbGroup
 
 if TYPE_CHECKING:
     from teleopctl.wire import RouterAddress, RouterReach
 
-GROUP = Group(
+GROUP = VerbGroup(
     "Manage the router that introduces nodes to each other.",
     {
         "start": Verb(f"{__name__}:start", "Start the daemon if it is not running."),

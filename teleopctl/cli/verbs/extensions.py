@@ -10,13 +10,13 @@ from teleopctl import plugins
 from teleopctl.base.typed import Annotated
 from teleopctl.cli import console
 from teleopctl.cli.options import AsJson
-from teleopctl.cli.verb import Group, Option, Verb
+from teleopctl.cli.verb import Option, Verb, VerbGroup
 from teleopctl.errors import NotFoundError, did_you_mean
 from teleopctl.plugins import Kind, Plugin
 
 EXTENSIONS = Verb(f"{__name__}:list_extensions", "List plug-ins, built-in and installed ones.")
 EXTENSION_POINTS = Verb(f"{__name__}:list_extension_points", "List the kinds of plug-ins.")
-PLUGIN = Group(
+PLUGIN = VerbGroup(
     "List plug-ins by their packages.",
     {"list": Verb(f"{__name__}:list_plugins", "List plug-ins by their packages.")},
 )
@@ -95,7 +95,7 @@ def _loaded(kind: Kind, plugin: Plugin) -> tuple[str, str | None]:
         found = plugins.load(kind, plugin.name)
     except (Exception, SystemExit) as error:  # noqa: BLE001 -- whatever it is, it is told
         return "", " ".join(str(error).split()) or type(error).__name__
-    if isinstance(found, Verb | Group):
+    if isinstance(found, Verb | VerbGroup):
         return found.help, None
     # A program's function is called main, and its module says what it does.
     described = found

@@ -13,7 +13,7 @@ from teleopctl.errors import TeleopctlError, UsageError
 
 if TYPE_CHECKING:
     from teleopctl.base.start_timeouts import StartTimeouts
-    from teleopctl.launch import Foreseen, Further, LaunchRequest, ProcessStatus
+    from teleopctl.launch import DryRun, FollowUp, LaunchRequest, ProcessStatus
 
 VERB = Verb(
     f"{__name__}:launch",
@@ -244,7 +244,7 @@ def _print(request: "LaunchRequest") -> None:
     _print_foreseen(tuple(evaluation.foreseen(plan.start)))
 
 
-def _print_foreseen(foreseen: "tuple[Foreseen, ...]", indent: str = "") -> None:
+def _print_foreseen(foreseen: "tuple[DryRun, ...]", indent: str = "") -> None:
     for each in foreseen:
         console.out(f"{indent}{each.when}:")
         inner = f"{indent}  "
@@ -254,8 +254,8 @@ def _print_foreseen(foreseen: "tuple[Foreseen, ...]", indent: str = "") -> None:
         _print_foreseen(each.then, inner)
 
 
-def _print_further(further: "Further", indent: str = "") -> None:
-    from teleopctl.launch import Asking, command_text
+def _print_further(further: "FollowUp", indent: str = "") -> None:
+    from teleopctl.launch import CallSequence, command_text
 
     for _, _, message in further.messages:
         console.out(f"{indent}{message}")
@@ -266,7 +266,7 @@ def _print_further(further: "Further", indent: str = "") -> None:
         for variable, value in process.environment.items():
             console.out_text(f"{indent}  env {variable}={value or ''}")
     for work in further.works:
-        if isinstance(work, Asking):
+        if isinstance(work, CallSequence):
             console.out_lines(f"{indent}{line}" for line in work.describe())
     for path, content in further.files.items():
         console.out(f"{indent}{path}:")

@@ -7,14 +7,14 @@ from teleopctl.base.typed import TYPE_CHECKING, Annotated
 from teleopctl.cli import console
 from teleopctl.cli.live import absolute_name, live_graph
 from teleopctl.cli.options import AsJson, NodeName
-from teleopctl.cli.verb import Group, Option, Verb
+from teleopctl.cli.verb import Option, Verb, VerbGroup
 from teleopctl.errors import NotFoundError, did_you_mean
 from teleopctl.wire import EntityKind, actions_of, is_hidden_name
 
 if TYPE_CHECKING:
     from teleopctl.wire import EndpointToken, NodeEntry
 
-GROUP = Group(
+GROUP = VerbGroup(
     "List nodes and what they offer.",
     {
         "list": Verb(f"{__name__}:list_nodes", "List the nodes."),

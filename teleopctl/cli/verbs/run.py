@@ -12,7 +12,7 @@ from teleopctl.cli.options import StallTimeout, UpTimeout
 from teleopctl.cli.verb import Argument, Option, Verb
 from teleopctl.cli.waiting import start_timeouts
 from teleopctl.errors import NotFoundError, UsageError, did_you_mean
-from teleopctl.packages import Executable
+from teleopctl.packages import PackageProgram
 
 if TYPE_CHECKING:
     from teleopctl.base.start_timeouts import StartTimeouts
@@ -67,7 +67,7 @@ def run(
     return replace_this_process(command)
 
 
-def find(words: Sequence[str]) -> tuple[Executable, list[str]]:
+def find(words: Sequence[str]) -> tuple[PackageProgram, list[str]]:
     """Return the program that a command line names, and the program's own arguments.
 
     Raises:
@@ -105,7 +105,7 @@ def _words(prefix: str) -> list[str]:
         raise UsageError(f"--prefix {prefix}: {error}") from error
 
 
-def _command(executable: Executable, arguments: Sequence[str]) -> list[str]:
+def _command(executable: PackageProgram, arguments: Sequence[str]) -> list[str]:
     program = [str(executable.file)]
     if executable.file is None:
         program = [executable.package, executable.name]
@@ -113,7 +113,7 @@ def _command(executable: Executable, arguments: Sequence[str]) -> list[str]:
 
 
 def _start_in_background(
-    executable: Executable, command: list[str], timeouts: "StartTimeouts"
+    executable: PackageProgram, command: list[str], timeouts: "StartTimeouts"
 ) -> int:
     from teleopctl.base import background, progress
     from teleopctl.base.token_file import Address

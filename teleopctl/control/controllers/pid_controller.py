@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 from teleopctl.control.controllers.base import InterfaceConfiguration, InterfaceConfigurationType
 from teleopctl.control.controllers.chainable import ChainableControllerInterface
 from teleopctl.control.controllers.pid import STRATEGIES, Pid, PidGains
-from teleopctl.control.controllers.pid_state import PidStatePublisher, Step
+from teleopctl.control.controllers.pid_state import PidStatePublisher, PidStep
 from teleopctl.control.handles import POSITION, CommandInterface, StateInterface
 from teleopctl.control.lifecycle import CallbackReturn, ReturnType
 from teleopctl.errors import TeleopctlError
@@ -349,7 +349,7 @@ class PidController(ChainableControllerInterface):
                     output += ahead * options.feedforward_gain if math.isfinite(ahead) else 0.0
                 self.command_interfaces[number].value = output
             steps.append(
-                Step(
+                PidStep(
                     reference,
                     value,
                     measured[count + number] if two else math.nan,

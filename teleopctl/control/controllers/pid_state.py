@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 # Any stands for messages: their classes are made at run time, from definitions.
 
 
-class Step(NamedTuple):
+class PidStep(NamedTuple):
     """Values of one PID step of one degree of freedom; NaN where missing.
 
     Attributes:
@@ -82,11 +82,11 @@ class PidStatePublisher:
             self._node.destroy_publisher(publisher)
         self._node.destroy_publisher(self._publisher)
 
-    def try_publish(self, time_ns: int, period: float, steps: Sequence[Step]) -> None:
+    def try_publish(self, time_ns: int, period: float, steps: Sequence[PidStep]) -> None:
         """Publish the steps of a cycle, outside of the control loop."""
         self._realtime.try_publish((time_ns, period, steps))
 
-    def _publish(self, value: tuple[int, float, Sequence[Step]]) -> None:
+    def _publish(self, value: tuple[int, float, Sequence[PidStep]]) -> None:
         time_ns, period, steps = value
         message = self._message
         set_stamp(message.header.stamp, time_ns)

@@ -11,7 +11,7 @@ from teleopctl.launch.actions.parameters import parameters
 from teleopctl.launch.actions.process import Node
 from teleopctl.launch.asking.loading import Loading
 from teleopctl.launch.model.action import Action, Entity, Launch, Step
-from teleopctl.launch.model.descriptions import ComponentPart, Parameter
+from teleopctl.launch.model.descriptions import ComponentPart, ParameterEntry
 from teleopctl.launch.model.plan import ComponentPlan
 from teleopctl.launch.model.template import Template, literal
 from teleopctl.packages import find_component
@@ -137,7 +137,7 @@ def _components(entity: Entity) -> Iterator[ComponentPart]:
                 parameters=tuple(parameters(inner.element("param"))),
                 remaps=inner.pairs("remap", "from", "to"),
                 extra_arguments=tuple(
-                    Parameter(name, value, None)
+                    ParameterEntry(name, value, None)
                     for name, value in inner.pairs("extra_arg", "name", "value")
                 ),
                 autostart=inner.optional("autostart") if has_life else None,

@@ -56,7 +56,7 @@ class Group(Action):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Timer(Action):
+class TimedEntities(Action):
     """``timer``: runs steps after a period.
 
     Attributes:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from teleopctl.launch.model.action import Entity
-from teleopctl.launch.model.descriptions import Parameter, ParameterFile, ParameterTree
+from teleopctl.launch.model.descriptions import ParameterEntry, ParameterFileEntry, ParameterTree
 from teleopctl.launch.model.element import Element
 from teleopctl.launch.model.template import parse
 
@@ -23,7 +23,7 @@ PARAMETER_TYPES = frozenset(
 )
 
 
-def parameter(entity: Entity, prefix: str = "") -> Parameter:
+def parameter(entity: Entity, prefix: str = "") -> ParameterEntry:
     """Read a parameter with ``name``, ``value`` and perhaps ``type``."""
     type_element = entity.element("type")
     type_name = None if type_element is None else type_element.text()
@@ -32,14 +32,16 @@ def parameter(entity: Entity, prefix: str = "") -> Parameter:
             f"unknown type '{type_name}', expected one of {', '.join(sorted(PARAMETER_TYPES))}"
         )
     name = entity.required("name")
-    return Parameter(
+    return ParameterEntry(
         name=parse(f"{prefix}{name.source}") if prefix else name,
         value=_parameter_value(_value(entity.required_element("value"), type_name)),
         type_name=type_name,
     )
 
 
-def parameters(element: Element | None, prefix: str = "") -> Iterator[Parameter | ParameterFile]:
+def parameters(
+    element: Element | None, prefix: str = ""
+) -> Iterator[ParameterEntry | ParameterFileEntry]:
     """Yield the parameters and parameter files of a list; nothing for None."""
     if element is None:
         return
@@ -47,7 +49,9 @@ def parameters(element: Element | None, prefix: str = "") -> Iterator[Parameter 
         entity = Entity(item, ("name", "value", "type", "param", "from", "allow_substs"))
         if entity.element("from") is not None:
             _refuse_together(entity, "from", "name", "value", "type", "param")
-            yield ParameterFile(entity.required("from"), entity.optional("allow_substs") or False)
+            yield ParameterFileEntry(
+                entity.required("from"), entity.optional("allow_substs") or False
+            )
             continue
         _refuse_together(entity, "param", "value", "type")
         _refuse_together(entity, "allow_substs", "name")

@@ -10,7 +10,7 @@ from teleopctl.launch.actions.parameters import parameters
 from teleopctl.launch.asking.asking import Activation
 from teleopctl.launch.model import values
 from teleopctl.launch.model.action import Action, Entity, Launch
-from teleopctl.launch.model.descriptions import NodePart, Process
+from teleopctl.launch.model.descriptions import NodePart, ProcessPart
 from teleopctl.launch.model.template import Template, literal
 
 _PROCESS_KEYS = (
@@ -30,7 +30,7 @@ _PROCESS_KEYS = (
 )
 
 
-class StartProcess(Process, Action):
+class StartProcess(ProcessPart, Action):
     """Base of ``node`` and ``executable``."""
 
     __slots__ = ()

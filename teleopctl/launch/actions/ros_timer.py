@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 from teleopctl.errors import LaunchError, TeleopctlError
-from teleopctl.launch.actions.nesting import Timer
+from teleopctl.launch.actions.nesting import TimedEntities
 from teleopctl.launch.model.action import Launch, Step
 from teleopctl.launch.model.events import ShutdownBegan
 
@@ -15,7 +15,7 @@ from teleopctl.launch.model.events import ShutdownBegan
 _LOOK_EVERY_S = 0.2
 
 
-class RosTimer(Timer):
+class RosTimer(TimedEntities):
     """``ros_timer``: a timer in ROS time, which ``/clock`` drives if the launch uses it."""
 
     __slots__ = ()

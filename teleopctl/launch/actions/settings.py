@@ -10,7 +10,7 @@ from teleopctl.launch.actions.named import NameAndValue
 from teleopctl.launch.actions.parameters import parameter
 from teleopctl.launch.model import values
 from teleopctl.launch.model.action import Action, Entity, Launch
-from teleopctl.launch.model.descriptions import Parameter, ParameterFile, ParameterTree
+from teleopctl.launch.model.descriptions import ParameterEntry, ParameterFileEntry, ParameterTree
 from teleopctl.launch.model.scope import join_namespace
 from teleopctl.launch.model.template import Template, literal
 
@@ -153,7 +153,7 @@ class SetParameter(Action):
 
     keys = ("name", "value", "type")
 
-    parameter: Parameter
+    parameter: ParameterEntry
 
     @classmethod
     def parse(cls, entity: Entity) -> Self:
@@ -189,7 +189,7 @@ class SetParametersFromFile(Action):
 
     def evaluate(self, launch: Launch) -> None:
         """Add the parameter file to the following nodes."""
-        launch.scope.parameters += (ParameterFile(literal(launch.text(self.file))),)
+        launch.scope.parameters += (ParameterFileEntry(literal(launch.text(self.file))),)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -25,7 +25,7 @@ _AGAIN_AFTER_S = 0.05
 _numbers = itertools.count(1)
 
 
-class Asking:
+class CallSequence:
     """Calls services of nodes one after the other, beside the launch's processes.
 
     It waits for nodes that are not there yet. It is given up when the launch ends, or when the
@@ -161,7 +161,7 @@ class GivenUpError(TeleopctlError):
         super().__init__("given up")
 
 
-class Activation(Asking):
+class Activation(CallSequence):
     """Configures and activates a lifecycle node."""
 
     def describe(self) -> Iterable[str]:
@@ -177,7 +177,7 @@ class Activation(Asking):
 class _Said:
     """What the thread has to tell the person in front of the terminal."""
 
-    asking: Asking
+    asking: CallSequence
     level: str
     text: str
     logger: str

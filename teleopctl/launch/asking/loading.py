@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from weakref import WeakKeyDictionary
 
-from teleopctl.launch.asking.asking import Asking
+from teleopctl.launch.asking.asking import CallSequence
 from teleopctl.launch.model.action import Launch
 from teleopctl.launch.model.plan import ComponentPlan
 
@@ -21,7 +21,7 @@ _LOGGER = "launch_ros.actions.load_composable_nodes"
 _turns: WeakKeyDictionary[Launch, dict[str, threading.Event]] = WeakKeyDictionary()
 
 
-class Loading(Asking):
+class Loading(CallSequence):
     """Loads components into a container, once that is there.
 
     Args:

@@ -24,13 +24,13 @@ from teleopctl.base.budget import (
 from teleopctl.errors import LaunchError, NotFoundError, TeleopctlError
 from teleopctl.launch.evaluation.context import LaunchContext, Moment, located
 from teleopctl.launch.evaluation.environment import ShownEnvironment
-from teleopctl.launch.evaluation.foresight import Foreseen, faults, undeclared
+from teleopctl.launch.evaluation.foresight import DryRun, faults, undeclared
 from teleopctl.launch.evaluation.processes import ProcessBuilder
 from teleopctl.launch.evaluation.substitution import render
 from teleopctl.launch.frontends import read_launch_file
 from teleopctl.launch.model import values
 from teleopctl.launch.model.action import Action, Handler, LaunchFile, Step
-from teleopctl.launch.model.descriptions import ComponentPart, Condition, Process
+from teleopctl.launch.model.descriptions import ComponentPart, Condition, ProcessPart
 from teleopctl.launch.model.events import (
     ProcessEvent,
     ProcessOutput,
@@ -39,7 +39,14 @@ from teleopctl.launch.model.events import (
     ShutdownRequested,
     SignalRequested,
 )
-from teleopctl.launch.model.plan import ComponentPlan, Further, LaunchPlan, ProcessPlan, Timer, Work
+from teleopctl.launch.model.plan import (
+    ComponentPlan,
+    FollowUp,
+    LaunchPlan,
+    LaunchTimer,
+    ProcessPlan,
+    Work,
+)
 from teleopctl.launch.model.request import LaunchRequest
 from teleopctl.launch.model.scope import Scope
 from teleopctl.launch.model.template import Template
@@ -144,7 +151,7 @@ class Evaluation:
         self.is_ending = False
         self.files_read: frozenset[Path] = frozenset()
         self._handlers: list[_Registered] = []
-        self._further = Further()
+        self._further = FollowUp()
         # Whose thread evaluates just now, and where events go that happen elsewhere.
         self._evaluates: int | None = None
         self._happened: Callable[[object], None] | None = None
@@ -256,13 +263,13 @@ class Evaluation:
         """Log a line of the launch."""
         self._further.messages.append((level, logger, message))
 
-    def start(self, process: Process) -> ProcessPlan:
+    def start(self, process: ProcessPart) -> ProcessPlan:
         """Add the process of a ``node`` or an ``executable``."""
         plan = self._builder.build(process)
         self._further.processes.append(plan)
         return plan
 
-    def plan_of(self, process: Process) -> ProcessPlan:
+    def plan_of(self, process: ProcessPart) -> ProcessPlan:
         """Return the plan of a process without adding the process to the launch."""
         return self._builder.copy(self.context).build(process)
 
@@ -274,7 +281,7 @@ class Evaluation:
         """Return the process with a node of this name; None if there is none so far."""
         return self._builder.plan_of_node(full_name)
 
-    def action_of(self, plan: ProcessPlan) -> Process:
+    def action_of(self, plan: ProcessPlan) -> ProcessPart:
         """Return the action that a process was made from."""
         return self._builder.actions[plan.name]
 
@@ -357,7 +364,7 @@ class Evaluation:
         """Whether any handler receives the output of processes."""
         return any(entry.handler.wants_output for entry in self._handlers)
 
-    def answer(self, event: object) -> Further:
+    def answer(self, event: object) -> FollowUp:
         """Return the steps that follow from an event."""
         if isinstance(event, ShutdownBegan):
             self.is_ending = True
@@ -376,7 +383,7 @@ class Evaluation:
                 self.shut_down(event.reason)
         return self.take()
 
-    def fire(self, timer: Timer) -> Further:
+    def fire(self, timer: LaunchTimer) -> FollowUp:
         """Return the steps that follow from a timer."""
         assert isinstance(timer, Later)
         if not timer.is_cancelled():
@@ -384,13 +391,13 @@ class Evaluation:
                 self.run(timer.steps)
         return self.take()
 
-    def take(self) -> Further:
+    def take(self) -> FollowUp:
         """Return the steps that were collected since the last call."""
-        further, self._further = self._further, Further()
+        further, self._further = self._further, FollowUp()
         further.files, self._builder.files = self._builder.files, {}
         return further
 
-    def foreseen(self, further: Further) -> Iterator[Foreseen]:
+    def foreseen(self, further: FollowUp) -> Iterator[DryRun]:
         """Evaluate the steps of timers and events in advance, as far as possible.
 
         Args:
@@ -404,9 +411,9 @@ class Evaluation:
             if known is not None:
                 yield self._tried(*known, moment)
 
-    def _tried(self, when: str, steps: tuple[Step, ...], moment: Moment) -> Foreseen:
+    def _tried(self, when: str, steps: tuple[Step, ...], moment: Moment) -> DryRun:
         if self._trials >= DEEPEST_FORESIGHT:
-            return Foreseen(when, Further(), LaunchError("so far ahead nothing is evaluated"), ())
+            return DryRun(when, FollowUp(), LaunchError("so far ahead nothing is evaluated"), ())
         context = self.context.copy()
         trial = Evaluation(context, self._builder.copy(context))
         trial.is_trial = True
@@ -420,4 +427,4 @@ class Evaluation:
             except TeleopctlError as failed:
                 error = failed
         further = trial.take()
-        return Foreseen(when, further, error, tuple(trial.foreseen(further)))
+        return DryRun(when, further, error, tuple(trial.foreseen(further)))

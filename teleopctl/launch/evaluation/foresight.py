@@ -6,10 +6,10 @@ from collections.abc import Collection, Iterable, Iterator
 from typing import NamedTuple
 
 from teleopctl.errors import NotFoundError, TeleopctlError, did_you_mean
-from teleopctl.launch.model.plan import Further
+from teleopctl.launch.model.plan import FollowUp
 
 
-class Foreseen(NamedTuple):
+class DryRun(NamedTuple):
     """Steps that an event will cause, as far as they can be evaluated in advance.
 
     Attributes:
@@ -20,12 +20,12 @@ class Foreseen(NamedTuple):
     """
 
     when: str
-    further: Further
+    further: FollowUp
     error: TeleopctlError | None
-    then: tuple[Foreseen, ...]
+    then: tuple[DryRun, ...]
 
 
-def faults(foreseen: Iterable[Foreseen]) -> Iterator[TeleopctlError]:
+def faults(foreseen: Iterable[DryRun]) -> Iterator[TeleopctlError]:
     """Yield what the foreseen steps lack, such as packages and programs.
 
     Other errors may be none when the time has come.

@@ -12,7 +12,7 @@ from teleopctl.errors import LaunchError
 from teleopctl.launch.evaluation.context import LaunchContext
 from teleopctl.launch.evaluation.substitution import render
 from teleopctl.launch.model import values
-from teleopctl.launch.model.descriptions import Parameter, ParameterTree
+from teleopctl.launch.model.descriptions import ParameterEntry, ParameterTree
 from teleopctl.launch.model.template import Template
 from teleopctl.node import why_no_parameter
 
@@ -44,7 +44,7 @@ def infer(text: str) -> object:
     return unify(value) if isinstance(value, list) else value
 
 
-def parameter_value(entry: Parameter, context: LaunchContext) -> object:
+def parameter_value(entry: ParameterEntry, context: LaunchContext) -> object:
     """Evaluate the value of a parameter.
 
     Raises:

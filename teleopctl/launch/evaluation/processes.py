@@ -24,9 +24,9 @@ from teleopctl.launch.model.command_line import split_command_line
 from teleopctl.launch.model.descriptions import (
     ComponentPart,
     NodePart,
-    Parameter,
-    ParameterFile,
-    Process,
+    ParameterEntry,
+    ParameterFileEntry,
+    ProcessPart,
     Words,
 )
 from teleopctl.launch.model.events import ProcessEvent, SignalRequested
@@ -60,7 +60,7 @@ class ProcessBuilder:
     """
 
     def __init__(self, context: LaunchContext, request: LaunchRequest) -> None:
-        self.actions: dict[str, Process] = {}
+        self.actions: dict[str, ProcessPart] = {}
         self.files: dict[str, str] = {}
         self._plans: dict[str, ProcessPlan] = {}
         self._components = 0
@@ -75,7 +75,7 @@ class ProcessBuilder:
         other._components = self._components
         return other
 
-    def build(self, action: Process) -> ProcessPlan:
+    def build(self, action: ProcessPart) -> ProcessPlan:
         """Evaluate a ``node`` or ``executable`` to a process plan.
 
         Raises:
@@ -180,7 +180,7 @@ class ProcessBuilder:
             if event.matches(action, self._plans[name])
         ]
 
-    def _program(self, action: Process, *, shell: bool) -> tuple[str, str, str, list[str]]:
+    def _program(self, action: ProcessPart, *, shell: bool) -> tuple[str, str, str, list[str]]:
         """Return package and target (empty for others), program, and how the command begins."""
         if action.node is not None and action.node.package is not None:
             package = self._text(action.node.package)
@@ -252,7 +252,7 @@ class ProcessBuilder:
         return [*self._context.scope.remaps, *evaluated]
 
     def _parameter_arguments(
-        self, entries: tuple[Parameter | ParameterFile, ...], process_name: str
+        self, entries: tuple[ParameterEntry | ParameterFileEntry, ...], process_name: str
     ) -> list[str]:
         """Return ``--params-file`` arguments; parameters between two files share a file."""
         words: list[str] = []
@@ -270,7 +270,7 @@ class ProcessBuilder:
                 inline.clear()
 
         for entry in entries:
-            if isinstance(entry, Parameter):
+            if isinstance(entry, ParameterEntry):
                 inline.append((self._text(entry.name), self._parameter_value(entry)))
                 continue
             write_inline()
@@ -284,7 +284,7 @@ class ProcessBuilder:
         write_inline()
         return words
 
-    def _allows_substitutions(self, file: ParameterFile) -> bool:
+    def _allows_substitutions(self, file: ParameterFileEntry) -> bool:
         if isinstance(file.allow_substs, bool):
             return file.allow_substs
         return self._value(file.allow_substs, "allow_substs", values.boolean, default=False)
@@ -306,7 +306,7 @@ class ProcessBuilder:
         assert self._context.launch is not None
         self._context.launch.say("WARNING", text, process_name)
 
-    def _parameter_value(self, entry: Parameter) -> object:
+    def _parameter_value(self, entry: ParameterEntry) -> object:
         try:
             return parameter_value(entry, self._context)
         except TeleopctlError as error:

@@ -21,8 +21,8 @@ from teleopctl.launch.evaluation.parameters import parameter_value
 from teleopctl.launch.evaluation.robots import expand
 from teleopctl.launch.evaluation.substitution import Substitution, render
 from teleopctl.launch.model import values
-from teleopctl.launch.model.descriptions import Parameter
-from teleopctl.launch.model.template import Argument, Call
+from teleopctl.launch.model.descriptions import ParameterEntry
+from teleopctl.launch.model.template import Call, SubstitutionArgument
 from teleopctl.packages import find_executable, find_package, package_share, resolve_uri
 
 _COMMAND_TIMEOUT_S = 60.0
@@ -55,7 +55,7 @@ def _eval(arguments: Sequence[str], _: LaunchContext) -> str:
         raise LaunchError(f"$(eval {arguments[0]}): {error}") from error
 
 
-def _requoted(argument: Argument, context: LaunchContext) -> str:
+def _requoted(argument: SubstitutionArgument, context: LaunchContext) -> str:
     return f"{argument.quote}{render(argument.template, context)}{argument.quote}"
 
 
@@ -247,7 +247,7 @@ def _loop_value(arguments: Sequence[str], context: LaunchContext) -> str:
 
 def _parameter(arguments: Sequence[str], context: LaunchContext) -> str:
     for entry in context.scope.parameters:
-        if isinstance(entry, Parameter) and render(entry.name, context) == arguments[0]:
+        if isinstance(entry, ParameterEntry) and render(entry.name, context) == arguments[0]:
             return str(parameter_value(entry, context))
     if len(arguments) > 1:
         return arguments[1]

@@ -89,7 +89,7 @@ class NewNodes:
         return self._watcher.snapshot()
 
 
-class Launch(Protocol):
+class RunningLaunch(Protocol):
     """Interface of a launch that runs in this process; all methods are thread-safe."""
 
     def statuses(self) -> list[ProcessStatus]:
@@ -352,7 +352,7 @@ def _with_work(name: str, work: str) -> str:
 
 
 @contextmanager
-def tell_when_up(new_nodes: NewNodes, launch: Launch) -> Iterator[None]:
+def tell_when_up(new_nodes: NewNodes, launch: RunningLaunch) -> Iterator[None]:
     """Report once, while the block runs, what is up or what keeps it from being up.
 
     Args:

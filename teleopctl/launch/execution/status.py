@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 from teleopctl import errors
-from teleopctl.base.background import ProcessRecord, Start
+from teleopctl.base.background import ProcessRecord, StartTime
 from teleopctl.base.private_file import write_private
 from teleopctl.errors import TeleopctlError
 
@@ -51,7 +51,7 @@ class ProcessStatus(NamedTuple):
 
     name: str
     pid: int
-    start: Start
+    start: StartTime
     state: State
     exit_status: int | None
     ended_at: float
@@ -73,7 +73,7 @@ class ProcessStatus(NamedTuple):
         )
 
 
-def status_of(child: Child, start: Start) -> ProcessStatus:
+def status_of(child: Child, start: StartTime) -> ProcessStatus:
     """Return the state of a child process."""
     state: State = "waiting"
     if child.is_running:
@@ -117,7 +117,9 @@ def read(folder: Path) -> list[ProcessStatus] | None:
     """Read the status file of a launch; None if there is none yet."""
     try:
         entries = _document(folder)["processes"]
-        return [ProcessStatus(**{**entry, "start": Start(*entry["start"])}) for entry in entries]
+        return [
+            ProcessStatus(**{**entry, "start": StartTime(*entry["start"])}) for entry in entries
+        ]
     except (OSError, ValueError, LookupError, TypeError):
         return None
 

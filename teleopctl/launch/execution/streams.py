@@ -12,7 +12,7 @@ from typing import IO
 _LONGEST_LINE = 1 << 16
 
 
-class Stream:
+class OutputStream:
     """Pipe of one output stream of a process.
 
     Attributes:
@@ -37,9 +37,9 @@ class Stream:
 
 
 @contextmanager
-def stream(*, as_terminal: bool = False) -> Iterator[Stream]:
+def stream(*, as_terminal: bool = False) -> Iterator[OutputStream]:
     """Open a stream for the block in which the process is started."""
-    opened = Stream(*_terminal()) if as_terminal else Stream(*os.pipe())
+    opened = OutputStream(*_terminal()) if as_terminal else OutputStream(*os.pipe())
     try:
         yield opened
     finally:

@@ -11,7 +11,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 
-from teleopctl.base.background import Start, start_of
+from teleopctl.base.background import StartTime, start_of
 from teleopctl.errors import TeleopctlError
 from teleopctl.launch.execution import status
 from teleopctl.launch.execution.child import Child, reason_of
@@ -31,11 +31,11 @@ from teleopctl.launch.model.events import (
 )
 from teleopctl.launch.model.plan import (
     REQUIRED,
-    Further,
+    FollowUp,
     LaunchPlan,
+    LaunchTimer,
     ProcessPlan,
     Respondent,
-    Timer,
 )
 
 _LAUNCH = "launch"
@@ -96,7 +96,7 @@ class Supervisor:
         for process in plan.processes:
             self._add(process)
         self._others_were_started = False
-        self._starts: dict[int, Start] = {}
+        self._starts: dict[int, StartTime] = {}
         if respondent is not None:
             respondent.connect(lambda event: self._loop.put(partial(self._respond, event)))
         self._shutting_down = False
@@ -106,7 +106,7 @@ class Supervisor:
     def statuses(self) -> list[ProcessStatus]:
         """Return the state of each process; any thread may call this."""
         return [
-            status.status_of(child, self._starts.get(index, Start()))
+            status.status_of(child, self._starts.get(index, StartTime()))
             for index, child in enumerate(tuple(self._children))
         ]
 
@@ -257,7 +257,7 @@ class Supervisor:
         if self._respondent is not None:
             self._take_further(partial(self._respondent.answer, event))
 
-    def _time_has_come(self, timer: Timer) -> None:
+    def _time_has_come(self, timer: LaunchTimer) -> None:
         if self._respondent is not None:
             self._take_further(partial(self._respondent.fire, timer))
         self._end_companions()
@@ -268,7 +268,7 @@ class Supervisor:
             self._fail(str(error))
         self._end_companions()
 
-    def _take_further(self, ask: Callable[[], Further]) -> None:
+    def _take_further(self, ask: Callable[[], FollowUp]) -> None:
         further = None
         try:
             with self._interrupts.stopping_what_takes_long():
@@ -283,11 +283,11 @@ class Supervisor:
         self._say("ERROR", f"Caught exception in launch: {text}")
         self._shut_down(text)
 
-    def _show(self, further: Further) -> None:
+    def _show(self, further: FollowUp) -> None:
         for level, logger, message in further.messages:
             self._screen.say(level, logger, message)
 
-    def _go_on(self, further: Further) -> None:
+    def _go_on(self, further: FollowUp) -> None:
         """Do what an event has led to."""
         self._show(further)
         try:

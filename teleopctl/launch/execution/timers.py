@@ -8,10 +8,10 @@ from collections.abc import Callable
 from functools import partial
 
 from teleopctl.errors import TeleopctlError
-from teleopctl.launch.asking.asking import Asking
+from teleopctl.launch.asking.asking import CallSequence
 from teleopctl.launch.execution.event_loop import EventLoop
 from teleopctl.launch.execution.published_status import PublishedStatus
-from teleopctl.launch.model.plan import Timer, Work
+from teleopctl.launch.model.plan import LaunchTimer, Work
 
 # A timer that takes longer keeps nobody waiting for the launch to be up.
 _SOON_S = 30.0
@@ -31,7 +31,7 @@ class Timers:
         self,
         loop: EventLoop,
         published: PublishedStatus,
-        fire: Callable[[Timer], None],
+        fire: Callable[[LaunchTimer], None],
         ended: Callable[[TeleopctlError | None], None],
     ) -> None:
         self._loop = loop
@@ -40,7 +40,7 @@ class Timers:
         self._ended = ended
         self._numbers = itertools.count()
         # When what waits for a timer is to come, in monotonic seconds.
-        self._due: dict[int, tuple[float, Timer]] = {}
+        self._due: dict[int, tuple[float, LaunchTimer]] = {}
         self._works = 0
         self._asking = 0
 
@@ -57,7 +57,7 @@ class Timers:
         soon = time.monotonic() + _SOON_S
         return self._asking + sum(due <= soon for due, _ in tuple(self._due.values()))
 
-    def add(self, seconds: float, timer: Timer) -> None:
+    def add(self, seconds: float, timer: LaunchTimer) -> None:
         """Start a timer."""
         number = next(self._numbers)
         self._due[number] = (time.monotonic() + seconds, timer)
@@ -66,7 +66,7 @@ class Timers:
     def begin(self, work: Work) -> None:
         """Start work, and wait for its end."""
         self._works += 1
-        self._asking += isinstance(work, Asking)
+        self._asking += isinstance(work, CallSequence)
         work.begin(lambda error: self._loop.put(partial(self._has_ended, work, error)))
         self._published.publish()
 
@@ -74,7 +74,7 @@ class Timers:
         """Cancel all timers that the shutdown does not wait for."""
         self._forget(lambda timer: not timer.outlives_shutdown)
 
-    def _forget(self, is_forgotten: Callable[[Timer], bool]) -> None:
+    def _forget(self, is_forgotten: Callable[[LaunchTimer], bool]) -> None:
         self._due = {
             number: entry for number, entry in self._due.items() if not is_forgotten(entry[1])
         }
@@ -86,6 +86,6 @@ class Timers:
 
     def _has_ended(self, work: Work, error: TeleopctlError | None) -> None:
         self._works -= 1
-        self._asking -= isinstance(work, Asking)
+        self._asking -= isinstance(work, CallSequence)
         self._published.publish()
         self._ended(error)

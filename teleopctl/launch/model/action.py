@@ -10,7 +10,7 @@ from types import MappingProxyType
 from typing import ClassVar, Protocol, Self
 
 from teleopctl.errors import did_you_mean
-from teleopctl.launch.model.descriptions import ComponentPart, Condition, Place, Process
+from teleopctl.launch.model.descriptions import ComponentPart, Condition, Place, ProcessPart
 from teleopctl.launch.model.element import Element
 from teleopctl.launch.model.plan import ComponentPlan, ProcessPlan, Work
 from teleopctl.launch.model.scope import Scope
@@ -222,7 +222,7 @@ class Launch(Protocol):
     def say(self, level: str, message: str, logger: str = "launch.user") -> None:
         """Log a line of the launch."""
 
-    def start(self, process: Process) -> ProcessPlan:
+    def start(self, process: ProcessPart) -> ProcessPlan:
         """Add the process of a ``node`` or an ``executable``."""
 
     def component(self, part: ComponentPart) -> ComponentPlan:
@@ -231,7 +231,7 @@ class Launch(Protocol):
     def plan_of_node(self, full_name: str) -> ProcessPlan | None:
         """Return the process with a node of this name; None if there is none so far."""
 
-    def action_of(self, plan: ProcessPlan) -> Process:
+    def action_of(self, plan: ProcessPlan) -> ProcessPart:
         """Return the action that a process was made from."""
 
     def after(

@@ -42,7 +42,7 @@ ParameterTree = Template | bool | int | float | str | list["ParameterTree"]
 
 
 @dataclass(frozen=True, slots=True)
-class Parameter:
+class ParameterEntry:
     """Parameter of a node: ``param: - name: …, value: …``.
 
     Attributes:
@@ -58,7 +58,7 @@ class Parameter:
 
 
 @dataclass(frozen=True, slots=True)
-class ParameterFile:
+class ParameterFileEntry:
     """Parameter file of a node: ``param: - from: FILE``.
 
     Attributes:
@@ -92,7 +92,7 @@ class NodePart:
     executable: Template
     name: Template | None = None
     namespace: Template | None = None
-    parameters: tuple[Parameter | ParameterFile, ...] = ()
+    parameters: tuple[ParameterEntry | ParameterFileEntry, ...] = ()
     remaps: tuple[tuple[Template, Template], ...] = ()
     ros_arguments: Words | None = None
 
@@ -120,14 +120,14 @@ class ComponentPart:
     name: Template | None = None
     namespace: Template | None = None
     conditions: tuple[Condition, ...] = ()
-    parameters: tuple[Parameter | ParameterFile, ...] = ()
+    parameters: tuple[ParameterEntry | ParameterFileEntry, ...] = ()
     remaps: tuple[tuple[Template, Template], ...] = ()
-    extra_arguments: tuple[Parameter, ...] = ()
+    extra_arguments: tuple[ParameterEntry, ...] = ()
     autostart: Template | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Process:
+class ProcessPart:
     """Attributes of a ``node`` or ``executable``.
 
     Attributes:

@@ -6,7 +6,7 @@ import signal
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from teleopctl.launch.model.descriptions import Process
+from teleopctl.launch.model.descriptions import ProcessPart
 from teleopctl.launch.model.plan import ProcessPlan
 
 
@@ -92,5 +92,5 @@ class SignalRequested:
         number: The signal; None asks for the end as a shutdown does, by harder ways where needed.
     """
 
-    matches: Callable[[Process, ProcessPlan], bool]
+    matches: Callable[[ProcessPart, ProcessPlan], bool]
     number: signal.Signals | None = None

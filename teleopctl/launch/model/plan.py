@@ -106,7 +106,7 @@ class SignalPlan:
     number: int | None
 
 
-class Timer(Protocol):
+class LaunchTimer(Protocol):
     """A timer of a launch."""
 
     @property
@@ -126,7 +126,7 @@ class Work(Protocol):
 
 
 @dataclass(slots=True, kw_only=True)
-class Further:
+class FollowUp:
     """The next steps of a launch: processes, files, timers, messages.
 
     Attributes:
@@ -143,7 +143,7 @@ class Further:
     messages: list[tuple[str, str, str]] = field(default_factory=list)
     files: dict[str, str] = field(default_factory=dict)
     processes: list[ProcessPlan] = field(default_factory=list)
-    timers: list[tuple[float, Timer]] = field(default_factory=list)
+    timers: list[tuple[float, LaunchTimer]] = field(default_factory=list)
     works: list[Work] = field(default_factory=list)
     events: list[object] = field(default_factory=list)
     signals: list[SignalPlan] = field(default_factory=list)
@@ -170,7 +170,7 @@ class LaunchPlan:
     """
 
     log_directory: Path
-    start: Further
+    start: FollowUp
     warnings: list[str] = field(default_factory=list)
 
     @property
@@ -194,12 +194,12 @@ class Respondent(Protocol):
     def connect(self, happened: Callable[[object], None]) -> None:
         """Set the function to call with events of other threads."""
 
-    def answer(self, event: object) -> Further:
+    def answer(self, event: object) -> FollowUp:
         """Return the steps that follow from an event.
 
         Raises:
             TeleopctlError: It cannot be evaluated; the message has file and line.
         """
 
-    def fire(self, timer: Timer) -> Further:
+    def fire(self, timer: LaunchTimer) -> FollowUp:
         """Return the steps that follow from a timer; raises as `answer` does."""

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 from teleopctl.errors import LaunchError
-from teleopctl.launch.model.descriptions import Parameter, ParameterFile
+from teleopctl.launch.model.descriptions import ParameterEntry, ParameterFileEntry
 
 # The launch variable in which ROS 2 keeps it, so that a file may set and read it there, too.
 _NAMESPACE = "ros_namespace"
@@ -30,7 +30,7 @@ class Scope:
 
     variables: dict[str, str] = field(default_factory=dict)
     environment: dict[str, str | None] = field(default_factory=dict)
-    parameters: tuple[Parameter | ParameterFile, ...] = ()
+    parameters: tuple[ParameterEntry | ParameterFileEntry, ...] = ()
     remaps: tuple[tuple[str, str], ...] = ()
     use_sim_time: bool = False
     loop_values: Mapping[str, str] = field(default_factory=dict)

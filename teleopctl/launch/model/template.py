@@ -23,7 +23,7 @@ class TemplateError(ValueError):
 
 
 @dataclass(frozen=True, slots=True)
-class Argument:
+class SubstitutionArgument:
     """One argument of a substitution.
 
     Attributes:
@@ -46,7 +46,7 @@ class Call:
     """
 
     name: str
-    arguments: tuple[Argument, ...]
+    arguments: tuple[SubstitutionArgument, ...]
     source: str
 
 
@@ -91,7 +91,7 @@ class Template:
     def variable(self) -> str | None:
         """Name of the launch argument, if the whole text is ``$(var NAME)``; else None."""
         match self.parts:
-            case (Call("var", (Argument(name), *_)),) if name.is_literal:
+            case (Call("var", (SubstitutionArgument(name), *_)),) if name.is_literal:
                 return name.source
         return None
 
@@ -155,7 +155,7 @@ class _Parser:
         name = self._text[name_start : self._at]
         if not name:
             raise TemplateError(f"'{self._text[start:]}' has no name after '$('")
-        arguments: list[Argument] = []
+        arguments: list[SubstitutionArgument] = []
         while True:
             blanks = self._skip_blanks()
             if not self._peek():
@@ -170,7 +170,7 @@ class _Parser:
                 )
             arguments.append(self._argument())
 
-    def _argument(self) -> Argument:
+    def _argument(self) -> SubstitutionArgument:
         quote = self._peek()
         if quote in _QUOTES:
             start = self._at
@@ -179,7 +179,7 @@ class _Parser:
             if self._peek() != quote:
                 raise TemplateError(f"{self._text[start:]} has no closing {quote}")
             self._at += 1
-            return Argument(template, quote)
+            return SubstitutionArgument(template, quote)
         depth = 0
 
         def ends(character: str) -> bool:
@@ -191,7 +191,7 @@ class _Parser:
                 depth -= 1
             return depth < 0 or (depth == 0 and character.isspace())
 
-        return Argument(self._template(ends))
+        return SubstitutionArgument(self._template(ends))
 
     def _skip_blanks(self) -> bool:
         start = self._at

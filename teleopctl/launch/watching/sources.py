@@ -13,7 +13,7 @@ from teleopctl.errors import TeleopctlError
 from teleopctl.launch.model.plan import ProcessPlan
 from teleopctl.launch.watching.files_read import is_of_user
 from teleopctl.packages import (
-    Executable,
+    PackageProgram,
     find_executable,
     installed_module_roots,
     is_path,
@@ -75,7 +75,7 @@ def _of_program(words: list[str]) -> Iterator[Path]:
         return
 
 
-def _of_executable(executable: Executable) -> Iterator[Path]:
+def _of_executable(executable: PackageProgram) -> Iterator[Path]:
     if executable.file is not None:
         yield executable.file
     if executable.target and not executable.import_roots:

@@ -20,7 +20,7 @@ from teleopctl.errors import TeleopctlError
 from teleopctl.launch.evaluation.evaluation import Evaluation, evaluate
 from teleopctl.launch.execution.restarts import Restarts
 from teleopctl.launch.frontends import read_launch_file
-from teleopctl.launch.model.plan import Further, ProcessPlan
+from teleopctl.launch.model.plan import FollowUp, ProcessPlan
 from teleopctl.launch.model.request import LaunchRequest
 from teleopctl.launch.watching.files_read import files_read
 from teleopctl.launch.watching.sources import sources_of
@@ -86,7 +86,7 @@ class Watch:
         made_from = {
             plan.name: plan for plan in self._restarts.plans() if self._sources_have(plan, changed)
         }
-        further = Further()
+        further = FollowUp()
         if changed & self._read:
             try:
                 further = self._evaluate_again(changed)
@@ -118,10 +118,10 @@ class Watch:
     def _sources_have(self, plan: ProcessPlan, files: AbstractSet[Path]) -> bool:
         return not files.isdisjoint(self._sources.get(plan.name, ()))
 
-    def _evaluate_again(self, changed: AbstractSet[Path]) -> Further:
+    def _evaluate_again(self, changed: AbstractSet[Path]) -> FollowUp:
         """Return what the launch would start now."""
         _forget_modules(changed)
-        further = Further()
+        further = FollowUp()
         read: set[Path] = set()
         try:
             with files_read() as read, self._restarts.evaluating():
@@ -137,7 +137,7 @@ class Watch:
             self._read |= read
         return further
 
-    def _others(self, further: Further) -> list[ProcessPlan]:
+    def _others(self, further: FollowUp) -> list[ProcessPlan]:
         """The processes that would be other ones than those that are."""
         now = {plan.name: plan for plan in further.processes}
         return [

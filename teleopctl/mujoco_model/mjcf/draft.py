@@ -18,7 +18,7 @@ from teleopctl.mujoco_model.base import WORLD, FixedBase, FixedBy, FreeBase, qua
 from teleopctl.mujoco_model.cameras import CameraModel, camera_models
 from teleopctl.mujoco_model.free_bodies import FreeBody
 from teleopctl.mujoco_model.joints import JointSpec, joint_specs
-from teleopctl.mujoco_model.mjcf.start import Start
+from teleopctl.mujoco_model.mjcf.start import MjcfStart
 from teleopctl.mujoco_model.surroundings.scene import complete_scene
 from teleopctl.mujoco_model.surroundings.thing import Thing, things_since
 from teleopctl.mujoco_model.surroundings.world import add_world
@@ -49,8 +49,8 @@ class MjcfDraft:
     things: tuple[Thing, ...]
     base: FreeBase | None
     fixed: FixedBase | None
-    start: Start
-    keyframes: dict[str, Start]
+    start: MjcfStart
+    keyframes: dict[str, MjcfStart]
     bodies: frozenset[str]
     warnings: list[str]
 
@@ -90,11 +90,11 @@ def draft_mjcf(
         root = FreeBody(mjcf.root, bare.joint(int(bare.body(mjcf.root).jntadr[0])).name, WORLD)
         if fixed is None:
             base = _placed(mjcf, data, root, spawn_pose)
-    start = Start.of(bare, data)
+    start = MjcfStart.of(bare, data)
     if mjcf.home < 0:
         # Nobody has said what actuators are told: they hold what there is.
         start = replace(start, controls={}, activations={})
-    keyframes = {name: Start.of(bare, there) for name, there in mjcf.keyframes().items()}
+    keyframes = {name: MjcfStart.of(bare, there) for name, there in mjcf.keyframes().items()}
     # They have the size of this model; more joints may come.
     for key in list(spec.keys):
         spec.delete(key)

@@ -13,7 +13,7 @@ Values = Mapping[str, npt.NDArray[np.float64]]
 
 
 @dataclass(frozen=True)
-class Start:
+class MjcfStart:
     """Initial state of an MJCF file, by names of joints and actuators.
 
     Attributes:
@@ -30,7 +30,7 @@ class Start:
 
     # Any stands for MuJoCo's types, which have no static ones.
     @classmethod
-    def of(cls, model: Any, data: Any) -> Start:
+    def of(cls, model: Any, data: Any) -> MjcfStart:
         """Return the state of a simulation."""
         joints = [(model.joint(n).name, data.joint(n)) for n in range(model.njnt)]
         actuators = [model.actuator(n) for n in range(model.nu)]
@@ -45,7 +45,7 @@ class Start:
             },
         )
 
-    def without(self, joint: str) -> Start:
+    def without(self, joint: str) -> MjcfStart:
         """Return the state without a joint."""
         return replace(
             self,

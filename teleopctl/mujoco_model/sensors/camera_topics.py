@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from teleopctl.robot import RosNames
 
 if TYPE_CHECKING:
-    from teleopctl.robot import Sensor
+    from teleopctl.robot import SensorTag
 
 _KINDS = {
     "camera": "camera",
@@ -39,7 +39,7 @@ _OF_PLUGIN = {
 PLUGIN_TOPIC_TAGS = frozenset(tag for _, tag in _OF_PLUGIN.values())
 
 
-def camera_topics(sensor: Sensor, name: str, *, alone: bool) -> dict[str, str]:
+def camera_topics(sensor: SensorTag, name: str, *, alone: bool) -> dict[str, str]:
     """Return the topics of a camera.
 
     Args:
@@ -81,7 +81,7 @@ def camera_topics(sensor: Sensor, name: str, *, alone: bool) -> dict[str, str]:
     return inside | {"labels": f"{topic}/labels_map", "coloured": f"{topic}/colored_map"}
 
 
-def _of_plugin(names: RosNames, sensor: Sensor, what: str) -> str:
+def _of_plugin(names: RosNames, sensor: SensorTag, what: str) -> str:
     default, tag = _OF_PLUGIN[what]
     camera = names.setting("camera_name", "cameraName") or sensor.name
     # In ROS 2 it is `CAMERA/image_raw` that is remapped; many descriptions write the others.

@@ -14,7 +14,7 @@ from teleopctl.robot import RosNames
 from teleopctl.tf import Quaternion, Transform, multiply, quaternion_from_rpy
 
 if TYPE_CHECKING:
-    from teleopctl.robot import Pose, RobotDescription, Sensor
+    from teleopctl.robot import Pose, RobotDescription, SensorTag
 
 # The optical frame in the sensor's frame, x y z w.
 OPTICAL_ROTATION = (-0.5, 0.5, -0.5, 0.5)
@@ -24,7 +24,7 @@ _TURNED_ALIKE_RAD = 0.01
 _IN_ONE_PLACE_M = 0.001
 
 
-def optical_frame(sensor: Sensor, description: RobotDescription) -> tuple[str, str]:
+def optical_frame(sensor: SensorTag, description: RobotDescription) -> tuple[str, str]:
     """Return the name of a camera's optical frame.
 
     Returns:
@@ -64,7 +64,7 @@ def optical_rotation(pose: Pose) -> Quaternion:
     return multiply(quaternion_from_rpy(*pose.rpy), OPTICAL_ROTATION)
 
 
-def _is_optical(link: str, sensor: Sensor, description: RobotDescription) -> bool:
+def _is_optical(link: str, sensor: SensorTag, description: RobotDescription) -> bool:
     """Whether a link is fixed to a sensor's and turned as its images are."""
     between = _between(sensor.link, link, description)
     if between is None:
@@ -74,7 +74,7 @@ def _is_optical(link: str, sensor: Sensor, description: RobotDescription) -> boo
     return 2.0 * math.acos(min(1.0, alike)) < _TURNED_ALIKE_RAD
 
 
-def _offset(link: str, sensor: Sensor, description: RobotDescription) -> float:
+def _offset(link: str, sensor: SensorTag, description: RobotDescription) -> float:
     between = _between(sensor.link, link, description)
     return math.inf if between is None else math.dist(between.translation, sensor.pose.xyz)
 

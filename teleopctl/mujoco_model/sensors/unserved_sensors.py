@@ -9,10 +9,10 @@ from lxml import etree
 
 from teleopctl.mujoco_model.sensors.camera_topics import CAMERA_TYPES, PLUGIN_TOPIC_TAGS
 from teleopctl.plugins import SENSORS
-from teleopctl.robot import Finding, is_default, of_sensors, plain, value_of
+from teleopctl.robot import TagFinding, is_default, of_sensors, plain, value_of
 
 
-class Tag(NamedTuple):
+class UnsupportedTag(NamedTuple):
     """A tag without effect, with the sentence about it."""
 
     tag: etree._Element
@@ -27,8 +27,8 @@ def words(text: str) -> frozenset[str]:
     return frozenset(text.split())
 
 
-def told_of(found: Finding, where: str) -> Tag:
-    """Return the finding of a table as a `Tag`.
+def told_of(found: TagFinding, where: str) -> UnsupportedTag:
+    """Return the finding of a table as a `UnsupportedTag`.
 
     Args:
         found: What is found.
@@ -39,11 +39,13 @@ def told_of(found: Finding, where: str) -> Tag:
     called = f"Attribute '{attribute}' in <{name}>" if "@" in found.path else f"<{name}>"
     if entry is None:
         hint = f" (is it {found.alike}?)" if found.alike else ""
-        return Tag(found.element, where, called, f"is unknown{hint}")
+        return UnsupportedTag(found.element, where, called, f"is unknown{hint}")
     if entry.fate == "works":
-        return Tag(found.element, where, called, "stands there again: the first is taken")
+        return UnsupportedTag(
+            found.element, where, called, "stands there again: the first is taken"
+        )
     because = f": {entry.because}" if entry.because else ""
-    return Tag(
+    return UnsupportedTag(
         found.element,
         where,
         called,
@@ -69,7 +71,7 @@ _OF_CAMERA_PLUGINS = PLUGIN_TOPIC_TAGS | words(
 )
 
 
-def tags_of_sensor(sensor: etree._Element, link: str) -> Iterator[Tag]:
+def tags_of_sensor(sensor: etree._Element, link: str) -> Iterator[UnsupportedTag]:
     """Yield the tags of a sensor that have no effect.
 
     Those of a stranger's kind are its own; a kind that nothing simulates is told as a whole.
@@ -89,13 +91,13 @@ def tags_of_sensor(sensor: etree._Element, link: str) -> Iterator[Tag]:
         yield from _of_plugin(plugin, kind, said)
 
 
-def _is_off(found: Finding) -> bool:
+def _is_off(found: TagFinding) -> bool:
     """Whether a tag says by itself that it is to do nothing."""
     enabled = (found.element.get("enabled") or "true").lower()
     return "@" not in found.path and enabled in ("false", "0")
 
 
-def _of_plugin(plugin: etree._Element, sensor: str, said: set[str]) -> Iterator[Tag]:
+def _of_plugin(plugin: etree._Element, sensor: str, said: set[str]) -> Iterator[UnsupportedTag]:
     """The parameters of a sensor's plug-in, unless they repeat what served tags have said."""
     where = f"plug-in '{plugin.get('name')}'"
     own = _OF_CAMERA_PLUGINS if sensor in CAMERA_TYPES else _OF_RAY_PLUGINS
@@ -105,11 +107,11 @@ def _of_plugin(plugin: etree._Element, sensor: str, said: set[str]) -> Iterator[
     for tag in plugin.iterfind("ros/*"):
         named = tag.tag in OF_ROS or tag.tag in served
         if not named and (len(tag) or value_of(tag) not in ("", "/")):
-            yield Tag(tag, where, f"<{tag.tag}>")
+            yield UnsupportedTag(tag, where, f"<{tag.tag}>")
     for tag in plugin:
         repeats = bool({value_of(tag), _number(tag.text)} & said)
         if tag.tag not in served and not (is_default_of_plugin(tag) or repeats):
-            yield Tag(tag, where, f"<{tag.tag}>", gazebos_own=tag.tag in GAZEBOS_OWN)
+            yield UnsupportedTag(tag, where, f"<{tag.tag}>", gazebos_own=tag.tag in GAZEBOS_OWN)
 
 
 def is_default_of_plugin(tag: etree._Element) -> bool:

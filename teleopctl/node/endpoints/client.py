@@ -14,7 +14,7 @@ from teleopctl.base.typed import TYPE_CHECKING, Any, Generic, cast
 from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces import RequestT, ResponseT, serialize
 from teleopctl.node.endpoints.service_end import ServiceEnd, ServiceInfo
-from teleopctl.node.endpoints.waitable import Waitable
+from teleopctl.node.endpoints.waitable import QueuingEntity
 from teleopctl.node.values.callback_groups import CallbackGroup
 from teleopctl.node.values.exceptions import ExternalShutdownException, ServiceUnavailableError
 from teleopctl.node.values.future import Future, ResultT
@@ -143,7 +143,7 @@ class ResponseFuture(Future[ResultT]):
         return ended
 
 
-class Client(ServiceEnd, Waitable, Generic[RequestT, ResponseT]):
+class Client(ServiceEnd, QueuingEntity, Generic[RequestT, ResponseT]):
     """Client of a service; made by ``Node.create_client``.
 
     A request that reaches no server, or whose server goes away, stays pending until the caller

@@ -6,7 +6,7 @@ import threading
 from collections.abc import Callable
 
 from teleopctl.base.typed import TYPE_CHECKING
-from teleopctl.node.endpoints.waitable import Waitable
+from teleopctl.node.endpoints.waitable import QueuingEntity
 from teleopctl.node.values.callback_groups import CallbackGroup
 from teleopctl.node.values.handle import Handle
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from teleopctl.node.node_core import NodeCore
 
 
-class GuardCondition(Waitable):
+class GuardCondition(QueuingEntity):
     """Guard condition, whose callback the executor calls once after one or more triggers."""
 
     def __init__(

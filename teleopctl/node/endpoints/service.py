@@ -14,7 +14,7 @@ from teleopctl.errors import InvalidMessageError, TeleopctlError
 from teleopctl.interfaces import RequestT, ResponseT, deserialize, serialize
 from teleopctl.node.endpoints.arrivals import KeepLast
 from teleopctl.node.endpoints.service_end import ServiceEnd, ServiceInfo
-from teleopctl.node.endpoints.waitable import Waitable
+from teleopctl.node.endpoints.waitable import QueuingEntity
 from teleopctl.node.values.callback_groups import CallbackGroup
 from teleopctl.node.values.handle import Handle
 from teleopctl.node.values.qos import QoSProfile
@@ -57,7 +57,7 @@ class ServiceHandle(Handle):
         self.entity.send_response(response, header)
 
 
-class Service(ServiceEnd, Waitable, Generic[RequestT, ResponseT]):
+class Service(ServiceEnd, QueuingEntity, Generic[RequestT, ResponseT]):
     """Server of a service; made by ``Node.create_service``.
 
     Requests wait in a queue as deep as the QoS says, at least a thousand; the oldest falls out,

@@ -14,7 +14,7 @@ from teleopctl.errors import InvalidMessageError, TeleopctlError
 from teleopctl.interfaces import MessageT, deserialize
 from teleopctl.node.endpoints.arrivals import KeepAll, KeepLast
 from teleopctl.node.endpoints.endpoint import LARGE_MESSAGE, Endpoint, expect_large_messages
-from teleopctl.node.endpoints.waitable import Waitable
+from teleopctl.node.endpoints.waitable import QueuingEntity
 from teleopctl.node.values.callback_groups import CallbackGroup
 from teleopctl.node.values.exceptions import RCLError
 from teleopctl.node.values.handle import Handle
@@ -73,7 +73,7 @@ class SubscriptionHandle(Handle):
         return self.entity.take_message(raw=raw)
 
 
-class Subscription(Endpoint, Waitable, Generic[MessageT]):
+class Subscription(Endpoint, QueuingEntity, Generic[MessageT]):
     """Subscription of one topic; made by ``Node.create_subscription``.
 
     Samples wait undecoded in a queue as deep as the QoS says (the oldest falls out) until the

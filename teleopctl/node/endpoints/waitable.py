@@ -40,7 +40,7 @@ class NumberOfEntities:
         return f"NumberOfEntities({', '.join(map(str, vars(self).values()))})"
 
 
-class Waitable:
+class QueuingEntity:
     """Base of entities that queue arrivals on any thread until the node's executor takes them.
 
     An arrival is queued first and then told with `tell_executor`; an executor that gets the

@@ -190,7 +190,7 @@ class Instant(Protocol):
         """Nanoseconds since the clock's epoch."""
 
 
-class TimeSource(Protocol):
+class LogClock(Protocol):
     """Clock by which throttled log calls measure time."""
 
     def now(self) -> Instant:
@@ -234,7 +234,7 @@ class RcutilsLogger:
         self,
         frame: FrameType,
         throttle_duration_sec: float | None,
-        clock: TimeSource | None,
+        clock: LogClock | None,
         skip_first: bool,
         once: bool,
     ) -> bool:
@@ -263,7 +263,7 @@ class RcutilsLogger:
         name: str | None = None,
         *,
         throttle_duration_sec: float | None = None,
-        throttle_time_source_type: TimeSource | None = None,
+        throttle_time_source_type: LogClock | None = None,
         skip_first: bool = False,
         once: bool = False,
         _depth: int = 1,

@@ -11,7 +11,7 @@ from teleopctl.node.endpoints.events.callbacks import (
 from teleopctl.node.endpoints.events.handler import EventHandler, taken_by_hand
 from teleopctl.node.endpoints.publisher import Publisher
 from teleopctl.node.endpoints.qos_overrides import QoSPolicyKind
-from teleopctl.node.endpoints.waitable import Waitable
+from teleopctl.node.endpoints.waitable import QueuingEntity
 from teleopctl.node.values.callback_groups import ReentrantCallbackGroup
 from teleopctl.node.values.handle import Handle
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from teleopctl.node.endpoints.subscription import Subscription
 
 
-class _NeverHappens(Waitable):
+class _NeverHappens(QueuingEntity):
     """An event that cannot happen here: QoS keeps nobody apart."""
 
     is_destroyed = False

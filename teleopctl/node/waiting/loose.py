@@ -16,7 +16,7 @@ from teleopctl.node.endpoints.service import Service, ServiceHandle
 from teleopctl.node.endpoints.service_end import ServiceInfo
 from teleopctl.node.endpoints.subscription import Subscription, SubscriptionHandle
 from teleopctl.node.endpoints.timer import PeriodicTimer, TimerHandle
-from teleopctl.node.endpoints.waitable import Waitable
+from teleopctl.node.endpoints.waitable import QueuingEntity
 from teleopctl.node.values.callback_groups import ReentrantCallbackGroup
 from teleopctl.node.values.handle import Handle
 
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from teleopctl.node.values.qos import QoSProfile
 
 
-class _Loose(Waitable):
+class _Loose(QueuingEntity):
     """Tells only whoever waits by hand."""
 
     def tell_executor(self) -> None:

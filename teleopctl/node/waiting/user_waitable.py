@@ -6,7 +6,7 @@ import functools
 from collections.abc import Callable
 
 from teleopctl.base.typed import TYPE_CHECKING, Any
-from teleopctl.node.endpoints.waitable import NumberOfEntities, Waitable as NodeWaitable
+from teleopctl.node.endpoints.waitable import NumberOfEntities, QueuingEntity as NodeWaitable
 from teleopctl.node.values.callback_groups import CallbackGroup
 from teleopctl.node.waiting.wait_set import WaitSet
 

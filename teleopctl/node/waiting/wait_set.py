@@ -8,7 +8,7 @@ from collections.abc import Callable
 
 from teleopctl.base.typed import TYPE_CHECKING, TypeAlias
 from teleopctl.node.endpoints.timer import PeriodicTimer
-from teleopctl.node.endpoints.waitable import Waitable
+from teleopctl.node.endpoints.waitable import QueuingEntity
 from teleopctl.node.values.handle import Handle
 
 if TYPE_CHECKING:
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 KINDS = ("subscription", "guard_condition", "timer", "client", "service", "event")
 
-Entity: TypeAlias = Waitable | PeriodicTimer
+Entity: TypeAlias = QueuingEntity | PeriodicTimer
 
 
 class WaitSet:
@@ -34,11 +34,11 @@ class WaitSet:
         self._entities: dict[str, list[Entity]] = {kind: [] for kind in KINDS}
         self._ready: set[Entity] = set()
 
-    def add_subscription(self, subscription: Handle | Waitable) -> int:
+    def add_subscription(self, subscription: Handle | QueuingEntity) -> int:
         """Add a subscription; return its index for `is_ready`."""
         return self._add("subscription", subscription)
 
-    def add_guard_condition(self, guard: Handle | Waitable) -> int:
+    def add_guard_condition(self, guard: Handle | QueuingEntity) -> int:
         """Add a guard condition; return its index for `is_ready`."""
         return self._add("guard_condition", guard)
 
@@ -46,21 +46,21 @@ class WaitSet:
         """Add a timer; return its index for `is_ready`."""
         return self._add("timer", timer)
 
-    def add_client(self, client: Handle | Waitable) -> int:
+    def add_client(self, client: Handle | QueuingEntity) -> int:
         """Add a client; return its index for `is_ready`."""
         return self._add("client", client)
 
-    def add_service(self, service: Handle | Waitable) -> int:
+    def add_service(self, service: Handle | QueuingEntity) -> int:
         """Add a service; return its index for `is_ready`."""
         return self._add("service", service)
 
-    def add_event(self, event: Handle | Waitable) -> int:
+    def add_event(self, event: Handle | QueuingEntity) -> int:
         """Add an event; return its index for `is_ready`."""
         return self._add("event", event)
 
     def _add(self, kind: str, entity: Handle | Entity) -> int:
         waitable = entity.entity if isinstance(entity, Handle) else entity
-        if not isinstance(waitable, Waitable | PeriodicTimer):
+        if not isinstance(waitable, QueuingEntity | PeriodicTimer):
             raise TypeError(f"{type(waitable).__name__} is nothing that can be waited for")
         self._entities[kind].append(waitable)
         return len(self._entities[kind]) - 1
@@ -96,7 +96,7 @@ class WaitSet:
         found = [one for entities in self._entities.values() for one in entities if one.pending()]
         self._ready = set(found)
         for guard in self._entities["guard_condition"]:
-            if guard in self._ready and isinstance(guard, Waitable):
+            if guard in self._ready and isinstance(guard, QueuingEntity):
                 guard.take()
         return bool(found)
 

@@ -23,7 +23,7 @@ ENOUGH = 0.5
 _ENOUGH_TURN = 0.15
 
 
-class Place(NamedTuple):
+class BasePose(NamedTuple):
     """Position (m) and heading (rad) of a base in the world."""
 
     x: float
@@ -31,11 +31,11 @@ class Place(NamedTuple):
     heading: float
 
 
-def place_of(simulation: Simulation, link: str) -> Place:
+def place_of(simulation: Simulation, link: str) -> BasePose:
     """Return the position and heading of a link."""
     pose = simulation.link_pose(link)
     x, y, _ = map(float, pose.position)
-    return Place(x, y, math.atan2(pose.rotation[1, 0], pose.rotation[0, 0]))
+    return BasePose(x, y, math.atan2(pose.rotation[1, 0], pose.rotation[0, 0]))
 
 
 class Way(NamedTuple):
@@ -52,7 +52,7 @@ class Way(NamedTuple):
     slower: float = 1.0
 
     @classmethod
-    def between(cls, start: Place, middle: Place, end: Place, slower: float = 1.0) -> Way:
+    def between(cls, start: BasePose, middle: BasePose, end: BasePose, slower: float = 1.0) -> Way:
         """Return the motion between three places: ahead, then turning."""
         along, across = middle.x - start.x, middle.y - start.y
         ahead = along * math.cos(start.heading) + across * math.sin(start.heading)

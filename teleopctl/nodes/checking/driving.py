@@ -21,7 +21,7 @@ from teleopctl.control import (
 from teleopctl.errors import InvalidParameterError, TeleopctlError
 from teleopctl.node import read_parameter_file
 from teleopctl.nodes.checking.bases import ways_by_topic
-from teleopctl.nodes.checking.motions import Motion, Trier
+from teleopctl.nodes.checking.motions import MotionResult, Trier
 from teleopctl.robot import COMMANDS_TOPIC, STATES_TOPIC
 
 if TYPE_CHECKING:
@@ -54,7 +54,7 @@ class Driven:
     """
 
     own: bool
-    motions: list[Motion] = field(default_factory=list)
+    motions: list[MotionResult] = field(default_factory=list)
     inactive: dict[str, str] = field(default_factory=dict)
     joints: set[str] = field(default_factory=set)
     fault: str = ""
@@ -97,7 +97,7 @@ def drive(robot: SimulatedRobot, given: ChosenControllers | None) -> Driven | No
     driven = Driven(given is not None and given.own)
     for topic, way in ways_by_topic(robot).items():
         driven.own = True
-        driven.motions.append(Motion(topic, PLANAR_MOVE, way.is_enough, way.told))
+        driven.motions.append(MotionResult(topic, PLANAR_MOVE, way.is_enough, way.told))
     if given is None:
         return driven if driven.motions else None
     try:

@@ -23,7 +23,7 @@ _ANYWHERE = 3.0
 _Matrix = npt.NDArray[np.float64]
 
 
-class Frames(NamedTuple):
+class FrameComparison(NamedTuple):
     """Result of the comparison of a robot's frames.
 
     Attributes:
@@ -38,7 +38,7 @@ class Frames(NamedTuple):
     apart_m: float
 
 
-def compare_frames(robot: SimulatedRobot, told: Container[str]) -> Frames:
+def compare_frames(robot: SimulatedRobot, told: Container[str]) -> FrameComparison:
     """Compare robot_state_publisher's frames with the robot's links and the physics.
 
     Args:
@@ -59,7 +59,7 @@ def compare_frames(robot: SimulatedRobot, told: Container[str]) -> Frames:
         or (link in moving and (m.joint if (m := moving[link]) else child[link]) not in told)
     ]
     apart = 0.0 if description.mjcf else _apart(robot, joints, tree)
-    return Frames(len(description.links), tuple(missing), apart)
+    return FrameComparison(len(description.links), tuple(missing), apart)
 
 
 def _apart(robot: SimulatedRobot, joints: Joints, tree: SegmentTree) -> float:

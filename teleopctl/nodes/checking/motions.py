@@ -45,7 +45,7 @@ _IN_PLACE = ("DiffDriveController", "MecanumDriveController")
 _Act = Generator[None, None, tuple[bool, str]]
 
 
-class Motion(NamedTuple):
+class MotionResult(NamedTuple):
     """Result of a controller's test.
 
     Attributes:
@@ -83,7 +83,7 @@ class Trier:
         for _ in range(round(seconds * self._stack.manager.update_rate)):
             yield
 
-    def moved_by(self, spec: ControllerSpec, motions: list[Motion]) -> Iterator[None]:
+    def moved_by(self, spec: ControllerSpec, motions: list[MotionResult]) -> Iterator[None]:
         """Command an active controller and add the result; sensors' broadcasters are skipped.
 
         Args:
@@ -109,7 +109,7 @@ class Trier:
         else:
             return
         moved, told = yield from act
-        motions.append(Motion(spec.name, spec.type, moved, told))
+        motions.append(MotionResult(spec.name, spec.type, moved, told))
 
     # -- joints ------------------------------------------------------------------------------------
 

@@ -28,7 +28,7 @@ from teleopctl.robot import (
 
 if TYPE_CHECKING:
     from teleopctl.nodes.checking.driving import Driven
-    from teleopctl.nodes.checking.frames import Frames
+    from teleopctl.nodes.checking.frames import FrameComparison
     from teleopctl.robot import ChosenControllers
     from teleopctl.sim import SimulatedRobot
 
@@ -82,7 +82,7 @@ class RobotReport:
     controllers: dict[str, str] = field(default_factory=dict)
     trial: Trial | None = None
     driven: Driven | None = None
-    frames: Frames | None = None
+    frames: FrameComparison | None = None
     places: Mapping[int, tuple[Path, int]] = field(default_factory=dict)
     things: dict[str, bool] = field(default_factory=dict)
     world: str = ""

@@ -11,7 +11,7 @@ _TALK_EVERY_S = 1.0
 _ASK_EVERY_S = 2.0
 
 
-class Talker(Node):
+class TalkerComponent(Node):
     """Publishes ``Hello World: N`` on ``chatter``, once a second."""
 
     def __init__(self) -> None:
@@ -27,7 +27,7 @@ class Talker(Node):
         self._publisher.publish(message)
 
 
-class Listener(Node):
+class ListenerComponent(Node):
     """Logs the messages of ``chatter``."""
 
     def __init__(self) -> None:
@@ -38,7 +38,7 @@ class Listener(Node):
         self.get_logger().info(f"I heard: [{message.data}]")
 
 
-class Server(Node):
+class ServerComponent(Node):
     """Adds two integers on request, by the service ``add_two_ints``."""
 
     def __init__(self) -> None:
@@ -53,7 +53,7 @@ class Server(Node):
         return response
 
 
-class Client(Node):
+class ClientComponent(Node):
     """Requests the sum of two and three every two seconds."""
 
     def __init__(self) -> None:

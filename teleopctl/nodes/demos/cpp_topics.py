@@ -5,15 +5,15 @@ A module of their own, since their names are those of ``demo_nodes_py``.
 
 from __future__ import annotations
 
-from teleopctl.nodes.components.demos import Listener, Talker
+from teleopctl.nodes.components.demos import ListenerComponent, TalkerComponent
 from teleopctl.nodes.demos.running import run
 
 
 def talker(args: list[str] | None = None) -> None:
     """Run the node ``demo_nodes_cpp talker``."""
-    run(Talker, args)
+    run(TalkerComponent, args)
 
 
 def listener(args: list[str] | None = None) -> None:
     """Run the node ``demo_nodes_cpp listener``."""
-    run(Listener, args)
+    run(ListenerComponent, args)

@@ -6,7 +6,7 @@ from urllib.parse import unquote
 
 from teleopctl.errors import SystemFailureError, TeleopctlError
 from teleopctl.node import RcutilsLogger
-from teleopctl.nodes.foxglove_bridge.settings import Settings, allows
+from teleopctl.nodes.foxglove_bridge.settings import BridgeSettings, allows
 from teleopctl.packages import resolve_uri
 
 
@@ -18,7 +18,7 @@ class Assets:
         logger: Told of what was refused or is missing.
     """
 
-    def __init__(self, settings: Settings, logger: RcutilsLogger) -> None:
+    def __init__(self, settings: BridgeSettings, logger: RcutilsLogger) -> None:
         self._settings = settings
         self._logger = logger
 

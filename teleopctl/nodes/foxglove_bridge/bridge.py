@@ -24,7 +24,7 @@ from teleopctl.nodes.foxglove_bridge.client_topics import ENCODINGS, ClientTopic
 from teleopctl.nodes.foxglove_bridge.gate import Gate, inner_addresses
 from teleopctl.nodes.foxglove_bridge.remote_parameters import RemoteParameters
 from teleopctl.nodes.foxglove_bridge.remote_services import RemoteServices
-from teleopctl.nodes.foxglove_bridge.settings import Settings, allows
+from teleopctl.nodes.foxglove_bridge.settings import BridgeSettings, allows
 
 if TYPE_CHECKING:
     from foxglove.websocket import ChannelView, Client, ClientChannel, Parameter
@@ -43,7 +43,7 @@ class FoxgloveBridge(Node):
     def __init__(self) -> None:
         progress.tell(progress.STARTING)
         super().__init__("foxglove_bridge")
-        self._settings = settings = Settings(self)
+        self._settings = settings = BridgeSettings(self)
         context = Context()
         self._channels = Channels(self, settings, context)
         # What the server's threads hand over to the executor: they must not wait for it, nor may
@@ -168,7 +168,7 @@ class FoxgloveBridge(Node):
 class _Listener(ServerListener):
     """What clients do, on the server's threads; what goes wrong is logged and told to clients."""
 
-    def __init__(self, node: FoxgloveBridge, settings: Settings) -> None:
+    def __init__(self, node: FoxgloveBridge, settings: BridgeSettings) -> None:
         self._node = node
         self._topics = ClientTopics(node, settings)
         self._parameters = RemoteParameters(node, settings)
@@ -233,7 +233,7 @@ class _Listener(ServerListener):
 
 
 def _open_server(
-    node: FoxgloveBridge, settings: Settings, context: Context, listener: _Listener
+    node: FoxgloveBridge, settings: BridgeSettings, context: Context, listener: _Listener
 ) -> tuple[WebSocketServer, tuple[str, int]]:
     """Start the SDK's server where only the gate reaches it; returns it and its address."""
     failure: Exception | None = None

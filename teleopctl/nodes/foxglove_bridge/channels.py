@@ -17,7 +17,7 @@ from teleopctl.node import (
     subscribe_undecoded,
     suited_to,
 )
-from teleopctl.nodes.foxglove_bridge.settings import Settings, allows
+from teleopctl.nodes.foxglove_bridge.settings import BridgeSettings, allows
 
 if TYPE_CHECKING:
     from typing import Any
@@ -47,7 +47,7 @@ class Channels:
         context: The server's.
     """
 
-    def __init__(self, node: Node, settings: Settings, context: Context) -> None:
+    def __init__(self, node: Node, settings: BridgeSettings, context: Context) -> None:
         self._node = node
         self._settings = settings
         self._context = context

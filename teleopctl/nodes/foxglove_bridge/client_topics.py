@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from teleopctl.errors import RefusedError, UnsupportedError
 from teleopctl.interfaces import get_message, message_from_yaml, normalize
 from teleopctl.node import Node, Publisher, QoSProfile
-from teleopctl.nodes.foxglove_bridge.settings import Settings, allows
+from teleopctl.nodes.foxglove_bridge.settings import BridgeSettings, allows
 
 if TYPE_CHECKING:
     from foxglove.websocket import ClientChannel
@@ -32,7 +32,7 @@ class ClientTopics:
         settings: Which topics clients may publish.
     """
 
-    def __init__(self, node: Node, settings: Settings) -> None:
+    def __init__(self, node: Node, settings: BridgeSettings) -> None:
         self._node = node
         self._settings = settings
         self._lock = threading.Lock()

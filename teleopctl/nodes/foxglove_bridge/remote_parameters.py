@@ -19,7 +19,7 @@ from teleopctl.node import (
     parameter_value_to_python,
     qos_profile_parameter_events,
 )
-from teleopctl.nodes.foxglove_bridge.settings import Settings, allows
+from teleopctl.nodes.foxglove_bridge.settings import BridgeSettings, allows
 
 _Tell: TypeAlias = Callable[[list[RemoteParameter]], None]
 
@@ -35,7 +35,7 @@ class RemoteParameters:
         settings: Which parameters there are for clients.
     """
 
-    def __init__(self, node: Node, settings: Settings) -> None:
+    def __init__(self, node: Node, settings: BridgeSettings) -> None:
         self._node = node
         self._settings = settings
         self._unresponsive: set[str] = set()

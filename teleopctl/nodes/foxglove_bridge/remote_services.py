@@ -10,7 +10,7 @@ from foxglove import MessageSchema, Schema, Service, ServiceRequest, ServiceSche
 from teleopctl.errors import TeleopctlError, UnavailableError, UnsupportedError
 from teleopctl.interfaces import complete_definition_text, deserialize, get_service, serialize
 from teleopctl.node import Client, Node, learn_type_from
-from teleopctl.nodes.foxglove_bridge.settings import Settings, allows
+from teleopctl.nodes.foxglove_bridge.settings import BridgeSettings, allows
 
 if TYPE_CHECKING:
     from foxglove.websocket import WebSocketServer
@@ -31,7 +31,7 @@ class RemoteServices:
         server: Offers them.
     """
 
-    def __init__(self, node: Node, settings: Settings, server: WebSocketServer) -> None:
+    def __init__(self, node: Node, settings: BridgeSettings, server: WebSocketServer) -> None:
         self._node = node
         self._settings = settings
         self._server = server

@@ -39,7 +39,7 @@ _HIGHEST_PORT = 65_535
 _ORIGINS = ("https://app.foxglove.dev", FILE_ORIGIN)
 
 
-class Settings:
+class BridgeSettings:
     """Parameters of the bridge, read once at its start.
 
     Args:

@@ -69,7 +69,7 @@ _ROS_PLUGINS: Final = tuple(
 _VERBOSITIES: Final = {"0": "FATAL", "1": "ERROR", "2": "WARN", "3": "INFO"}
 
 
-class Request(NamedTuple):
+class GazeboRequest(NamedTuple):
     """Parsed command line of a Gazebo program.
 
     Attributes:
@@ -93,12 +93,12 @@ class Request(NamedTuple):
     unserved: tuple[str, ...] = ()
 
 
-def sim_request(words: Sequence[str]) -> Request:
+def sim_request(words: Sequence[str]) -> GazeboRequest:
     """Parse the arguments of ``gz sim``; the simulation is paused without ``-r``."""
     worlds, options = _sort(words, _SIM_VALUES)
     flags = {name for name, _ in options}
     level = next((value for name, value in options if name in ("-v", "--verbose")), None)
-    return Request(
+    return GazeboRequest(
         world=worlds[0] if worlds else "",
         paused="-r" not in flags,
         has_server="-g" not in flags,
@@ -110,12 +110,12 @@ def sim_request(words: Sequence[str]) -> Request:
     )
 
 
-def server_request(words: Sequence[str], *, has_window: bool) -> Request:
+def server_request(words: Sequence[str], *, has_window: bool) -> GazeboRequest:
     """Parse the arguments of ``gzserver`` or ``gazebo``; ``-u`` pauses."""
     worlds, options = _sort(words, _SERVER_VALUES)
     flags = {name for name, _ in options}
     told = [one for one in options if one[1] not in _ROS_PLUGINS]
-    return Request(
+    return GazeboRequest(
         world=worlds[0] if worlds else "",
         paused=not flags.isdisjoint(("-u", "--pause")),
         has_window=has_window,

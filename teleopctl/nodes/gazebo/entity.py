@@ -17,7 +17,7 @@ _NAME, _FILE, _TOPIC, _RENAMES = "entity_name", "entity_file", "entity_topic", "
 NOWHERE = (0.0,) * 6
 
 
-class Entity(NamedTuple):
+class GazeboEntity(NamedTuple):
     """An entity to spawn or to delete.
 
     Attributes:
@@ -38,7 +38,7 @@ class Entity(NamedTuple):
 
     # Any: a parameter's value is of one of many types.
     @classmethod
-    def of_parameters(cls, values: Mapping[str, Any]) -> Entity:
+    def of_parameters(cls, values: Mapping[str, Any]) -> GazeboEntity:
         """Return the entity that node parameters describe."""
         return cls(
             str(values[DESCRIPTION] or ""),

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from teleopctl.interfaces import get_service
-from teleopctl.nodes.gazebo.entity import Entity
+from teleopctl.nodes.gazebo.entity import GazeboEntity
 from teleopctl.tf import rpy_from_quaternion
 
 if TYPE_CHECKING:
@@ -17,7 +17,7 @@ _DeleteEntity = get_service("gazebo_msgs/srv/DeleteEntity")
 _WORLD = ("", "world", "map", "/map")
 
 
-def offer_factory(node: Node, hand_over: Callable[[Entity], str]) -> None:
+def offer_factory(node: Node, hand_over: Callable[[GazeboEntity], str]) -> None:
     """Offer the services by which ``spawn_entity.py`` spawns.
 
     Args:
@@ -39,7 +39,7 @@ def offer_factory(node: Node, hand_over: Callable[[Entity], str]) -> None:
             place, turn = request.initial_pose.position, request.initial_pose.orientation
             rpy = rpy_from_quaternion((turn.x, turn.y, turn.z, turn.w))
             pose = (place.x, place.y, place.z, *rpy)
-            entity = Entity(text=request.xml, name=name, pose=pose, renames=not name)
+            entity = GazeboEntity(text=request.xml, name=name, pose=pose, renames=not name)
             reason = hand_over(entity)
         response.success = not reason
         response.status_message = (
@@ -48,7 +48,7 @@ def offer_factory(node: Node, hand_over: Callable[[Entity], str]) -> None:
         return response
 
     def delete(request: Any, response: Any) -> Any:
-        reason = hand_over(Entity(name=request.name))
+        reason = hand_over(GazeboEntity(name=request.name))
         response.success = not reason
         response.status_message = reason or f"Successfully deleted entity [{request.name}]"
         return response

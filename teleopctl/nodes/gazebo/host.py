@@ -1,7 +1,7 @@
 """``gz sim``, ``gzserver`` and ``gazebo``: wait for a robot, and simulate it with MuJoCo.
 
-``create`` and ``spawn_entity.py`` set the parameters of an `Entity`, which succeeds once it stands
-in the simulator; programs of others call ``/spawn_entity``. The simulator is there for one robot;
+``create`` and ``spawn_entity.py`` set the parameters of a `GazeboEntity`, which succeeds once it
+stands in the simulator; programs of others call ``/spawn_entity``. The simulator is for one robot;
 what else is spawned are things around it, whatever the order in which they come. What simulates
 are programs of ours, which end with this one.
 """
@@ -29,8 +29,8 @@ from teleopctl.node import (
     spin_once,
 )
 from teleopctl.nodes.gazebo.children import Children
-from teleopctl.nodes.gazebo.command_line import Request, server_request, sim_request
-from teleopctl.nodes.gazebo.entity import DESCRIPTION, Entity
+from teleopctl.nodes.gazebo.command_line import GazeboRequest, server_request, sim_request
+from teleopctl.nodes.gazebo.entity import DESCRIPTION, GazeboEntity
 from teleopctl.nodes.gazebo.factory import offer_factory
 from teleopctl.nodes.gazebo.simulation import programs_for
 from teleopctl.nodes.gazebo.things import Things
@@ -61,11 +61,11 @@ class Host(Node):
         RefusedError: Another one runs.
     """
 
-    def __init__(self, request: Request, children: Children) -> None:
+    def __init__(self, request: GazeboRequest, children: Children) -> None:
         super().__init__(NAME)
         self._paused = request.paused
         self._children = children
-        self._robot: Entity | None = None
+        self._robot: GazeboEntity | None = None
         self._description: RobotDescription | None = None
         self._things = Things()
         self._publishers: list[Publisher[Any]] = []
@@ -76,7 +76,7 @@ class Host(Node):
             logger.warning(WITHOUT_EFFECT.format(", ".join(request.unserved)))
         if request.has_window:
             logger.info(_PAGE)
-        for parameter in Entity().as_parameters():
+        for parameter in GazeboEntity().as_parameters():
             self.declare_parameter(parameter.name, parameter.value)
         self.add_on_set_parameters_callback(self._on_set_parameters)
         offer_factory(self, self._take)
@@ -93,11 +93,11 @@ class Host(Node):
     def _on_set_parameters(self, parameters: list[Parameter]) -> Any:
         values = {parameter.name: parameter.value for parameter in parameters}
         if DESCRIPTION in values:
-            reason = self._take(Entity.of_parameters(values))
+            reason = self._take(GazeboEntity.of_parameters(values))
             return _result(successful=not reason, reason=reason)
         return _result(successful=True)
 
-    def _take(self, entity: Entity) -> str:
+    def _take(self, entity: GazeboEntity) -> str:
         """Spawn an entity or take it out, and return why that is not done; empty when it is."""
         try:
             reason = self._spawn(entity) if entity.text else self._remove(entity.name)
@@ -107,7 +107,7 @@ class Host(Node):
             self.get_logger().error(reason)
         return reason
 
-    def _spawn(self, entity: Entity) -> str:
+    def _spawn(self, entity: GazeboEntity) -> str:
         """Put an entity into the world, and return why that cannot be; empty when it stands there.
 
         Raises:
@@ -132,7 +132,7 @@ class Host(Node):
             return reason
         return self._things.spawn(first)
 
-    def _start(self, robot: Entity) -> str:
+    def _start(self, robot: GazeboEntity) -> str:
         """Simulate a robot, and return why that cannot be; empty when it stands there.
 
         Raises:
@@ -263,7 +263,7 @@ def server_of_gz() -> int:
     if not (file or text):
         raise UsageError("Must specify either 'world_sdf_file' or 'world_sdf_string'")
     unserved = (*given.program, *(["world_sdf_string"] if file and text else []))
-    return _run(Request(file, "" if file else text, has_window=False, unserved=unserved))
+    return _run(GazeboRequest(file, "" if file else text, has_window=False, unserved=unserved))
 
 
 def gzclient() -> int:
@@ -275,7 +275,7 @@ def _words() -> tuple[str, ...]:
     return parse_ros_arguments(sys.argv[1:]).program
 
 
-def _show(request: Request) -> int:
+def _show(request: GazeboRequest) -> int:
     if request.asks_version:
         return _tell_version()
     with (
@@ -297,7 +297,7 @@ def _tell_version() -> int:
     return 0
 
 
-def _run(request: Request) -> int:
+def _run(request: GazeboRequest) -> int:
     """Run until it is interrupted, or until one of the programs ends."""
     if request.asks_version:
         return _tell_version()

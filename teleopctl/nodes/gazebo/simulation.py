@@ -12,7 +12,7 @@ from typing import NamedTuple
 from teleopctl.errors import InvalidDescriptionError
 from teleopctl.node import read_parameter_file
 from teleopctl.packages import resolve_uri
-from teleopctl.robot import MotionPlugins, Plugin, RobotDescription, motion_plugins
+from teleopctl.robot import MotionPlugins, PluginTag, RobotDescription, motion_plugins
 
 _MANAGER = "controller_manager"
 _DEFAULT_RATE_HZ = 100
@@ -88,7 +88,7 @@ def programs_for(
     return programs
 
 
-def _files(plugin: Plugin) -> list[Path]:
+def _files(plugin: PluginTag) -> list[Path]:
     files = [resolve_uri(text).absolute() for text in plugin.parameters.get("parameters", ())]
     for file in files:
         if not file.is_file():
@@ -117,7 +117,7 @@ def _parameters_of(plugins: MotionPlugins, manager: str, folder: Path) -> Path:
     return file
 
 
-def _name_of_manager(plugin: Plugin | None) -> str:
+def _name_of_manager(plugin: PluginTag | None) -> str:
     """The controller manager's full name."""
     if plugin is None:
         return f"/{_MANAGER}"
@@ -128,7 +128,7 @@ def _name_of_manager(plugin: Plugin | None) -> str:
     return f"{f'/{namespace}' if namespace else ''}/{name or _MANAGER}"
 
 
-def _words_of_manager(plugin: Plugin | None, files: list[Path]) -> list[str]:
+def _words_of_manager(plugin: PluginTag | None, files: list[Path]) -> list[str]:
     if plugin is None:
         return []
     words = [word for file in files for word in ("--params-file", str(file))]

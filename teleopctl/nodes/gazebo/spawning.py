@@ -30,7 +30,7 @@ from teleopctl.node import (
     spin_once,
     spin_until_future_complete,
 )
-from teleopctl.nodes.gazebo.entity import Entity
+from teleopctl.nodes.gazebo.entity import GazeboEntity
 from teleopctl.nodes.gazebo.host import NAME
 from teleopctl.robot import find_world
 
@@ -125,7 +125,7 @@ def spawn_entity() -> int:
         node.get_logger().info("Spawn Entity started")
         if options.stdin:
             options.string = sys.stdin.read()
-        entity = _entity(node, options, options.entity) or Entity()
+        entity = _entity(node, options, options.entity) or GazeboEntity()
         unserved = _written(options, "reference_frame", "robot_namespace", "wait")
         _tell_unserved(node, [*unserved, *(["-b"] if options.b else [])])
         namespace = options.gazebo_namespace.rstrip("/")
@@ -161,7 +161,7 @@ def remove() -> int:
                 "Entity to remove name is not provided, entity will not be removed."
             )
             return 255
-        reason = _hand_over(node, Entity(name=name))
+        reason = _hand_over(node, GazeboEntity(name=name))
         if reason is None:
             node.get_logger().info("Entity removal successful.")
             return 0
@@ -191,9 +191,9 @@ def _node(name: str) -> Any:
         yield node
 
 
-def _entity(node: Node, options: argparse.Namespace, name: str) -> Entity | None:
+def _entity(node: Node, options: argparse.Namespace, name: str) -> GazeboEntity | None:
     """Return what is to be spawned, from where the options say it is; None when they do not."""
-    there = Entity(name=name, pose=tuple(float(getattr(options, key)) for key in _NUMBERS))
+    there = GazeboEntity(name=name, pose=tuple(float(getattr(options, key)) for key in _NUMBERS))
     if options.file:
         node.get_logger().info(f"Loading entity XML from file {options.file}")
         file = find_world(options.file, Path.cwd())
@@ -235,7 +235,7 @@ def _written(options: argparse.Namespace, *names: str) -> list[str]:
 
 
 def _hand_over(
-    node: Node, entity: Entity, namespace: str = "", patience_s: float = math.inf
+    node: Node, entity: GazeboEntity, namespace: str = "", patience_s: float = math.inf
 ) -> str | None:
     """Hand an entity to the simulator, one without a description to take it out.
 

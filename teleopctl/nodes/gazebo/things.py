@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces import get_service
 from teleopctl.node import Client, Node, SingleThreadedExecutor
-from teleopctl.nodes.gazebo.entity import Entity
+from teleopctl.nodes.gazebo.entity import GazeboEntity
 from teleopctl.tf import quaternion_from_rpy
 
 # As long as the services of simulators take at most: a model is compiled, the loop asked to wait.
@@ -25,7 +25,7 @@ class Things:
     """
 
     def __init__(self) -> None:
-        self.entities: dict[str, Entity] = {}
+        self.entities: dict[str, GazeboEntity] = {}
         self._node = Node("_gazebo_things", use_global_arguments=False)
         self._executor = SingleThreadedExecutor()
         self._executor.add_node(self._node)
@@ -39,7 +39,7 @@ class Things:
         self._executor.shutdown()
         self._node.destroy_node()
 
-    def spawn(self, entity: Entity) -> str:
+    def spawn(self, entity: GazeboEntity) -> str:
         """Spawn an entity; return why that failed, or an empty text."""
         request = get_service("simulation_interfaces/srv/SpawnEntity").Request(
             name=entity.name, allow_renaming=entity.renames

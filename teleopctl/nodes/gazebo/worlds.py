@@ -10,13 +10,13 @@ from teleopctl.robot import find_world, read_world
 
 if TYPE_CHECKING:
     from teleopctl.node import RcutilsLogger
-    from teleopctl.nodes.gazebo.command_line import Request
+    from teleopctl.nodes.gazebo.command_line import GazeboRequest
 
 # Worlds that come with Gazebo, without anything in them but a floor and a light.
 _EMPTY: Final = frozenset({"empty", "default"})
 
 
-def world_file(request: Request, folder: Path, logger: RcutilsLogger) -> Path | None:
+def world_file(request: GazeboRequest, folder: Path, logger: RcutilsLogger) -> Path | None:
     """Return the requested world's file; None for the empty world.
 
     Args:

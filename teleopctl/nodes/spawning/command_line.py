@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 
 @dataclass
-class Request:
+class SpawnRequest:
     """Options of the spawner for one controller.
 
     Attributes:
@@ -128,7 +128,7 @@ def _make_parser() -> argparse.ArgumentParser:
 
 def read_command_line(
     words: Sequence[str], ros_files: Sequence[str] = ()
-) -> tuple[argparse.Namespace, list[Request]]:
+) -> tuple[argparse.Namespace, list[SpawnRequest]]:
     """Split a command line into common options and one request for each controller.
 
     Args:
@@ -149,7 +149,7 @@ def read_command_line(
     own.add_argument("name")
     _controller_options(own)
     requests = [
-        Request(
+        SpawnRequest(
             name,
             list(options.param_file),
             options.load_only,
@@ -164,7 +164,7 @@ def read_command_line(
     for group in groups[1:]:
         given = own.parse_args(group)
         requests.append(
-            Request(
+            SpawnRequest(
                 given.name,
                 [*options.param_file, *given.param_file],
                 given.load_only or options.load_only,

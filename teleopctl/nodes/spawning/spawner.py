@@ -21,7 +21,7 @@ from teleopctl.control import (
 )
 from teleopctl.errors import TeleopctlError
 from teleopctl.node import ExternalShutdownException, Node, init, parse_ros_arguments, try_shutdown
-from teleopctl.nodes.spawning.command_line import Request, read_command_line
+from teleopctl.nodes.spawning.command_line import SpawnRequest, read_command_line
 
 _BLUE, _CYAN, _GREEN, _BOLD, _END = "\033[94m", "\033[96m", "\033[92m", "\033[1m", "\033[0m"
 
@@ -55,7 +55,7 @@ class Spawner:
         )
         self._colors = _colors_wanted()
 
-    def spawn(self, requests: Sequence[Request]) -> None:
+    def spawn(self, requests: Sequence[SpawnRequest]) -> None:
         """Load, configure and activate all controllers, one after the other.
 
         Raises:
@@ -92,7 +92,7 @@ class Spawner:
             )
         )
 
-    def stay(self, requests: Sequence[Request]) -> NoReturn:
+    def stay(self, requests: Sequence[SpawnRequest]) -> NoReturn:
         """Spawn all controllers, and again whenever the manager is restarted.
 
         Raises:
@@ -112,7 +112,7 @@ class Spawner:
                 self._logger.error(error.message)  # it ended meanwhile
             self._client.wait_for_another(served)
 
-    def _prepare(self, request: Request) -> bool:
+    def _prepare(self, request: SpawnRequest) -> bool:
         """Bring one controller up; whether it is still to be activated, with its group."""
         progress.doing(f"loading {request.name}")
         state = self._load(request)
@@ -135,7 +135,7 @@ class Spawner:
             self._fail(f"Failed to activate controller : {request.name}", fatal=False, why=refusal)
         return False
 
-    def _load(self, request: Request) -> str:
+    def _load(self, request: SpawnRequest) -> str:
         """Load a controller unless it is; returns its state before."""
         present = {
             controller.name: controller.state for controller in self._client.list_controllers()
@@ -149,7 +149,7 @@ class Spawner:
         self._logger.info(self._bold(_BLUE, "Loaded ", request.name))
         return "unconfigured"
 
-    def _set_parameters(self, request: Request) -> None:
+    def _set_parameters(self, request: SpawnRequest) -> None:
         try:
             settings = manager_settings(request.name, self._client.name, request.param_files)
         except TeleopctlError as error:
@@ -181,7 +181,7 @@ class Spawner:
         self._logger.error(message)
         return message or "refused"
 
-    def unload(self, requests: Sequence[Request]) -> None:
+    def unload(self, requests: Sequence[SpawnRequest]) -> None:
         """Deactivate and unload the spawned controllers."""
         names = [request.name for request in requests if not request.load_only]
         self._logger.info("Deactivating and unloading controllers...")

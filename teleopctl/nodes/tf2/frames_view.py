@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from teleopctl.base.printable import printable_line
-from teleopctl.diagram import Box, Diagram, Edge, to_svg, write_files
+from teleopctl.diagram import Diagram, DiagramBox, Edge, to_svg, write_files
 from teleopctl.errors import UnavailableError, UsageError
 from teleopctl.node import Node
 from teleopctl.tf import TF_STATIC_TOPIC, TF_TOPIC, KnownFrame, LiveBuffer, TransformListener
@@ -74,11 +74,11 @@ def view_frames(
 def picture(frames: Sequence[KnownFrame]) -> Diagram:
     """Return a diagram of the frames, with rates and buffer lengths."""
     names = dict.fromkeys(name for frame in frames for name in (frame.parent, frame.name))
-    boxes = [Box(f"frame {name}", printable_line(name), "node") for name in names]
+    boxes = [DiagramBox(f"frame {name}", printable_line(name), "node") for name in names]
     edges = []
     for frame in frames:
         label = f"arrow {frame.name}"
-        boxes.append(Box(label, _text(frame), "label"))
+        boxes.append(DiagramBox(label, _text(frame), "label"))
         edges.append(Edge(f"frame {frame.parent}", label))
         edges.append(Edge(label, f"frame {frame.name}"))
     return Diagram(tuple(boxes), tuple(edges))

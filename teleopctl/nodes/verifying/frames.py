@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from teleopctl.bag import RecordedTopic, Stream
+from teleopctl.bag import ComparedStream, RecordedTopic
 from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces import deserialize, get_message, serialize
 from teleopctl.node import expand_name
@@ -18,7 +18,7 @@ TF_TYPE = "tf2_msgs/msg/TFMessage"
 _DEFAULT_NAME = "/robot_state_publisher"
 
 
-class Frames:
+class FrameReplay:
     """Recomputes robot_state_publisher's transforms.
 
     Which of the states it takes follows from the last ones that it took; of a state that it had no
@@ -58,7 +58,7 @@ class Frames:
         self.children = {prefix + joint.child for joint in tree.moving}
         self._last_ns: int | None = None
 
-    def take(self, time_ns: int, state: bytes, stream: Stream) -> bytes | None:
+    def take(self, time_ns: int, state: bytes, stream: ComparedStream) -> bytes | None:
         """Compare the transforms of a state with the recorded ones; return them as CDR.
 
         Args:

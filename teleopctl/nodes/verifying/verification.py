@@ -9,12 +9,12 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from teleopctl.bag import (
+    ComparedStream,
     Difference,
-    Kind,
+    DifferenceKind,
     Recorded,
+    RecordedSession,
     RecordedTopic,
-    Session,
-    Stream,
     Verdict,
     end_of_run,
     open_bag,
@@ -25,7 +25,7 @@ from teleopctl.bag import (
 from teleopctl.errors import InvalidFileError
 from teleopctl.interfaces import deserialize, get_message, serialize, to_seconds
 from teleopctl.nodes.verifying.broadcasters import Broadcasters
-from teleopctl.nodes.verifying.frames import TF_TYPE, Frames, split_by_frames
+from teleopctl.nodes.verifying.frames import TF_TYPE, FrameReplay, split_by_frames
 from teleopctl.robot import COMMANDS_TOPIC, STATES_TOPIC
 
 # The versions on which bits depend.
@@ -128,7 +128,7 @@ class _Run:
 
     def __init__(
         self,
-        session: Session,
+        session: RecordedSession,
         parameters: Mapping[str, object],
         tolerance: float,
         on_message: OnMessage,
@@ -142,9 +142,9 @@ class _Run:
         self._states_topic = str(parameters.get("joint_states_topic", STATES_TOPIC))
         self._commands_topic = str(parameters.get("joint_commands_topic", COMMANDS_TOPIC))
         self._latched: dict[str, bytes] = {}
-        self._streams: dict[str, Stream] = {}
-        self._frames_stream: Stream | None = None
-        self._bodies_stream: Stream | None = None
+        self._streams: dict[str, ComparedStream] = {}
+        self._frames_stream: ComparedStream | None = None
+        self._bodies_stream: ComparedStream | None = None
         self._rerun = Rerun(session.robot_description, parameters, self._publish)
         self._period_ns = self._rerun.control_period_ns
         self._broadcasters = Broadcasters(
@@ -154,7 +154,7 @@ class _Run:
             self._period_ns,
             self._publish_of_controller,
         )
-        self._frames = Frames(session.robot_description, session.parameters)
+        self._frames = FrameReplay(session.robot_description, session.parameters)
 
     @property
     def wanted(self) -> set[str]:
@@ -198,14 +198,14 @@ class _Run:
         self._commands = read_commands(
             commands or RecordedTopic("", ()), self._period_ns, states.messages if states else ()
         )
-        self._command_stream: Stream | None = None
+        self._command_stream: ComparedStream | None = None
         if commands is not None:
             self._command_stream = self._stream(self._commands_topic, commands, may_skip=True)
 
     def _stream(
         self, name: str, topic: RecordedTopic, publisher: str = "", *, may_skip: bool = False
-    ) -> Stream:
-        stream = Stream(
+    ) -> ComparedStream:
+        stream = ComparedStream(
             name,
             topic.type_name,
             topic.messages,
@@ -248,7 +248,7 @@ class _Run:
                     stream.compared += 1
                     stream.compare(0, each.data, self._latched[name])
                 if not topic.messages:
-                    stream.add(Difference(name, 0, kind=Kind.MISSING))
+                    stream.add(Difference(name, 0, kind=DifferenceKind.MISSING))
         self._close()
 
     def _publish(self, topic: str, time_ns: int, data: bytes) -> None:
@@ -281,7 +281,7 @@ class _Run:
         elif stream is not None:
             stream.take(time_ns, b"")
 
-    def _compare(self, stream: Stream | None, time_ns: int, data: bytes) -> None:
+    def _compare(self, stream: ComparedStream | None, time_ns: int, data: bytes) -> None:
         if stream is not None and (recorded := stream.take(time_ns, data)) is not None:
             self._on_message(stream.topic, stream.type_name, time_ns, recorded.data, data)
 
@@ -310,7 +310,7 @@ class _Run:
             )
         if self._frames_stream is not None and self._frames.fixed and not stream.compared:
             # Who sends the frames that move sends these too.
-            stream.add(Difference(_TF_STATIC, 0, kind=Kind.MISSING))
+            stream.add(Difference(_TF_STATIC, 0, kind=DifferenceKind.MISSING))
         if others:
             self.verdict.not_compared[f"{_TF_STATIC}: {', '.join(sorted(others))}"] = _OTHERWISE
 
@@ -350,12 +350,12 @@ class _Run:
             for number in topic.lost()[:1]:
                 after = zip(topic.numbers, topic.messages, strict=True)
                 time_ns = next((m.time_ns for other, m in after if other > number), 0)
-                streams[0].add(Difference(name, time_ns, kind=Kind.MISSING))
+                streams[0].add(Difference(name, time_ns, kind=DifferenceKind.MISSING))
             counted = [number for number in topic.numbers if number]
             if len(counted) > len(set(counted)):
-                streams[0].add(Difference(name, 0, kind=Kind.EXTRA))
+                streams[0].add(Difference(name, 0, kind=DifferenceKind.EXTRA))
 
-    def _say_skipped(self, stream: Stream) -> None:
+    def _say_skipped(self, stream: ComparedStream) -> None:
         count, first_s = len(stream.skipped_ns), to_seconds(stream.skipped_ns[0])
         self.remarks.append(
             f"{stream.name} has no message for {count} states, from {first_s:.3f} s on: nobody "

@@ -11,7 +11,7 @@ from teleopctl.robot.elements import Vector3, boolean, to_number
 
 if TYPE_CHECKING:
     from teleopctl.robot.description import RobotDescription
-    from teleopctl.robot.sensors.plugin_tag import Plugin
+    from teleopctl.robot.sensors.plugin_tag import PluginTag
 
 _NO_LETTERS = re.compile(r"\W+")
 _CAMEL = re.compile(r"(?<=[a-z0-9])(?=[A-Z])")
@@ -56,7 +56,7 @@ class PluginReader:
         root: Its root link.
     """
 
-    def __init__(self, plugin: Plugin, description: RobotDescription) -> None:
+    def __init__(self, plugin: PluginTag, description: RobotDescription) -> None:
         self._plugin = plugin
         self._description = description
         self.robot = description.name

@@ -16,7 +16,7 @@ from teleopctl.errors import InvalidDescriptionError, did_you_mean
 
 
 @dataclass(frozen=True)
-class Entry:
+class YamlEntry:
     """A value in a YAML file, with its place.
 
     Attributes:
@@ -42,7 +42,7 @@ class Entry:
         line = self.node.start_mark.line + 1
         return InvalidDescriptionError(f"{self.path}:{line}: {self.name} {words}")
 
-    def entries(self, known: Iterable[str] | None = None) -> dict[str, Entry]:
+    def entries(self, known: Iterable[str] | None = None) -> dict[str, YamlEntry]:
         """Return the entries of a mapping; raise for unknown keys.
 
         Raises:
@@ -51,10 +51,10 @@ class Entry:
         if not isinstance(self.node, yaml.MappingNode):
             raise self.refuse(f"should be a mapping, {self._is}")
         allowed = None if known is None else list(known)
-        found: dict[str, Entry] = {}
+        found: dict[str, YamlEntry] = {}
         for key, node in self.node.value:
             name = str(key.value)
-            entry = Entry(self.path, f"'{name}'", node, self.value.get(_key(key, self.value)))
+            entry = YamlEntry(self.path, f"'{name}'", node, self.value.get(_key(key, self.value)))
             if allowed is not None and name not in allowed:
                 line = key.start_mark.line + 1
                 raise InvalidDescriptionError(
@@ -66,7 +66,7 @@ class Entry:
             found[name] = entry
         return found
 
-    def items(self) -> list[Entry]:
+    def items(self) -> list[YamlEntry]:
         """Return the entries of a list.
 
         Raises:
@@ -75,7 +75,7 @@ class Entry:
         if not isinstance(self.node, yaml.SequenceNode):
             raise self.refuse(f"should be a list, {self._is}")
         return [
-            Entry(self.path, f"{self.name}[{number}]", node, value)
+            YamlEntry(self.path, f"{self.name}[{number}]", node, value)
             for number, (node, value) in enumerate(zip(self.node.value, self.value, strict=True))
         ]
 
@@ -125,7 +125,7 @@ class Entry:
         return tuple(item.number(positive=positive) for item in items)
 
 
-def read_entries(path: Path, text: str) -> Entry:
+def read_entries(path: Path, text: str) -> YamlEntry:
     """Parse a YAML document.
 
     Raises:
@@ -137,7 +137,7 @@ def read_entries(path: Path, text: str) -> Entry:
         value = None if node is None else loader.construct_document(node)
     if node is None:
         raise InvalidDescriptionError(f"{path}: it is empty")
-    return Entry(path, "the world", node, value)
+    return YamlEntry(path, "the world", node, value)
 
 
 def _key(node: yaml.Node, mapping: Any) -> Any:

@@ -35,7 +35,7 @@ from teleopctl.robot.scene.scene import (
     ShapeKind,
 )
 from teleopctl.robot.scene.surface import Surface
-from teleopctl.robot.scene.yaml_nodes import Entry, read_entries
+from teleopctl.robot.scene.yaml_nodes import YamlEntry, read_entries
 from teleopctl.tf import Transform, quaternion_from_rpy
 
 _WORLD = ("world", "gravity", "things", "lights", "poses")
@@ -99,7 +99,7 @@ def read_yaml_world(path: Path, text: str) -> Scene:
     )
 
 
-def _pose(name: str, entry: Entry) -> ScenePose:
+def _pose(name: str, entry: YamlEntry) -> ScenePose:
     parts = entry.entries(_POSE)
     size = None
     if "size" in parts:
@@ -114,7 +114,7 @@ def _pose(name: str, entry: Entry) -> ScenePose:
     )
 
 
-def _thing(name: str, entry: Entry) -> SceneModel:
+def _thing(name: str, entry: YamlEntry) -> SceneModel:
     if not isinstance(entry.value, dict) or "shape" not in entry.value:
         raise entry.refuse(f"should have a shape: {', '.join(_OF_SHAPE)}")
     shape = entry.value["shape"]
@@ -153,7 +153,7 @@ def _thing(name: str, entry: Entry) -> SceneModel:
     return SceneModel(name, _place(parts), {name: body}, static=mass is None)
 
 
-def _shapes(shape: str, entry: Entry, parts: dict[str, Entry]) -> _Parts:
+def _shapes(shape: str, entry: YamlEntry, parts: dict[str, YamlEntry]) -> _Parts:
     """What a thing is made of, in its own frame."""
     match shape:
         case "sphere":
@@ -191,7 +191,7 @@ def _shapes(shape: str, entry: Entry, parts: dict[str, Entry]) -> _Parts:
 
 
 def _furniture(
-    shape: str, x: float, y: float, z: float, thick: float | None, entry: Entry
+    shape: str, x: float, y: float, z: float, thick: float | None, entry: YamlEntry
 ) -> _Parts:
     """Things of several boxes that stand on the middle of their foot."""
     match shape:
@@ -243,13 +243,13 @@ def _volume(shape: SceneShape) -> float:
     return a * b * c if shape.kind == "box" else 1.0
 
 
-def _place(parts: dict[str, Entry]) -> Transform:
+def _place(parts: dict[str, YamlEntry]) -> Transform:
     x, y, z = parts["at"].numbers(3) if "at" in parts else (0.0, 0.0, 0.0)
     roll, pitch, yaw = parts["rpy"].numbers(3) if "rpy" in parts else (0.0, 0.0, 0.0)
     return Transform((x, y, z), quaternion_from_rpy(roll, pitch, yaw))
 
 
-def _color(entry: Entry) -> Rgba:
+def _color(entry: YamlEntry) -> Rgba:
     if isinstance(entry.value, str):
         named = gazebo_colour(entry.value)
         if named is None:
@@ -262,7 +262,7 @@ def _color(entry: Entry) -> Rgba:
     return red, green, blue, alpha[0] if alpha else 1.0
 
 
-def _file(entry: Entry) -> Path:
+def _file(entry: YamlEntry) -> Path:
     try:
         path = entry.path.parent / resolve_uri(entry.text())
         is_there = path.is_file()
@@ -273,7 +273,7 @@ def _file(entry: Entry) -> Path:
     return path.absolute()
 
 
-def _light(entry: Entry) -> SceneLight:
+def _light(entry: YamlEntry) -> SceneLight:
     parts = entry.entries(_LIGHT)
     kind = parts["kind"].text() if "kind" in parts else "directional"
     color = _color(parts["color"])[:3] if "color" in parts else (0.5, 0.5, 0.5)

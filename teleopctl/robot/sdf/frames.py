@@ -25,7 +25,7 @@ class _Placed(NamedTuple):
 
 
 @dataclass
-class Frames:
+class SdfFrames:
     """Frames of a model or world, by name.
 
     Attributes:

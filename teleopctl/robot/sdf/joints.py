@@ -22,7 +22,7 @@ from teleopctl.robot.scene.scene import (
     SceneSensor,
     Vector3,
 )
-from teleopctl.robot.sdf.frames import MODEL, Frames
+from teleopctl.robot.sdf.frames import MODEL, SdfFrames
 from teleopctl.robot.sdf.reading import SdfFile, relative_to
 from teleopctl.robot.tags import sdf as tags
 from teleopctl.robot.urdf import Mimic
@@ -55,7 +55,7 @@ _ALONG = 0.999
 
 # Any, here and below: elements of lxml, whose class has no types.
 @dataclass
-class Joints:
+class SdfJoints:
     """Reads the joints of an SDF model.
 
     Attributes:
@@ -66,7 +66,7 @@ class Joints:
     """
 
     file: SdfFile
-    frames: Frames
+    frames: SdfFrames
     joints: list[SceneJoint] = field(default_factory=list)
     between: list[SceneBody] = field(default_factory=list)
 
@@ -175,7 +175,7 @@ class Joints:
 
 
 def with_gearboxes(
-    file: SdfFile, model: Any, frames: Frames, joints: Iterable[SceneJoint]
+    file: SdfFile, model: Any, frames: SdfFrames, joints: Iterable[SceneJoint]
 ) -> list[SceneJoint]:
     """Return the joints with the mimic relations that the model's gearboxes stand for.
 
@@ -231,7 +231,7 @@ def _hinge(
 
 
 def _along(
-    file: SdfFile, axis: Any | None, frames: Frames, bare: SceneJoint, of_two: Container[str]
+    file: SdfFile, axis: Any | None, frames: SdfFrames, bare: SceneJoint, of_two: Container[str]
 ) -> SceneJoint:
     """A joint with what an ``<axis>`` says of it."""
     if axis is None:
@@ -252,7 +252,7 @@ def _along(
     )
 
 
-def within(file: SdfFile, element: Any, name: str, frames: Frames) -> Transform:
+def within(file: SdfFile, element: Any, name: str, frames: SdfFrames) -> Transform:
     """Return the pose of an element in the frame of the link or joint that holds it."""
     pose = element.find("pose")
     here, relative = file.pose(pose), relative_to(pose)
@@ -261,7 +261,7 @@ def within(file: SdfFile, element: Any, name: str, frames: Frames) -> Transform:
     return frames.find(name, element).inverse() @ frames.find(relative, element) @ here
 
 
-def read_sensors(file: SdfFile, holder: Any, frames: Frames) -> tuple[SceneSensor, ...]:
+def read_sensors(file: SdfFile, holder: Any, frames: SdfFrames) -> tuple[SceneSensor, ...]:
     """Return the sensors of a link or a joint, with their poses."""
     name = holder.get("name") or ""
     return tuple(
@@ -304,7 +304,7 @@ def _mimic(file: SdfFile, element: Any | None, of_two: Container[str]) -> Mimic 
     return Mimic(leader, multiplier, offset - multiplier * reference)
 
 
-def _axis(file: SdfFile, axis: Any, frames: Frames, place: Transform) -> Vector3:
+def _axis(file: SdfFile, axis: Any, frames: SdfFrames, place: Transform) -> Vector3:
     """The axis of a joint in the joint's own frame."""
     xyz = axis.find("xyz")
     vector = file.vector(axis, "xyz", (0.0, 0.0, 1.0))

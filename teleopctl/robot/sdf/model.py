@@ -11,10 +11,10 @@ from teleopctl.robot.scene.scene import (
     SceneBody,
     SceneModel,
 )
-from teleopctl.robot.sdf.frames import MODEL, Frames
+from teleopctl.robot.sdf.frames import MODEL, SdfFrames
 from teleopctl.robot.sdf.includes import find_file, model_file
 from teleopctl.robot.sdf.joints import (
-    Joints,
+    SdfJoints,
     frame_of_joint,
     moved,
     read_sensors,
@@ -131,7 +131,7 @@ class Reading:
         file.account(element, tags.MODEL)
         for tag in ("link", "joint", "frame"):
             _see_names(file, element.findall(tag))
-        frames = Frames(file)
+        frames = SdfFrames(file)
         for link in element.findall("link"):
             frames.put(link.get("name") or "", link)
         for frame in element.findall("frame"):
@@ -160,7 +160,7 @@ class Reading:
             file.leave_out(element, f"has no link '{canonical}': its first one is canonical")
             canonical = ""
         frames.attached[MODEL] = canonical or next(iter(bodies), "")
-        own = Joints(file, frames)
+        own = SdfJoints(file, frames)
         own.read(element, bodies.keys())
         bodies |= {body.name: body for body in own.between}
         for prefix, place, part in parts:
@@ -186,7 +186,7 @@ class Reading:
         )
 
     def _nested(
-        self, file: SdfFile, element: Any, frames: Frames, depth: int
+        self, file: SdfFile, element: Any, frames: SdfFrames, depth: int
     ) -> list[tuple[str, Transform, SceneModel]]:
         """The models in a model: what is in front of their names, where they are, and they."""
         found: list[tuple[Any, SceneModel]] = []
@@ -216,7 +216,9 @@ def _see_names(file: SdfFile, elements: list[Any]) -> None:
         taken.add(name)
 
 
-def _body(file: SdfFile, link: Any, frames: Frames, *, weighs: bool, collides: bool) -> SceneBody:
+def _body(
+    file: SdfFile, link: Any, frames: SdfFrames, *, weighs: bool, collides: bool
+) -> SceneBody:
     file.account(link, tags.LINK)
     name = link.get("name") or ""
     shapes = [

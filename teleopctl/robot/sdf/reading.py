@@ -11,7 +11,7 @@ from typing import Any
 from teleopctl.errors import InvalidDescriptionError
 from teleopctl.robot.elements import parse_file, to_number
 from teleopctl.robot.scene.scene import NOWHERE, Vector3
-from teleopctl.robot.tags.table import Finding, Table, gazebos_own, in_words, plain
+from teleopctl.robot.tags.table import Table, TagFinding, gazebos_own, in_words, plain
 from teleopctl.tf import Transform, quaternion_from_rpy
 
 # Until SDF 1.2 it was <gazebo>.
@@ -48,7 +48,7 @@ class Remarks:
         return *told, *(f"{path}: {gazebos_own(tags)}" for path, tags in self.own.items())
 
 
-def _is_a_value(found: Finding) -> bool:
+def _is_a_value(found: TagFinding) -> bool:
     """Whether it is something that is said of a thing, rather than a thing."""
     entry, text = found.entry, (found.element.text or "").strip()
     return entry is None or entry.fate == "works" or bool(entry.because) or bool(text)

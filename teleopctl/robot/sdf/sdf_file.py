@@ -19,7 +19,7 @@ from teleopctl.robot.scene.scene import (
     SceneShape,
     Vector3,
 )
-from teleopctl.robot.sdf.frames import MODEL, Frames
+from teleopctl.robot.sdf.frames import MODEL, SdfFrames
 from teleopctl.robot.sdf.model import Reading
 from teleopctl.robot.sdf.reading import SdfFile, parse_sdf, relative_to
 from teleopctl.robot.tags import sdf as tags
@@ -85,7 +85,7 @@ def _scene(reading: Reading, root: Any, file: SdfFile) -> Scene:
             raise InvalidDescriptionError(
                 f"{file.path}:{root.sourceline}: there is neither a world nor a model in it"
             )
-        lights = _lights(file, root, Frames(file))
+        lights = _lights(file, root, SdfFrames(file))
         return Scene(
             models[0].name,
             tuple(models),
@@ -108,7 +108,7 @@ def _scene(reading: Reading, root: Any, file: SdfFile) -> Scene:
             continue
         for setting in plugin:
             file.remarks.add_own(file.path, setting.sourceline or 0, plain(setting.tag))
-    frames, suns = Frames(file), list[SceneLight]()
+    frames, suns = SdfFrames(file), list[SceneLight]()
     models = _models(reading, file, world, suns, frames)
     lights = _lights(file, world, frames)
     poses = [
@@ -155,7 +155,7 @@ def _is_zero(text: str) -> bool:
 
 
 def _models(
-    reading: Reading, file: SdfFile, world: Any, suns: list[SceneLight], frames: Frames
+    reading: Reading, file: SdfFile, world: Any, suns: list[SceneLight], frames: SdfFrames
 ) -> list[SceneModel]:
     """The models of a world, each in its place and with a name of its own.
 
@@ -222,7 +222,7 @@ def _with_states(file: SdfFile, world: Any, models: list[SceneModel]) -> list[Sc
     return [replace(model, pose=places.get(model.name, model.pose)) for model in models]
 
 
-def _lights(file: SdfFile, holder: Any, frames: Frames) -> list[SceneLight]:
+def _lights(file: SdfFile, holder: Any, frames: SdfFrames) -> list[SceneLight]:
     found = []
     for element in holder.findall("light"):
         file.account(element, tags.LIGHT)
@@ -233,7 +233,7 @@ def _lights(file: SdfFile, holder: Any, frames: Frames) -> list[SceneLight]:
     return found
 
 
-def _light(file: SdfFile, element: Any, frames: Frames) -> SceneLight:
+def _light(file: SdfFile, element: Any, frames: SdfFrames) -> SceneLight:
     pose, fades = element.find("pose"), element.find("attenuation")
     constant, linear, quadratic = (
         max(0.0, file.number(element, f"attenuation/{part}", usual))

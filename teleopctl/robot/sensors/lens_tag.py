@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from teleopctl.errors import InvalidDescriptionError
-from teleopctl.robot.elements import Element, child_text, describe, to_number
+from teleopctl.robot.elements import XmlElement, child_text, describe, to_number
 
 WIDE_ANGLE_TYPES = frozenset(("wideanglecamera", "wide_angle_camera"))
 
@@ -63,7 +63,7 @@ class Lens:
         return self.c1 * self.f / self.c2 * _FUNCTIONS[self.fun][1](self.c3)
 
 
-def read_lens(element: Element | None, horizontal_fov: float, where: Element) -> Lens | None:
+def read_lens(element: XmlElement | None, horizontal_fov: float, where: XmlElement) -> Lens | None:
     """Read the ``<lens>`` of a wide angle camera.
 
     Args:
@@ -112,7 +112,7 @@ def read_lens(element: Element | None, horizontal_fov: float, where: Element) ->
     return Lens(c1, c2, c3, f, fun, _number(element, "cutoff_angle", _CUTOFF))
 
 
-def _number(element: Element | None, tag: str, usual: float) -> float:
+def _number(element: XmlElement | None, tag: str, usual: float) -> float:
     text = "" if element is None else child_text(element, tag)
     value = to_number(text) if text else usual
     if value is None or not math.isfinite(value):

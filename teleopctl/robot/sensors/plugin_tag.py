@@ -3,11 +3,11 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from teleopctl.robot.elements import Element, required
+from teleopctl.robot.elements import XmlElement, required
 
 
 @dataclass(frozen=True, slots=True)
-class Plugin:
+class PluginTag:
     """Gazebo plug-in with its parameters.
 
     ``parameters`` maps the path of each element without children (``camera_name``,
@@ -30,11 +30,11 @@ class Plugin:
         return self.parameters.get(path, (default,))[0]
 
 
-def read_plugin(element: Element) -> Plugin:
+def read_plugin(element: XmlElement) -> PluginTag:
     """Read a ``<plugin>``."""
     parameters: dict[str, list[str]] = {}
 
-    def collect(parent: Element, prefix: str) -> None:
+    def collect(parent: XmlElement, prefix: str) -> None:
         for child in parent:
             path = f"{prefix}{child.tag}"
             if next(iter(child), None) is None:
@@ -43,7 +43,7 @@ def read_plugin(element: Element) -> Plugin:
                 collect(child, f"{path}/")
 
     collect(element, "")
-    return Plugin(
+    return PluginTag(
         name=element.get("name") or "",
         filename=required(element, "filename"),
         parameters={path: tuple(texts) for path, texts in parameters.items()},

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING
 from teleopctl.robot.urdf_text import topic_name
 
 if TYPE_CHECKING:
-    from teleopctl.robot.sensors.plugin_tag import Plugin
-    from teleopctl.robot.sensors.sensor_tag import Sensor
+    from teleopctl.robot.sensors.plugin_tag import PluginTag
+    from teleopctl.robot.sensors.sensor_tag import SensorTag
 
 _RULES = ("ros/remapping", "ros/argument")
 _MARK = ":="
@@ -35,7 +35,7 @@ class RosNames:
         sensor: What the description says of it.
     """
 
-    def __init__(self, sensor: Sensor) -> None:
+    def __init__(self, sensor: SensorTag) -> None:
         self._plugin = next(filter(_speaks_ros, sensor.plugins), None)
         self._rules: dict[str, str] = {}
         namespace = ""
@@ -100,7 +100,7 @@ class RosNames:
         return f"{self._namespace}/{name}"
 
 
-def _speaks_ros(plugin: Plugin) -> bool:
+def _speaks_ros(plugin: PluginTag) -> bool:
     return "gazebo_ros" in plugin.filename or any(
         path.startswith("ros/") for path in plugin.parameters
     )

@@ -10,9 +10,9 @@ from dataclasses import dataclass, field
 from typing import TypeVar
 
 from teleopctl.errors import InvalidDescriptionError
-from teleopctl.robot.elements import Element, boolean, child_text, describe, required, to_number
+from teleopctl.robot.elements import XmlElement, boolean, child_text, describe, required, to_number
 from teleopctl.robot.sensors.lens_tag import WIDE_ANGLE_TYPES, Lens, read_lens
-from teleopctl.robot.sensors.plugin_tag import Plugin, read_plugin
+from teleopctl.robot.sensors.plugin_tag import PluginTag, read_plugin
 from teleopctl.robot.urdf import Pose
 
 Default = TypeVar("Default", bound=float | None)
@@ -40,7 +40,7 @@ _MOST_PIXELS = 16_384
 
 
 @dataclass(frozen=True, slots=True)
-class Camera:
+class CameraTag:
     """Pinhole camera with the distortion model ``plumb_bob``.
 
     Its pixels are square, so that ``horizontal_fov`` and the size of the image decide all.
@@ -67,7 +67,7 @@ class Camera:
 
 
 @dataclass(frozen=True, slots=True)
-class ForceTorque:
+class ForceTorqueTag:
     """Frame and direction in which a force-torque sensor measures.
 
     ``frame`` is whose axes it has: ``child``, ``parent`` or ``sensor``; ``site`` is the sensor's
@@ -81,7 +81,7 @@ class ForceTorque:
 
 
 @dataclass(frozen=True, slots=True)
-class Sweep:
+class RaySweep:
     """A lidar's rays in one plane: ``count`` from angle ``first`` to angle ``last``."""
 
     count: int = 1
@@ -101,8 +101,8 @@ class Rays:
     What is nearer than ``near`` is not seen, what is farther than ``far`` neither.
     """
 
-    horizontal: Sweep
-    vertical: Sweep
+    horizontal: RaySweep
+    vertical: RaySweep
     near: float
     far: float
 
@@ -125,7 +125,7 @@ class Noise:
 
 
 @dataclass(frozen=True, slots=True)
-class Sensor:
+class SensorTag:
     """Sensor of a link, at ``pose`` in the link's frame.
 
     A force-torque sensor may name a joint instead: ``link`` is the joint's child then. ``noise``
@@ -142,17 +142,17 @@ class Sensor:
     frame: str = ""
     optical_frame: str = ""
     pose: Pose = field(default_factory=Pose)
-    camera: Camera | None = None
+    camera: CameraTag | None = None
     rays: Rays | None = None
-    force_torque: ForceTorque = ForceTorque()
+    force_torque: ForceTorqueTag = ForceTorqueTag()
     noise: Mapping[str, Noise] = field(default_factory=dict)
     contact: tuple[str, ...] = ()
-    plugins: tuple[Plugin, ...] = ()
+    plugins: tuple[PluginTag, ...] = ()
     texts: Mapping[str, str] = field(default_factory=dict)
     line: int = 0
 
 
-def read_sensor(element: Element, link: str) -> Sensor:
+def read_sensor(element: XmlElement, link: str) -> SensorTag:
     """Read a ``<sensor>`` of a link.
 
     Raises:
@@ -161,7 +161,7 @@ def read_sensor(element: Element, link: str) -> Sensor:
     camera = element.find("camera")
     rays = next((found for tag in _RAY_TAGS if (found := element.find(tag)) is not None), None)
     contact = element.find("contact")
-    return Sensor(
+    return SensorTag(
         name=required(element, "name"),
         type=required(element, "type"),
         link=link,
@@ -183,7 +183,7 @@ def read_sensor(element: Element, link: str) -> Sensor:
     )
 
 
-def sensor_of_plugin(plugin: Plugin, children: Mapping[str, str]) -> Sensor | None:
+def sensor_of_plugin(plugin: PluginTag, children: Mapping[str, str]) -> SensorTag | None:
     """Return the sensor that a robot-wide plug-in stands for: Gazebo classic's force-torque.
 
     Args:
@@ -198,7 +198,7 @@ def sensor_of_plugin(plugin: Plugin, children: Mapping[str, str]) -> Sensor | No
     }
     noise = Noise(stddev=numbers["gaussian_noise"])
     parts = [f"force_torque/{part}/{axis}" for part in ("force", "torque") for axis in "xyz"]
-    return Sensor(
+    return SensorTag(
         name=plugin.name,
         type="force_torque",
         link=children.get(joint, joint) or plugin.parameter("body_name"),
@@ -209,11 +209,11 @@ def sensor_of_plugin(plugin: Plugin, children: Mapping[str, str]) -> Sensor | No
     )
 
 
-def _first_text(element: Element, paths: tuple[str, ...]) -> str:
+def _first_text(element: XmlElement, paths: tuple[str, ...]) -> str:
     return next(filter(None, (child_text(element, path) for path in paths)), "")
 
 
-def _texts(element: Element) -> Iterator[tuple[str, str]]:
+def _texts(element: XmlElement) -> Iterator[tuple[str, str]]:
     """What stands in the element of the sensor's own type, ``imu/enable_orientation`` say."""
     own = element.find(element.get("type") or "")
     for path in _TEXTS:
@@ -224,7 +224,7 @@ def _texts(element: Element) -> Iterator[tuple[str, str]]:
             yield f"{element.get('type')}/{child.tag}", text
 
 
-def _noises(element: Element, path: str) -> Iterator[tuple[str, Noise]]:
+def _noises(element: XmlElement, path: str) -> Iterator[tuple[str, Noise]]:
     for child in element:
         if child.tag == "noise":
             kind = child.get("type") or child_text(child, "type", "none")
@@ -241,14 +241,14 @@ def _noises(element: Element, path: str) -> Iterator[tuple[str, Noise]]:
             yield from _noises(child, f"{path}/{child.tag}".lstrip("/"))
 
 
-def _read_rays(element: Element) -> Rays:
-    def sweep(tag: str) -> Sweep:
+def _read_rays(element: XmlElement) -> Rays:
+    def sweep(tag: str) -> RaySweep:
         found = element.find(f"scan/{tag}")
         count = number_in(found, "samples", 1.0) * number_in(found, "resolution", 1.0)
         if not count < _MOST_RAYS:
             raise InvalidDescriptionError(f"{describe(element)}: {count:g} rays are too many")
         first, last = number_in(found, "min_angle", 0.0), number_in(found, "max_angle", 0.0)
-        return Sweep(max(1, round(count)), first, last)
+        return RaySweep(max(1, round(count)), first, last)
 
     rays = Rays(
         sweep("horizontal"),
@@ -261,9 +261,9 @@ def _read_rays(element: Element) -> Rays:
     return rays
 
 
-def _read_force_torque(element: Element | None) -> ForceTorque:
+def _read_force_torque(element: XmlElement | None) -> ForceTorqueTag:
     if element is None:
-        return ForceTorque()
+        return ForceTorqueTag()
     values = {
         "frame": child_text(element, "frame", "child"),
         "measure_direction": child_text(element, "measure_direction", "child_to_parent"),
@@ -273,10 +273,10 @@ def _read_force_torque(element: Element | None) -> ForceTorque:
             raise InvalidDescriptionError(
                 f"{describe(element)}: <{name}> is '{values[name]}': one of {', '.join(allowed)}"
             )
-    return ForceTorque(**values)
+    return ForceTorqueTag(**values)
 
 
-def _read_camera(element: Element, kind: str) -> Camera:
+def _read_camera(element: XmlElement, kind: str) -> CameraTag:
     image = element.find("image")
     if image is None:
         raise InvalidDescriptionError(
@@ -287,7 +287,7 @@ def _read_camera(element: Element, kind: str) -> Camera:
         name: number_in(distortion, name, 0.0) for name in ("k1", "k2", "k3", "p1", "p2")
     }
     fov, wide = _required_number(element, "horizontal_fov"), kind in WIDE_ANGLE_TYPES
-    return Camera(
+    return CameraTag(
         name=element.get("name") or "",
         horizontal_fov=fov,
         width=_pixels(image, "width"),
@@ -303,7 +303,7 @@ def _read_camera(element: Element, kind: str) -> Camera:
     )
 
 
-def _pixels(image: Element, tag: str) -> int:
+def _pixels(image: XmlElement, tag: str) -> int:
     value = _required_number(image, tag)
     if not 1.0 <= value <= _MOST_PIXELS:
         raise InvalidDescriptionError(
@@ -312,7 +312,7 @@ def _pixels(image: Element, tag: str) -> int:
     return int(value)
 
 
-def _read_intrinsics(element: Element | None) -> tuple[float, float, float, float] | None:
+def _read_intrinsics(element: XmlElement | None) -> tuple[float, float, float, float] | None:
     fx, fy, cx, cy = (number_in(element, tag, None) for tag in ("fx", "fy", "cx", "cy"))
     if fx is None or fy is None or cx is None or cy is None or min(fx, fy) <= 0.0:
         return None
@@ -320,7 +320,7 @@ def _read_intrinsics(element: Element | None) -> tuple[float, float, float, floa
 
 
 def _read_projection(
-    element: Element | None,
+    element: XmlElement | None,
 ) -> tuple[float, float, float, float, float, float] | None:
     if element is None:
         return None
@@ -330,7 +330,7 @@ def _read_projection(
     return (fx, fy, cx, cy, tx, ty) if min(fx, fy) > 0.0 else None
 
 
-def _read_pose(element: Element) -> Pose:
+def _read_pose(element: XmlElement) -> Pose:
     if element.find("pose") is None:
         return Pose()
     text = child_text(element, "pose")
@@ -347,7 +347,7 @@ def _read_pose(element: Element) -> Pose:
 
 
 def number_in(
-    element: Element | None, tag: str, default: Default, *, finite: bool = True
+    element: XmlElement | None, tag: str, default: Default, *, finite: bool = True
 ) -> float | Default:
     """Return a child's number, from its text or its attribute ``value``.
 
@@ -373,14 +373,14 @@ def number_in(
     return value
 
 
-def _required_number(element: Element, tag: str) -> float:
+def _required_number(element: XmlElement, tag: str) -> float:
     value = number_in(element, tag, None)
     if value is None:
         raise InvalidDescriptionError(f"{describe(element)}: has no <{tag}>")
     return value
 
 
-def flag(element: Element, text: str) -> bool:
+def flag(element: XmlElement, text: str) -> bool:
     """Parse ``true``, ``false``, ``1`` or ``0``.
 
     Raises:

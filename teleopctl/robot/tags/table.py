@@ -43,7 +43,7 @@ _OF_POSES = ("relative_to", "rotation_format", "degrees", "frame")
 _MOST_LINES = 5
 
 
-class Entry(NamedTuple):
+class TagEntry(NamedTuple):
     """A known tag or attribute.
 
     Attributes:
@@ -60,7 +60,7 @@ class Entry(NamedTuple):
     many: bool = True
 
 
-class Finding(NamedTuple):
+class TagFinding(NamedTuple):
     """A tag or attribute that has no effect or is unknown.
 
     Attributes:
@@ -72,7 +72,7 @@ class Finding(NamedTuple):
 
     element: etree._Element
     path: str
-    entry: Entry | None
+    entry: TagEntry | None
     alike: str = ""
 
     @property
@@ -100,7 +100,7 @@ class Finding(NamedTuple):
         return f"{self.called} has no effect{because}"
 
 
-class Table(Mapping[str, Entry]):
+class Table(Mapping[str, TagEntry]):
     """The tags of a format by their paths below an element, attributes as ``path@name``.
 
     Args:
@@ -110,7 +110,7 @@ class Table(Mapping[str, Entry]):
 
     def __init__(self, text: str, everywhere: tuple[str, ...] = ()) -> None:
         self._everywhere = everywhere
-        self._entries: dict[str, Entry] = {}
+        self._entries: dict[str, TagEntry] = {}
         for line in filter(None, map(str.strip, text.splitlines())):
             mark, above, names = line.split(maxsplit=2)
             names, _, because = names.partition(" | ")
@@ -124,20 +124,20 @@ class Table(Mapping[str, Entry]):
 
     def _add(self, parent: str, word: str, fate: Fate, because: str) -> None:
         whole, *usual = word.split("=")
-        entry = Entry(fate, tuple(usual), because)
+        entry = TagEntry(fate, tuple(usual), because)
         whole, *attributes = whole.split("@")
         path, name = "", ""
         parts = [part for part in f"{parent}/{whole}".split("/") if part]
         for part in parts:
             name, path = part, f"{path}/{part.removesuffix('*')}".lstrip("/")
-            self._entries.setdefault(path, Entry("works", many=part.endswith("*")))
+            self._entries.setdefault(path, TagEntry("works", many=part.endswith("*")))
         if whole:
             self._entries[path] = entry._replace(many=fate != "works" or name.endswith("*"))
-            entry = Entry("works")
+            entry = TagEntry("works")
         for attribute in (*attributes, *(_OF_POSES if name == "pose" else ())):
             self._entries[f"{path}@{attribute}"] = entry
 
-    def __getitem__(self, path: str) -> Entry:
+    def __getitem__(self, path: str) -> TagEntry:
         return self._entries[path]
 
     def __iter__(self) -> Iterator[str]:
@@ -146,7 +146,7 @@ class Table(Mapping[str, Entry]):
     def __len__(self) -> int:
         return len(self._entries)
 
-    def findings(self, element: etree._Element, path: str = "") -> Iterator[Finding]:
+    def findings(self, element: etree._Element, path: str = "") -> Iterator[TagFinding]:
         """Yield the tags and attributes of an element that have no effect or are unknown.
 
         Args:
@@ -161,9 +161,9 @@ class Table(Mapping[str, Entry]):
             here = f"{path}/{plain(child.tag)}".lstrip("/")
             entry = self._entries.get(here)
             if entry is None:
-                yield Finding(child, here, None, self._alike(path, plain(child.tag)))
+                yield TagFinding(child, here, None, self._alike(path, plain(child.tag)))
             elif here in met and not entry.many:
-                yield Finding(child, here, entry)
+                yield TagFinding(child, here, entry)
             elif entry.fate == "works":
                 met.add(here)
                 yield from self.findings(child, here)
@@ -171,20 +171,20 @@ class Table(Mapping[str, Entry]):
                 if any(known.startswith(f"{here}@") for known in self._entries):
                     yield from self._of_attributes(child, here)
             elif not is_default(child, entry.usual):
-                yield Finding(child, here, entry)
+                yield TagFinding(child, here, entry)
 
-    def _of_attributes(self, element: etree._Element, path: str) -> Iterator[Finding]:
+    def _of_attributes(self, element: etree._Element, path: str) -> Iterator[TagFinding]:
         for attribute in element.attrib:
             here = f"{path}@{plain(attribute)}"
             entry = self._entries.get(here)
             if entry is None and plain(attribute) not in self._everywhere:
-                yield Finding(element, here, None, self._alike(f"{path}@", plain(attribute)))
+                yield TagFinding(element, here, None, self._alike(f"{path}@", plain(attribute)))
             elif entry is None:
                 continue
             elif entry.fate == "no effect" and not _is_default_text(
                 str(element.get(attribute)), entry.usual
             ):
-                yield Finding(element, here, entry)
+                yield TagFinding(element, here, entry)
 
     def _alike(self, above: str, name: str) -> str:
         from difflib import get_close_matches  # dear, and needed for mistakes alone
@@ -201,7 +201,7 @@ def is_default(element: etree._Element, usual: tuple[str, ...] = ()) -> bool:
 
     Args:
         element: The tag.
-        usual: The texts that are its default; see `Entry`.
+        usual: The texts that are its default; see `TagEntry`.
     """
     children = [child for child in element if isinstance(child.tag, str)]
     if not children:

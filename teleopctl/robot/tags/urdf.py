@@ -11,7 +11,7 @@ from lxml import etree
 
 from teleopctl.robot.elements import parse
 from teleopctl.robot.repair import REMARK
-from teleopctl.robot.tags.table import Finding, Table
+from teleopctl.robot.tags.table import Table, TagFinding
 
 _TOLD_LINES = 3
 _JOINTS = "commands and states are those of joints, not of actuators"
@@ -90,7 +90,7 @@ def in_lines(lines: Mapping[str, list[int]]) -> list[str]:
     return [f"{sentence} ({_lines(numbers)})" for sentence, numbers in lines.items()]
 
 
-def _sentence(found: Finding) -> str:
+def _sentence(found: TagFinding) -> str:
     """By the tag alone, so that one sentence is about it wherever it stands."""
     if found.entry is None or "@" in found.path:
         return found.sentence

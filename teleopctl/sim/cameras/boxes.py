@@ -13,7 +13,7 @@ from teleopctl.interfaces import get_message
 _GREEN = (0, 255, 0)
 
 
-class Box(NamedTuple):
+class PixelBox(NamedTuple):
     """Pixel box of one label, inclusive."""
 
     label: int
@@ -23,7 +23,7 @@ class Box(NamedTuple):
     bottom: int
 
 
-def boxes_of(labels: npt.NDArray[np.uint16]) -> Iterator[Box]:
+def boxes_of(labels: npt.NDArray[np.uint16]) -> Iterator[PixelBox]:
     """Return the bounding box of each label in a picture.
 
     Args:
@@ -33,7 +33,7 @@ def boxes_of(labels: npt.NDArray[np.uint16]) -> Iterator[Box]:
         if label:
             mask = labels == label
             columns, rows = np.flatnonzero(mask.any(axis=0)), np.flatnonzero(mask.any(axis=1))
-            yield Box(int(label), *map(int, (columns[0], rows[0], columns[-1], rows[-1])))
+            yield PixelBox(int(label), *map(int, (columns[0], rows[0], columns[-1], rows[-1])))
 
 
 # Any, here and below: classes that are made from their definitions.
@@ -44,7 +44,7 @@ def new_boxes(frame_id: str) -> Any:
     return message
 
 
-def fill_boxes(message: Any, boxes: list[Box]) -> None:
+def fill_boxes(message: Any, boxes: list[PixelBox]) -> None:
     """Fill a Detection2DArray; pixel (0, 0) is the centre of the upper left pixel."""
     detection = get_message("vision_msgs/msg/Detection2D")
     result = get_message("vision_msgs/msg/ObjectHypothesisWithPose")
@@ -60,7 +60,7 @@ def fill_boxes(message: Any, boxes: list[Box]) -> None:
         message.detections.append(found)
 
 
-def draw_boxes(picture: npt.NDArray[np.uint8], boxes: list[Box]) -> None:
+def draw_boxes(picture: npt.NDArray[np.uint8], boxes: list[PixelBox]) -> None:
     """Draw the boxes into a picture, (height, width, 3), one pixel wide."""
     for _, left, top, right, bottom in boxes:
         picture[[top, bottom], left : right + 1] = _GREEN

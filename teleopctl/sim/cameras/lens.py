@@ -55,7 +55,7 @@ def distorted(
 
 
 @dataclass(frozen=True)
-class View:
+class Projection:
     """Projection in which a camera is rendered, before the lens.
 
     Attributes:
@@ -81,7 +81,7 @@ class View:
     faces: tuple[Face, ...] = ()
 
     @property
-    def drawn(self) -> Sequence[View | Face]:
+    def drawn(self) -> Sequence[Projection | Face]:
         """The rendered pictures."""
         return self.faces or (self,)
 
@@ -111,7 +111,7 @@ class Face:
     top: float
 
 
-def view_of(camera: CameraModel) -> View:
+def view_of(camera: CameraModel) -> Projection:
     """Return the projection with which a camera is rendered."""
     if camera.lens is not None:
         return _cube(camera, camera.lens)
@@ -132,12 +132,12 @@ def view_of(camera: CameraModel) -> View:
     row = np.rint(fy * np.where(seen, y, 0.0) - first_y).astype(np.int64)
     pixels = np.where(seen, row * drawn_width + column, drawn_width * drawn_height)
     edges = _edges(drawn_width, drawn_height, fx, fy, -first_x, -first_y)
-    return View(
+    return Projection(
         edges.width, edges.height, edges.left, edges.right, edges.bottom, edges.top, pixels.ravel()
     )
 
 
-def _cube(camera: CameraModel, lens: Lens) -> View:
+def _cube(camera: CameraModel, lens: Lens) -> Projection:
     """How a wide angle camera's picture is drawn: on those faces of a cube that it sees."""
     seen_from = directions(camera, lens)
     seen = np.isfinite(seen_from).all(axis=-1)
@@ -164,7 +164,7 @@ def _cube(camera: CameraModel, lens: Lens) -> View:
         pixels[here] = count + (row - first_row) * width + column - first_column
         count += width * height
     pixels[pixels < 0] = count
-    return View(count, 1, -1.0, 1.0, -1.0, 1.0, pixels.ravel(), tuple(faces))
+    return Projection(count, 1, -1.0, 1.0, -1.0, 1.0, pixels.ravel(), tuple(faces))
 
 
 def directions(camera: CameraModel, lens: Lens) -> Array:
@@ -208,9 +208,9 @@ def fisheye_coefficients(camera: CameraModel, lens: Lens) -> tuple[float, float,
     return float(k1), float(k2), float(k3), float(k4)
 
 
-def _edges(width: int, height: int, fx: float, fy: float, cx: float, cy: float) -> View:
+def _edges(width: int, height: int, fx: float, fy: float, cx: float, cy: float) -> Projection:
     # Pixel (0, 0) is the centre of the upper left pixel.
-    return View(
+    return Projection(
         width,
         height,
         left=-(cx + 0.5) / fx,

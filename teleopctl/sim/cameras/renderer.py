@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from teleopctl.mujoco_model import CameraModel, RobotModel
-from teleopctl.sim.cameras.lens import Face, View, view_of
+from teleopctl.sim.cameras.lens import Face, Projection, view_of
 from teleopctl.sim.gl_backend import missing_library
 from teleopctl.sim.mjcf.ball_joints import BallJoints
 
@@ -53,7 +53,7 @@ class _Camera:
     """A camera and where its pictures are drawn to."""
 
     model: CameraModel
-    view: View
+    view: Projection
     colours: Picture
     depths: Depths
     look: Any
@@ -197,7 +197,7 @@ class CameraRenderer:
         self._context.free()
         self._gl.free()
 
-    def _camera(self, camera: CameraModel, view: View) -> _Camera:
+    def _camera(self, camera: CameraModel, view: Projection) -> _Camera:
         look = mujoco.MjvCamera()
         look.type = mujoco.mjtCamera.mjCAMERA_FIXED
         look.fixedcamid = self._m.camera(camera.name).id
@@ -209,7 +209,7 @@ class CameraRenderer:
             look,
         )
 
-    def _draw(self, camera: _Camera, view: View | Face, *, measuring: bool) -> None:
+    def _draw(self, camera: _Camera, view: Projection | Face, *, measuring: bool) -> None:
         self._gl.make_current()
         mujoco.mjv_updateScene(
             self._m, self._d, self._options, self._perturbation, camera.look,
@@ -234,7 +234,7 @@ class CameraRenderer:
 
 
 # Any: a type of MuJoCo's, which has no static one.
-def _rectangle(part: View | Face) -> Any:
+def _rectangle(part: Projection | Face) -> Any:
     return mujoco.MjrRect(0, 0, part.width, part.height)
 
 

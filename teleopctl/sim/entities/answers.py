@@ -15,16 +15,16 @@ from teleopctl.robot import find_world
 
 if TYPE_CHECKING:
     from teleopctl.node import Node
-    from teleopctl.sim.entities.stage import Stage
+    from teleopctl.sim.entities.stage import RunningSimulation
 
 Result = get_message("simulation_interfaces/msg/Result")
 _TagsFilter = get_message("simulation_interfaces/msg/TagsFilter")
 
 # Any, here and below: messages, whose classes are made at run time. What goes on for long is a
 # coroutine.
-Handler = Callable[["Stage", Any, Any], "Awaitable[None] | None"]
-WordHandler = Callable[["Stage", Any], "Awaitable[str] | str"]
-FindStage = Callable[[], "Stage | None"]
+Handler = Callable[["RunningSimulation", Any, Any], "Awaitable[None] | None"]
+WordHandler = Callable[["RunningSimulation", Any], "Awaitable[str] | str"]
+FindStage = Callable[[], "RunningSimulation | None"]
 """Returns what the services work with, or None while there is no robot."""
 
 # Of models in the folders that Gazebo is told of; those of Fuel where Gazebo keeps them.
@@ -46,7 +46,7 @@ class Refusal(Exception):
         self.code = code
 
 
-class Desk:
+class SimulationServices:
     """Offers the services of simulation_interfaces, and refuses calls while there is no robot.
 
     Args:
@@ -59,7 +59,7 @@ class Desk:
         self._find_stage = find_stage
 
     @property
-    def stage(self) -> Stage:
+    def stage(self) -> RunningSimulation:
         """Return the simulation that the services act on.
 
         Raises:

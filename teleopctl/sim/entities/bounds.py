@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 if TYPE_CHECKING:
-    from teleopctl.sim.entities.entity import Entity, Observed
+    from teleopctl.sim.entities.entity import Observed, SimulatedEntity
     from teleopctl.sim.simulation import Simulation
 
 Array = npt.NDArray[np.float64]
@@ -19,7 +19,7 @@ Array = npt.NDArray[np.float64]
 _CORNERS = np.array(list(itertools.product((-1.0, 1.0), repeat=3)))
 
 
-class Box(NamedTuple):
+class BoundingBox(NamedTuple):
     """An axis-aligned box.
 
     Attributes:
@@ -30,7 +30,7 @@ class Box(NamedTuple):
     low: Array
     high: Array
 
-    def overlaps(self, other: Box) -> bool:
+    def overlaps(self, other: BoundingBox) -> bool:
         """Return whether two boxes intersect."""
         return bool((self.low <= other.high).all() and (other.low <= self.high).all())
 
@@ -41,8 +41,12 @@ class Box(NamedTuple):
 
 
 def bounds_of(
-    simulation: Simulation, entity: Entity, seen: Observed | None = None, *, in_world: bool = False
-) -> Box | None:
+    simulation: Simulation,
+    entity: SimulatedEntity,
+    seen: Observed | None = None,
+    *,
+    in_world: bool = False,
+) -> BoundingBox | None:
     """Return the bounding box of an entity's shapes, along its own axes or the world's.
 
     Args:
@@ -67,7 +71,7 @@ def bounds_of(
     if not points:
         return None
     corners = np.concatenate(points)
-    return Box(corners.min(axis=0), corners.max(axis=0))
+    return BoundingBox(corners.min(axis=0), corners.max(axis=0))
 
 
 # Any stands for MuJoCo's models and data, which have no types.

@@ -24,7 +24,7 @@ _TOLD = 30
 
 
 @dataclass(frozen=True)
-class Entity:
+class SimulatedEntity:
     """A named thing of the simulation: the robot, or an object of the world.
 
     Attributes:
@@ -56,7 +56,7 @@ class Motion(NamedTuple):
     acceleration: Array
 
 
-def entities(simulation: Simulation) -> dict[str, Entity]:
+def entities(simulation: Simulation) -> dict[str, SimulatedEntity]:
     """Return all entities of a simulation by name, the robot first."""
     model, bodies = simulation.model, simulation.free_bodies
     things = {thing.name: thing for thing in model.things}
@@ -64,15 +64,15 @@ def entities(simulation: Simulation) -> dict[str, Entity]:
     fixed = model.fixed
     base = model.base.body.link if model.base else fixed.link if fixed and fixed.pose else ""
     index = None if model.base is None else bodies.index(base)
-    found = {robot: Entity(robot, base, index, is_robot=True, spawned=False)}
+    found = {robot: SimulatedEntity(robot, base, index, is_robot=True, spawned=False)}
     for name, thing in things.items():
-        found[name] = Entity(
+        found[name] = SimulatedEntity(
             name, name, bodies.index(name) if thing.joint else None, False, thing.spawned
         )
     return found
 
 
-def find(simulation: Simulation, name: str) -> Entity:
+def find(simulation: Simulation, name: str) -> SimulatedEntity:
     """Return the entity of a name.
 
     Raises:
@@ -88,7 +88,9 @@ def find(simulation: Simulation, name: str) -> Entity:
     return known[name]
 
 
-def motion_of(simulation: Simulation, entity: Entity, seen: Observed | None = None) -> Motion:
+def motion_of(
+    simulation: Simulation, entity: SimulatedEntity, seen: Observed | None = None
+) -> Motion:
     """Return the motion of an entity.
 
     Args:
@@ -111,7 +113,9 @@ def motion_of(simulation: Simulation, entity: Entity, seen: Observed | None = No
     return Motion(pose, bodies.twist(entity.index), acceleration)
 
 
-def move(simulation: Simulation, entity: Entity, pose: Array | None, twist: Array | None) -> None:
+def move(
+    simulation: Simulation, entity: SimulatedEntity, pose: Array | None, twist: Array | None
+) -> None:
     """Set the pose or the velocity of an entity.
 
     Args:
@@ -142,7 +146,7 @@ def move(simulation: Simulation, entity: Entity, pose: Array | None, twist: Arra
 
 
 # Any stands for MuJoCo's types, which have no static ones.
-def _standing_pose(model: Any, data: Any, entity: Entity) -> Array:
+def _standing_pose(model: Any, data: Any, entity: SimulatedEntity) -> Array:
     if not entity.body:
         return np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
     body = model.body(entity.body).id

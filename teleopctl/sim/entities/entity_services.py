@@ -9,9 +9,9 @@ import numpy as np
 
 from teleopctl.errors import InvalidMessageError
 from teleopctl.interfaces import get_message, get_service, set_stamp
-from teleopctl.sim.entities.answers import Desk, Refusal, Result, has_tags
-from teleopctl.sim.entities.bounds import Box, bounds_of
-from teleopctl.sim.entities.entity import Entity, Observed, entities, find, motion_of, move
+from teleopctl.sim.entities.answers import Refusal, Result, SimulationServices, has_tags
+from teleopctl.sim.entities.bounds import BoundingBox, bounds_of
+from teleopctl.sim.entities.entity import Observed, SimulatedEntity, entities, find, motion_of, move
 from teleopctl.sim.entities.name_filter import matching
 from teleopctl.sim.entities.poses import (
     fill_pose,
@@ -22,7 +22,7 @@ from teleopctl.sim.entities.poses import (
 )
 
 if TYPE_CHECKING:
-    from teleopctl.sim.entities.stage import Stage
+    from teleopctl.sim.entities.stage import RunningSimulation
 
 _Bounds = get_message("simulation_interfaces/msg/Bounds")
 _Category = get_message("simulation_interfaces/msg/EntityCategory")
@@ -32,7 +32,7 @@ _Vector3 = get_message("geometry_msgs/msg/Vector3")
 _INVALID_POSE = get_service("simulation_interfaces/srv/SetEntityState").Response.INVALID_POSE
 
 
-def offer_entity_services(desk: Desk) -> None:
+def offer_entity_services(desk: SimulationServices) -> None:
     """Offer the services that list entities and get or set their states.
 
     Args:
@@ -48,13 +48,13 @@ def offer_entity_services(desk: Desk) -> None:
 
 
 # Any, here and below: messages, whose classes are made at run time.
-async def _list(stage: Stage, request: Any, response: Any) -> None:
+async def _list(stage: RunningSimulation, request: Any, response: Any) -> None:
     names = await _named(stage, request.filters)
     chosen = stage.ask(lambda: _chosen(stage, names, request.filters))
     response.entities = [entity.name for entity in chosen]
 
 
-async def _list_states(stage: Stage, request: Any, response: Any) -> None:
+async def _list_states(stage: RunningSimulation, request: Any, response: Any) -> None:
     names = await _named(stage, request.filters)
 
     def look() -> None:
@@ -68,14 +68,14 @@ async def _list_states(stage: Stage, request: Any, response: Any) -> None:
     stage.ask(look)
 
 
-def _get_state(stage: Stage, request: Any, response: Any) -> None:
+def _get_state(stage: RunningSimulation, request: Any, response: Any) -> None:
     def look() -> None:
         _fill_state(response.state, stage, find(stage.simulation, request.entity))
 
     stage.ask(look)
 
 
-def _set_state(stage: Stage, request: Any, response: Any) -> None:
+def _set_state(stage: RunningSimulation, request: Any, response: Any) -> None:
     del response
     # Before simulation_interfaces 2.1 there was no choice: all of the state is set.
     with_pose = getattr(request, "set_pose", True)
@@ -100,17 +100,17 @@ def _set_state(stage: Stage, request: Any, response: Any) -> None:
     stage.change(change)
 
 
-def _get_info(stage: Stage, request: Any, response: Any) -> None:
+def _get_info(stage: RunningSimulation, request: Any, response: Any) -> None:
     response.info = _info(stage, stage.ask(lambda: find(stage.simulation, request.entity)))
 
 
-def _set_info(stage: Stage, request: Any, response: Any) -> None:
+def _set_info(stage: RunningSimulation, request: Any, response: Any) -> None:
     del response
     entity = stage.ask(lambda: find(stage.simulation, request.entity))
     stage.infos[entity.name] = request.info
 
 
-def _get_bounds(stage: Stage, request: Any, response: Any) -> None:
+def _get_bounds(stage: RunningSimulation, request: Any, response: Any) -> None:
     box = stage.ask(lambda: bounds_of(stage.simulation, find(stage.simulation, request.entity)))
     if box is not None:
         response.bounds.type = _Bounds.TYPE_BOX
@@ -118,7 +118,7 @@ def _get_bounds(stage: Stage, request: Any, response: Any) -> None:
         response.bounds.points = [_point(box.high), _point(box.low)]
 
 
-def _info(stage: Stage, entity: Entity) -> Any:
+def _info(stage: RunningSimulation, entity: SimulatedEntity) -> Any:
     if entity.name in stage.infos:
         return stage.infos[entity.name]
     category = _Category.CATEGORY_STATIC_OBJECT
@@ -129,13 +129,13 @@ def _info(stage: Stage, entity: Entity) -> Any:
     return _EntityInfo(category=_Category(category=category))
 
 
-async def _named(stage: Stage, filters: Any) -> frozenset[str]:
+async def _named(stage: RunningSimulation, filters: Any) -> frozenset[str]:
     """The names that pass a filter."""
     names = stage.ask(lambda: list(entities(stage.simulation)))
     return frozenset(await matching(filters.filter, names))
 
 
-def _chosen(stage: Stage, names: Container[str], filters: Any) -> list[Entity]:
+def _chosen(stage: RunningSimulation, names: Container[str], filters: Any) -> list[SimulatedEntity]:
     """The entities of some names that pass the rest of a filter."""
     categories = {category.category for category in filters.categories}
     chosen, seen = [], stage.simulation.observe() if filters.bounds.type else None
@@ -151,7 +151,9 @@ def _chosen(stage: Stage, names: Container[str], filters: Any) -> list[Entity]:
     return chosen
 
 
-def _fill_state(state: Any, stage: Stage, entity: Entity, seen: Observed | None = None) -> None:
+def _fill_state(
+    state: Any, stage: RunningSimulation, entity: SimulatedEntity, seen: Observed | None = None
+) -> None:
     simulation = stage.simulation
     motion = motion_of(simulation, entity, seen)
     state.header.frame_id = simulation.model.world_frame
@@ -161,7 +163,9 @@ def _fill_state(state: Any, stage: Stage, entity: Entity, seen: Observed | None 
     fill_twist(state.acceleration, motion.acceleration)
 
 
-def _is_within(stage: Stage, entity: Entity, bounds: Any, seen: Observed | None) -> bool:
+def _is_within(
+    stage: RunningSimulation, entity: SimulatedEntity, bounds: Any, seen: Observed | None
+) -> bool:
     points = [np.array([point.x, point.y, point.z]) for point in bounds.points]
     if bounds.type == _Bounds.TYPE_EMPTY:
         return True
@@ -176,7 +180,7 @@ def _is_within(stage: Stage, entity: Entity, bounds: Any, seen: Observed | None)
         return False
     if bounds.type == _Bounds.TYPE_SPHERE:
         return box.touches(points[0], float(points[1][0]))
-    return box.overlaps(Box(np.minimum(*points), np.maximum(*points)))
+    return box.overlaps(BoundingBox(np.minimum(*points), np.maximum(*points)))
 
 
 def _point(place: Any) -> Any:

@@ -10,12 +10,12 @@ from teleopctl.errors import NotFoundError
 from teleopctl.interfaces import get_message
 from teleopctl.mujoco_model import WORLD_PREFIX
 from teleopctl.robot import ScenePose
-from teleopctl.sim.entities.answers import Desk, has_tags
+from teleopctl.sim.entities.answers import SimulationServices, has_tags
 from teleopctl.sim.entities.poses import fill_pose
 from teleopctl.tf import Transform
 
 if TYPE_CHECKING:
-    from teleopctl.sim.entities.stage import Stage
+    from teleopctl.sim.entities.stage import RunningSimulation
 
 _Bounds = get_message("simulation_interfaces/msg/Bounds")
 _NamedPose = get_message("simulation_interfaces/msg/NamedPose")
@@ -29,12 +29,12 @@ class PoseServices:
         desk: Where they are offered.
     """
 
-    def __init__(self, desk: Desk) -> None:
+    def __init__(self, desk: SimulationServices) -> None:
         desk.offer("GetNamedPoses", "get_named_poses", self._list)
         desk.offer("GetNamedPoseBounds", "get_named_pose_bounds", self._get_bounds)
 
     # Any, here and below: messages, whose classes are made at run time.
-    def _list(self, stage: Stage, request: Any, response: Any) -> None:
+    def _list(self, stage: RunningSimulation, request: Any, response: Any) -> None:
         for place in named_poses(stage):
             if has_tags(list(place.tags), request.tags):
                 found = _NamedPose(
@@ -44,7 +44,7 @@ class PoseServices:
                 fill_pose(found.pose, np.array([*place.pose.translation, w, x, y, z]))
                 response.poses.append(found)
 
-    def _get_bounds(self, stage: Stage, request: Any, response: Any) -> None:
+    def _get_bounds(self, stage: RunningSimulation, request: Any, response: Any) -> None:
         known = {place.name: place for place in named_poses(stage)}
         if request.name not in known:
             there_is = f"; there is {', '.join(known)}" if known else ""
@@ -57,7 +57,7 @@ class PoseServices:
             response.bounds.points = [_Vector3(x=x, y=y, z=z), _Vector3(x=-x, y=-y, z=-z)]
 
 
-def named_poses(stage: Stage) -> list[ScenePose]:
+def named_poses(stage: RunningSimulation) -> list[ScenePose]:
     """Return the named poses of the world: ``poses`` of YAML, frames of SDF, sites of MJCF."""
     if stage.world is None:
         return []

@@ -14,7 +14,7 @@ from teleopctl.sim.entities.pushes import Push
 
 if TYPE_CHECKING:
     from teleopctl.node import Node
-    from teleopctl.sim.entities.stage import Stage
+    from teleopctl.sim.entities.stage import RunningSimulation
     from teleopctl.sim.simulation import Simulation
 
 
@@ -29,7 +29,7 @@ def offer_wrench_service(node: Node, find_stage: FindStage) -> None:
 
 
 # Any, here and below: messages, whose classes are made at run time.
-def _apply(stage: Stage, request: Any) -> str:
+def _apply(stage: RunningSimulation, request: Any) -> str:
     simulation, wrenches = stage.simulation, request.wrenches.external_wrenches
 
     def push() -> None:

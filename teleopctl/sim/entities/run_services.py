@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 from teleopctl.interfaces import get_action, get_message, get_service
 from teleopctl.node import ActionServer
-from teleopctl.sim.entities.answers import Desk, Refusal, Result
+from teleopctl.sim.entities.answers import Refusal, Result, SimulationServices
 
 if TYPE_CHECKING:
-    from teleopctl.sim.entities.stage import Stage
+    from teleopctl.sim.entities.stage import RunningSimulation
 
 _State = get_message("simulation_interfaces/msg/SimulationState")
 _Features = get_message("simulation_interfaces/msg/SimulatorFeatures")
@@ -62,7 +62,7 @@ class RunServices:
         quit_simulator: Ends the simulator once the answer is sent.
     """
 
-    def __init__(self, desk: Desk, quit_simulator: Callable[[], None]) -> None:
+    def __init__(self, desk: SimulationServices, quit_simulator: Callable[[], None]) -> None:
         self._desk = desk
         self._quit = quit_simulator
         node = desk.node
@@ -81,16 +81,16 @@ class RunServices:
         response.features.custom_info = "teleopctl: MuJoCo, one robot, physics in lockstep"
         return response
 
-    def _get_state(self, stage: Stage, request: Any, response: Any) -> None:
+    def _get_state(self, stage: RunningSimulation, request: Any, response: Any) -> None:
         del request
         response.state.state = self._state(stage)
 
-    def _state(self, stage: Stage) -> int:
+    def _state(self, stage: RunningSimulation) -> int:
         if not stage.loop.paused:
             return int(_State.STATE_PLAYING)
         return int(_State.STATE_STOPPED if stage.stopped else _State.STATE_PAUSED)
 
-    def _set_state(self, stage: Stage, request: Any, response: Any) -> None:
+    def _set_state(self, stage: RunningSimulation, request: Any, response: Any) -> None:
         del response
         wanted = request.state.state
         if wanted == _State.STATE_QUITTING:
@@ -106,7 +106,7 @@ class RunServices:
         else:
             raise Refusal(_Set.INCORRECT_TRANSITION, "It can be stopped, played, paused and ended")
 
-    def _reset(self, stage: Stage, request: Any, response: Any) -> None:
+    def _reset(self, stage: RunningSimulation, request: Any, response: Any) -> None:
         del response
         scope = request.scope or _Reset.SCOPE_ALL
         known = _Reset.SCOPE_TIME | _Reset.SCOPE_STATE | _Reset.SCOPE_SPAWNED
@@ -119,7 +119,7 @@ class RunServices:
             deleted=scope == _Reset.SCOPE_ALL,
         )
 
-    async def _step(self, stage: Stage, request: Any, response: Any) -> None:
+    async def _step(self, stage: RunningSimulation, request: Any, response: Any) -> None:
         del response
         await stage.step(request.steps)
 

@@ -16,14 +16,20 @@ from teleopctl.errors import (
 from teleopctl.interfaces import get_message, get_service
 from teleopctl.packages import package_share
 from teleopctl.robot import World, gazebo_models, read_world, read_world_text
-from teleopctl.sim.entities.answers import Desk, Refusal, Result, description_at, files_at
+from teleopctl.sim.entities.answers import (
+    Refusal,
+    Result,
+    SimulationServices,
+    description_at,
+    files_at,
+)
 from teleopctl.sim.entities.poses import frame_of, pose_in_world
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from teleopctl.mujoco_model import Coming
-    from teleopctl.sim.entities.stage import Stage
+    from teleopctl.sim.entities.stage import RunningSimulation
 
 _Answer = get_service("simulation_interfaces/srv/SpawnEntity").Response
 _Many = get_service("simulation_interfaces/srv/SpawnEntities").Response
@@ -42,7 +48,7 @@ class SpawnServices:
         desk: Where they are offered.
     """
 
-    def __init__(self, desk: Desk) -> None:
+    def __init__(self, desk: SimulationServices) -> None:
         self._desk = desk
         self._logger = desk.node.get_logger()
         desk.offer("SpawnEntity", "spawn_entity", self._spawn)
@@ -51,10 +57,10 @@ class SpawnServices:
         desk.offer("GetSpawnables", "get_spawnables", self._list)
 
     # Any, here and below: messages, whose classes are made at run time.
-    async def _spawn(self, stage: Stage, request: Any, response: Any) -> None:
+    async def _spawn(self, stage: RunningSimulation, request: Any, response: Any) -> None:
         await self._begin(stage, request)(response)
 
-    async def _spawn_many(self, stage: Stage, request: Any, response: Any) -> None:
+    async def _spawn_many(self, stage: RunningSimulation, request: Any, response: Any) -> None:
         begun = []
         for each in request.spawn_requests:
             answer = _SpawnResult()
@@ -70,7 +76,7 @@ class SpawnServices:
                 _Many.ENTITIES_SPAWN_FAILED, f"{len(failed)} of {len(response.results)} failed"
             )
 
-    def _begin(self, stage: Stage, request: Any) -> Callable[[Any], Awaitable[None]]:
+    def _begin(self, stage: RunningSimulation, request: Any) -> Callable[[Any], Awaitable[None]]:
         """Have a thing come; returns what answers when it is there."""
         world = _read(request)
         name = name_for(stage, world, request.name, renames=request.allow_renaming)
@@ -110,12 +116,12 @@ class SpawnServices:
 
         return finish
 
-    def _delete(self, stage: Stage, request: Any, response: Any) -> None:
+    def _delete(self, stage: RunningSimulation, request: Any, response: Any) -> None:
         del response
         stage.delete(request.entity)
         self._logger.info(f"Deleted '{request.entity}'")
 
-    def _list(self, stage: Stage, request: Any, response: Any) -> None:
+    def _list(self, stage: RunningSimulation, request: Any, response: Any) -> None:
         del stage
         own = files_at(str(package_share("teleopctl") / "worlds"))
         # Gazebo's are not read: there may be hundreds.
@@ -167,7 +173,7 @@ def _judge(warnings: Sequence[str]) -> None:
         raise Refusal(_Answer.MISSING_ASSETS, "; ".join(meshes))
 
 
-def name_for(stage: Stage, world: World, wanted: str, *, renames: bool) -> str:
+def name_for(stage: RunningSimulation, world: World, wanted: str, *, renames: bool) -> str:
     """Return a name for a new entity: the requested one, or a free one if allowed.
 
     Args:

@@ -24,7 +24,7 @@ T = TypeVar("T")
 Array = npt.NDArray[np.float64]
 
 
-class Stage:
+class RunningSimulation:
     """The running simulation with the operations that services perform on it.
 
     What changes the model is worked out beforehand, while the simulation runs; it stands still

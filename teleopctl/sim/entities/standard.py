@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from teleopctl.node import Clock
-from teleopctl.sim.entities.answers import Desk, FindStage
+from teleopctl.sim.entities.answers import FindStage, SimulationServices
 from teleopctl.sim.entities.entity_services import offer_entity_services
 from teleopctl.sim.entities.pose_services import PoseServices
 from teleopctl.sim.entities.push_service import offer_wrench_service
@@ -27,7 +27,7 @@ def offer_standard_services(node: Node, find_stage: FindStage) -> None:
         node: Whose they are.
         find_stage: See `FindStage`.
     """
-    desk = Desk(node, find_stage)
+    desk = SimulationServices(node, find_stage)
 
     def end() -> None:
         node.get_logger().info("Asked to quit")

@@ -9,11 +9,17 @@ from teleopctl.errors import InvalidDescriptionError, UnknownFormatError
 from teleopctl.interfaces import get_message, get_service
 from teleopctl.packages import package_share
 from teleopctl.robot import World, read_world, read_world_text
-from teleopctl.sim.entities.answers import Desk, Refusal, Result, description_at, files_at
+from teleopctl.sim.entities.answers import (
+    Refusal,
+    Result,
+    SimulationServices,
+    description_at,
+    files_at,
+)
 from teleopctl.sim.entities.spawn_services import meshes_left_out
 
 if TYPE_CHECKING:
-    from teleopctl.sim.entities.stage import Stage
+    from teleopctl.sim.entities.stage import RunningSimulation
 
 _Load = get_service("simulation_interfaces/srv/LoadWorld").Response
 _Current = get_service("simulation_interfaces/srv/GetCurrentWorld").Response
@@ -30,7 +36,7 @@ class WorldServices:
         desk: Where they are offered.
     """
 
-    def __init__(self, desk: Desk) -> None:
+    def __init__(self, desk: SimulationServices) -> None:
         self._logger = desk.node.get_logger()
         desk.offer("LoadWorld", "load_world", self._load)
         desk.offer("UnloadWorld", "unload_world", self._unload)
@@ -38,7 +44,7 @@ class WorldServices:
         desk.offer("GetAvailableWorlds", "get_available_worlds", self._list)
 
     # Any, here and below: messages, whose classes are made at run time.
-    def _load(self, stage: Stage, request: Any, response: Any) -> None:
+    def _load(self, stage: RunningSimulation, request: Any, response: Any) -> None:
         resource = getattr(request, "world_resource", request)
         world = _read(resource)
         try:
@@ -55,21 +61,21 @@ class WorldServices:
         response.world = _resource(world, str(resource.uri), str(resource.resource_string))
         self._logger.info(f"World '{response.world.name}' is loaded; the simulation is stopped")
 
-    def _unload(self, stage: Stage, request: Any, response: Any) -> None:
+    def _unload(self, stage: RunningSimulation, request: Any, response: Any) -> None:
         del request, response
         if stage.world is None:
             raise Refusal(_Unload.NO_WORLD_LOADED, "There is nothing around the robot")
         stage.load(None)
         self._logger.info("The world is unloaded: there is only the robot")
 
-    def _tell(self, stage: Stage, request: Any, response: Any) -> None:
+    def _tell(self, stage: RunningSimulation, request: Any, response: Any) -> None:
         del request
         if stage.world is None:
             raise Refusal(_Current.NO_WORLD_LOADED, "There is nothing around the robot")
         uri = "" if stage.world_source == _TEXT else stage.world_source
         response.world = _resource(stage.world, uri, stage.world.text)
 
-    def _list(self, stage: Stage, request: Any, response: Any) -> None:
+    def _list(self, stage: RunningSimulation, request: Any, response: Any) -> None:
         del stage
         unknown = []
         own = package_share("teleopctl") / "worlds"

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from teleopctl.errors import InvalidDescriptionError
-from teleopctl.robot import Sensor as Description
+from teleopctl.robot import SensorTag as Description
 from teleopctl.sim.sensors.base import Sensor
 
 if TYPE_CHECKING:
@@ -20,7 +20,7 @@ Array = npt.NDArray[np.float64]
 _BODY = mujoco.mjtObj.mjOBJ_XBODY
 
 
-class Odometry(Sensor):
+class OdometrySensor(Sensor):
     """Publishes a link's true pose and velocity as ``nav_msgs/msg/Odometry``.
 
     Args:
@@ -103,7 +103,7 @@ class Odometry(Sensor):
         return position, quaternion, linear, angular
 
 
-class OdometryTransform(Odometry):
+class OdometryTransformSensor(OdometrySensor):
     """Publishes a link's true pose as a transform on /tf.
 
     Args:
@@ -143,9 +143,9 @@ def ground_truth(truths: Sequence[GroundTruth]) -> list[Sensor]:
     found: list[Sensor] = []
     for truth in truths:
         if truth.topic:
-            found.append(Odometry(truth))
+            found.append(OdometrySensor(truth))
         if truth.tf_topic:
-            found.append(OdometryTransform(truth))
+            found.append(OdometryTransformSensor(truth))
     return found
 
 

@@ -20,13 +20,15 @@ from teleopctl.sim.gazebo_services.links import (
 )
 
 if TYPE_CHECKING:
-    from teleopctl.sim.entities.stage import Stage
+    from teleopctl.sim.entities.stage import RunningSimulation
     from teleopctl.sim.free_bodies import LinkPose
     from teleopctl.sim.simulation import Simulation
 
 
 # Any, here and below: messages, whose classes are made at run time.
-def get_model_list(stage: Stage, request: Any, response: Any, warn: Callable[[str], None]) -> None:
+def get_model_list(
+    stage: RunningSimulation, request: Any, response: Any, warn: Callable[[str], None]
+) -> None:
     """List the entities."""
     del request, warn
 
@@ -38,7 +40,7 @@ def get_model_list(stage: Stage, request: Any, response: Any, warn: Callable[[st
 
 
 async def spawn_entity(
-    stage: Stage, request: Any, response: Any, warn: Callable[[str], None]
+    stage: RunningSimulation, request: Any, response: Any, warn: Callable[[str], None]
 ) -> None:
     """Spawn a model from URDF or SDF text."""
     world = read_world_text(request.xml, "xml")
@@ -61,7 +63,9 @@ async def spawn_entity(
     response.status_message = f"SpawnEntity: Successfully spawned entity [{', '.join(thing.names)}]"
 
 
-def delete_entity(stage: Stage, request: Any, response: Any, warn: Callable[[str], None]) -> None:
+def delete_entity(
+    stage: RunningSimulation, request: Any, response: Any, warn: Callable[[str], None]
+) -> None:
     """Remove an entity."""
     del warn
     stage.delete(request.name)
@@ -69,7 +73,7 @@ def delete_entity(stage: Stage, request: Any, response: Any, warn: Callable[[str
 
 
 def get_entity_state(
-    stage: Stage, request: Any, response: Any, warn: Callable[[str], None]
+    stage: RunningSimulation, request: Any, response: Any, warn: Callable[[str], None]
 ) -> None:
     """Return the pose and twist of an entity or link, relative to a frame."""
     del warn
@@ -94,7 +98,7 @@ def get_entity_state(
 
 
 def set_entity_state(
-    stage: Stage, request: Any, response: Any, warn: Callable[[str], None]
+    stage: RunningSimulation, request: Any, response: Any, warn: Callable[[str], None]
 ) -> None:
     """Set the pose and twist of an entity."""
     del response, warn

@@ -14,7 +14,7 @@ from teleopctl.sim.entities.pushes import Push
 from teleopctl.sim.gazebo_services.links import frame_link, link_of
 
 if TYPE_CHECKING:
-    from teleopctl.sim.entities.stage import Stage
+    from teleopctl.sim.entities.stage import RunningSimulation
     from teleopctl.sim.simulation import Simulation
 
 # A duration below zero is one without end: longer than anybody simulates.
@@ -23,7 +23,7 @@ _ENDLESS = 1 << 62
 
 # Any, here and below: messages, whose classes are made at run time.
 def apply_link_wrench(
-    stage: Stage, request: Any, response: Any, warn: Callable[[str], None]
+    stage: RunningSimulation, request: Any, response: Any, warn: Callable[[str], None]
 ) -> None:
     """Apply a force and a torque to a link for a duration."""
     del warn
@@ -39,7 +39,7 @@ def apply_link_wrench(
 
 
 def clear_link_wrenches(
-    stage: Stage, request: Any, response: Any, warn: Callable[[str], None]
+    stage: RunningSimulation, request: Any, response: Any, warn: Callable[[str], None]
 ) -> None:
     """End the wrenches on a link."""
     del response

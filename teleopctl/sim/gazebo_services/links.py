@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from teleopctl.errors import NotFoundError
-from teleopctl.sim.entities.entity import Entity, entities
+from teleopctl.sim.entities.entity import SimulatedEntity, entities
 
 if TYPE_CHECKING:
     from teleopctl.sim.simulation import Simulation
@@ -47,7 +47,7 @@ def link_of(simulation: Simulation, name: str) -> str:
     raise NotFoundError(f"There is no entity and no link '{name}'; there is {', '.join(known)}")
 
 
-def entity_of(simulation: Simulation, name: str) -> Entity:
+def entity_of(simulation: Simulation, name: str) -> SimulatedEntity:
     """Return the entity for its name or that of its topmost link.
 
     Raises:

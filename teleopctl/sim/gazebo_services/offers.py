@@ -26,11 +26,11 @@ from teleopctl.wire import EntityKind
 
 if TYPE_CHECKING:
     from teleopctl.node import Node
-    from teleopctl.sim.entities.stage import Stage
+    from teleopctl.sim.entities.stage import RunningSimulation
 
 # Any, here and below: messages, whose classes are made at run time. Warnings go to the last one.
 # What goes on for long is a coroutine.
-Handler = Callable[["Stage", Any, Any, Callable[[str], None]], "Awaitable[None] | None"]
+Handler = Callable[["RunningSimulation", Any, Any, Callable[[str], None]], "Awaitable[None] | None"]
 
 _EMPTY = "std_srvs/srv/Empty"
 _ALWAYS: dict[str, tuple[str, Handler]] = {

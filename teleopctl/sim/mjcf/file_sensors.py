@@ -19,7 +19,7 @@ from teleopctl.interfaces import get_message
 from teleopctl.sim.sensors.base import Sensor
 
 if TYPE_CHECKING:
-    from teleopctl.robot import Sensor as Description
+    from teleopctl.robot import SensorTag as Description
 
 Array = npt.NDArray[np.float64]
 

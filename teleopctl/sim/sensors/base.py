@@ -14,7 +14,7 @@ from teleopctl.sim.sensors.earth import GeoPoint
 from teleopctl.sim.sensors.noise import NoiseSource
 
 if TYPE_CHECKING:
-    from teleopctl.robot import Sensor as Description
+    from teleopctl.robot import SensorTag as Description
 
 # A bias wanders in steps of this rate where a sensor has none of its own.
 _USUAL_RATE_HZ = 100.0

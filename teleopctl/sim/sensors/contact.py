@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from teleopctl.errors import InvalidDescriptionError
 from teleopctl.interfaces import get_message
-from teleopctl.robot import Sensor as Description
+from teleopctl.robot import SensorTag as Description
 from teleopctl.sim.sensors.base import Sensor
 
 Array = npt.NDArray[np.float64]

@@ -12,7 +12,7 @@ from teleopctl.errors import InvalidDescriptionError
 from teleopctl.sim.sensors.base import Sensor
 
 if TYPE_CHECKING:
-    from teleopctl.robot import Sensor as Description
+    from teleopctl.robot import SensorTag as Description
 
 _REFERENCE = "imu/orientation_reference_frame"
 # Turns of the frames that an orientation may be told in, in the world, which is ENU: roll, pitch

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from teleopctl.interfaces import get_message
-from teleopctl.robot import RobotDescription, Sensor as Description
+from teleopctl.robot import RobotDescription, SensorTag as Description
 from teleopctl.sim.sensors.base import Sensor
-from teleopctl.sim.sensors.pose import Pose
+from teleopctl.sim.sensors.pose import PoseSensor
 from teleopctl.sim.sensors.publishing import make_sensors
 
 if TYPE_CHECKING:
@@ -130,7 +130,7 @@ def _make(
         return None
     described = Description(name=tag.name, type=kind, link=frame)
     if kind == _POSE:
-        return Pose(described)
+        return PoseSensor(described)
     made = make_sensors((described,), warn)
     return made[0] if made else None
 

@@ -15,12 +15,12 @@ import numpy.typing as npt
 
 from teleopctl.errors import InvalidDescriptionError
 from teleopctl.interfaces import get_message
-from teleopctl.robot import Noise, Rays, Sweep
+from teleopctl.robot import Noise, Rays, RaySweep
 from teleopctl.sim.sensors.base import Sensor
 from teleopctl.sim.sensors.rays import RayCaster, cone, directions
 
 if TYPE_CHECKING:
-    from teleopctl.robot import Sensor as Description
+    from teleopctl.robot import SensorTag as Description
 
 Array = npt.NDArray[np.float64]
 
@@ -167,7 +167,7 @@ class Lidar(Sensor):
             return replace(rays, near=max(rays.near, least or 0.0), far=far)
         near, far, radius = (self._of_sonar(tag) for tag in ("min", "max", "radius"))
         half = math.atan2(radius, far)
-        across = Sweep(1, -half, half)
+        across = RaySweep(1, -half, half)
         return Rays(across, across, near, far)
 
     def _of_plugin(self, tag: str) -> float | None:

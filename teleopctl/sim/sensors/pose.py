@@ -9,7 +9,7 @@ import mujoco
 from teleopctl.sim.sensors.base import Sensor
 
 
-class Pose(Sensor):
+class PoseSensor(Sensor):
     """Pose sensor: position (m) and orientation of a link in the world, without noise.
 
     It measures for state interfaces alone: see `teleopctl.sim.sensors.interfaces`.

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     import mujoco
 
     from teleopctl.node import Node
-    from teleopctl.robot import Sensor as Description
+    from teleopctl.robot import SensorTag as Description
 
 _SOMEWHERE = GeoPoint()
 

@@ -25,7 +25,7 @@ _BAD_POSITION = int(_W.mjWARN_BADQPOS)
 _BROKEN = (_BAD_POSITION, int(_W.mjWARN_BADQVEL), int(_W.mjWARN_BADQACC))
 
 
-class Breakdowns:
+class DivergenceRecovery:
     """Advances the physics, and identifies and resets objects that become unstable.
 
     Args:

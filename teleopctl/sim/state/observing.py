@@ -13,7 +13,7 @@ _NO_SENSORS = int(mujoco.mjtDisableBit.mjDSBL_SENSOR)
 _IMPLICIT = int(mujoco.mjtIntegrator.mjINT_IMPLICITFAST)
 
 
-class Observer:
+class StateObserver:
     """Copies MuJoCo's data for observers, so that measuring does not change the simulation.
 
     MuJoCo measures with the acceleration that its forces have without what its integrator does to

@@ -13,7 +13,7 @@ from teleopctl.sim.state.saved_state import SavedState
 
 if TYPE_CHECKING:
     from teleopctl.node import Node
-    from teleopctl.sim.entities.stage import Stage
+    from teleopctl.sim.entities.stage import RunningSimulation
 
 
 class MujocoServices:
@@ -37,7 +37,7 @@ class MujocoServices:
             offer_in_words(node, find_stage, type_name, f"~/{name}", handler)
 
     # Any, here and below: messages, whose classes are made at run time.
-    def _pause(self, stage: Stage, request: Any) -> str:
+    def _pause(self, stage: RunningSimulation, request: Any) -> str:
         word = "paused" if request.paused else "running"
         if request.paused:
             stage.pause()
@@ -46,7 +46,7 @@ class MujocoServices:
         self._node.get_logger().info(f"Simulation is {word}")
         return f"Simulation is {word}"
 
-    def _reset(self, stage: Stage, request: Any) -> str:
+    def _reset(self, stage: RunningSimulation, request: Any) -> str:
         keyframe, overrides = request.keyframe, request.state_overrides
         simulation, saved = stage.simulation, None
         if keyframe and keyframe not in simulation.model.keyframes:
@@ -75,7 +75,7 @@ class MujocoServices:
         self._node.get_logger().info(f"World reset to {where}; time goes on")
         return "World reset"
 
-    def _save(self, stage: Stage, request: Any) -> str:
+    def _save(self, stage: RunningSimulation, request: Any) -> str:
         name, overrides = request.keyframe, request.state_overrides
         if not name:
             raise RefusedError("A state needs a name, or the path of a file, as its keyframe")
@@ -90,7 +90,7 @@ class MujocoServices:
         self._saved[name] = state
         return f"Saved as '{name}'"
 
-    def _find(self, stage: Stage, name: str) -> SavedState:
+    def _find(self, stage: RunningSimulation, name: str) -> SavedState:
         if file := _file(name):
             return SavedState.read(file)
         if name in self._saved:
@@ -115,12 +115,12 @@ def _refuse(reason: str) -> None:
         raise RefusedError(reason)
 
 
-async def _step(stage: Stage, request: Any) -> str:
+async def _step(stage: RunningSimulation, request: Any) -> str:
     await stage.step(request.steps)
     return f"Advanced by {request.steps} steps"
 
 
-def _set_free(stage: Stage, request: Any) -> str:
+def _set_free(stage: RunningSimulation, request: Any) -> str:
     simulation, states = stage.simulation, request.free_joints
 
     def change() -> None:

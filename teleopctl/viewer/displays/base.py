@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     from teleopctl.node import Node, QoSProfile
     from teleopctl.tf import Transform
-    from teleopctl.viewer.scene.frames import Frames
+    from teleopctl.viewer.scene.frames import SceneFrames
 
 OK = "ok"
 WARN = "warn"
@@ -47,7 +47,7 @@ class Stage(Protocol):
         """The viser GUI, for windows beside the 3D view."""
 
     @property
-    def frames(self) -> Frames:
+    def frames(self) -> SceneFrames:
         """The tf frames and their poses."""
 
     @property

@@ -1,4 +1,4 @@
-"""``RobotModel``: the links of a robot description, standing on their frames."""
+"""``RobotModelDisplay``: the links of a robot description, standing on their frames."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from teleopctl.viewer.displays.base import ERROR, OK, WARN, Display
 from teleopctl.viewer.displays.properties import Property
 from teleopctl.viewer.displays.robot_parts import Parts, load_parts
 from teleopctl.viewer.scene.mesh_files import MeshFile
-from teleopctl.viewer.scene.shapes import Shapes
+from teleopctl.viewer.scene.shapes import ShapeDrawing
 
 # Any stands for messages and for viser's nodes.
 
@@ -23,7 +23,7 @@ _TOLD_FAULTS = 3
 _TICKS_PER_LOOK_AT_FRAMES = 10
 
 
-class RobotModel(Display):
+class RobotModelDisplay(Display):
     """Display of the robot: visual and collision geometry of each link."""
 
     rviz_class = "RobotModel"
@@ -141,7 +141,7 @@ class RobotModel(Display):
             return
         alpha = self.values.number("Alpha")
         prefix = self.values.text("TF Prefix").strip("/")
-        shapes = Shapes(self.stage.scene, self._parts.meshes, self._parts.textures)
+        shapes = ShapeDrawing(self.stage.scene, self._parts.meshes, self._parts.textures)
         self._frames = []
         for link in description.links.values():
             frame = f"{prefix}/{link.name}" if prefix else link.name

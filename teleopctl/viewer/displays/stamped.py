@@ -10,7 +10,7 @@ from teleopctl.tf import Transform, TransformException
 from teleopctl.viewer.displays.base import OK, WARN, Display
 
 if TYPE_CHECKING:
-    from teleopctl.viewer.scene.frames import Frames
+    from teleopctl.viewer.scene.frames import SceneFrames
 
 # Any stands for messages throughout: their classes are made at run time, from definitions.
 
@@ -120,7 +120,7 @@ class StampedDisplay(Display):
 
 
 # Any stands for a std_msgs/msg/Header.
-def place_of(frames: Frames, header: Any) -> Transform:
+def place_of(frames: SceneFrames, header: Any) -> Transform:
     """Return the pose of a header's frame at its stamp, in the fixed frame.
 
     An empty name stands for the fixed frame. What is older than anything that tf remembers is

@@ -52,7 +52,7 @@ document.onvisibilitychange();
 """
 
 
-class Audience:
+class ClientTracker:
     """Keeps track of the browsers that have the page open, and whether they show it."""
 
     def __init__(self) -> None:

@@ -10,8 +10,8 @@ if TYPE_CHECKING:
 
     from teleopctl.node import Node
     from teleopctl.viewer.displays.base import Stage
-    from teleopctl.viewer.picture import Picture
-    from teleopctl.viewer.scene.frames import Frames
+    from teleopctl.viewer.picture import SceneView
+    from teleopctl.viewer.scene.frames import SceneFrames
 
 
 class Page(Protocol):
@@ -30,7 +30,7 @@ class Page(Protocol):
         """The viser GUI, to add buttons and other controls."""
 
     @property
-    def frames(self) -> Frames:
+    def frames(self) -> SceneFrames:
         """The tf frames and their poses."""
 
     def on(self, function: Callable[..., object]) -> Callable[..., None]:
@@ -46,5 +46,5 @@ class Page(Protocol):
         """Show a notification in all browsers, for some seconds."""
 
     @property
-    def picture(self) -> Picture:
+    def picture(self) -> SceneView:
         """The 3D view, whose displays can be added and removed."""

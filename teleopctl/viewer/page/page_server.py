@@ -5,7 +5,7 @@ from __future__ import annotations
 import viser
 
 from teleopctl.base.log_once import LogOnce
-from teleopctl.viewer.page.audience import Audience
+from teleopctl.viewer.page.audience import ClientTracker
 
 
 class PageServer(viser.ViserServer):
@@ -22,7 +22,7 @@ class PageServer(viser.ViserServer):
         mistakes: Logs what browsers send that makes no sense.
     """
 
-    def __init__(self, host: str, port: int, audience: Audience, mistakes: LogOnce) -> None:
+    def __init__(self, host: str, port: int, audience: ClientTracker, mistakes: LogOnce) -> None:
         super().__init__(host, port, verbose=False)
         self.audience = audience
         self.mistakes = mistakes

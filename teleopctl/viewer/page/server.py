@@ -18,7 +18,7 @@ from teleopctl.base.access import Access, Answer, host_in_url, is_loopback
 from teleopctl.base.log_once import LogOnce
 from teleopctl.base.token_file import Address
 from teleopctl.errors import TeleopctlError
-from teleopctl.viewer.page.audience import Audience
+from teleopctl.viewer.page.audience import ClientTracker
 from teleopctl.viewer.page.waking import wake_in_its_thread
 
 if TYPE_CHECKING:
@@ -69,7 +69,7 @@ def open_server(
     if token is None and not is_loopback(host):
         raise PageError(f"On {host} others could open the page: it needs a token")
     port = _free_port(host, port)
-    access, audience = Access(host, token), Audience()
+    access, audience = Access(host, token), ClientTracker()
     from teleopctl.viewer.page.page_server import PageServer
 
     # viser's words about values of another type, with the values in them.
@@ -109,7 +109,7 @@ _patching = threading.Lock()
 
 
 @contextlib.contextmanager
-def _guarded(access: Access, audience: Audience, mistakes: LogOnce) -> Iterator[None]:
+def _guarded(access: Access, audience: ClientTracker, mistakes: LogOnce) -> Iterator[None]:
     """Have the server that viser starts meanwhile ask for access first, and then the audience.
 
     What browsers send that makes no sense ends their connection, and is noted among the mistakes.

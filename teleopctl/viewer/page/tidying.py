@@ -15,7 +15,7 @@ EVERY_S = 10.0
 _ROUNDS = 2
 
 
-class Tidying:
+class MemoryCleanup:
     """Frees the memory of closed browser connections and removed scene nodes.
 
     A connection that has ended is half a megabyte in objects that refer to each other. Python looks

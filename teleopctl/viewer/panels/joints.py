@@ -18,7 +18,7 @@ from teleopctl.robot import Joints, JointSet, RobotDescription
 from teleopctl.viewer.html import escaped
 from teleopctl.viewer.page.page import Page
 from teleopctl.viewer.panels.base import Panel
-from teleopctl.viewer.remote.joint_movers import Controllers, JointMover
+from teleopctl.viewer.remote.joint_movers import ControllerMover, JointMover
 from teleopctl.viewer.remote.joint_targets import STATES_TOPIC, JointTargets
 
 # A step is a power of ten, so that typed values and steps have the same few digits.
@@ -195,7 +195,7 @@ class JointsPanel(Panel):
         mover = self._targets.mover
         if mover is None:
             return
-        why = _SILENCE_OF_CONTROLLERS if isinstance(mover, Controllers) else _SILENCE
+        why = _SILENCE_OF_CONTROLLERS if isinstance(mover, ControllerMover) else _SILENCE
         content = _note(mover.description + (why if self._is_silent else ""))
         if content != self._note.content:
             self._note.content = content
@@ -205,7 +205,7 @@ class JointsPanel(Panel):
         """Whether no joint states have come for a while from those who are to send them."""
         is_late = time.monotonic() - self._heard_s > _SILENCE_S
         return is_late and (
-            isinstance(self._targets.mover, Controllers) or self._targets.is_measured
+            isinstance(self._targets.mover, ControllerMover) or self._targets.is_measured
         )
 
     def _disable(self) -> None:

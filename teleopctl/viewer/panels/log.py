@@ -36,7 +36,7 @@ _LINE = (
 )
 
 
-class Line(NamedTuple):
+class LogLineEntry(NamedTuple):
     """A log message: time, severity, node and text."""
 
     stamp_s: float
@@ -53,9 +53,9 @@ class LogPanel(Panel):
 
     def __init__(self, page: Page) -> None:
         super().__init__(page)
-        self._lines: deque[Line] = deque(maxlen=MOST_LINES)
-        self._new: deque[Line] = deque(maxlen=MOST_LINES)
-        self._seen: dict[Line, None] = {}
+        self._lines: deque[LogLineEntry] = deque(maxlen=MOST_LINES)
+        self._new: deque[LogLineEntry] = deque(maxlen=MOST_LINES)
+        self._seen: dict[LogLineEntry, None] = {}
         self._nodes: set[str] = set()
         self._blocks: deque[_Block] = deque()
         self._blocks_made = 0
@@ -91,7 +91,7 @@ class LogPanel(Panel):
             self._end = None
 
     def _take(self, message: Any) -> None:
-        line = Line(
+        line = LogLineEntry(
             message.stamp.sec + message.stamp.nanosec * 1e-9,
             message.level,
             message.name,
@@ -129,7 +129,7 @@ class LogPanel(Panel):
             self._buttons.options = ("Resume" if self._paused else "Pause", "Clear")
             self._say()
 
-    def _offer_nodes(self, lines: list[Line]) -> None:
+    def _offer_nodes(self, lines: list[LogLineEntry]) -> None:
         new = {line.node for line in lines} - self._nodes
         # A node that makes up names must not fill the list.
         if new and len(self._nodes) < MOST_LINES:
@@ -138,7 +138,7 @@ class LogPanel(Panel):
             self._node.options = (_ALL, *sorted(self._nodes))
             self._node.value = chosen
 
-    def _is_wanted(self, line: Line) -> bool:
+    def _is_wanted(self, line: LogLineEntry) -> bool:
         return (
             line.level >= _LEVELS[self._level.value]
             and self._node.value in (_ALL, line.node)
@@ -151,7 +151,7 @@ class LogPanel(Panel):
         self._add([line for line in self._lines if self._is_wanted(line)])
         self._say()
 
-    def _add(self, lines: list[Line]) -> None:
+    def _add(self, lines: list[LogLineEntry]) -> None:
         start = 0
         while start < len(lines):
             if not self._blocks or self._blocks[0].room == 0:
@@ -193,7 +193,7 @@ class _Block:
         """Number of lines that the block still takes."""
         return LINES_OF_A_BLOCK - len(self._lines)
 
-    def add(self, lines: list[Line]) -> None:
+    def add(self, lines: list[LogLineEntry]) -> None:
         """Add lines, in the order of their time."""
         self._lines += [_shown(line) for line in lines]
         body = "".join(reversed(self._lines))
@@ -204,11 +204,11 @@ class _Block:
         self._handle.remove()
 
 
-def _stamp(line: Line) -> float:
+def _stamp(line: LogLineEntry) -> float:
     return line.stamp_s
 
 
-def _shown(line: Line) -> str:
+def _shown(line: LogLineEntry) -> str:
     level = max((known for known in _COLORS if known <= line.level), default=10)
     return _LINE.format(
         color=_COLORS[level],

@@ -10,8 +10,8 @@ from teleopctl.interfaces import NumericField
 from teleopctl.viewer.html import ago, escaped_markdown
 from teleopctl.viewer.page.page import Page
 from teleopctl.viewer.panels.base import Panel
-from teleopctl.viewer.panels.plots.chart import COLORS, MOST_LINES, Chart, Line
-from teleopctl.viewer.panels.plots.files import Curve, to_csv, to_png
+from teleopctl.viewer.panels.plots.chart import COLORS, MOST_LINES, Chart, PlotLine
+from teleopctl.viewer.panels.plots.files import PlotCurve, to_csv, to_png
 from teleopctl.viewer.panels.plots.topic import PlottedTopic
 
 MOST_CHARTS = 20
@@ -213,7 +213,7 @@ class PlotPanel(Panel):
             times, values = chart.window(self._window.value)
             times = times - times[-1] if len(times) else times
             curves = [
-                Curve(line.label, color, some)
+                PlotCurve(line.label, color, some)
                 for line, color, some in zip(chart.lines, COLORS, values, strict=False)
             ]
             self.page.stage.work(
@@ -263,9 +263,9 @@ class PlotPanel(Panel):
             )
 
 
-def _line(topic: PlottedTopic, field: NumericField) -> Line:
+def _line(topic: PlottedTopic, field: NumericField) -> PlotLine:
     label = f"{field.label} {field.path.partition('[')[0]}" if field.label else ""
-    line = Line(topic.name, field.path, label, topic.follow(field.path))
+    line = PlotLine(topic.name, field.path, label, topic.follow(field.path))
     return line if label else line._replace(label=line.full_name)
 
 

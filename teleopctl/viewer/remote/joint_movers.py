@@ -62,7 +62,7 @@ class JointMover(Protocol):
         """Close publishers and clients."""
 
 
-class Nobody:
+class NoMover:
     """No mover: the joint states come from a node that takes no commands.
 
     Args:
@@ -151,7 +151,7 @@ class Route:
     takes_trajectories: bool
 
 
-class Controllers:
+class ControllerMover:
     """Mover that sends joint positions to active controllers.
 
     Args:

@@ -9,9 +9,9 @@ from teleopctl.robot import Joints, JointSet
 from teleopctl.viewer.html import escaped
 from teleopctl.viewer.remote.controller_managers import ControllerManagerWatch, controller_managers
 from teleopctl.viewer.remote.joint_movers import (
-    Controllers,
+    ControllerMover,
     JointMover,
-    Nobody,
+    NoMover,
     Route,
     StatePublisher,
 )
@@ -66,7 +66,7 @@ class JointTargets:
     @property
     def can_take_over(self) -> bool:
         """Whether the joint states' publishers have gone, so that the sliders may replace them."""
-        return isinstance(self._mover, Nobody) and bool(self._gone) and not self._others()
+        return isinstance(self._mover, NoMover) and bool(self._gone) and not self._others()
 
     def begin(self, joints: JointSet, limits: Joints) -> None:
         """Look for movers of these joints."""
@@ -158,9 +158,9 @@ class JointTargets:
         assert self._joints is not None
         assert self._limits is not None
         if routes:
-            return Controllers(self._node, routes, self._limits)
+            return ControllerMover(self._node, routes, self._limits)
         if self._watches:
-            return Nobody(
+            return NoMover(
                 f"No active controller of {_names(self._watches)} takes positions: "
                 "activate one in the tab <b>Controllers</b>."
             )
@@ -170,11 +170,11 @@ class JointTargets:
                 repeats=False,
             )  # fmt: skip
         if others:
-            return Nobody(
+            return NoMover(
                 f"{STATES_TOPIC} comes from {_names(others)}, which takes no orders from here."
             )
         if self._gone:
-            return Nobody(f"{_names(self._gone)}, where {STATES_TOPIC} came from, is gone.")
+            return NoMover(f"{_names(self._gone)}, where {STATES_TOPIC} came from, is gone.")
         return StatePublisher(
             self._node,
             STATES_TOPIC,

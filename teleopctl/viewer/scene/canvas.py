@@ -15,8 +15,8 @@ from teleopctl.viewer.scene.drawing import (
     Drawing,
     Floats,
     Rows,
-    Surface,
     Text,
+    TriangleMesh,
     Vector,
 )
 from teleopctl.viewer.scene.glb import dressed, tinted
@@ -76,7 +76,7 @@ class Canvas:
         self._textures: Mapping[str, Texture | None] = textures if textures is not None else {}
         # The node and the number of its rows. Any stands for viser's kinds of handles.
         self._nodes: dict[str, tuple[Any, int]] = {}
-        self._shown_surfaces: dict[str, tuple[Surface, Texture | None]] = {}
+        self._shown_surfaces: dict[str, tuple[TriangleMesh, Texture | None]] = {}
 
     def show(self, drawing: Drawing) -> None:
         """Replace the scene nodes by those of a drawing."""
@@ -302,7 +302,7 @@ class Canvas:
             node.position = text.position
         return name
 
-    def _show_surface(self, name: str, surface: Surface) -> str | None:
+    def _show_surface(self, name: str, surface: TriangleMesh) -> str | None:
         node = self._fitting(name, 1)
         texture = self._textures.get(surface.texture)
         if surface.texture and surface.texture not in self._textures:
@@ -317,7 +317,7 @@ class Canvas:
         self._shown_surfaces[name] = surface, texture
         return name
 
-    def _add_surface(self, path: str, surface: Surface, texture: Texture | None) -> Any:
+    def _add_surface(self, path: str, surface: TriangleMesh, texture: Texture | None) -> Any:
         position, wxyz = _where(surface.pose)
         if surface.colors.ndim == 2 or texture is not None:
             glb = surface_glb(surface.corners, surface.colors, surface.uv, texture)
@@ -341,7 +341,9 @@ class Canvas:
         )
 
 
-def _is_same(one: tuple[Surface, Texture | None], other: tuple[Surface, Texture | None]) -> bool:
+def _is_same(
+    one: tuple[TriangleMesh, Texture | None], other: tuple[TriangleMesh, Texture | None]
+) -> bool:
     """Whether two surfaces look alike, wherever they stand."""
     (a, its_texture), (b, other_texture) = one, other
     return (
@@ -352,7 +354,7 @@ def _is_same(one: tuple[Surface, Texture | None], other: tuple[Surface, Texture 
     )
 
 
-def _uv(surface: Surface) -> Floats:
+def _uv(surface: TriangleMesh) -> Floats:
     return surface.uv if surface.uv is not None else np.empty((0, 2))
 
 

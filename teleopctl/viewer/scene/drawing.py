@@ -70,7 +70,7 @@ class Text:
 
 
 @dataclass(frozen=True, slots=True)
-class Surface:
+class TriangleMesh:
     """Triangles with a colour per corner.
 
     Attributes:
@@ -105,7 +105,7 @@ class Drawing:
     lines: dict[float, Rows] = field(default_factory=dict)
     points: dict[float, Rows] = field(default_factory=dict)
     texts: list[Text] = field(default_factory=list)
-    surfaces: list[Surface] = field(default_factory=list)
+    surfaces: list[TriangleMesh] = field(default_factory=list)
 
     def solid(self, shape: str, pose: Transform, scale: Vector, color: Rgba) -> None:
         """Add one solid; its scale is its size along its own axes."""

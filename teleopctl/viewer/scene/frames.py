@@ -51,7 +51,7 @@ class Frame:
     is_silent: bool = False
 
 
-class Frames:
+class SceneFrames:
     """The tf frames in the scene, with axes, names and poses.
 
     Args:

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 _DEFAULT_RGBA: Rgba = (0.7, 0.7, 0.72, 1.0)
 
 
-class Shapes:
+class ShapeDrawing:
     """Draws shapes of robots; equal ones share their data.
 
     Args:

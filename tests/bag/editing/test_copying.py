@@ -12,7 +12,7 @@ from teleopctl.bag import (
     BagMessage,
     BagTopic,
     BagWriter,
-    Output,
+    OutputBag,
     WriterOptions,
     check,
     copy_bags,
@@ -41,7 +41,7 @@ def read(folder: Path) -> list[BagMessage]:
         return list(bag.messages())
 
 
-def copy(sources: list[Path], *outputs: Output) -> list[list[BagMessage]]:
+def copy(sources: list[Path], *outputs: OutputBag) -> list[list[BagMessage]]:
     bags = [open_bag(source) for source in sources]
     try:
         counts = copy_bags(bags, outputs)
@@ -68,8 +68,8 @@ def test_outputs_have_exactly_the_chosen_messages_in_order(
     ]
     every = sorted((m for source in sources for m in read(source)), key=lambda m: m.log_time_ns)
     start_ns, end_ns = (START_NS + number * 1_000_000 for number in (start, end))
-    part = Output(folder / "part", lambda topic: topic.name in chosen, start_ns, end_ns)
-    whole = Output(folder / "whole", options=WriterOptions(split_bytes=300, chunk_bytes=100))
+    part = OutputBag(folder / "part", lambda topic: topic.name in chosen, start_ns, end_ns)
+    whole = OutputBag(folder / "whole", options=WriterOptions(split_bytes=300, chunk_bytes=100))
     copied_part, copied_whole = copy(sources, part, whole)
     assert copied_part == [
         m for m in every if m.topic in chosen and start_ns <= m.log_time_ns < end_ns
@@ -86,7 +86,7 @@ def test_what_a_bag_knows_besides_its_messages_goes_with_them(tmp_path):
         writer.attach(BagAttachment("robot.urdf", "application/xml", b"<robot/>", 7))
         writer.add_record("session", {"machine": "arm"})
         writer.write(message("/latched", 0))
-    copy([tmp_path / "in"], Output(tmp_path / "out"))
+    copy([tmp_path / "in"], OutputBag(tmp_path / "out"))
     with open_bag(tmp_path / "out") as bag:
         assert bag.metadata.topics == ((described, 1),)
         assert (bag.metadata.distribution, bag.metadata.custom_data) == ("jazzy", {"who": "Ada"})
@@ -101,8 +101,8 @@ def test_two_recordings_of_a_topic_are_not_held_to_one_count(tmp_path):
             writer.add_topic(counted)
             for number in numbers:
                 writer.write(message("/x", number))
-    copy([tmp_path / "one"], Output(tmp_path / "alone"))
-    copy([tmp_path / "one", tmp_path / "two"], Output(tmp_path / "both"))
+    copy([tmp_path / "one"], OutputBag(tmp_path / "alone"))
+    copy([tmp_path / "one", tmp_path / "two"], OutputBag(tmp_path / "both"))
     (finding,) = check(tmp_path / "alone")
     assert finding.what.startswith("6 messages were sent and are missing")
     assert list(check(tmp_path / "both")) == []
@@ -118,7 +118,7 @@ def test_a_cut_begins_with_what_latched_topics_had_before(tmp_path):
         writer.write(message("/plain", 3))
         writer.write(message("/plain", 10))
     start_ns = START_NS + 5_000_000
-    cut = Output(tmp_path / "out", start_ns=start_ns, continues_latched=True)
+    cut = OutputBag(tmp_path / "out", start_ns=start_ns, continues_latched=True)
     (copied,) = copy([tmp_path / "in"], cut)
     assert copied == [
         message("/tf_static", 1, data="camera")._replace(log_time_ns=start_ns, sequence=0),
@@ -133,7 +133,7 @@ def test_what_latched_topics_had_is_bounded(tmp_path):
         for number in range(30):
             writer.write(message("/map", number, data=f"{number}" + "x" * 1_000_000))
     start_ns = START_NS + 1_000_000_000
-    cut = Output(tmp_path / "out", start_ns=start_ns, continues_latched=True)
+    cut = OutputBag(tmp_path / "out", start_ns=start_ns, continues_latched=True)
     (copied,) = copy([tmp_path / "in"], cut)
     assert [m.data[8:10] for m in copied] == [str(number).encode() for number in range(14, 30)]
 
@@ -145,19 +145,19 @@ def test_a_topic_of_two_types_is_refused_where_it_is_chosen(tmp_path):
             writer.add_topic(topic("/y"))
     sources = [tmp_path / "one", tmp_path / "two"]
     with pytest.raises(RefusedError, match="/x has several types in these bags: std_msgs/msg/St"):
-        copy(sources, Output(tmp_path / "out"))
+        copy(sources, OutputBag(tmp_path / "out"))
     assert not (tmp_path / "out").exists()
 
     def chooses(topic: BagTopic) -> bool:
         return topic.name == "/y"
 
-    assert copy(sources, Output(tmp_path / "out", chooses)) == [[]]
+    assert copy(sources, OutputBag(tmp_path / "out", chooses)) == [[]]
 
 
 def test_an_output_that_fails_leaves_nothing_and_an_older_bag_alone(tmp_path):
     write_bag(tmp_path / "in")
     write_bag(tmp_path / "old", count=3)
     with pytest.raises(RefusedError, match=r"Output folder '.*old' already exists"):
-        copy([tmp_path / "in"], Output(tmp_path / "new"), Output(tmp_path / "old"))
+        copy([tmp_path / "in"], OutputBag(tmp_path / "new"), OutputBag(tmp_path / "old"))
     assert not (tmp_path / "new").exists()
     assert len(read(tmp_path / "old")) == 3

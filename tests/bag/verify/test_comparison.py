@@ -13,10 +13,10 @@ from std_msgs.msg import Header
 from tf2_msgs.msg import TFMessage
 
 from teleopctl.bag.verify.comparison import (
+    ComparedStream,
     Difference,
-    Kind,
+    DifferenceKind,
     Recorded,
-    Stream,
     Verdict,
     differences,
     leaves,
@@ -49,7 +49,7 @@ def stream(seconds, numbers=None, **options):
         Recorded(second * S, data(second), number, log_time_ns=index * S)
         for index, (second, number) in enumerate(zip(seconds, numbers, strict=True))
     ]
-    return Stream(TOPIC, TYPE, recorded, numbers=frozenset(numbers), **options)
+    return ComparedStream(TOPIC, TYPE, recorded, numbers=frozenset(numbers), **options)
 
 
 def run(recorded, seconds, reference=None):
@@ -85,7 +85,7 @@ def test_a_transform_is_named_by_its_frame():
 @pytest.mark.parametrize(("one", "other"), [(1.0, math.nextafter(1.0, 2.0)), (0.0, -0.0)])
 def test_the_last_bit_counts_unless_a_tolerance_is_given(one, other):
     for tolerance, is_same in ((0.0, False), (1e-9, True)):
-        compared = Stream(TOPIC, TYPE, [Recorded(S, data(1, one))], tolerance=tolerance)
+        compared = ComparedStream(TOPIC, TYPE, [Recorded(S, data(1, one))], tolerance=tolerance)
         compared.take(S, data(1, other))
         assert compared.is_same is is_same
         if not is_same:
@@ -94,7 +94,7 @@ def test_the_last_bit_counts_unless_a_tolerance_is_given(one, other):
 
 def test_the_first_difference_is_listed_and_the_largest_of_each_field():
     verdict = Verdict()
-    compared = Stream(TOPIC, TYPE, [Recorded(t * S, data(t, 1.0)) for t in (1, 2, 3, 4)])
+    compared = ComparedStream(TOPIC, TYPE, [Recorded(t * S, data(t, 1.0)) for t in (1, 2, 3, 4)])
     verdict.streams.append(compared)
     for second, offset in ((1, 0.0), (2, 0.5), (3, 2.0), (4, 1.0)):
         compared.take(second * S, data(second, 1.0 + offset))
@@ -108,7 +108,7 @@ def test_the_first_difference_is_listed_and_the_largest_of_each_field():
 
 @pytest.mark.parametrize("tolerance", [0.0, 1e9])
 def test_a_joint_that_one_of_them_lacks_differs_whatever_is_tolerated(tolerance):
-    compared = Stream(TOPIC, TYPE, [Recorded(S, data(1))], tolerance=tolerance)
+    compared = ComparedStream(TOPIC, TYPE, [Recorded(S, data(1))], tolerance=tolerance)
     compared.take(S, bytes(serialize(JointState(header=Header(stamp=Time(sec=1))))))
     assert [(each.field, each.replayed) for each in compared.differences] == [
         ("name[0]", None),
@@ -124,10 +124,16 @@ def test_what_nobody_recorded_before_or_after_is_no_difference():
 @pytest.mark.parametrize(
     ("seconds", "found"),
     [
-        ([1, 2, 4, 5], [(Kind.MISSING, 3)]),
-        ([1, 2, 3, 3, 4], [(Kind.EXTRA, 3)]),
-        ([1, 2, 9], [*((Kind.MISSING, second) for second in range(3, 9)), (Kind.EXTRA, 9)]),
-        ([1, 3, 2, 4], [(Kind.ORDER, 2)]),
+        ([1, 2, 4, 5], [(DifferenceKind.MISSING, 3)]),
+        ([1, 2, 3, 3, 4], [(DifferenceKind.EXTRA, 3)]),
+        (
+            [1, 2, 9],
+            [
+                *((DifferenceKind.MISSING, second) for second in range(3, 9)),
+                (DifferenceKind.EXTRA, 9),
+            ],
+        ),
+        ([1, 3, 2, 4], [(DifferenceKind.ORDER, 2)]),
     ],
     ids=["missing", "twice", "of no time of the run", "in another order"],
 )
@@ -140,14 +146,14 @@ def test_a_publisher_that_may_leave_messages_out_has_whole_numbers_where_it_did(
     assert compared.skipped_ns == [3 * S]
     # The recorder counted one that is not there.
     taken_out = stream([1, 2, 4, 5], [1, 2, 4, 5], may_skip=True)
-    assert run(taken_out, range(9)) == [(Kind.MISSING, 3)]
+    assert run(taken_out, range(9)) == [(DifferenceKind.MISSING, 3)]
     # Nobody counted.
     unnumbered = stream([1, 2, 4, 5], [0, 0, 0, 0], may_skip=True)
-    assert run(unnumbered, range(9)) == [(Kind.MISSING, 3)]
+    assert run(unnumbered, range(9)) == [(DifferenceKind.MISSING, 3)]
 
 
 def test_an_end_that_comes_too_early_is_missing():
     longer = stream(range(9))
-    assert run(stream([1, 2, 3]), range(9), longer) == [(Kind.MISSING, 4)]
+    assert run(stream([1, 2, 3]), range(9), longer) == [(DifferenceKind.MISSING, 4)]
     assert run(stream(range(8)), range(9), longer) == []
-    assert run(stream([]), range(9), longer) == [(Kind.MISSING, 0)]
+    assert run(stream([]), range(9), longer) == [(DifferenceKind.MISSING, 0)]

@@ -9,14 +9,14 @@ import pytest
 
 from teleopctl.launch.execution.supervisor import Supervisor
 from teleopctl.launch.model.output import BOTH, output_alias
-from teleopctl.launch.model.plan import Further, LaunchPlan, ProcessPlan
+from teleopctl.launch.model.plan import FollowUp, LaunchPlan, ProcessPlan
 from teleopctl.testing import eventually
 
 WORKS = ProcessPlan(name="works-1", command=[sys.executable, "-c", "print('done')"])
 
 
 def planned(folder, processes):
-    return LaunchPlan(log_directory=folder, start=Further(processes=processes))
+    return LaunchPlan(log_directory=folder, start=FollowUp(processes=processes))
 
 
 def test_a_launch_goes_on_while_its_status_cannot_be_written(tmp_path):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from teleopctl.interfaces import get_message
-from teleopctl.viewer.displays.sensors.camera import Camera
+from teleopctl.viewer.displays.sensors.camera import CameraDisplay
 from teleopctl.viewer.displays.sensors.image import Image
 
 IMAGE = get_message("sensor_msgs/msg/Image")
@@ -103,7 +103,7 @@ def test_another_range_of_grey_shows_the_last_picture_anew(stage):
 
 
 def test_the_frustum_stands_on_the_cameras_frame_and_is_as_wide_as_the_lens(stage):
-    display = made(stage, Camera)
+    display = made(stage, CameraDisplay)
     stage.publish("/cam/camera_info", camera_info(fx=200.0, fy=300.0))
     shown(display, picture())
     frustum = display._frustum
@@ -121,7 +121,7 @@ def test_the_frustum_stands_on_the_cameras_frame_and_is_as_wide_as_the_lens(stag
 
 
 def test_a_camera_that_does_not_say_how_it_sees_is_shown_and_that_is_told(stage):
-    display = made(stage, Camera, "/cam/image_raw/compressed")
+    display = made(stage, CameraDisplay, "/cam/image_raw/compressed")
     stage.publish("/cam/camera_info", camera_info(fx=0.0, fy=float("nan")))
     display._take_picture(picture(), _some_picture())
     assert display._frustum is not None

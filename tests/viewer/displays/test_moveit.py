@@ -14,8 +14,8 @@ from teleopctl.viewer.displays.moveit import scene_request
 from teleopctl.viewer.displays.moveit.motion_planning import MotionPlanning
 from teleopctl.viewer.displays.moveit.planning_scene import PlanningScene
 from teleopctl.viewer.displays.moveit.robot_state import RobotState
-from teleopctl.viewer.displays.moveit.states import Path
-from teleopctl.viewer.displays.moveit.trajectory import Trajectory
+from teleopctl.viewer.displays.moveit.states import PlannedPath
+from teleopctl.viewer.displays.moveit.trajectory import TrajectoryDisplay
 
 STRING = get_message("std_msgs/msg/String")
 JOINT_STATE = get_message("sensor_msgs/msg/JointState")
@@ -167,7 +167,7 @@ def test_topics_and_properties_stand_where_moveits_files_have_them(stage):
     display.listen_to("/others")
     assert given["Robot State Topic"] == "/others"
     assert given["Class"] == "moveit_rviz_plugin/RobotState"
-    planned = {"Planned Path": {"Trajectory Topic": "/plan", "Loop Animation": True}}
+    planned = {"Planned PlannedPath": {"Trajectory Topic": "/plan", "Loop Animation": True}}
     planning = made(stage, MotionPlanning, planned)
     assert stage.listens_to("/plan")
     assert stage.listens_to("/monitored_planning_scene")
@@ -180,20 +180,20 @@ def test_topics_and_properties_stand_where_moveits_files_have_them(stage):
     [("3x", 1.0, 1.5), ("REALTIME", 3.0, 1.5), ("0.5 s", 2.0, 2.0), ("soon", 0.2, 2.0)],
 )
 def test_a_path_is_played_as_fast_as_the_property_says(display_time, duration, half_way):
-    played = Path.of(path((0, 0), (1, 0), (2, 0), (3, 0)))
+    played = PlannedPath.of(path((0, 0), (1, 0), (2, 0), (3, 0)))
     assert played.duration(display_time) == pytest.approx(duration)
     assert played.at(duration / 2, display_time)["shoulder"] == pytest.approx(half_way)
     assert played.at(duration, display_time)["shoulder"] == 3.0
 
 
 def test_a_path_without_times_is_played_all_the_same():
-    played = Path.of(path((0, 0), (1, 0), every_s=0.0))
+    played = PlannedPath.of(path((0, 0), (1, 0), every_s=0.0))
     assert played.duration("3x") > 0.0
     assert played.at(played.duration("3x"), "3x")["shoulder"] == 1.0
 
 
 def test_a_planned_path_is_played_once_and_a_loop_begins_anew(stage):
-    display = made(stage, Trajectory)
+    display = made(stage, TrajectoryDisplay)
     stage.publish("/display_planned_path", path((0, 0), (1, 0), start=state(finger=0.5)))
     display.tick()
     ghost = display._ghost
@@ -214,7 +214,7 @@ def test_a_planned_path_is_played_once_and_a_loop_begins_anew(stage):
 
 
 def test_the_next_path_waits_for_the_end_of_the_one_that_is_played(stage):
-    display = made(stage, Trajectory)
+    display = made(stage, TrajectoryDisplay)
     stage.publish("/display_planned_path", path((0, 0), (1, 0)))
     stage.publish("/display_planned_path", path((0, 0), (2, 0)))
     display.tick()
@@ -225,7 +225,7 @@ def test_the_next_path_waits_for_the_end_of_the_one_that_is_played(stage):
 
 
 def test_a_trail_shows_the_states_on_the_way_but_never_too_many(stage):
-    display = made(stage, Trajectory, {"Show Trail": True})
+    display = made(stage, TrajectoryDisplay, {"Show Trail": True})
     stage.publish("/display_planned_path", path((0, 0), (1, 0), (2, 0)))
     assert len(display._trail) == 3
     stage.publish("/robot_description", STRING(data=URDF))
@@ -429,7 +429,7 @@ def test_an_absurd_path_has_a_state_at_any_time(points, display_time, elapsed):
         message.trajectory[0].joint_trajectory.points, points, strict=True
     ):
         point.time_from_start.sec = stamp
-    played = Path.of(message)
+    played = PlannedPath.of(message)
     assert played.duration(display_time) >= 0.0
     found = played.at(elapsed, display_time)
     assert all(math.isfinite(value) for value in found.values())

@@ -14,7 +14,7 @@ from teleopctl.robot import RobotDescription, read_world
 from teleopctl.sim.world_markers import WORLD_MARKERS_TOPIC, world_markers
 from teleopctl.tf import Transform
 from teleopctl.viewer import Viewer, open_server
-from teleopctl.viewer.picture import Picture
+from teleopctl.viewer.picture import SceneView
 from tests.viewer.conftest import FakePage
 from tests.viewer.displays.conftest import SECOND, put_frame
 
@@ -23,7 +23,7 @@ POST = '<robot name="post"><link name="base"/></robot>'
 
 @pytest.mark.parametrize("simulated", [True, False])
 def test_the_world_is_shown_in_simulation_alone(page: FakePage, simulated: bool) -> None:
-    picture = Picture(page.server, page, simulated=simulated)
+    picture = SceneView(page.server, page, simulated=simulated)
     picture.begin()
     assert ("World" in [display.name for display in picture.displays]) == simulated
     assert page.listens_to(WORLD_MARKERS_TOPIC) == simulated
@@ -31,7 +31,7 @@ def test_the_world_is_shown_in_simulation_alone(page: FakePage, simulated: bool)
 
 
 # Any: viser's nodes of any kind.
-def boxes_of(page: FakePage, picture: Picture) -> dict[str, Any]:
+def boxes_of(page: FakePage, picture: SceneView) -> dict[str, Any]:
     """What is drawn of the world, by frame."""
     world = next(display for display in picture.displays if display.name == "World")
     return {
@@ -65,7 +65,7 @@ def test_the_world_is_there_after_the_simulation_was_reset(
                 page.publish(WORLD_MARKERS_TOPIC, message)
 
     monkeypatch.setattr(page, "subscribe", subscribe_to_latched)
-    picture = Picture(page.server, page, simulated=True)
+    picture = SceneView(page.server, page, simulated=True)
     picture.begin()
     put_frame(page, "cube", "base", Transform((-0.15, 1.5, 0.17)))
     page.frames.fix("base")
@@ -81,7 +81,7 @@ def test_the_world_is_there_after_the_simulation_was_reset(
 def test_the_cube_is_drawn_in_its_own_frame_and_the_table_in_the_robots(page: FakePage) -> None:
     table = read_world(package_share("teleopctl") / "worlds" / "table.urdf")
     model = build_model(RobotDescription.from_urdf(POST), world=table, fixed_base=True)
-    picture = Picture(page.server, page, simulated=True)
+    picture = SceneView(page.server, page, simulated=True)
     picture.begin()
     put_frame(page, "cube", "base", Transform((-0.15, 1.5, 0.17)))
     page.frames.fix("base")

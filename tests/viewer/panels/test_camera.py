@@ -3,9 +3,9 @@
 import pytest
 
 from teleopctl.interfaces import get_message
-from teleopctl.viewer.displays.sensors.camera import Camera
+from teleopctl.viewer.displays.sensors.camera import CameraDisplay
 from teleopctl.viewer.panels.camera import CameraPanel
-from teleopctl.viewer.picture import Picture
+from teleopctl.viewer.picture import SceneView
 
 IMAGE = get_message("sensor_msgs/msg/Image")
 COMPRESSED = get_message("sensor_msgs/msg/CompressedImage")
@@ -22,12 +22,12 @@ def picture(value=90, encoding="mono8"):
 
 def cameras(stage):
     """Those that are in the picture."""
-    return [display for display in stage.picture.displays if isinstance(display, Camera)]
+    return [display for display in stage.picture.displays if isinstance(display, CameraDisplay)]
 
 
 @pytest.fixture
 def panel(stage):
-    stage.picture = Picture(stage.server, stage)
+    stage.picture = SceneView(stage.server, stage)
     stage.picture.begin()
     stage.node.topics.update(TOPICS)
     panel = CameraPanel(stage)

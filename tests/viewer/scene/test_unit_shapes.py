@@ -7,7 +7,7 @@ import pytest
 import trimesh
 
 from teleopctl.tf import Transform
-from teleopctl.viewer.picture import Picture
+from teleopctl.viewer.picture import SceneView
 from teleopctl.viewer.scene.canvas import Canvas
 from teleopctl.viewer.scene.drawing import RED, Drawing
 from teleopctl.viewer.scene.unit_shapes import unit_shape
@@ -50,7 +50,7 @@ def test_a_few_spheres_are_rounder_than_thousands(page: FakePage) -> None:
 
 
 def test_the_picture_has_lights_of_its_own_from_the_side(page: FakePage) -> None:
-    Picture(page.server, page)
+    SceneView(page.server, page)
     lights = [page.scene.get_handle_by_name(f"/light{number}") for number in range(2)]
     assert all(light is not None for light in lights)
     for light in lights:

@@ -1,8 +1,8 @@
 """``teleopctl action``: what ``ros2 action`` does, in its words."""
 
-from teleopctl.cli.verb import Group, Verb
+from teleopctl.cli.verb import Verb, VerbGroup
 
-GROUP = Group(
+GROUP = VerbGroup(
     "List actions, send goals and watch them.",
     {
         "list": Verb(f"{__name__}.listing:list_actions", "List the actions."),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from teleopctl.cli.completion.completing import Line
+from teleopctl.cli.completion.completing import TypedWords
 from teleopctl.errors import TeleopctlError
 
 
@@ -11,7 +11,7 @@ def actions(incomplete: str) -> list[str]:
     return [name for name in _live() if name.startswith(incomplete)]
 
 
-def action_types(ctx: Line, incomplete: str) -> list[str]:
+def action_types(ctx: TypedWords, incomplete: str) -> list[str]:
     """Return the types of the action on the line, else all known types."""
     from teleopctl.cli.live import absolute_name
     from teleopctl.interfaces import list_types

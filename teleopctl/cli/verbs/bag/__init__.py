@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from teleopctl.cli.verb import Group, Verb
+from teleopctl.cli.verb import Verb, VerbGroup
 
 _FILES = f"{__name__}.files"
 _LOOK = f"{__name__}.look"
 
-GROUP = Group(
+GROUP = VerbGroup(
     "Record, play and look at sessions.",
     {
         "record": Verb(

@@ -1,8 +1,8 @@
 """``teleopctl component``: what ``ros2 component`` does, in its words."""
 
-from teleopctl.cli.verb import Group, Verb
+from teleopctl.cli.verb import Verb, VerbGroup
 
-GROUP = Group(
+GROUP = VerbGroup(
     "Load nodes into containers.",
     {
         "types": Verb(f"{__name__}.types:list_types", "List the components that can be loaded."),

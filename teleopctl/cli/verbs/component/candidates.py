@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from teleopctl.cli.completion.completing import Line
+from teleopctl.cli.completion.completing import TypedWords
 from teleopctl.errors import TeleopctlError
 
 # Who presses Tab waits for no longer.
@@ -27,7 +27,7 @@ def component_packages(incomplete: str) -> list[str]:
     return [name for name in list_components() if name.startswith(incomplete)]
 
 
-def component_types(ctx: Line, incomplete: str) -> list[str]:
+def component_types(ctx: TypedWords, incomplete: str) -> list[str]:
     """Return the components of the package on the line."""
     from teleopctl.packages import list_components
 
@@ -35,7 +35,7 @@ def component_types(ctx: Line, incomplete: str) -> list[str]:
     return [each.type_name for each in components if each.type_name.startswith(incomplete)]
 
 
-def component_ids(ctx: Line, incomplete: str) -> list[str]:
+def component_ids(ctx: TypedWords, incomplete: str) -> list[str]:
     """Return the numbers of the components in the container on the line."""
     from teleopctl.cli.command_node import command_node
     from teleopctl.cli.verbs.component.containers import find_container, loaded

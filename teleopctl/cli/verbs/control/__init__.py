@@ -1,8 +1,8 @@
 """``teleopctl control``: what ``ros2 control`` does, in its words."""
 
-from teleopctl.cli.verb import Group, Verb
+from teleopctl.cli.verb import Verb, VerbGroup
 
-GROUP = Group(
+GROUP = VerbGroup(
     "Manage controllers and hardware.",
     {
         "list_controllers": Verb(

@@ -15,7 +15,7 @@ from teleopctl.cli.verbs.control.session import (
     RosArgs,
     manager_client,
 )
-from teleopctl.diagram import Box, Diagram, joined, to_dot, to_svg, write_files
+from teleopctl.diagram import Diagram, DiagramBox, joined, to_dot, to_svg, write_files
 
 # The name that ros2 control gives its PDF.
 _NAME = "controller_diagram"
@@ -52,17 +52,17 @@ def view_controller_chains(
 # Any: ControllerState of controller_manager_msgs.
 def picture(controllers: Iterable[Any]) -> Diagram:
     """Return a diagram of controllers with their state and command interfaces."""
-    boxes: dict[str, Box] = {}
+    boxes: dict[str, DiagramBox] = {}
     pairs: list[tuple[str, str]] = []
 
     def interface(name: str) -> str:
         # A joint's position is both measured and commanded: two boxes, as two interfaces.
-        return boxes.setdefault(name, Box(name, name.partition(" ")[2], "topic")).key
+        return boxes.setdefault(name, DiagramBox(name, name.partition(" ")[2], "topic")).key
 
     for controller in controllers:
         key = f"controller {controller.name}"
         text = f"{controller.name}\n{controller.state}"
-        boxes[key] = Box(key, text, "node")
+        boxes[key] = DiagramBox(key, text, "node")
         pairs += [
             (interface(f"state {name}"), key) for name in controller.required_state_interfaces
         ]

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from teleopctl.cli.verb import Group, Verb
+from teleopctl.cli.verb import Verb, VerbGroup
 
-GROUP = Group(
+GROUP = VerbGroup(
     "Look for what is wrong; without a verb: check.",
     {
         "check": Verb(

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from teleopctl.cli.verb import Group, Verb
+from teleopctl.cli.verb import Verb, VerbGroup
 
-GROUP = Group(
+GROUP = VerbGroup(
     "Use definitions of messages, services and actions.",
     {
         "list": Verb(f"{__name__}.listing:list_interfaces", "List the types."),

@@ -1,8 +1,8 @@
 """``teleopctl lifecycle``: what ``ros2 lifecycle`` does, in its words."""
 
-from teleopctl.cli.verb import Group, Verb
+from teleopctl.cli.verb import Verb, VerbGroup
 
-GROUP = Group(
+GROUP = VerbGroup(
     "Manage the states of managed nodes.",
     {
         "nodes": Verb(f"{__name__}.nodes:list_nodes", "List the managed nodes."),

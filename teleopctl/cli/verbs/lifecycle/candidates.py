@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from teleopctl.cli.completion.completing import Line
+from teleopctl.cli.completion.completing import TypedWords
 from teleopctl.errors import TeleopctlError
 
 # Who presses Tab waits for no longer.
@@ -20,7 +20,7 @@ def managed_nodes(incomplete: str) -> list[str]:
         return []
 
 
-def transitions(ctx: Line, incomplete: str) -> list[str]:
+def transitions(ctx: TypedWords, incomplete: str) -> list[str]:
     """Return the labels of the possible transitions."""
     from teleopctl.cli.verbs.lifecycle.graph_lifecycles import open_lifecycles
 

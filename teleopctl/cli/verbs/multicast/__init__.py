@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from teleopctl.cli.verb import Group, Verb
+from teleopctl.cli.verb import Verb, VerbGroup
 
-GROUP = Group(
+GROUP = VerbGroup(
     "Send and receive datagrams to many machines.",
     {
         "receive": Verb(f"{__name__}.verbs:receive", "Receive a single datagram."),

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from teleopctl.cli.verb import Group, Verb
+from teleopctl.cli.verb import Verb, VerbGroup
 
-GROUP = Group(
+GROUP = VerbGroup(
     "Read and change parameters of nodes.",
     {
         "list": Verb(f"{__name__}.list_:list_parameters", "List parameters."),

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from teleopctl.base.typed import Any
-from teleopctl.cli.completion.completing import Line
+from teleopctl.cli.completion.completing import TypedWords
 from teleopctl.errors import TeleopctlError
 
 # A longer list helps nobody to choose.
 _MOST_VALUES = 12
 
 
-def parameter_names(ctx: Line, incomplete: str) -> list[str]:
+def parameter_names(ctx: TypedWords, incomplete: str) -> list[str]:
     """Return the parameters of the node on the line."""
     from teleopctl.cli.verbs.param.graph_parameters import Parameters
 
@@ -22,7 +22,7 @@ def parameter_names(ctx: Line, incomplete: str) -> list[str]:
     return [name for name in names if name.startswith(incomplete)]
 
 
-def parameter_values(ctx: Line, incomplete: str) -> list[str]:
+def parameter_values(ctx: TypedWords, incomplete: str) -> list[str]:
     """Return values that complete the parameter on the line: its own, true, false, its range."""
     from teleopctl.cli.verbs.param.graph_parameters import Parameters
     from teleopctl.node import parameter_value_to_python

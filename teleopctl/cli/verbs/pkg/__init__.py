@@ -1,8 +1,8 @@
 """``teleopctl pkg``: which packages there are, where, and what they offer."""
 
-from teleopctl.cli.verb import Group, Verb
+from teleopctl.cli.verb import Verb, VerbGroup
 
-GROUP = Group(
+GROUP = VerbGroup(
     "Find and create packages.",
     {
         "create": Verb(

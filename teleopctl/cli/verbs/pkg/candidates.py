@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from teleopctl.cli.completion.completing import Line
+from teleopctl.cli.completion.completing import TypedWords
 
 
-def manifest_tags(ctx: Line, incomplete: str) -> list[str]:
+def manifest_tags(ctx: TypedWords, incomplete: str) -> list[str]:
     """Return the manifest tags of the package on the line."""
     from lxml import etree
 

@@ -1,8 +1,8 @@
 """``teleopctl robot``: what becomes of robots' files."""
 
-from teleopctl.cli.verb import Group, Verb
+from teleopctl.cli.verb import Verb, VerbGroup
 
-GROUP = Group(
+GROUP = VerbGroup(
     "Check robots' files.",
     {
         "check": Verb(

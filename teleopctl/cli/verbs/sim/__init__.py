@@ -1,10 +1,10 @@
 """``teleopctl sim``: the simulation that runs, and many of them."""
 
-from teleopctl.cli.verb import Group, Verb
+from teleopctl.cli.verb import Verb, VerbGroup
 
 _RUNNING = f"{__name__}.running"
 
-GROUP = Group(
+GROUP = VerbGroup(
     "Run simulations.",
     {
         "pause": Verb(f"{_RUNNING}:pause", "Pause the simulation."),

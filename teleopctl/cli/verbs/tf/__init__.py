@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from teleopctl.cli.verb import Group, Verb
+from teleopctl.cli.verb import Verb, VerbGroup
 
-GROUP = Group(
+GROUP = VerbGroup(
     "Watch transforms between frames.",
     {
         "echo": Verb(f"{__name__}.echo:echo_transform", "Print where one frame stands in another."),

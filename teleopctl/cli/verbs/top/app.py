@@ -10,8 +10,8 @@ from textual.app import App, ComposeResult
 from textual.binding import Binding, BindingType
 from textual.widgets import DataTable, Footer, Static, TabbedContent, TabPane
 
-from teleopctl.cli.verbs.top.controllers import ControllerRow, Controllers
-from teleopctl.cli.verbs.top.log import Log
+from teleopctl.cli.verbs.top.controllers import ControllerRow, ControllerTable
+from teleopctl.cli.verbs.top.log import LogBuffer
 from teleopctl.cli.verbs.top.parameter_screen import ParameterScreen
 from teleopctl.cli.verbs.top.processes import NodeRow, Processes
 from teleopctl.cli.verbs.top.questions import Ask, Confirm
@@ -27,7 +27,7 @@ from teleopctl.cli.verbs.top.tables import (
     topic_rows,
 )
 from teleopctl.cli.verbs.top.topic_screens import EchoScreen, PlotScreen
-from teleopctl.cli.verbs.top.topics import HEAVY_TYPES, TopicRow, Topics
+from teleopctl.cli.verbs.top.topics import HEAVY_TYPES, TopicRow, TopicTable
 from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces import get_message, numeric_fields
 from teleopctl.node import Node
@@ -75,9 +75,9 @@ class Top(App[None]):
         self._node = node
         self._period_s = period_s
         self._processes = Processes(node)
-        self._topics = Topics(node)
-        self._controllers = Controllers(node)
-        self._log_lines = Log(node)
+        self._topics = TopicTable(node)
+        self._controllers = ControllerTable(node)
+        self._log_lines = LogBuffer(node)
         self._node_rows: dict[str, NodeRow] = {}
         self._topic_rows: dict[str, TopicRow] = {}
         self._controller_rows: list[ControllerRow] = []

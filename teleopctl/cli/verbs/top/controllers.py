@@ -32,7 +32,7 @@ class ControllerRow(NamedTuple):
     longest_us: float | None = None
 
 
-class Controllers:
+class ControllerTable:
     """Lists the controllers of all managers; not for the thread that draws.
 
     Args:

@@ -27,7 +27,7 @@ class LogLine(NamedTuple):
     text: str
 
 
-class Log:
+class LogBuffer:
     """Newest lines of /rosout.
 
     Args:

@@ -45,7 +45,7 @@ class TopicRow(NamedTuple):
         return self.traffic.bytes_per_s if self.traffic else 0.0
 
 
-class Topics:
+class TopicTable:
     """The graph's topics, some of them measured.
 
     Args:

@@ -7,8 +7,8 @@ from typing import Any
 
 from teleopctl.launch import (
     Evaluation,
-    Parameter,
-    ParameterFile,
+    ParameterEntry,
+    ParameterFileEntry,
     literal,
     parameter_value,
 )
@@ -72,16 +72,16 @@ class Configurations(MutableMapping[str, Any]):
         return dict(self)
 
     # Any: launch files keep what they like there.
-    def _parameter(self, entry: Parameter | ParameterFile) -> Any:
-        if isinstance(entry, ParameterFile):
+    def _parameter(self, entry: ParameterEntry | ParameterFileEntry) -> Any:
+        if isinstance(entry, ParameterFileEntry):
             return self._launch.text(entry.path)
         value = parameter_value(entry, self._launch.context)
         return self._launch.text(entry.name), tuple(value) if isinstance(value, list) else value
 
 
 # Any: a path, or a name and a value.
-def _given(entry: Any) -> Parameter | ParameterFile:
+def _given(entry: Any) -> ParameterEntry | ParameterFileEntry:
     if isinstance(entry, str):
-        return ParameterFile(literal(entry))
+        return ParameterFileEntry(literal(entry))
     name, value = entry
-    return Parameter(literal(name), list(value) if isinstance(value, tuple) else value, None)
+    return ParameterEntry(literal(name), list(value) if isinstance(value, tuple) else value, None)

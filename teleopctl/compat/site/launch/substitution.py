@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from teleopctl.errors import TeleopctlError
-from teleopctl.launch import Argument, Call, Template
+from teleopctl.launch import Call, SubstitutionArgument, Template
 
 if TYPE_CHECKING:
     from .launch_context import LaunchContext
@@ -84,6 +84,8 @@ def call(name: str, *arguments: Template, source: str | None = None) -> Template
     """
     written = " ".join([name, *(f"'{argument.source}'" for argument in arguments)])
     made = Call(
-        name, tuple(Argument(argument, "'") for argument in arguments), source or f"$({written})"
+        name,
+        tuple(SubstitutionArgument(argument, "'") for argument in arguments),
+        source or f"$({written})",
     )
     return Template((made,), made.source)

@@ -8,8 +8,8 @@ from launch._texts import template
 from launch.substitution import Substitution
 
 from teleopctl.launch import (
-    Parameter as ModelParameter,
-    ParameterFile as ModelParameterFile,
+    ParameterEntry as ModelParameter,
+    ParameterFileEntry as ModelParameterFile,
     ParameterTree,
     Template,
 )

@@ -9,7 +9,13 @@ from launch.frontend.known_actions import command_line, process, timer
 from launch.frontend.type_utils import get_data_type_from_identifier
 
 from teleopctl import launch as model
-from teleopctl.launch import Parameter, ParameterFile, ParameterTree, Process, Template
+from teleopctl.launch import (
+    ParameterEntry,
+    ParameterFileEntry,
+    ParameterTree,
+    ProcessPart,
+    Template,
+)
 
 from . import descriptions
 from .actions import (
@@ -28,7 +34,7 @@ is_known_as("ros_timer", model.RosTimer, ROSTimer)(timer)
 
 
 @is_known_as("node", model.Node, Node)
-def _node(action: Process) -> dict[str, Any]:
+def _node(action: ProcessPart) -> dict[str, Any]:
     node = action.node
     assert node is not None
     words: dict[str, Any] = {"executable": text(node.executable), **process(action)}
@@ -51,8 +57,8 @@ def _node(action: Process) -> dict[str, Any]:
     return words
 
 
-def _parameter(entry: Parameter | ParameterFile) -> Any:
-    if isinstance(entry, ParameterFile):
+def _parameter(entry: ParameterEntry | ParameterFileEntry) -> Any:
+    if isinstance(entry, ParameterFileEntry):
         allows = entry.allow_substs
         return descriptions.ParameterFile(
             text(entry.path), allow_substs=allows if isinstance(allows, bool) else text(allows)
@@ -60,7 +66,7 @@ def _parameter(entry: Parameter | ParameterFile) -> Any:
     return {tuple(text(entry.name)): _value(entry)}
 
 
-def _value(entry: Parameter) -> descriptions.ParameterValue:
+def _value(entry: ParameterEntry) -> descriptions.ParameterValue:
     kind = None if entry.type_name is None else get_data_type_from_identifier(entry.type_name)
     return descriptions.ParameterValue(_tree(entry.value), value_type=kind)
 

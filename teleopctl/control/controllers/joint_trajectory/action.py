@@ -11,7 +11,7 @@ from teleopctl.control.controllers.joint_trajectory.goal import (
     FollowedGoal,
 )
 from teleopctl.control.controllers.joint_trajectory.inputs import TrajectoryInputs
-from teleopctl.control.controllers.joint_trajectory.settings import Settings
+from teleopctl.control.controllers.joint_trajectory.settings import TrajectorySettings
 from teleopctl.control.controllers.joint_trajectory.tolerances import (
     IllegalToleranceError,
     Tolerances,
@@ -42,7 +42,7 @@ class FollowJointTrajectoryServer:
     def __init__(
         self,
         controller: ControllerInterface,
-        settings: Settings,
+        settings: TrajectorySettings,
         inputs: TrajectoryInputs,
         default_tolerances: Callable[[], Tolerances],
     ) -> None:

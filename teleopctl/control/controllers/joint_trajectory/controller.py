@@ -36,11 +36,11 @@ from teleopctl.control.controllers.joint_trajectory.state import (
 )
 from teleopctl.control.controllers.joint_trajectory.stopping import stopping_points
 from teleopctl.control.controllers.joint_trajectory.tolerances import (
-    Verdict,
+    ToleranceVerdict,
     judge,
     tracking_error,
 )
-from teleopctl.control.controllers.joint_trajectory.trajectory import Sample, Trajectory
+from teleopctl.control.controllers.joint_trajectory.trajectory import Trajectory, TrajectorySample
 from teleopctl.control.controllers.pid import Pid, PidGains
 from teleopctl.control.handles import ACCELERATION, POSITION, VELOCITY, StateInterface
 from teleopctl.control.lifecycle import CallbackReturn, ReturnType
@@ -251,7 +251,11 @@ class JointTrajectoryController(ControllerInterface):
         )
         error = tracking_error(reference, feedback, self._wrap)
         verdict, blame = self._judge(desired, error, first=first)
-        if verdict in (Verdict.PATH_VIOLATED, Verdict.GOAL_LATE, Verdict.TIMED_OUT):
+        if verdict in (
+            ToleranceVerdict.PATH_VIOLATED,
+            ToleranceVerdict.GOAL_LATE,
+            ToleranceVerdict.TIMED_OUT,
+        ):
             self._stop(positions, velocities)
         else:
             self._outputs.write(command.state, error.positions, error.velocities, period)
@@ -292,10 +296,10 @@ class JointTrajectoryController(ControllerInterface):
         trajectory.set_point_before(time_ns, before, self._wrap)
 
     def _judge(
-        self, desired: Sample, error: TrajectoryPoint, *, first: bool
-    ) -> tuple[Verdict, str]:
+        self, desired: TrajectorySample, error: TrajectoryPoint, *, first: bool
+    ) -> tuple[ToleranceVerdict, str]:
         if self._holding:
-            return Verdict.MOVING, ""
+            return ToleranceVerdict.MOVING, ""
         trajectory, settings = self._trajectory, self._settings
         late = None
         if desired.end_index == len(trajectory.points):
@@ -314,13 +318,13 @@ class JointTrajectoryController(ControllerInterface):
             first=first,
         )
 
-    def _conclude(self, verdict: Verdict, blame: str) -> None:
+    def _conclude(self, verdict: ToleranceVerdict, blame: str) -> None:
         """End the goal where the verdict is one, and report what went wrong."""
-        if verdict in (Verdict.MOVING, Verdict.WAITING):
+        if verdict in (ToleranceVerdict.MOVING, ToleranceVerdict.WAITING):
             return
         log, goal = self._log.try_publish, self._goal
         failed = f"State tolerances failed for {blame}"
-        if verdict is Verdict.PATH_VIOLATED:
+        if verdict is ToleranceVerdict.PATH_VIOLATED:
             reason = "Holding position due to state tolerance violation"
             if goal is not None:
                 reason = "Aborted due to state tolerance violation"
@@ -328,12 +332,12 @@ class JointTrajectoryController(ControllerInterface):
             self._abort_goal(
                 PATH_TOLERANCE_VIOLATED, f"Aborted due to path tolerance violation: {blame}"
             )
-        elif verdict is Verdict.GOAL_LATE:
+        elif verdict is ToleranceVerdict.GOAL_LATE:
             reason = f"Aborted due to goal_time_tolerance exceeding by {self._late:f} seconds"
             said = "Exceeded goal_time_tolerance: holding position..." if goal is None else reason
             log((self.logger.error, failed, said))
             self._abort_goal(GOAL_TOLERANCE_VIOLATED, f"{reason}: {blame}")
-        elif verdict is Verdict.TIMED_OUT:
+        elif verdict is ToleranceVerdict.TIMED_OUT:
             reason = "Aborted due to command timeout"
             log((self.logger.warning, reason))
             if blame:

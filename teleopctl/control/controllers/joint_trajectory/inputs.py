@@ -11,7 +11,7 @@ from teleopctl.control.controllers.base import ControllerInterfaceParams
 from teleopctl.control.controllers.joint_trajectory import position_commands
 from teleopctl.control.controllers.joint_trajectory.goal import FollowedGoal
 from teleopctl.control.controllers.joint_trajectory.points import TrajectoryPoint
-from teleopctl.control.controllers.joint_trajectory.settings import Settings
+from teleopctl.control.controllers.joint_trajectory.settings import TrajectorySettings
 from teleopctl.control.controllers.joint_trajectory.validation import (
     InvalidTrajectoryError,
     Rules,
@@ -90,7 +90,7 @@ class TrajectoryInputs:
     def __init__(
         self,
         controller: TrajectoryFollower,
-        settings: Settings,
+        settings: TrajectorySettings,
         incoming: deque[Incoming],
     ) -> None:
         from teleopctl.interfaces import get_message, get_service

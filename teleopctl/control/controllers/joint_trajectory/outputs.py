@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 
 from teleopctl.control.controllers.joint_trajectory.points import TrajectoryPoint
-from teleopctl.control.controllers.joint_trajectory.settings import Settings
+from teleopctl.control.controllers.joint_trajectory.settings import TrajectorySettings
 from teleopctl.control.controllers.pid import Pid
 from teleopctl.control.handles import (
     ACCELERATION,
@@ -27,7 +27,10 @@ class CommandOutputs:
     """
 
     def __init__(
-        self, settings: Settings, interfaces: Sequence[CommandInterface], pids: Sequence[Pid]
+        self,
+        settings: TrajectorySettings,
+        interfaces: Sequence[CommandInterface],
+        pids: Sequence[Pid],
     ) -> None:
         count = len(settings.command_interfaces)
         self._outputs = {

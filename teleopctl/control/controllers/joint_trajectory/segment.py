@@ -12,7 +12,7 @@ from teleopctl.control.controllers.joint_trajectory.points import TrajectoryPoin
 from teleopctl.interfaces import NANOSECONDS_PER_SECOND
 
 
-class Segment:
+class TrajectorySegment:
     """Interpolation between two trajectory points.
 
     Args:

@@ -47,7 +47,7 @@ class InvalidSettingsError(Exception):
 
 
 @dataclass(frozen=True)
-class Settings:
+class TrajectorySettings:
     """Parameters that are fixed while the controller is configured.
 
     Attributes:
@@ -105,7 +105,7 @@ class Settings:
         return set(self.command_interfaces) in ({VELOCITY}, {EFFORT})
 
 
-def read_settings(parameter: ReadParameter) -> Settings:
+def read_settings(parameter: ReadParameter) -> TrajectorySettings:
     """Read and check the parameters.
 
     Raises:
@@ -130,7 +130,7 @@ def read_settings(parameter: ReadParameter) -> Settings:
         )
     goal_time = parameter("constraints.goal_time", 0.0)
     timeout = parameter("cmd_timeout", 0.0)
-    return Settings(
+    return TrajectorySettings(
         joints=joints,
         command_joints=command_joints,
         command_interfaces=commands,

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from teleopctl.control.controllers.joint_trajectory.points import TrajectoryPoint
-from teleopctl.control.controllers.joint_trajectory.settings import Settings
+from teleopctl.control.controllers.joint_trajectory.settings import TrajectorySettings
 from teleopctl.control.realtime_publisher import PublishQueue, RealtimePublisher
 from teleopctl.interfaces import set_stamp
 
@@ -56,7 +56,9 @@ class TrajectoryStatePublisher:
         settings: The controller's parameters.
     """
 
-    def __init__(self, node: Node, publish_queue: PublishQueue, settings: Settings) -> None:
+    def __init__(
+        self, node: Node, publish_queue: PublishQueue, settings: TrajectorySettings
+    ) -> None:
         from teleopctl.interfaces import get_message
 
         self._node = node

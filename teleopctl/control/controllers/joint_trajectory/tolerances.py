@@ -182,7 +182,7 @@ def violation(
     return None
 
 
-class Verdict(Enum):
+class ToleranceVerdict(Enum):
     """Result of the check of the tolerances in one update."""
 
     MOVING = "on the way"
@@ -201,7 +201,7 @@ def judge(
     cmd_timeout: float,
     *,
     first: bool,
-) -> tuple[Verdict, str]:
+) -> tuple[ToleranceVerdict, str]:
     """Return whether an update aborts, ends or continues the goal.
 
     Args:
@@ -218,12 +218,12 @@ def judge(
     if late is None or first:
         failure = violation(tolerances.path, names, errors)
         if failure:
-            return Verdict.PATH_VIOLATED, failure
+            return ToleranceVerdict.PATH_VIOLATED, failure
     if late is None:
-        return Verdict.MOVING, ""
+        return ToleranceVerdict.MOVING, ""
     failure = violation(tolerances.goal, names, errors)
     if failure and 0.0 < tolerances.goal_time < late:
-        return Verdict.GOAL_LATE, failure
+        return ToleranceVerdict.GOAL_LATE, failure
     if 0.0 < cmd_timeout < late:
-        return Verdict.TIMED_OUT, failure or ""
-    return (Verdict.WAITING, failure) if failure else (Verdict.REACHED, "")
+        return ToleranceVerdict.TIMED_OUT, failure or ""
+    return (ToleranceVerdict.WAITING, failure) if failure else (ToleranceVerdict.REACHED, "")

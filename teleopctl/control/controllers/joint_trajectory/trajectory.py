@@ -13,7 +13,7 @@ from enum import Enum
 from typing import NamedTuple
 
 from teleopctl.control.controllers.joint_trajectory.points import TrajectoryPoint
-from teleopctl.control.controllers.joint_trajectory.segment import Segment
+from teleopctl.control.controllers.joint_trajectory.segment import TrajectorySegment
 from teleopctl.interfaces import NANOSECONDS_PER_SECOND
 
 
@@ -24,7 +24,7 @@ class InterpolationMethod(Enum):
     NONE = "none"
 
 
-class Sample(NamedTuple):
+class TrajectorySample(NamedTuple):
     """State of a trajectory at one time.
 
     Attributes:
@@ -50,7 +50,7 @@ class Trajectory:
 
     def __init__(self, points: Sequence[TrajectoryPoint] = (), start_ns: int = 0) -> None:
         self._points: list[TrajectoryPoint] = []
-        self._segments: list[Segment | None] = []
+        self._segments: list[TrajectorySegment | None] = []
         self._before: TrajectoryPoint | None = None
         self.update(points, start_ns)
 
@@ -98,7 +98,7 @@ class Trajectory:
         method: InterpolationMethod = InterpolationMethod.SPLINES,
         *,
         advance: bool = True,
-    ) -> Sample | None:
+    ) -> TrajectorySample | None:
         """Return the desired state at a time; None outside the trajectory.
 
         There is none without points and before the point before.
@@ -120,7 +120,7 @@ class Trajectory:
         splines = method is InterpolationMethod.SPLINES
         if elapsed < points[0].time_ns:
             if not splines:
-                return Sample(before, 0, 0)
+                return TrajectorySample(before, 0, 0)
             return self._interpolate(0, time_ns, 0, 0)
         last = len(points) - 1
         for index in range(self.last_index, last):
@@ -128,15 +128,15 @@ class Trajectory:
                 if advance:
                     self.last_index = index
                 if not splines:
-                    return Sample(points[index + 1], index, index + 1)
+                    return TrajectorySample(points[index + 1], index, index + 1)
                 return self._interpolate(index + 1, time_ns, index, index + 1)
         if advance:
             self.last_index = last
         if splines:
             self._complete(last)
-        return Sample(_with_zeros(points[last]), last, last + 1)
+        return TrajectorySample(_with_zeros(points[last]), last, last + 1)
 
-    def _interpolate(self, segment: int, time_ns: int, start: int, end: int) -> Sample:
+    def _interpolate(self, segment: int, time_ns: int, start: int, end: int) -> TrajectorySample:
         path = self._segments[segment]
         if path is None:
             self._complete(segment)
@@ -144,9 +144,9 @@ class Trajectory:
             target = self._points[segment]
             if segment == 0:
                 begin = _padded(begin, target)
-            path = Segment(begin_ns, begin, self.start_ns + target.time_ns, target)
+            path = TrajectorySegment(begin_ns, begin, self.start_ns + target.time_ns, target)
             self._segments[segment] = path
-        return Sample(path.sample(time_ns), start, end)
+        return TrajectorySample(path.sample(time_ns), start, end)
 
     def _begin_of(self, segment: int) -> tuple[int, TrajectoryPoint]:
         if segment == 0:

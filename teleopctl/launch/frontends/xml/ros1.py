@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from teleopctl.errors import LaunchError
-from teleopctl.launch.frontends.xml.tree import Tag
+from teleopctl.launch.frontends.xml.tree import XmlTag
 from teleopctl.launch.model.element import Element
 
 _SUBSTITUTION = re.compile(r"(?<!\\)\$\(\s*(find|arg)\s+([^\s()]+)")
@@ -49,7 +49,7 @@ class _Sign(NamedTuple):
     is_proof: bool
 
 
-def refuse_ros1(root: Tag) -> None:
+def refuse_ros1(root: XmlTag) -> None:
     """Refuse a launch file of ROS 1.
 
     Raises:
@@ -67,7 +67,7 @@ def refuse_ros1(root: Tag) -> None:
     )
 
 
-def _signs(tag: Tag) -> Iterator[_Sign]:
+def _signs(tag: XmlTag) -> Iterator[_Sign]:
     for name, element in tag.attributes.items():
         if (known := _ATTRIBUTES.get((tag.name, name))) is not None:
             proof = name == "type" and "exec" not in tag.attributes
@@ -89,7 +89,7 @@ def _signs(tag: Tag) -> Iterator[_Sign]:
         yield from _signs(nested)
 
 
-def _is_of_ros_2(tag: Tag) -> bool:
+def _is_of_ros_2(tag: XmlTag) -> bool:
     """Whether something stands in a tag that ROS 1 does not have."""
     if tag.name == "node" and "exec" in tag.attributes:
         return True

@@ -54,7 +54,7 @@ class Attribute(Element):
 
 
 @dataclass(frozen=True, slots=True)
-class Tag(Element):
+class XmlTag(Element):
     """XML tag with its attributes, children and place.
 
     Attributes:
@@ -67,7 +67,7 @@ class Tag(Element):
 
     name: str
     attributes: Mapping[str, Element]
-    nested: list[Tag]
+    nested: list[XmlTag]
 
     def fields(self, keys: Sequence[str]) -> Mapping[str, Element]:
         """Return attributes and nested tags by key.
@@ -77,8 +77,8 @@ class Tag(Element):
         """
         known = {_canonical(key) for key in keys} - {"children"}
         fields = dict(self.attributes)
-        lists: dict[str, list[Tag]] = {}
-        children: list[Tag] = []
+        lists: dict[str, list[XmlTag]] = {}
+        children: list[XmlTag] = []
         for tag in self.nested:
             if _canonical(tag.name) in known:
                 lists.setdefault(tag.name, []).append(tag)
@@ -114,7 +114,7 @@ class _Tags(Element):
         return f"a tag <{self.path.rpartition('.')[2]}>"
 
 
-def load(path: Path) -> Tag:
+def load(path: Path) -> XmlTag:
     """Read an XML file.
 
     Raises:
@@ -124,7 +124,7 @@ def load(path: Path) -> Tag:
     return parsed(read_text(path), path)
 
 
-def parsed(text: str, path: Path) -> Tag:
+def parsed(text: str, path: Path) -> XmlTag:
     """Parse XML text; see `load`."""
     return _Reader(path).read(text)
 
@@ -134,8 +134,8 @@ class _Reader:
 
     def __init__(self, path: Path) -> None:
         self._path = path
-        self._open: list[Tag] = []
-        self._root: Tag | None = None
+        self._open: list[XmlTag] = []
+        self._root: XmlTag | None = None
         self._source = b""
         # The text is decoded already, so an encoding that it declares no longer holds.
         self._expat = expat.ParserCreate("utf-8")
@@ -143,7 +143,7 @@ class _Reader:
         self._expat.EndElementHandler = self._end
         self._expat.EntityDeclHandler = self._refuse_entity
 
-    def read(self, text: str) -> Tag:
+    def read(self, text: str) -> XmlTag:
         self._source = text.encode()
         try:
             self._expat.Parse(self._source, True)
@@ -165,7 +165,7 @@ class _Reader:
             )
             for key, text in attributes.items()
         }
-        tag = Tag(None, place, path, name, _split(elements), [])
+        tag = XmlTag(None, place, path, name, _split(elements), [])
         if self._open:
             self._open[-1].nested.append(tag)
         else:

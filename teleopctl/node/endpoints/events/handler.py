@@ -8,7 +8,7 @@ from collections.abc import Callable
 
 from teleopctl.base.typed import TYPE_CHECKING, NamedTuple
 from teleopctl.node.endpoints.events.callbacks import EventCallback
-from teleopctl.node.endpoints.waitable import Waitable
+from teleopctl.node.endpoints.waitable import QueuingEntity
 from teleopctl.node.values.callback_groups import CallbackGroup
 
 if TYPE_CHECKING:
@@ -20,7 +20,7 @@ def taken_by_hand(info: object) -> None:
     del info
 
 
-class EventHandler(Waitable):
+class EventHandler(QueuingEntity):
     """Counts events on any thread and calls an event callback through the executor of a node."""
 
     def __init__(self, node: NodeCore, callback: EventCallback, group: CallbackGroup) -> None:

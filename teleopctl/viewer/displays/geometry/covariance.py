@@ -16,7 +16,7 @@ from teleopctl.viewer.scene.drawing import (
     Drawing,
     Floats,
     Rgba,
-    Surface,
+    TriangleMesh,
     is_drawable,
 )
 
@@ -128,12 +128,12 @@ def _draw_orientation(
         drawing.solid("cylinder", place, (widths[0], widths[1], _FLAT_M), color)
 
 
-def _wedge(pose: Transform, length: float, half_angle: float, color: Rgba) -> Surface:
+def _wedge(pose: Transform, length: float, half_angle: float, color: Rgba) -> TriangleMesh:
     angles = np.linspace(-half_angle, half_angle, _WEDGE_PARTS + 1)
     rim = np.stack([np.cos(angles), np.sin(angles), np.zeros_like(angles)], axis=1) * length
     corners = np.zeros((_WEDGE_PARTS, 3, 3))
     corners[:, 1], corners[:, 2] = rim[:-1], rim[1:]
-    return Surface(corners.reshape(-1, 3), np.array(color), pose)
+    return TriangleMesh(corners.reshape(-1, 3), np.array(color), pose)
 
 
 def _rotation_of(matrix: Floats) -> Quaternion:

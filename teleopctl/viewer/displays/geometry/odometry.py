@@ -1,4 +1,4 @@
-"""``Odometry``: where a robot has been, one shape for every few centimetres."""
+"""``OdometryDisplay``: where a robot has been, one shape for every few centimetres."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from teleopctl.viewer.scene.drawing import Drawing, merged
 _MOST_KEPT = 10_000
 
 
-class Odometry(DrawnDisplay):
+class OdometryDisplay(DrawnDisplay):
     """Display of the last odometry poses, with the covariance of the newest."""
 
     rviz_class = "Odometry"

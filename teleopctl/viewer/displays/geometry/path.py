@@ -1,4 +1,4 @@
-"""``Path``: the poses that something will pass, or has passed, joined by a line."""
+"""``PathDisplay``: the poses that something will pass, or has passed, joined by a line."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from teleopctl.viewer.scene.drawing import HAIR, ArrowSize, Drawing
 # Any stands for messages throughout: their classes are made at run time, from definitions.
 
 
-class Path(DrawnDisplay):
+class PathDisplay(DrawnDisplay):
     """Display of a path: a line, and optionally shapes at its poses."""
 
     rviz_class = "Path"

@@ -1,4 +1,4 @@
-"""``Pose`` and ``PoseWithCovariance``: where something stands, as an arrow or axes."""
+"""``PoseDisplay`` and ``PoseWithCovariance``: where something stands, as an arrow or axes."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from teleopctl.viewer.scene.drawing import Drawing
 NOT_FINITE = "The pose is not drawn: its numbers must be finite"
 
 
-class Pose(DrawnDisplay):
+class PoseDisplay(DrawnDisplay):
     """Display of a stamped pose."""
 
     rviz_class = "Pose"

@@ -48,7 +48,7 @@ Moved = Callable[[str, str, Transform], object]
 """Called with the phase (start, update or end), the control's name, and the marker's new pose."""
 
 
-class Handle:
+class ControlGizmo:
     """viser gizmo of one control.
 
     Args:

@@ -7,7 +7,14 @@ from typing import TYPE_CHECKING, Any
 
 from teleopctl.tf import Transform
 from teleopctl.viewer.displays.markers.control_turning import ControlTurning
-from teleopctl.viewer.displays.markers.handles import BUTTON, MENU, Handle, Moved, has_handle, put
+from teleopctl.viewer.displays.markers.handles import (
+    BUTTON,
+    MENU,
+    ControlGizmo,
+    Moved,
+    has_handle,
+    put,
+)
 from teleopctl.viewer.displays.markers.marker_drawing import MarkerFault, draw_marker, own_pose
 from teleopctl.viewer.displays.markers.marker_files import MarkerFiles
 from teleopctl.viewer.scene.canvas import Canvas
@@ -60,12 +67,12 @@ class InteractiveControl:
         self.fault = ""
         self.files: set[str] = set()
         self.turning = ControlTurning(control)
-        self.handle: Handle | None = None
+        self.handle: ControlGizmo | None = None
         self._clicked = clicked
         self._own_node: Any = None
         if has_handle(control):
             path = f"{place}/handle{number}"
-            self.handle = Handle(stage, path, control, self.turning, scale, moved)
+            self.handle = ControlGizmo(stage, path, control, self.turning, scale, moved)
         self._drawing = self._drawn(control, scale, files)
         path = f"{body}/control{number}"
         if self.turning.carries_markers:

@@ -15,8 +15,8 @@ from teleopctl.viewer.scene.drawing import (
     ArrowSize,
     Drawing,
     Floats,
-    Surface,
     Text,
+    TriangleMesh,
     along,
     drawable_rows,
     is_drawable,
@@ -210,7 +210,7 @@ def _triangles(drawing: Drawing, marker: Any, pose: Transform) -> str:
     texture, uv, unmapped = _texture(marker, whole)
     size = np.array(vector_of(marker.scale))
     if size.all() and (colors[..., 3] > 0).any():
-        drawing.surfaces.append(Surface(points[:whole] * size, colors, pose, texture, uv))
+        drawing.surfaces.append(TriangleMesh(points[:whole] * size, colors, pose, texture, uv))
     return fault or wrong or unmapped or ("" if size.all() else _NO_SIZE)
 
 

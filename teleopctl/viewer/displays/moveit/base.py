@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 
 from teleopctl.node import qos_profile_latched
 from teleopctl.viewer.displays.base import ERROR, OK, WARN, Display
-from teleopctl.viewer.displays.moveit.ghost import Color, Ghost, GhostModel
+from teleopctl.viewer.displays.moveit.ghost import Color, OverlayModel, RobotOverlay
 from teleopctl.viewer.displays.properties import Property, read
 
 # Any stands for messages throughout: their classes are made at run time, from definitions.
@@ -31,7 +31,7 @@ class MoveItDisplay(Display):
         self.values.given.setdefault("Class", f"moveit_rviz_plugin/{self.rviz_class}")
         said = read(Property(self.topic_key, self.default_topic), self.values.given)
         self.topic = self.topic or str(said) or self.default_topic
-        self.model: GhostModel | None = None
+        self.model: OverlayModel | None = None
         self._end_description: Callable[[], None] | None = None
         self._turn = 0
 
@@ -77,7 +77,7 @@ class MoveItDisplay(Display):
         self._turn += 1
         turn = self._turn
         self.stage.work(
-            lambda: GhostModel.of(urdf, folder), lambda done: self._take_model(turn, done)
+            lambda: OverlayModel.of(urdf, folder), lambda done: self._take_model(turn, done)
         )
 
     def _take_model(self, turn: int, done: Any) -> None:
@@ -93,7 +93,9 @@ class MoveItDisplay(Display):
 
     # --- what it uses -------------------------------------------------------------------------
 
-    def make_ghost(self, name: str, alpha: float, color: Color | None = None) -> Ghost | None:
+    def make_ghost(
+        self, name: str, alpha: float, color: Color | None = None
+    ) -> RobotOverlay | None:
         """Return a further drawing of the robot; None without a description.
 
         Args:
@@ -106,4 +108,6 @@ class MoveItDisplay(Display):
                 self.say(WARN, f"Nothing has come from {_DESCRIPTION} yet")
             return None
         above = self.stage.frames.node_of(self.model.description.root)
-        return Ghost(self.stage.scene, f"{above}{self.root}_{name}", self.model, alpha, color)
+        return RobotOverlay(
+            self.stage.scene, f"{above}{self.root}_{name}", self.model, alpha, color
+        )

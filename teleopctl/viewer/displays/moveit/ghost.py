@@ -16,7 +16,7 @@ from teleopctl.tf import Transform
 from teleopctl.viewer.displays.reading import rgba_of
 from teleopctl.viewer.displays.robot_parts import Parts, load_parts
 from teleopctl.viewer.scene.mesh_files import MeshFile, load_mesh
-from teleopctl.viewer.scene.shapes import Shapes
+from teleopctl.viewer.scene.shapes import ShapeDrawing
 
 if TYPE_CHECKING:
     import viser
@@ -31,7 +31,7 @@ Color = tuple[int, int, int]
 
 
 @dataclass(frozen=True, slots=True)
-class GhostModel:
+class OverlayModel:
     """A robot's description, kinematics, meshes and textures, to draw it in any state.
 
     Attributes:
@@ -49,7 +49,7 @@ class GhostModel:
     bare: dict[str, MeshFile]
 
     @classmethod
-    def of(cls, urdf: str, folder: Path | None = None) -> GhostModel:
+    def of(cls, urdf: str, folder: Path | None = None) -> OverlayModel:
         """Read a robot description and its meshes; takes long.
 
         Args:
@@ -92,7 +92,7 @@ class GhostModel:
         return poses
 
 
-class Ghost:
+class RobotOverlay:
     """A drawing of the robot in a given state, beside the real one.
 
     Args:
@@ -107,7 +107,7 @@ class Ghost:
         self,
         scene: viser.SceneApi,
         path: str,
-        model: GhostModel,
+        model: OverlayModel,
         alpha: float,
         color: Color | None = None,
     ) -> None:
@@ -118,7 +118,7 @@ class Ghost:
         parts = model.parts
         tint = None if color is None else Material(rgba=rgba_of(color))
         meshes = parts.meshes if tint is None else {**parts.meshes, **model.bare}
-        shapes = Shapes(scene, meshes, parts.textures)
+        shapes = ShapeDrawing(scene, meshes, parts.textures)
         for number, link in enumerate(model.description.links.values()):
             if not link.visuals or alpha <= 0.0:
                 continue

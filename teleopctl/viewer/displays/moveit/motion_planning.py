@@ -8,15 +8,15 @@ from typing import Any, ClassVar
 
 from teleopctl.tf import Transform
 from teleopctl.viewer.displays.base import OK
-from teleopctl.viewer.displays.moveit.ghost import Ghost
+from teleopctl.viewer.displays.moveit.ghost import RobotOverlay
 from teleopctl.viewer.displays.moveit.planning_scene import SCENE_PROPERTIES, PlanningScene
-from teleopctl.viewer.displays.moveit.states import Path
-from teleopctl.viewer.displays.moveit.trajectory import PATH_PROPERTIES, Trajectory
+from teleopctl.viewer.displays.moveit.states import PlannedPath
+from teleopctl.viewer.displays.moveit.trajectory import PATH_PROPERTIES, TrajectoryDisplay
 from teleopctl.viewer.displays.properties import Property
 
 # Any stands for messages throughout: their classes are made at run time, from definitions.
 
-_PATH = "Planned Path"
+_PATH = "Planned PlannedPath"
 _GOAL = "Planning Request"
 
 
@@ -40,9 +40,9 @@ class MotionPlanning(PlanningScene):
         given = self.values.given.setdefault(_PATH, {})
         if not isinstance(given, dict):
             given = self.values.given[_PATH] = {"Value": given}
-        self._planned = Trajectory(self.stage, self.name, f"{self.root}_path", dict(given))
-        self._goal: Ghost | None = None
-        self._goal_path: Path | None = None
+        self._planned = TrajectoryDisplay(self.stage, self.name, f"{self.root}_path", dict(given))
+        self._goal: RobotOverlay | None = None
+        self._goal_path: PlannedPath | None = None
         self._goal_besides: Mapping[str, Transform] = {}
 
     def begin(self) -> None:

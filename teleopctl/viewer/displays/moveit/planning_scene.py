@@ -9,7 +9,7 @@ from teleopctl.tf import Transform
 from teleopctl.viewer.displays.base import OK, WARN
 from teleopctl.viewer.displays.moveit.base import MoveItDisplay
 from teleopctl.viewer.displays.moveit.collision_objects import SceneObjects
-from teleopctl.viewer.displays.moveit.ghost import Ghost
+from teleopctl.viewer.displays.moveit.ghost import RobotOverlay
 from teleopctl.viewer.displays.moveit.scene_request import SceneRequest
 from teleopctl.viewer.displays.moveit.states import Positions, left_out_text, positions_in
 from teleopctl.viewer.displays.properties import Property
@@ -43,7 +43,7 @@ class PlanningScene(MoveItDisplay):
         super()._prepare()
         self._objects = SceneObjects()
         self._canvases: dict[str, Canvas] = {}
-        self._robot: Ghost | None = None
+        self._robot: RobotOverlay | None = None
         self._state: Positions = {}
         self._left_out = 0
         self._octomap = False

@@ -6,7 +6,7 @@ from typing import Any, ClassVar
 
 from teleopctl.viewer.displays.base import OK, WARN
 from teleopctl.viewer.displays.moveit.base import MoveItDisplay
-from teleopctl.viewer.displays.moveit.ghost import Ghost
+from teleopctl.viewer.displays.moveit.ghost import RobotOverlay
 from teleopctl.viewer.displays.moveit.states import Positions, left_out_text, positions_in
 from teleopctl.viewer.displays.properties import Property
 
@@ -29,7 +29,7 @@ class RobotState(MoveItDisplay):
 
     def _prepare(self) -> None:
         super()._prepare()
-        self._ghost: Ghost | None = None
+        self._ghost: RobotOverlay | None = None
         self._state: Positions | None = None
         self._left_out = 0
 

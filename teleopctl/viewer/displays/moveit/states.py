@@ -36,7 +36,7 @@ def left_out_text(count: int) -> str:
 
 
 @dataclass(frozen=True, slots=True)
-class Path:
+class PlannedPath:
     """A planned path: joint positions over time.
 
     Attributes:
@@ -50,7 +50,7 @@ class Path:
     left_out: int = 0
 
     @classmethod
-    def of(cls, message: Any) -> Path:
+    def of(cls, message: Any) -> PlannedPath:
         """Read a ``moveit_msgs/msg/DisplayTrajectory``, with its trajectories in sequence."""
         state, left_out = positions_in(message.trajectory_start.joint_state)
         times: list[float] = []

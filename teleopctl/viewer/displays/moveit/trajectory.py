@@ -1,4 +1,4 @@
-"""``Trajectory``: a robot that moves along a planned path, before the real one does."""
+"""``TrajectoryDisplay``: a robot that moves along a planned path, before the real one does."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from typing import Any, ClassVar
 from teleopctl.tf import Transform
 from teleopctl.viewer.displays.base import OK, WARN
 from teleopctl.viewer.displays.moveit.base import MoveItDisplay
-from teleopctl.viewer.displays.moveit.ghost import Ghost
-from teleopctl.viewer.displays.moveit.states import Path, left_out_text
+from teleopctl.viewer.displays.moveit.ghost import RobotOverlay
+from teleopctl.viewer.displays.moveit.states import PlannedPath, left_out_text
 from teleopctl.viewer.displays.properties import Property
 
 # Any stands for messages throughout: their classes are made at run time, from definitions.
@@ -29,11 +29,11 @@ PATH_PROPERTIES = (
 )
 
 
-class Trajectory(MoveItDisplay):
+class TrajectoryDisplay(MoveItDisplay):
     """Display of the newest trajectory, animated once or repeatedly.
 
     Attributes:
-        besides: Where the links of a robot stand that is drawn besides; see `Ghost.stand`.
+        besides: Where the links of a robot stand that is drawn besides; see `RobotOverlay.stand`.
     """
 
     rviz_class = "Trajectory"
@@ -44,22 +44,22 @@ class Trajectory(MoveItDisplay):
 
     def _prepare(self) -> None:
         super()._prepare()
-        self._path: Path | None = None
-        self._next: Path | None = None
+        self._path: PlannedPath | None = None
+        self._next: PlannedPath | None = None
         self._began = 0.0
         self._playing = False
-        self._ghost: Ghost | None = None
-        self._trail: list[Ghost] = []
+        self._ghost: RobotOverlay | None = None
+        self._trail: list[RobotOverlay] = []
         self.besides: Mapping[str, Transform] = {}
 
     @property
-    def last_path(self) -> Path | None:
+    def last_path(self) -> PlannedPath | None:
         """The newest path."""
         return self._next or self._path
 
     def received(self, message: Any) -> None:
         """Start the animation of a received path."""
-        path = Path.of(message)
+        path = PlannedPath.of(message)
         if not path.states:
             self.say(WARN, "The path has no states")
             return
@@ -110,7 +110,7 @@ class Trajectory(MoveItDisplay):
         if self._path is not None:
             self._draw_trail(self._path)
 
-    def _draw_trail(self, path: Path) -> None:
+    def _draw_trail(self, path: PlannedPath) -> None:
         for ghost in self._trail:
             ghost.remove()
         self._trail.clear()
@@ -124,7 +124,7 @@ class Trajectory(MoveItDisplay):
                 made.stand(state)
                 self._trail.append(made)
 
-    def _make(self, name: str) -> Ghost | None:
+    def _make(self, name: str) -> RobotOverlay | None:
         color = self.values.color("Robot Color") if self.values.flag("Color Enabled") else None
         return self.make_ghost(name, self.values.number("Robot Alpha"), color)
 

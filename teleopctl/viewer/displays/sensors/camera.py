@@ -1,4 +1,4 @@
-"""``Camera``: what a camera sees, at its place in the picture.
+"""``CameraDisplay``: what a camera sees, at its place in the picture.
 
 RViz draws the robot over the camera's picture. Here the camera's picture is drawn at the far end
 of the pyramid that the camera sees, so that one finds out what is where.
@@ -26,7 +26,7 @@ _COLOR = (90, 160, 220)
 _THICKNESS = 0.01
 
 
-class Camera(PictureDisplay):
+class CameraDisplay(PictureDisplay):
     """Display of a camera's frustum, with the newest image at its end."""
 
     rviz_class = "Camera"

@@ -31,7 +31,7 @@ _AXIS_WIDTH_PX = 62
 _LONGEST_LABEL = 60
 
 
-class Line(NamedTuple):
+class PlotLine(NamedTuple):
     """A line of a plot: topic, field, label and samples."""
 
     topic: str
@@ -62,7 +62,7 @@ class Chart:
     # Any: viser's event.
     def __init__(self, gui: viser.GuiApi, title: str, on_button: Callable[[Any], None]) -> None:
         self.title = title
-        self.lines: list[Line] = []
+        self.lines: list[PlotLine] = []
         self.frozen_s: float | None = None
         self._gui = gui
         self._handle: Any = None
@@ -73,7 +73,7 @@ class Chart:
             self._note = gui.add_markdown(_WAITING, order=0.0)
             gui.add_button_group("This plot", BUTTONS, order=1.0).on_click(on_button)
 
-    def add(self, lines: Sequence[Line]) -> None:
+    def add(self, lines: Sequence[PlotLine]) -> None:
         """Add lines to the plot."""
         self.lines += lines
         self._drawn = ()

@@ -41,7 +41,7 @@ def to_csv(names: Sequence[str], samples: Sequence[tuple[Floats, Floats]]) -> by
     return text.getvalue().encode()
 
 
-class Curve(NamedTuple):
+class PlotCurve(NamedTuple):
     """A curve of a PNG plot: name, colour and values."""
 
     name: str
@@ -49,7 +49,7 @@ class Curve(NamedTuple):
     values: Floats
 
 
-def to_png(times: Floats, curves: Sequence[Curve]) -> bytes:
+def to_png(times: Floats, curves: Sequence[PlotCurve]) -> bytes:
     """Return a PNG plot of curves over the same times, with axes and a legend.
 
     Args:

@@ -13,7 +13,7 @@ from teleopctl.viewer.panels import plot
 from teleopctl.viewer.panels.plot import PlotPanel
 from teleopctl.viewer.panels.plots import topic
 from teleopctl.viewer.panels.plots.chart import MOST_LINES
-from teleopctl.viewer.panels.plots.files import Curve, to_csv, to_png
+from teleopctl.viewer.panels.plots.files import PlotCurve, to_csv, to_png
 
 JointState = get_message("sensor_msgs/msg/JointState")
 Number = get_message("std_msgs/msg/Float64")
@@ -331,7 +331,7 @@ def test_a_table_has_a_row_for_each_time_and_gaps_where_there_is_none():
 
 def test_a_picture_has_the_curves_in_their_colours():
     times = np.linspace(-1.0, 0.0, 50)
-    content = to_png(times, [Curve("/a", "#ff0000", times * 2)])
+    content = to_png(times, [PlotCurve("/a", "#ff0000", times * 2)])
     colors = {color for _, color in Image.open(io.BytesIO(content)).getcolors(1 << 20) or ()}
     assert (255, 0, 0) in colors
 
@@ -339,5 +339,5 @@ def test_a_picture_has_the_curves_in_their_colours():
 @pytest.mark.parametrize("value", [0.0, 1e-300, 1e300, -1e300, float("nan")])
 def test_a_picture_can_be_made_of_any_values(value):
     times = np.array([0.0, 1.0])
-    assert to_png(times, [Curve("x", "#ff0000", np.array([0.0, value]))])
-    assert to_png(np.array([]), [Curve("x", "#ff0000", np.array([]))])
+    assert to_png(times, [PlotCurve("x", "#ff0000", np.array([0.0, value]))])
+    assert to_png(np.array([]), [PlotCurve("x", "#ff0000", np.array([]))])

@@ -56,13 +56,13 @@ def convert_bag(
     With a YAML file there may be several outputs, each with its own choice of topics; it says form,
     compression and sizes itself.
     """
-    from teleopctl.bag import BagPart, Output, read_outputs
+    from teleopctl.bag import BagPart, OutputBag, read_outputs
     from teleopctl.cli.verbs.bag.files import writing
 
     sources = writing.inputs(inputs or [], words or [], input_options)
     target = Path(output)
     options = writing.writer_options(compression, max_bag_size, max_bag_duration, storage)
-    outputs = [Output(target, options=options)]
+    outputs = [OutputBag(target, options=options)]
     if target.suffix in (".yaml", ".yml") or target.is_file():
         outputs, remarks = read_outputs(target)
         for remark in remarks:

@@ -35,7 +35,7 @@ def cut_bag(
 
     It begins with what latched topics, such as /tf_static and /robot_description, had before.
     """
-    from teleopctl.bag import Output
+    from teleopctl.bag import OutputBag
     from teleopctl.cli.verbs.bag.files import writing
 
     if start_offset is None and duration is None and start is None and until is None:
@@ -43,7 +43,7 @@ def cut_bag(
     options = writing.writer_options(compression, max_bag_size, max_bag_duration)
     with writing.opened([bag_path], [storage]) as bags:
         start_ns, end_ns = writing.time_range(bags, start_offset, duration, start, until)
-        cut = Output(
+        cut = OutputBag(
             Path(output), start_ns=start_ns, end_ns=end_ns, continues_latched=True, options=options
         )
         writing.write(bags, [cut], as_json=as_json)

@@ -49,7 +49,7 @@ def filter_bag(
     The messages that were chosen are kept as they are, and so are attachments, profiles and
     definitions. Without a choice of topics all are taken but those that are excluded.
     """
-    from teleopctl.bag import Output
+    from teleopctl.bag import OutputBag
     from teleopctl.cli.verbs.bag.files import writing
 
     options = writing.writer_options(compression, max_bag_size, max_bag_duration)
@@ -67,6 +67,6 @@ def filter_bag(
         start_ns, end_ns = writing.time_range(bags, start_offset, duration, start, until)
         writing.write(
             bags,
-            [Output(Path(output), chooses, start_ns, end_ns, options=options)],
+            [OutputBag(Path(output), chooses, start_ns, end_ns, options=options)],
             as_json=as_json,
         )

@@ -34,7 +34,7 @@ def bag_info(
 ) -> None:
     """Show what a bag holds: its files, times, topics and services."""
     from teleopctl.bag import open_bag
-    from teleopctl.cli.verbs.bag.files.info_text import Summary, as_document, as_text
+    from teleopctl.cli.verbs.bag.files.info_text import BagSummary, as_document, as_text
 
     if topic_name and verbose:
         console.warn(
@@ -43,7 +43,7 @@ def bag_info(
     with open_bag(Path(bag_path), storage) as bag:
         for remark in bag.remarks:
             console.warn(remark)
-        summary = Summary(bag.metadata, _size(bag), sort)
+        summary = BagSummary(bag.metadata, _size(bag), sort)
         if verbose:
             summary.count_all(bag.messages())
         if as_json:

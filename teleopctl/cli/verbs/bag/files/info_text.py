@@ -21,7 +21,7 @@ _TOPIC_INDENT = " " * 19
 _SERVICE_INDENT = " " * 21
 
 
-class Summary:
+class BagSummary:
     """Summary of a bag, for its printed and JSON forms.
 
     Args:
@@ -59,7 +59,7 @@ class Summary:
             self.counter.add(message)
 
 
-def as_text(summary: Summary) -> str:
+def as_text(summary: BagSummary) -> str:
     """Return the text that ``ros2 bag info`` prints."""
     metadata = summary.metadata
     has_messages = bool(metadata.message_count)
@@ -88,7 +88,7 @@ def as_text(summary: Summary) -> str:
     return "\n".join(lines)
 
 
-def as_document(summary: Summary) -> Json:
+def as_document(summary: BagSummary) -> Json:
     """Return the summary as JSON."""
     metadata = summary.metadata
     has_messages = bool(metadata.message_count)
@@ -134,7 +134,7 @@ def format_size(size: float) -> str:
     return f"{size:.{1 if unit else 0}f} {_UNITS[unit]}"
 
 
-def _topic_line(summary: Summary, topic: BagTopic, count: int) -> str:
+def _topic_line(summary: BagSummary, topic: BagTopic, count: int) -> str:
     return " | ".join(
         [
             f"Topic: {topic.name}",
@@ -146,7 +146,7 @@ def _topic_line(summary: Summary, topic: BagTopic, count: int) -> str:
     )
 
 
-def _service_line(summary: Summary, topic: BagTopic, count: int) -> str:
+def _service_line(summary: BagSummary, topic: BagTopic, count: int) -> str:
     name, type_name = service_of(topic.name, topic.type_name)
     counts = [f"Event Count: {count}"]
     if summary.counter is not None:
@@ -163,17 +163,17 @@ def _service_line(summary: Summary, topic: BagTopic, count: int) -> str:
     )
 
 
-def _size_part(summary: Summary, topic: BagTopic) -> list[str]:
+def _size_part(summary: BagSummary, topic: BagTopic) -> list[str]:
     if summary.counter is None:
         return []
     return [f"Size Contribution: {format_size(summary.sizes[topic.name])}"]
 
 
-def _size_entry(summary: Summary, topic: BagTopic) -> dict[str, Json]:
+def _size_entry(summary: BagSummary, topic: BagTopic) -> dict[str, Json]:
     return {} if summary.counter is None else {"size": summary.sizes[topic.name]}
 
 
-def _service_entry(summary: Summary, topic: BagTopic, count: int) -> dict[str, Json]:
+def _service_entry(summary: BagSummary, topic: BagTopic, count: int) -> dict[str, Json]:
     name, type_name = service_of(topic.name, topic.type_name)
     entry: dict[str, Json] = {
         "name": name,

@@ -23,11 +23,11 @@ def merge_bags(
     as_json: AsJson = False,
 ) -> None:
     """Write one bag from several, in the order of their times."""
-    from teleopctl.bag import Output
+    from teleopctl.bag import OutputBag
     from teleopctl.cli.verbs.bag.files import writing
 
     options = writing.writer_options(compression, max_bag_size, max_bag_duration)
     excluded = frozenset(exclude_topics or ())
     with writing.opened(bag_paths) as bags:
-        merged = Output(Path(output), lambda topic: topic.name not in excluded, options=options)
+        merged = OutputBag(Path(output), lambda topic: topic.name not in excluded, options=options)
         writing.write(bags, [merged], as_json=as_json)

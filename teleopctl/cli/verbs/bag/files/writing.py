@@ -11,8 +11,8 @@ from pathlib import Path
 
 from teleopctl.bag import (
     Compression,
-    Input,
-    Output,
+    InputBag,
+    OutputBag,
     Selection,
     WriterOptions,
     copy_bags,
@@ -46,7 +46,7 @@ def opened(paths: Iterable[str], storages: Sequence[str | None] = ()) -> Iterato
         yield bags
 
 
-def inputs(words_of_flag: list[str], words: list[str], file: str | None) -> list[Input]:
+def inputs(words_of_flag: list[str], words: list[str], file: str | None) -> list[InputBag]:
     """Return the input bags, by whichever option named them.
 
     Args:
@@ -74,14 +74,14 @@ def inputs(words_of_flag: list[str], words: list[str], file: str | None) -> list
         if is_form and found and found[-1].storage is None:
             found[-1] = replace(found[-1], storage=word)
         else:
-            found.append(Input(Path(word)))
-    found += [Input(Path(word)) for word in words]
+            found.append(InputBag(Path(word)))
+    found += [InputBag(Path(word)) for word in words]
     if not found:
         raise UsageError("Name a bag to convert")
     return found
 
 
-def write(bags: Sequence[Bag], outputs: Sequence[Output], *, as_json: bool) -> None:
+def write(bags: Sequence[Bag], outputs: Sequence[OutputBag], *, as_json: bool) -> None:
     """Write the output bags, with progress on a terminal, and print a summary."""
     if any(output.options.database_settings is not None for output in outputs):
         files = {attachment.name for bag in bags for attachment in bag.attachments()}

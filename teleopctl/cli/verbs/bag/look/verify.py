@@ -11,7 +11,7 @@ from teleopctl.cli.verb import Option
 from teleopctl.cli.verbs.bag.options import BagPath
 
 if TYPE_CHECKING:
-    from teleopctl.bag import Traces
+    from teleopctl.bag import ComparedTraces
     from teleopctl.nodes.verifying.verification import Verification
 
 _SAME, _OTHER = 0, 1
@@ -38,10 +38,10 @@ def verify(
     # It draws nothing: what MUJOCO_GL asks for, and what it lacks, concerns the camera alone.
     # mujoco reads that when it is imported.
     os.environ["MUJOCO_GL"] = "disable"
-    from teleopctl.bag import Traces, check_picture_name
+    from teleopctl.bag import ComparedTraces, check_picture_name
     from teleopctl.nodes.verifying.verification import verify_bag
 
-    traces = Traces()
+    traces = ComparedTraces()
     if picture is None:
         found = verify_bag(Path(bag_path), tolerance=tolerance, world=world)
     else:
@@ -60,7 +60,7 @@ def verify(
     return _OTHER
 
 
-def _draw(found: "Verification", traces: "Traces", picture: Path, title: str) -> None:
+def _draw(found: "Verification", traces: "ComparedTraces", picture: Path, title: str) -> None:
     from teleopctl.bag import save_picture
 
     # A message that is missing has no curve.

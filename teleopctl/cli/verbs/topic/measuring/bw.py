@@ -6,7 +6,7 @@ from teleopctl.base.typed import Annotated, Any
 from teleopctl.cli import console
 from teleopctl.cli.options import UseSimTime
 from teleopctl.cli.verb import Argument, Option
-from teleopctl.cli.verbs.topic.measuring.listening import Listener
+from teleopctl.cli.verbs.topic.measuring.listening import TopicListener
 from teleopctl.cli.verbs.topic.measuring.statistics import (
     Bandwidth,
     BandwidthWindow,
@@ -48,7 +48,7 @@ def measure_bandwidth(
     qos_liveliness_lease_duration_seconds: LeaseDuration = None,
 ) -> None:
     """Measure the bandwidth of topics."""
-    listener = Listener(
+    listener = TopicListener(
         topic_names or (),
         every=all_topics,
         raw=True,

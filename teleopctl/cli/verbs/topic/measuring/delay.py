@@ -8,7 +8,7 @@ from teleopctl.cli import console
 from teleopctl.cli.learning import learn_type
 from teleopctl.cli.options import UseSimTime
 from teleopctl.cli.verb import Argument, Option
-from teleopctl.cli.verbs.topic.measuring.listening import Listener
+from teleopctl.cli.verbs.topic.measuring.listening import TopicListener
 from teleopctl.cli.verbs.topic.measuring.statistics import DelayWindow, Summary, delay_text
 from teleopctl.cli.verbs.topic.measuring.table import Rows, table_of_topics
 from teleopctl.cli.verbs.topic.qos.options import (
@@ -56,7 +56,7 @@ def measure_delay(
     def check(source: TopicSource) -> None:
         stamps[source.topic] = _stamp_reader(source.message_class.TYPE_NAME)
 
-    listener = Listener(
+    listener = TopicListener(
         topic_names,
         every=False,
         raw=True,

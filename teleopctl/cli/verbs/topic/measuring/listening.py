@@ -30,7 +30,7 @@ _DEPTH = 10
 Arrival = Callable[[TopicSource, Any, int], None]
 
 
-class Listener:
+class TopicListener:
     """Subscribes to topics until Ctrl-C, also to those that appear later.
 
     Args:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from teleopctl import launch as model
-from teleopctl.launch import Process, ProcessExited, ProcessPlan, ProcessStarted
+from teleopctl.launch import ProcessExited, ProcessPart, ProcessPlan, ProcessStarted
 
 from .._texts import optional, template
 from ..action import Action
@@ -139,7 +139,7 @@ class ExecuteLocal(Action):
         """What was started: action, name, cmd, cwd, env and, once it runs, pid; None before."""
         if self._plan is None:
             return None
-        told = details(Process(origin=self), self._plan, self._pid or 0)
+        told = details(ProcessPart(origin=self), self._plan, self._pid or 0)
         if self._pid is None:
             del told["pid"]
         return told
@@ -241,7 +241,7 @@ class ExecuteLocal(Action):
     def done(self, context: LaunchContext) -> None:
         """Wait for the process, of whose end it is told."""
 
-    def process(self) -> Process:
+    def process(self) -> ProcessPart:
         """Return what is started, as the model has it.
 
         Raises:

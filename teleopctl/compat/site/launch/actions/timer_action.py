@@ -9,7 +9,7 @@ from os import PathLike
 from typing import TYPE_CHECKING, Any
 
 from teleopctl import launch as model
-from teleopctl.launch import Step, Timer
+from teleopctl.launch import Step, TimedEntities
 
 from .._entities import steps
 from .._texts import optional, template
@@ -94,9 +94,9 @@ class TimerAction(Action):
         came = Step(self.defined_at, (), _Came(self))
         return (came, *steps(self._actions), Step(self.defined_at, (), _Done(self)))
 
-    def model_action(self) -> Timer:
+    def model_action(self) -> TimedEntities:
         """Return what the model does for it."""
-        return Timer(
+        return TimedEntities(
             period=self._period,
             steps=self.waiting_steps(),
             is_cancelled=lambda: self._is_cancelled,

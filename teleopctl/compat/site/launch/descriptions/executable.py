@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
-from teleopctl.launch import Executable as ModelExecutable, Process, ProcessPlan
+from teleopctl.launch import Executable as ModelExecutable, ProcessPart, ProcessPlan
 
 from .._texts import optional, pairs, template
 from ..utilities import normalize_to_list_of_substitutions
@@ -121,7 +121,7 @@ class Executable:
         return self._final_env
 
     # Any: the settings of `ExecuteLocal`.
-    def process(self, **settings: Any) -> Process:
+    def process(self, **settings: Any) -> ProcessPart:
         """Return what is started, as the model has it."""
         command = tuple(map(template, self._cmd))
         return ModelExecutable(command=command, **{**self.settings, **settings})

@@ -6,7 +6,7 @@ import os
 from typing import Any
 
 from teleopctl import launch as model
-from teleopctl.launch import Launch, Process, ProcessPlan
+from teleopctl.launch import Launch, ProcessPart, ProcessPlan
 
 from ..action import Action
 from ..event import event_of
@@ -40,7 +40,7 @@ def _details(event: model.ProcessEvent, launch: Launch) -> dict[str, Any]:
     return details(launch.action_of(event.plan), event.plan, event.pid)
 
 
-def details(process: Process, plan: ProcessPlan, pid: int) -> dict[str, Any]:
+def details(process: ProcessPart, plan: ProcessPlan, pid: int) -> dict[str, Any]:
     """Return what is told of a process, by the words of `RunningProcessEvent`."""
     origin = process.origin
     return {

@@ -9,7 +9,7 @@ from collections.abc import Iterable
 from typing import Any
 
 from teleopctl import launch as model
-from teleopctl.launch import Process, Template, split_command_line
+from teleopctl.launch import ProcessPart, Template, split_command_line
 
 from ..action import Action
 from ..actions import (
@@ -93,8 +93,8 @@ def _group(action: model.Group) -> dict[str, Any]:
     }
 
 
-@is_known_as("timer", model.Timer, TimerAction)
-def timer(action: model.Timer) -> dict[str, Any]:
+@is_known_as("timer", model.TimedEntities, TimerAction)
+def timer(action: model.TimedEntities) -> dict[str, Any]:
     """Return the words of a timer."""
     cancels = action.cancel_on_shutdown
     return {
@@ -125,7 +125,7 @@ def _shutdown(action: model.Shutdown) -> dict[str, Any]:
 
 
 @is_known_as("executable", model.Executable, ExecuteProcess)
-def _executable(action: Process) -> dict[str, Any]:
+def _executable(action: ProcessPart) -> dict[str, Any]:
     command = [*command_line(action.command), *command_line(action.arguments)]
     return {
         "cmd": command,
@@ -134,7 +134,7 @@ def _executable(action: Process) -> dict[str, Any]:
     }
 
 
-def process(action: Process) -> dict[str, Any]:
+def process(action: ProcessPart) -> dict[str, Any]:
     """Return the words of a process but for its command line and its name."""
     found: dict[str, Any] = {
         "cwd": action.working_directory,

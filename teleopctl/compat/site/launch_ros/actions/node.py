@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from launch._texts import optional, template
 from launch.actions import ExecuteProcess
 
-from teleopctl.launch import Launch, Node as ModelNode, NodePart, Process, ProcessPlan
+from teleopctl.launch import Launch, Node as ModelNode, NodePart, ProcessPart, ProcessPlan
 
 from .._parameters import parameters as model_parameters
 from ..utilities import normalize_remap_rules
@@ -143,7 +143,7 @@ class Node(ExecuteProcess):
         package = f"{self._part.package.source} " if self._part.package is not None else ""
         return f"{type(self).__name__}({package}{self._part.executable.source})"
 
-    def process(self) -> Process:
+    def process(self) -> ProcessPart:
         """Return what is started, as the model has it."""
         return ModelNode(node=self._part, arguments=self._arguments, origin=self, **self._settings)
 

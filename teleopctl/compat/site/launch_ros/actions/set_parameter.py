@@ -8,7 +8,7 @@ from launch.action import Action
 from launch.utilities import normalize_to_list_of_substitutions
 from launch.utilities.type_utils import is_substitution
 
-from teleopctl.launch import Parameter, SetParameter as ModelSetParameter
+from teleopctl.launch import ParameterEntry, SetParameter as ModelSetParameter
 
 from .._parameters import parameters
 
@@ -43,5 +43,5 @@ class SetParameter(Action):
     def model_action(self) -> ModelSetParameter:
         """Return what the model does for it."""
         (parameter,) = parameters([{tuple(self.name): self._given}])
-        assert isinstance(parameter, Parameter)
+        assert isinstance(parameter, ParameterEntry)
         return ModelSetParameter(parameter=parameter)

@@ -8,7 +8,7 @@ from launch._entities import condition_of
 from launch._places import here
 from launch._texts import optional, template
 
-from teleopctl.launch import ComponentPart, Parameter, Template
+from teleopctl.launch import ComponentPart, ParameterEntry, Template
 
 from .._parameters import parameters as model_parameters
 
@@ -67,7 +67,7 @@ class ComposableNode:
             TypeError: A parameter is none, or an extra argument is a file.
         """
         extra = tuple(model_parameters(self.extra_arguments or []))
-        if not all(isinstance(each, Parameter) for each in extra):
+        if not all(isinstance(each, ParameterEntry) for each in extra):
             raise TypeError("extra_arguments: a file cannot be read here")
         return ComponentPart(
             place=self._place,
@@ -80,6 +80,6 @@ class ComposableNode:
             remaps=tuple(
                 (template(source), template(target)) for source, target in self.remappings or ()
             ),
-            extra_arguments=tuple(each for each in extra if isinstance(each, Parameter)),
+            extra_arguments=tuple(each for each in extra if isinstance(each, ParameterEntry)),
             autostart=autostart,
         )

@@ -3,7 +3,7 @@
 import signal
 from collections.abc import Callable
 
-from teleopctl.launch import Launch, Process, ProcessPlan, SignalRequested
+from teleopctl.launch import Launch, ProcessPart, ProcessPlan, SignalRequested
 
 from ...action import Action
 from ...event import Event
@@ -24,7 +24,7 @@ class ProcessTargetedEvent(Event):
     def happen(self, launch: Launch) -> None:
         """Tell the processes that are meant."""
 
-        def is_meant(process: Process, plan: ProcessPlan) -> bool:  # noqa: ARG001 -- ours know it
+        def is_meant(process: ProcessPart, plan: ProcessPlan) -> bool:  # noqa: ARG001 -- ours know it
             return isinstance(process.origin, Action) and self.process_matcher(process.origin)
 
         launch.emit(SignalRequested(is_meant, self._number()))
