@@ -64,20 +64,4 @@ if TYPE_CHECKING:
 else:
     from teleopctl.base.lazy import attach
 
-    __getattr__, __dir__, __all__ = attach(
-        __name__,
-        {
-            "api.graph": "open_node watch_graph",
-            "api.recording": "read_bag read_raw_bag",
-            "api.robot": "Robot RobotJoint RobotMesh load_robot",
-            "api.simulation": "RobotSimulation",
-            "bag": "Bag BagMessage BagTopic BagWriter Decoded open_bag",
-            "compat.activation": "activate",
-            "control": (
-                "ControlStack ControllerInterface InterfaceConfiguration InterfaceConfigurationType"
-            ),
-            "errors": "TeleopctlError",
-            "node": "Node",
-            "wire": "Graph",
-        },
-    )
+    __getattr__, __dir__, __all__ = attach()

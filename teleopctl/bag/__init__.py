@@ -98,44 +98,4 @@ if TYPE_CHECKING:
 else:
     from teleopctl.base.lazy import attach
 
-    __getattr__, __dir__, __all__ = attach(
-        __name__,
-        {
-            "look.curves": "Curve parse_field read_curves",
-            "look.decoding": "Decoded Decoder",
-            "look.films": "ExportedFilm FilmExport",
-            "look.lerobot.sampling": "LeRobotOptions LeRobotSummary export_lerobot",
-            "look.picture": "check_picture_name save_picture",
-            "look.tables": "ExportedFile TableExport",
-            "editing.checking": "BagFault check",
-            "editing.recovering": "Recovery recover",
-            "editing.reindexing": "reindex",
-            "editing.copying": "OutputBag copy_bags",
-            "editing.input_file": "InputBag read_inputs",
-            "editing.output_file": "read_outputs",
-            "editing.part": "BagPart",
-            "mcap_file.file_reader": "McapFileReader",
-            "mcap_file.chunk_builder": "ChunkSettings Compression CompressionLevel",
-            "mcap_file.repair": "Repair finish_file",
-            "metadata": "METADATA_FILE BagFile BagMetadata format_metadata read_metadata",
-            "player.options": "PlayOptions",
-            "player.player": "Player",
-            "player.selection": "PlaySelection",
-            "qos_overrides": "read_qos_overrides",
-            "recorder.losses": "Losses",
-            "recorder.options": "RecorderOptions",
-            "recorder.recorder": "Recorder default_folder",
-            "recorder.selection": "Selection",
-            "recorder.static_topics": "read_static_topics",
-            "records": "BagAttachment BagMessage BagTopic TypeText",
-            "service_events": "ServiceCounter ServiceCounts is_service_event service_of",
-            "storage.bag": "Bag bag_files open_bag",
-            "storage.bag_writer": "BagWriter WriterOptions",
-            "verify.comparison": "Difference DifferenceKind Recorded ComparedStream Verdict leaves",
-            "verify.session": "RecordedTopic RecordedSession end_of_run read_commands read_session "
-            "read_topics",
-            "verify.traces": "ComparedTraces",
-            "storage.database_settings": "database_settings",
-            "storage.presets": "chunk_settings",
-        },
-    )
+    __getattr__, __dir__, __all__ = attach()

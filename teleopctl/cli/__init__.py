@@ -20,9 +20,4 @@ if TYPE_CHECKING:
 else:
     from teleopctl.base.lazy import attach
 
-    __getattr__, __dir__, __all__ = attach(
-        __name__,
-        {
-            "verb": "Argument VerbGroup Option Verb",
-        },
-    )
+    __getattr__, __dir__, __all__ = attach()

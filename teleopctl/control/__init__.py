@@ -82,29 +82,4 @@ if TYPE_CHECKING:
 else:
     from teleopctl.base.lazy import attach
 
-    __getattr__, __dir__, __all__ = attach(
-        __name__,
-        {
-            "client": "ControllerManagerClient ControllerManagerUnavailableError",
-            "controller_files": "manager_settings",
-            "controller_manager": "ControllerManager ManagerNode",
-            "controller_manager_node": "ControllerManagerNode",
-            "controller_spec": "ControllerSpec",
-            "controllers.base": "ControllerInterface ControllerInterfaceParams "
-            "InterfaceConfiguration InterfaceConfigurationType",
-            "controllers.chainable": "ChainableControllerInterface",
-            "controllers.realtime_goal": "RealtimeServerGoalHandle",
-            "cycle": "Cycle WallClockLoop",
-            "handles": "ACCELERATION EFFORT POSITION VELOCITY CommandInterface StateInterface",
-            "hardware.base": "HardwareComponentInterface HardwareComponentParams",
-            "hardware_component": "HardwareComponent",
-            "in_memory.control_stack": "ControlStack",
-            "in_memory.recorded_action": "RecordedActionServer",
-            "in_memory.recorded_node": "RecordedEndpoint RecordedLog RecordedNode",
-            "lifecycle": "CallbackReturn ReturnType State",
-            "realtime_publisher": "PublishQueue RealtimePublisher",
-            "resource_manager": "ClaimError ResourceManager",
-            "services": "ControllerManagerServices",
-            "switching": "Strictness SwitchRequest switch_controller",
-        },
-    )
+    __getattr__, __dir__, __all__ = attach()

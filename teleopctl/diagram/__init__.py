@@ -19,14 +19,4 @@ if TYPE_CHECKING:
 else:
     from teleopctl.base.lazy import attach
 
-    __getattr__, __dir__, __all__ = attach(
-        __name__,
-        {
-            "dot": "to_dot",
-            "files": "write_files",
-            "layout": "DiagramLayout lay_out",
-            "model": "DiagramBox Diagram Edge joined",
-            "nodes_and_topics": "SHOWN ros_graph",
-            "svg": "to_svg",
-        },
-    )
+    __getattr__, __dir__, __all__ = attach()

@@ -117,35 +117,4 @@ if TYPE_CHECKING:
 else:
     from teleopctl.base.lazy import attach
 
-    __getattr__, __dir__, __all__ = attach(
-        __name__,
-        {
-            "cdr": "as_numpy check_readable class_within deserialize serialize",
-            "cdr.prepared": "PreparedMessage",
-            "definition": "Definition Field FieldType Shape",
-            "reading": "DefinitionLine definition_lines",
-            "fields.numeric": "MOST_ELEMENTS NumericField numeric_fields",
-            "fields.path": "field_reader",
-            "foreign.idl": "IdlStruct idl_includes read_idl",
-            "foreign.written_types": "hash_of_text message_of_text",
-            "message": "Message MessageT RequestT ResponseT",
-            "protocols": "ActionType FeedbackMessage FeedbackT GoalT ResultResponse ResultT "
-            "ServiceType",
-            "slot_types": "AbstractGenericString AbstractNestableType AbstractNestedType "
-            "AbstractSequence AbstractString AbstractType AbstractWString Array BasicType "
-            "BoundedSequence BoundedString BoundedWString NamespacedType UnboundedSequence "
-            "UnboundedString UnboundedWString slot_type",
-            "standard": "distribution is_since",
-            "stamps": "NANOSECONDS_PER_SECOND Stamp from_seconds set_stamp split to_nanoseconds "
-            "to_seconds",
-            "store": "add_definition_text add_description complete_definition_text definition_file "
-            "definition_text "
-            "described_definition_text get_action get_class get_message get_service known_types "
-            "list_types "
-            "type_description type_hash",
-            "stubs": "write_stubs",
-            "typenames": "from_dds module_name normalize snake_case to_dds",
-            "yaml": "documents_from_yaml message_from_yaml message_to_csv message_to_dict "
-            "message_to_yaml message_values",
-        },
-    )
+    __getattr__, __dir__, __all__ = attach()

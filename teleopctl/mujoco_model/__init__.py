@@ -48,24 +48,4 @@ if TYPE_CHECKING:
 else:
     from teleopctl.base.lazy import attach
 
-    __getattr__, __dir__, __all__ = attach(
-        __name__,
-        {
-            "base": "FixedBase FixedBy quaternion",
-            "cameras": "CameraModel",
-            "contacts": "DirectedFriction",
-            "drives": (
-                "DRIVE_RAD_S compensated_bodies drive_name lifting_efforts motor_name rotors_told"
-            ),
-            "free_bodies": "FreeBody free_root",
-            "joints": "JointSpec",
-            "model": "RobotModel build_model initial_positions",
-            "sensors.camera_topics": "CAMERA_TYPES",
-            "surroundings.carrying": "carry_over",
-            "surroundings.surfaces": "retime",
-            "surroundings.thing": "Thing",
-            "surroundings.things": "Coming in_world with_things without_things",
-            "surroundings.world": "WORLD_PREFIX",
-            "unserved": "gazebos_own_tags unserved_tags",
-        },
-    )
+    __getattr__, __dir__, __all__ = attach()

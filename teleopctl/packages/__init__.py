@@ -44,18 +44,4 @@ if TYPE_CHECKING:
 else:
     from teleopctl.base.lazy import attach
 
-    __getattr__, __dir__, __all__ = attach(
-        __name__,
-        {
-            "components": "Component find_component list_components",
-            "finding": "PACKAGE_PATH_VARIABLE faults_of_search find_package include_package_of "
-            "list_packages lookup_package package_layers package_names package_share resolve_uri",
-            "modules": "installed_module_roots source_module_root",
-            "new": "BUILD_TYPES NewPackage check_package create_package license_names",
-            "own": "builtin_package",
-            "prefixes": "search_paths",
-            "programs": "find_executable is_path",
-            "records": "PackageProgram Package",
-            "source_folders": "enclosing_package",
-        },
-    )
+    __getattr__, __dir__, __all__ = attach()

@@ -17,12 +17,4 @@ if TYPE_CHECKING:
 else:
     from teleopctl.base.lazy import attach
 
-    __getattr__, __dir__, __all__ = attach(
-        __name__,
-        {
-            "depth": "depths_of",
-            "grey": "GreyRange",
-            "messages": "COMPRESSED RAW image_of picture_of",
-            "picture": "Picture PictureError",
-        },
-    )
+    __getattr__, __dir__, __all__ = attach()

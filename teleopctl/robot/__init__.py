@@ -148,47 +148,4 @@ if TYPE_CHECKING:
 else:
     from teleopctl.base.lazy import attach
 
-    __getattr__, __dir__, __all__ = attach(
-        __name__,
-        {
-            "any_robot": "ChosenControllers controllers_for described_controllers "
-            "described_namespace described_remappings in_words with_mesh_paths "
-            "xacro_arguments",
-            "description": "RobotDescription",
-            "mjcf.mjcf_file": "Mjcf load_mjcf",
-            "mjcf.size_limits": "check_mjcf check_mjcf_text",
-            "mjcf.actuators": "JointActuator joint_actuators",
-            "mjcf.sensors": "sensor_tags",
-            "mjcf.mjcf_as_urdf": "ball_turns",
-            "model_file": "ModelKind model_kind read_model",
-            "xacro.source_lines": "in_files",
-            "free_joints": "JointSet",
-            "gazebo_plugins.effects": "GroundTruth",
-            "gazebo_plugins.table": "MotionPlugins motion_plugins tags_of_plugin",
-            "joint_rules": "JointLimits cut_command",
-            "joints": "JointModel Joints",
-            "kinematics": "SegmentTree",
-            "lockstep_topics": "COMMANDS_TOPIC RESET_FRAME STATES_TOPIC",
-            "meshes.reader": "MESH_SUFFIXES InvalidMeshError check_mesh_file read_mesh",
-            "meshes.textures": "MOST_TEXTURE_BYTES check_picture",
-            "repair": "repair_urdf",
-            "ros2_control_tag": "ComponentInfo HardwareInfo InterfaceInfo",
-            "sensors.lens_tag": "Lens",
-            "sensors.plugin_tag": "PluginTag",
-            "sensors.sensor_names": "RosNames ros_topic",
-            "sensors.sensor_tag": "CameraTag Noise Rays SensorTag RaySweep",
-            "tags.gazebo": "OF_JOINTS OF_LINKS OF_ROBOTS of_sensors",
-            "tags.table": "TagFinding Table gazebos_own is_default plain value_of",
-            "tags.urdf": "unknown_tags",
-            "simulated_hardware": "SimulatedDescription simulated with_plugin_joints",
-            "urdf": "Box Capsule Cylinder Geometry Joint Link Material Mesh Mimic Pose Sphere",
-            "gazebo_colours": "gazebo_colour",
-            "scene.scene": "Scene SceneBody SceneInertial SceneJoint SceneLight SceneModel "
-            "ScenePose SceneShape",
-            "scene.loops": "Loop tree_and_loops loop_of",
-            "scene.surface": "Surface",
-            "sdf.includes": "gazebo_models",
-            "world_file": "World find_world is_world read_world read_world_text",
-            "xacro.expansion": "ExpandedXacro bounded_xacro expand_xacro over_budget read_xacro",
-        },
-    )
+    __getattr__, __dir__, __all__ = attach()

@@ -31,21 +31,4 @@ if TYPE_CHECKING:
 else:
     from teleopctl.base.lazy import attach
 
-    __getattr__, __dir__, __all__ = attach(
-        __name__,
-        {
-            "building": "SimulatedRobot simulate",
-            "cameras.channel": "CameraChannel",
-            "cameras.model_topic": "MODEL_TOPIC model_from_message",
-            "cameras.quality": "make_renderer",
-            "cameras.renderer": "CameraRenderer",
-            "gl_backend": "check_drawing choose_backend",
-            "node": "MujocoSim",
-            "pacing": "Beat",
-            "replay": "Rerun run_in_lockstep",
-            "sensors.base": "Sensor",
-            "sensors.imu": "Imu",
-            "sensors.settings": "base_settings declare_base_settings read_fixed_base",
-            "simulation": "Simulation",
-        },
-    )
+    __getattr__, __dir__, __all__ = attach()

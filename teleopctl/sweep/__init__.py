@@ -28,14 +28,4 @@ if TYPE_CHECKING:
 else:
     from teleopctl.base.lazy import attach
 
-    __getattr__, __dir__, __all__ = attach(
-        __name__,
-        {
-            "cluster.client": "Cluster",
-            "cluster.parcel": "make_parcel not_sent",
-            "measure": "Measure measure_bag parse_measure",
-            "one_run": "RunRequest RunResult launch_arguments",
-            "sweep": "Sweep",
-            "variation": "GridParameter RandomParameter combinations parse_grid parse_sample",
-        },
-    )
+    __getattr__, __dir__, __all__ = attach()

@@ -11,8 +11,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from teleopctl.base.lazy import attach
-
 if TYPE_CHECKING:
     from teleopctl.testing.control_stack import (
         ControlStack as ControlStack,
@@ -31,15 +29,6 @@ if TYPE_CHECKING:
     from teleopctl.testing.replayed import assert_bag_repeats as assert_bag_repeats
     from teleopctl.testing.robots import serial_robot as serial_robot
 else:
-    __getattr__, __dir__, __all__ = attach(
-        __name__,
-        {
-            "control_stack": "ControlStack RecordedActionServer RecordedEndpoint RecordedLog "
-            "RecordedNode",
-            "graph": "RosGraph free_port",
-            "launched": "LaunchedSystem",
-            "process": "LONGEST_WAIT_S Process eventually",
-            "replayed": "assert_bag_repeats",
-            "robots": "serial_robot",
-        },
-    )
+    from teleopctl.base.lazy import attach
+
+    __getattr__, __dir__, __all__ = attach()

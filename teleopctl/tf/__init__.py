@@ -79,29 +79,4 @@ if TYPE_CHECKING:
 else:
     from teleopctl.base.lazy import attach
 
-    __getattr__, __dir__, __all__ = attach(
-        __name__,
-        {
-            "broadcaster": "TF_STATIC_TOPIC TF_TOPIC StaticTransformBroadcaster "
-            "TransformBroadcaster",
-            "buffer": "Buffer",
-            "buffer_client": "BufferClient",
-            "buffer_core": "BufferCore",
-            "conversions": "BufferInterface ConvertRegistration NotImplementedException Stamped "
-            "TransformRegistration TypeException convert",
-            "echo": "ECHO_DIGITS echo_text echo_transforms",
-            "errors": "ConnectivityException ExtrapolationException InvalidArgumentException "
-            "LookupException TimeoutException TransformException",
-            "frame_texts": "KnownFrame",
-            "geometry": "do_transform_point do_transform_polygon_stamped do_transform_pose "
-            "do_transform_pose_stamped do_transform_pose_with_covariance_stamped "
-            "do_transform_vector3 register transform_covariance",
-            "listener": "NamedTransformListener TransformListener",
-            "live_buffer": "AHEAD_S LiveBuffer",
-            "messages": "move_transform stamp_of transform_stamped",
-            "monitor": "GATHER_S MonitorResults monitor_transforms",
-            "transforms": "Quaternion Transform Vector3 conjugate matrix_from_quaternion multiply "
-            "normalize quaternion_from_axis_angle quaternion_from_rpy rpy_from_quaternion "
-            "rotate slerp",
-        },
-    )
+    __getattr__, __dir__, __all__ = attach()

@@ -26,15 +26,4 @@ if TYPE_CHECKING:
 else:
     from teleopctl.base.lazy import attach
 
-    __getattr__, __dir__, __all__ = attach(
-        __name__,
-        {
-            "displays.base": "ERROR OK WARN Display Stage",
-            "displays.properties": "Property",
-            "page.server": "DEFAULT_PORT PageError open_server page_address",
-            "page.page": "Page",
-            "panels.base": "Panel",
-            "remote.joint_targets": "SLIDERS_TOPIC",
-            "viewer": "Viewer open_viewer",
-        },
-    )
+    __getattr__, __dir__, __all__ = attach()

@@ -69,26 +69,4 @@ if TYPE_CHECKING:
 else:
     from teleopctl.base.lazy import attach
 
-    __getattr__, __dir__, __all__ = attach(
-        __name__,
-        {
-            "address": "RouterAddress",
-            "attachment": "Attachment decode_attachment encode_attachment",
-            "callbacks": "direct_callback",
-            "config": "has_room_for_shared_memory session_config",
-            "connections": "is_frozen session_ports",
-            "graph": "Graph NodeEntry action_type actions_of is_hidden_name query_graph",
-            "graph_watcher": "GraphWatcher",
-            "introduction": "hear_peers",
-            "keys": "assertion_key topic_key",
-            "qos": "INFINITE_NS EndpointQos",
-            "reach": "HOW_TO_CLOSE RouterReach router_reach",
-            "refusals": "Refusals",
-            "requests": "Question answers_of_nodes no_answer read_response send_request",
-            "roll_call": "router_has_all",
-            "router": "be_router daemon_address ensure_router find_router port_holder "
-            "router_is_running start_router stop_router",
-            "session": "RouterNotRunning close_session domain_id open_session",
-            "tokens": "EndpointToken EntityKind NodeToken format_token gid",
-        },
-    )
+    __getattr__, __dir__, __all__ = attach()

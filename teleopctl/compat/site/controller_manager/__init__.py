@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from .controller_manager_services import (
+    from controller_manager.controller_manager_services import (
         bcolors as bcolors,
         cleanup_controller as cleanup_controller,
         configure_controller as configure_controller,
@@ -24,15 +24,4 @@ else:
     from teleopctl.base.lazy import attach
 
     # Launch files use `launch_utils` alone, and need no rclpy for that.
-    __getattr__, __dir__, __all__ = attach(
-        __name__,
-        {
-            "controller_manager_services": (
-                "bcolors cleanup_controller configure_controller get_parameter_from_param_files "
-                "list_controller_types list_controllers list_hardware_components "
-                "list_hardware_interfaces load_controller reload_controller_libraries "
-                "set_controller_parameters set_controller_parameters_from_param_files "
-                "set_hardware_component_state switch_controllers unload_controller"
-            )
-        },
-    )
+    __getattr__, __dir__, __all__ = attach()
