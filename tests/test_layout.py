@@ -161,6 +161,26 @@ def test_domains_know_nothing_of_each_other():
         assert not ALLOWED[domain] & domains
 
 
+# ROS 2 itself gives these names to two classes, and programs of others use both.
+ROS_2_NAMES_TWICE = {
+    "Node": "rclpy and launch_ros",
+    "LifecycleNode": "rclpy and launch_ros",
+    "TimeoutException": "rclpy and tf2_ros",
+}
+
+
+def test_one_name_is_one_thing():
+    """No public class has the name of another one, but for those that ROS 2 names so."""
+    homes: dict[str, list[str]] = {}
+    for module, path in modules().items():
+        if "compat.site" not in module:
+            for statement in ast.parse(path.read_text(encoding="utf-8")).body:
+                if isinstance(statement, ast.ClassDef) and not statement.name.startswith("_"):
+                    homes.setdefault(statement.name, []).append(module)
+    twice = {name: found for name, found in homes.items() if len(found) > 1}
+    assert twice.keys() == ROS_2_NAMES_TWICE.keys(), twice
+
+
 def test_a_file_fits_in_one_head():
     lines = {
         name: len(path.read_text(encoding="utf-8").splitlines()) for name, path in modules().items()

@@ -51,11 +51,9 @@ if TYPE_CHECKING:
         HardwareComponentParams as HardwareComponentParams,
     )
     from teleopctl.control.hardware_component import HardwareComponent as HardwareComponent
-    from teleopctl.control.in_memory.control_stack import ControlStack as ControlStack
-    from teleopctl.control.in_memory.recorded_action import (
+    from teleopctl.control.in_memory import (
+        ControlStack as ControlStack,
         RecordedActionServer as RecordedActionServer,
-    )
-    from teleopctl.control.in_memory.recorded_node import (
         RecordedEndpoint as RecordedEndpoint,
         RecordedLog as RecordedLog,
         RecordedNode as RecordedNode,

@@ -17,8 +17,7 @@ from teleopctl.control.manager_log import DESCRIPTION_RECEIVED, DESCRIPTION_REFU
 from teleopctl.control.realtime_publisher import PublishQueue
 from teleopctl.control.resource_manager import ResourceManager
 from teleopctl.control.services import ControllerManagerServices, lifecycle_state_message
-from teleopctl.control.statistics.diagnostics import Diagnostics
-from teleopctl.control.statistics.topics import StatisticsTopics
+from teleopctl.control.statistics_publishers import Diagnostics, StatisticsTopics
 from teleopctl.errors import InvalidParameterError, TeleopctlError
 from teleopctl.interfaces import get_message
 from teleopctl.node import Clock, Executor, Node, qos_profile_latched

@@ -12,7 +12,7 @@ from teleopctl.control.controllers.base import (
 )
 from teleopctl.control.handles import StateInterface
 from teleopctl.control.lifecycle import State
-from teleopctl.control.statistics.measuring import WorkStatistics
+from teleopctl.control.statistics import WorkStatistics
 
 _NO_INTERFACES = InterfaceConfiguration()
 

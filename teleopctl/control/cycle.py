@@ -18,7 +18,7 @@ from teleopctl.control.controller_spec import ControllerSpec
 from teleopctl.control.hardware_component import HardwareComponent
 from teleopctl.control.lifecycle import ReturnType, State
 from teleopctl.control.realtime_publisher import PublishQueue
-from teleopctl.control.statistics.measuring import CycleTimes
+from teleopctl.control.statistics import CycleTimes
 from teleopctl.control.switching import start_fallbacks
 from teleopctl.interfaces import NANOSECONDS_PER_SECOND
 

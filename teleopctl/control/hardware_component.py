@@ -10,7 +10,7 @@ from teleopctl.base.exception_origin import with_origin
 from teleopctl.control.handles import CommandInterface, StateInterface
 from teleopctl.control.hardware.base import HardwareComponentInterface
 from teleopctl.control.lifecycle import CallbackReturn, ReturnType, State
-from teleopctl.control.statistics.measuring import WorkStatistics
+from teleopctl.control.statistics import WorkStatistics
 
 if TYPE_CHECKING:
     from teleopctl.node import RcutilsLogger

@@ -9,8 +9,18 @@ from __future__ import annotations
 from teleopctl.base.typed import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from teleopctl.node.actions.callbacks import (
+    from teleopctl.node.actions.client import (
+        ActionClient as ActionClient,
+        ClientGoalHandle as ClientGoalHandle,
+    )
+    from teleopctl.node.actions.goal_state import (
+        GoalEvent as GoalEvent,
+        GoalState as GoalState,
+        InvalidGoalTransitionError as InvalidGoalTransitionError,
+    )
+    from teleopctl.node.actions.server import (
         AcceptedCallback as AcceptedCallback,
+        ActionServer as ActionServer,
         CancelCallback as CancelCallback,
         CancelResponse as CancelResponse,
         GoalCallback as GoalCallback,
@@ -19,39 +29,18 @@ if TYPE_CHECKING:
         default_goal_callback as default_goal_callback,
         default_handle_accepted_callback as default_handle_accepted_callback,
     )
-    from teleopctl.node.actions.client import ActionClient as ActionClient
-    from teleopctl.node.actions.client_goal import ClientGoalHandle as ClientGoalHandle
-    from teleopctl.node.actions.goal_state import (
-        GoalEvent as GoalEvent,
-        GoalState as GoalState,
-        InvalidGoalTransitionError as InvalidGoalTransitionError,
-    )
-    from teleopctl.node.actions.graph import (
-        get_action_client_names_and_types_by_node as get_action_client_names_and_types_by_node,
-        get_action_names_and_types as get_action_names_and_types,
-        get_action_server_names_and_types_by_node as get_action_server_names_and_types_by_node,
-    )
-    from teleopctl.node.actions.server import ActionServer as ActionServer
     from teleopctl.node.actions.server_goal import ServerGoalHandle as ServerGoalHandle
-    from teleopctl.node.any_topic import (
-        ask_for_description as ask_for_description,
-        learn_type_from as learn_type_from,
-        subscribe_undecoded as subscribe_undecoded,
-        suited_to as suited_to,
-        undecoded as undecoded,
-    )
-    from teleopctl.node.bare_node import BareNode as BareNode
-    from teleopctl.node.builtins.node_options import NodeOptions as NodeOptions
-    from teleopctl.node.clock import Clock as Clock, ROSClock as ROSClock
-    from teleopctl.node.clock_jumps import (
+    from teleopctl.node.clock import (
+        Clock as Clock,
         ClockChange as ClockChange,
         JumpHandle as JumpHandle,
         JumpThreshold as JumpThreshold,
+        ROSClock as ROSClock,
         TimeJump as TimeJump,
     )
     from teleopctl.node.context import Context as Context
     from teleopctl.node.endpoints.client import Client as Client, ResponseFuture as ResponseFuture
-    from teleopctl.node.endpoints.events.callbacks import (
+    from teleopctl.node.endpoints.events import (
         DeadlineMissedInfo as DeadlineMissedInfo,
         IncompatibleQoSInfo as IncompatibleQoSInfo,
         IncompatibleTypeInfo as IncompatibleTypeInfo,
@@ -85,12 +74,25 @@ if TYPE_CHECKING:
         TopicStatisticsOptions as TopicStatisticsOptions,
     )
     from teleopctl.node.endpoints.waitable import NumberOfEntities as NumberOfEntities
-    from teleopctl.node.executor import Executor as Executor
     from teleopctl.node.executors import (
+        Executor as Executor,
         MultiThreadedExecutor as MultiThreadedExecutor,
         SingleThreadedExecutor as SingleThreadedExecutor,
     )
+    from teleopctl.node.generic_subscription import (
+        ask_for_description as ask_for_description,
+        learn_type_from as learn_type_from,
+        subscribe_undecoded as subscribe_undecoded,
+        suited_to as suited_to,
+        undecoded as undecoded,
+    )
+    from teleopctl.node.graph_view import (
+        get_action_client_names_and_types_by_node as get_action_client_names_and_types_by_node,
+        get_action_names_and_types as get_action_names_and_types,
+        get_action_server_names_and_types_by_node as get_action_server_names_and_types_by_node,
+    )
     from teleopctl.node.lifecycle.managed_entity import (
+        LifecyclePublisher as LifecyclePublisher,
         ManagedEntity as ManagedEntity,
         SimpleManagedEntity as SimpleManagedEntity,
     )
@@ -98,15 +100,12 @@ if TYPE_CHECKING:
         LifecycleNode as LifecycleNode,
         LifecycleNodeMixin as LifecycleNodeMixin,
     )
-    from teleopctl.node.lifecycle.publisher import LifecyclePublisher as LifecyclePublisher
     from teleopctl.node.lifecycle.services import LifecycleStateMachine as LifecycleStateMachine
-    from teleopctl.node.lifecycle.state_machine import (
-        TransitionNotPossibleError as TransitionNotPossibleError,
-    )
     from teleopctl.node.lifecycle.states import (
         LifecycleState as LifecycleState,
         PrimaryState as PrimaryState,
         TransitionCallbackReturn as TransitionCallbackReturn,
+        TransitionNotPossibleError as TransitionNotPossibleError,
     )
     from teleopctl.node.lifetime import (
         create_node as create_node,
@@ -121,16 +120,19 @@ if TYPE_CHECKING:
         try_shutdown as try_shutdown,
     )
     from teleopctl.node.node import Node as Node
-    from teleopctl.node.parameters.parameter_client import (
+    from teleopctl.node.node_endpoints import BareNode as BareNode
+    from teleopctl.node.node_options import NodeOptions as NodeOptions
+    from teleopctl.node.parameters.client import (
         AsyncParameterClient as AsyncParameterClient,
         ask_nodes as ask_nodes,
     )
-    from teleopctl.node.parameters.parameter_events import (
+    from teleopctl.node.parameters.events import (
         ParameterCallbackHandle as ParameterCallbackHandle,
         ParameterEventCallbackHandle as ParameterEventCallbackHandle,
         ParameterEventHandler as ParameterEventHandler,
     )
     from teleopctl.node.topic_meter import TopicMeter as TopicMeter, Traffic as Traffic
+    from teleopctl.node.user_waitable import Waitable as Waitable
     from teleopctl.node.values.callback_groups import (
         CallbackGroup as CallbackGroup,
         MutuallyExclusiveCallbackGroup as MutuallyExclusiveCallbackGroup,
@@ -139,6 +141,7 @@ if TYPE_CHECKING:
     from teleopctl.node.values.endpoint_info import (
         TopicEndpointInfo as TopicEndpointInfo,
         TopicEndpointTypeEnum as TopicEndpointTypeEnum,
+        TypeHash as TypeHash,
     )
     from teleopctl.node.values.exceptions import (
         ConditionReachedException as ConditionReachedException,
@@ -211,9 +214,11 @@ if TYPE_CHECKING:
         HistoryPolicy as HistoryPolicy,
         InvalidQoSProfileException as InvalidQoSProfileException,
         LivelinessPolicy as LivelinessPolicy,
+        QoSCompatibility as QoSCompatibility,
         QoSPresetProfiles as QoSPresetProfiles,
         QoSProfile as QoSProfile,
         ReliabilityPolicy as ReliabilityPolicy,
+        qos_check_compatible as qos_check_compatible,
         qos_profile_action_status_default as qos_profile_action_status_default,
         qos_profile_best_available as qos_profile_best_available,
         qos_profile_latched as qos_profile_latched,
@@ -224,10 +229,6 @@ if TYPE_CHECKING:
         qos_profile_services_default as qos_profile_services_default,
         qos_profile_system_default as qos_profile_system_default,
         qos_profile_unknown as qos_profile_unknown,
-    )
-    from teleopctl.node.values.qos_compatibility import (
-        QoSCompatibility as QoSCompatibility,
-        qos_check_compatible as qos_check_compatible,
     )
     from teleopctl.node.values.ros_args import parse_ros_arguments as parse_ros_arguments
     from teleopctl.node.values.signals import (
@@ -240,17 +241,15 @@ if TYPE_CHECKING:
         Infinite as Infinite,
         Time as Time,
     )
-    from teleopctl.node.values.type_hash import TypeHash as TypeHash
-    from teleopctl.node.waiting.event_handle import EventHandle as EventHandle
-    from teleopctl.node.waiting.loose import (
+    from teleopctl.node.wait_set import (
+        EventHandle as EventHandle,
         GuardHandle as GuardHandle,
+        WaitSet as WaitSet,
         call_loosely as call_loosely,
         serve_loosely as serve_loosely,
         subscribe_loosely as subscribe_loosely,
         tick_loosely as tick_loosely,
     )
-    from teleopctl.node.waiting.user_waitable import Waitable as Waitable
-    from teleopctl.node.waiting.wait_set import WaitSet as WaitSet
 else:
     from teleopctl.base.lazy import attach
 

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     import zenoh
     from zenoh import LivelinessToken
 
-    from teleopctl.node.fan_out import FanOut
+    from teleopctl.node.shared_subscriber import SharedSubscribers
     from teleopctl.node.values.library_logging import LibraryLogs
     from teleopctl.wire import Graph, GraphWatcher
 
@@ -58,7 +58,7 @@ class Context:
         self.ends_in_order = False
         self._session: zenoh.Session | None = None
         self._session_mode: SessionMode = "peer"
-        self._fan_out: FanOut | None = None
+        self._shared_subscribers: SharedSubscribers | None = None
         self._watcher: GraphWatcher | None = None
         self._ids = itertools.count()
         self._on_shutdown: list[Callable[[], None]] = []
@@ -156,15 +156,15 @@ class Context:
         return self._session
 
     @property
-    def fan_out(self) -> FanOut:
+    def shared_subscribers(self) -> SharedSubscribers:
         """Shared Zenoh subscribers of the session."""
         session = self.session
         with self._lock:
-            if self._fan_out is None:
-                from teleopctl.node.fan_out import FanOut
+            if self._shared_subscribers is None:
+                from teleopctl.node.shared_subscriber import SharedSubscribers
 
-                self._fan_out = FanOut(session)
-            return self._fan_out
+                self._shared_subscribers = SharedSubscribers(session)
+            return self._shared_subscribers
 
     @property
     def session_is_open(self) -> bool:
@@ -355,7 +355,7 @@ class Context:
         with self._lock:
             self._initialized = False
             session, self._session = self._session, None
-            self._fan_out = None
+            self._shared_subscribers = None
             watcher, self._watcher = self._watcher, None
             library_logs, self._library_logs = self._library_logs, None
             self._on_graph_change = []

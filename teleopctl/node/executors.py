@@ -1,23 +1,443 @@
-"""The executors: one thread, or a pool of threads that follows the rules of callback groups."""
+"""Executors: one thread, or a pool of threads that follows the rules of callback groups."""
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import os
+import queue
+import sys
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Coroutine, Iterator
 
-from teleopctl.base.typed import TYPE_CHECKING
+from teleopctl.base.typed import TYPE_CHECKING, Any, cast
 from teleopctl.node.context import Context
 from teleopctl.node.endpoints.waitable import QueuingEntity
-from teleopctl.node.executor import Executor
-from teleopctl.node.values.callback_groups import CallbackGroup
+from teleopctl.node.values.callback_groups import CallbackGroup, Schedulable
+from teleopctl.node.values.exceptions import (
+    ConditionReachedException,
+    ExternalShutdownException,
+    ShutdownException,
+    TimeoutException,
+)
+from teleopctl.node.values.future import Future, ResultT, Task
 
 if TYPE_CHECKING:
     from concurrent.futures import ThreadPoolExecutor
 
     from teleopctl.node.endpoints.timer import Timer
+    from teleopctl.node.node_endpoints import NodeEndpoints
+
+    Ready = tuple[Task[Any], QueuingEntity | Timer | None, NodeEndpoints | None]
+
+
+class SpinGuard:
+    """Lock of the thread that spins; re-entrant within the thread.
+
+    Another thread that would take it gets a RuntimeError.
+    """
+
+    __slots__ = ("_depth", "_lock", "_owner")
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._owner: int | None = None
+        self._depth = 0
+
+    @property
+    def is_held(self) -> bool:
+        """Whether a thread spins."""
+        return self._owner is not None
+
+    def __enter__(self) -> None:
+        me = threading.get_ident()
+        if self._owner != me:
+            if not self._lock.acquire(blocking=False):
+                raise RuntimeError("Executor is already spinning")
+            self._owner = me
+        self._depth += 1
+
+    def __exit__(self, *_: object) -> None:
+        self._depth -= 1
+        if not self._depth:
+            self._owner = None
+            self._lock.release()
+
+    @contextlib.contextmanager
+    def until(self, future: Future[ResultT], wake: Callable[[], object]) -> Iterator[None]:
+        """Hold the lock, and wake the thread when a future ends."""
+        with self:
+            future.on_end(wake)
+            try:
+                yield
+            finally:
+                future.forget_on_end(wake)
+
+
+# A blocked wait cannot be interrupted by Ctrl-C on Windows: come up for air there.
+_LONGEST_WAIT_S = 0.2 if sys.platform == "win32" else None
+# A word to the spinning thread that carries no work: something changed, look at everything again.
+_LOOK_AGAIN = object()
+
+
+class Executor:
+    """Common base of the executors.
+
+    One of your own overrides `spin_once` and calls what `wait_for_ready_callbacks` returns.
+
+    Args:
+        context: Whose shutdown ends the spinning; the default one if None.
+    """
+
+    # Whether what is ready is left to `wait_for_ready_callbacks`.
+    _hands_over = True
+
+    def __init__(self, *, context: Context | None = None) -> None:
+        self._context = context or Context.default()
+        self._queue: queue.SimpleQueue[Any] = queue.SimpleQueue()
+        self._queued: set[Schedulable | Timer] = set()
+        # Replaced, never changed, so that spinning may iterate without a lock.
+        self._nodes: tuple[NodeEndpoints, ...] = ()
+        self._nodes_lock = threading.Lock()
+        self._is_shutdown = False
+        self._wake_queued = False
+        self._timer_was_last = False
+        self._held: set[QueuingEntity] = set()  # what its callback group did not let run yet
+        self._ready: Ready | None = None
+        self._spinner = SpinGuard()
+        self._context.on_shutdown(self.wake)
+
+    @property
+    def context(self) -> Context:
+        """Context whose shutdown ends the spinning."""
+        return self._context
+
+    @property
+    def is_shutdown(self) -> bool:
+        """Whether `shutdown` was called (ours)."""
+        return self._is_shutdown
+
+    @property
+    def is_spinning(self) -> bool:
+        """Whether a thread spins the executor; a second thread is refused."""
+        return self._spinner.is_held
+
+    # -- nodes -----------------------------------------------------------------------------------
+
+    def add_node(self, node: NodeEndpoints) -> bool:
+        """Add a node, and remove it from the executor that served it before.
+
+        Returns:
+            False when it was served already.
+
+        Raises:
+            ShutdownException: The executor was shut down.
+        """
+        if self._is_shutdown:
+            raise ShutdownException
+        node = node.itself
+        with self._nodes_lock:
+            if node in self._nodes:
+                return False
+            self._nodes = (*self._nodes, node)
+        node.executor = self
+        for waitable in node.receivers():
+            if waitable.pending():
+                self.schedule(waitable)
+        if node.failure is not None:
+            self.fail(node.failure)
+        self.wake()
+        return True
+
+    def remove_node(self, node: NodeEndpoints) -> None:
+        """Remove a node; unknown ones are ignored."""
+        node = node.itself
+        with self._nodes_lock:
+            if node not in self._nodes:
+                return
+            self._nodes = tuple(other for other in self._nodes if other is not node)
+        if node.executor is self:
+            node.executor = None
+
+    def get_nodes(self) -> list[NodeEndpoints]:
+        """Return the nodes of the executor."""
+        return list(self._nodes)
+
+    # -- from other threads ----------------------------------------------------------------------
+
+    def schedule(self, waitable: Schedulable) -> None:
+        """Queue an entity whose arrivals the spinning thread takes; any thread may call this."""
+        if waitable not in self._queued:
+            self._queued.add(waitable)
+            self._queue.put(waitable)
+
+    def enqueue(self, work: Callable[[], object]) -> None:
+        """Queue a function that the spinning thread will call; any thread may call this."""
+        self._queue.put(work)
+
+    def fail(self, error: BaseException) -> None:
+        """Raise an exception in the spinning thread; any thread may call this."""
+        self._queue.put(error)
+
+    def wake(self) -> None:
+        """Wake the spinning thread, so that it checks timers, shutdown and futures again."""
+        if not self._wake_queued:
+            self._wake_queued = True
+            self._queue.put(_LOOK_AGAIN)
+
+    def create_future(self) -> Future[Any]:  # Any: whoever makes it knows of what
+        """Make a future whose callbacks this executor runs."""
+        return Future(executor=self)
+
+    def create_task(
+        self,
+        callback: Callable[..., Coroutine[object, None, ResultT] | ResultT]
+        | Coroutine[object, None, ResultT],
+        *args: object,
+        **kwargs: object,
+    ) -> Task[ResultT]:
+        """Run a function or coroutine in the executor; returns its future."""
+        task = Task(callback, args, kwargs, self)
+        self.enqueue(task.step)
+        return task
+
+    # -- spinning --------------------------------------------------------------------------------
+
+    def spin(self) -> None:
+        """Run callbacks until the context or the executor is shut down.
+
+        Raises:
+            ExternalShutdownException: A signal shut the context down.
+        """
+        # A `spin_once` of the user's own counts; ours would take the guard for each callback.
+        once = self._spin_once if type(self).spin_once is Executor.spin_once else self.spin_once
+        with self._spinner:
+            while self._context.ok() and not self._is_shutdown:
+                once()
+        self._raise_if_ended_by_signal()
+
+    def spin_once(self, timeout_sec: float | None = None) -> None:
+        """Wait for one callback to be ready, and run it.
+
+        Args:
+            timeout_sec: Longest wait in seconds of wall time; None or negative waits for ever.
+
+        Raises:
+            ExternalShutdownException: A signal shut the context down.
+        """
+        with self._spinner:
+            self._spin_once(_deadline(timeout_sec), None)
+        self._raise_if_ended_by_signal()
+
+    def wait_for_ready_callbacks(
+        self,
+        timeout_sec: float | None = None,
+        nodes: object = None,  # noqa: ARG002 -- rclpy has it
+        condition: Callable[[], bool] = lambda: False,
+    ) -> Ready:
+        """Wait for one callback to be ready and return it unexecuted, for users' own executors.
+
+        Args:
+            timeout_sec: Longest wait in seconds of wall time; None or negative waits for ever.
+            nodes: Not used: all that the executor serves are waited for.
+            condition: Nothing is waited for when it is true.
+
+        Returns:
+            A task to call, and the entity and the node whose callback it is.
+
+        Raises:
+            TimeoutException: Nothing was ready in time.
+            ConditionReachedException: The condition became true.
+            ShutdownException: The executor was shut down.
+        """
+        if condition():
+            raise ConditionReachedException
+        self._spin_once(_deadline(timeout_sec), None)
+        ready, self._ready = self._ready, None
+        if ready is not None:
+            return ready
+        self._raise_if_ended_by_signal()
+        raise ShutdownException if self._is_shutdown else TimeoutException
+
+    def spin_once_until_future_complete(
+        self, future: Future[ResultT], timeout_sec: float | None = None
+    ) -> None:
+        """Wait for one callback and run it, or return when a future is done or time is over."""
+        with self._spinner.until(future, self.wake):
+            self._spin_once(_deadline(timeout_sec), future)
+        self._raise_if_ended_by_signal()
+
+    def spin_until_future_complete(
+        self, future: Future[ResultT], timeout_sec: float | None = None
+    ) -> None:
+        """Run callbacks until a future is done or the time is over; 0 runs a ready one."""
+        deadline = _deadline(timeout_sec)
+        with self._spinner.until(future, self.wake):
+            while self._context.ok() and not future.ended() and not self._is_shutdown:
+                self._spin_once(deadline, future)
+                if deadline is not None and time.monotonic() >= deadline:
+                    break
+        self._raise_if_ended_by_signal()
+
+    def shutdown(self, timeout_sec: float | None = None) -> bool:  # noqa: ARG002 (rclpy has it)
+        """Stop spinning and remove all nodes."""
+        self._is_shutdown = True
+        for node in self._nodes:
+            self.remove_node(node)
+        self._context.forget_on_shutdown(self.wake)
+        self.wake()
+        return True
+
+    def _raise_if_ended_by_signal(self) -> None:
+        if self._context.ended_by_signal:
+            raise ExternalShutdownException
+
+    def _spin_once(self, deadline: float | None = None, future: Future[Any] | None = None) -> None:
+        """Run one callback; return without one at the deadline and when something ends."""
+        while self._context.ok() and not self._is_shutdown:
+            if future is not None and future.ended():
+                return
+            timer, wait_s = self._next_timer()
+            # Turn about: a timer that is always due must not keep the messages from being taken.
+            if timer is not None and not self._timer_was_last:
+                self._timer_was_last = True
+                self._dispatch_timer(timer)
+                self._look_at_held()
+                return
+            self._timer_was_last = False
+            item = self._next_item(wait_s, deadline)
+            if item is _LOOK_AGAIN:
+                self._wake_queued = False
+            elif item is None:
+                if timer is None and deadline is not None and time.monotonic() >= deadline:
+                    return
+            elif self._dispatch(item):
+                self._look_at_held()
+                return
+
+    def _next_timer(self) -> tuple[Timer | None, float | None]:
+        """Return the timer that is due longest, or None, and how long to wait for the next one."""
+        due: Timer | None = None
+        lowest_ns = 1
+        wait_s = _LONGEST_WAIT_S
+        for node in self._nodes:
+            for timer in node.timers:
+                left_ns = timer.time_until_next_call()
+                if left_ns is None or timer in self._queued:
+                    continue
+                if self._asks(timer.callback_group) and not timer.callback_group.can_execute(timer):
+                    continue
+                if left_ns <= 0:
+                    if left_ns < lowest_ns:
+                        due, lowest_ns = timer, left_ns
+                elif not timer.waits_for_event and (wait_s is None or left_ns < wait_s * 1e9):
+                    wait_s = left_ns / 1e9
+        return due, wait_s if due is None else 0.0
+
+    def _next_item(self, wait_s: float | None, deadline: float | None) -> Any:
+        """Wait for the next thing in the queue; None when the time is over."""
+        if deadline is not None:
+            left_s = max(0.0, deadline - time.monotonic())
+            wait_s = left_s if wait_s is None else min(wait_s, left_s)
+        try:
+            return self._queue.get(timeout=wait_s)
+        except queue.Empty:
+            return None
+
+    def _dispatch(self, item: Any) -> bool:
+        """Run what was taken from the queue; False when it had nothing to do after all."""
+        if isinstance(item, QueuingEntity):
+            if self._asks(item.callback_group):
+                return self._run_as_its_group_says(item)
+            return self._run_waitable(item)
+        if isinstance(item, BaseException):
+            raise item
+        self._run(item)
+        return True
+
+    def _take(self, waitable: QueuingEntity) -> Callable[[], object] | None:
+        """Take one arrival; what has more comes again, after all others that wait."""
+        self._queued.discard(waitable)
+        if waitable.node not in self._nodes:
+            return None
+        handler = waitable.take()
+        if waitable.pending():
+            self.schedule(waitable)
+        return handler
+
+    def _asks(self, group: CallbackGroup) -> bool:
+        """Tell whether a group is asked; our executors know the rules of our groups."""
+        return group.decides or self._hands_over
+
+    def _run_as_its_group_says(self, waitable: QueuingEntity) -> bool:
+        group = waitable.callback_group
+        if not (group.can_execute(waitable) and group.beginning_execution(waitable)):
+            self._queued.discard(waitable)
+            self._held.add(waitable)
+            return False
+        handler = self._take(waitable)
+        if handler is None:
+            group.ending_execution(waitable)
+        else:
+            self._run_between(handler, waitable)
+        return handler is not None
+
+    def _dispatch_timer(self, timer: Timer) -> None:
+        group = timer.callback_group
+        if not self._asks(group):
+            self._run_timer(timer)
+        elif group.beginning_execution(timer):
+            self._run_between(timer.take() or (lambda: None), timer)
+
+    def _run_between(self, handler: Callable[[], object], entity: Any) -> None:
+        """Run a callback that its group has let begin, and tell the group of its end."""
+
+        def end() -> None:
+            entity.callback_group.ending_execution(entity)
+            self._look_at_held()
+            self.wake()
+
+        task: Task[Any] = Task(handler, executor=self)
+        task.on_end(end)
+        if self._hands_over:
+            self._ready = (task, entity, entity.node)
+        else:
+            self._run(task.step)
+
+    def _look_at_held(self) -> None:
+        """Ask again for what a group did not let run."""
+        while self._held:
+            with contextlib.suppress(KeyError):  # threads of a pool come here as well
+                self.schedule(self._held.pop())
+
+    def _run_waitable(self, waitable: QueuingEntity) -> bool:
+        """Take an arrival and run its callback; False when there was none."""
+        raise NotImplementedError
+
+    def _run_timer(self, timer: Timer) -> None:
+        """Run the callback of a timer that is due."""
+        raise NotImplementedError
+
+    def _run(self, work: Callable[[], object]) -> None:
+        """Run what belongs to no callback group."""
+        self._ready = (Task(work, executor=self), None, None)
+
+    def _finish(self, outcome: object) -> None:
+        """Go on with what a callback returned: a coroutine becomes a task, and begins at once."""
+        if outcome is not None and hasattr(outcome, "send") and hasattr(outcome, "throw"):
+            Task(cast("Coroutine[object, None, object]", outcome), executor=self).step()
+
+    def __enter__(self) -> Executor:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.shutdown()
+
+
+def _deadline(timeout_sec: float | None) -> float | None:
+    """Return the monotonic time at which a wait ends; None or negative waits for ever."""
+    return None if timeout_sec is None or timeout_sec < 0 else time.monotonic() + timeout_sec
 
 
 class SingleThreadedExecutor(Executor):

@@ -8,8 +8,7 @@ from collections.abc import Iterator, Sequence
 
 from teleopctl.base.typed import TYPE_CHECKING, Any
 from teleopctl.node.context import Context
-from teleopctl.node.executor import Executor
-from teleopctl.node.executors import SingleThreadedExecutor
+from teleopctl.node.executors import Executor, SingleThreadedExecutor
 from teleopctl.node.values.signals import SignalHandlerOptions
 
 if TYPE_CHECKING:

@@ -5,15 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 from teleopctl.base.typed import TYPE_CHECKING
-from teleopctl.node.builtins.node_options import next_options
 from teleopctl.node.context import Context
+from teleopctl.node.node_options import next_options
 from teleopctl.node.node_parameters import NodeParameters
 from teleopctl.node.values.logging import set_logger_level
 from teleopctl.node.values.parameter import Parameter
 from teleopctl.node.values.qos import QoSProfile, qos_from, qos_profile_rosout_default
 
 if TYPE_CHECKING:
-    from teleopctl.node.builtins.rosout import RosoutPublisher
+    from teleopctl.node.node_services import RosoutPublisher
 
 
 class Node(NodeParameters):
@@ -76,7 +76,7 @@ class Node(NodeParameters):
         try:
             self._announce()
             if enable_rosout and all(arguments.rosout_logs for arguments in self._arguments):
-                from teleopctl.node.builtins.rosout import RosoutPublisher
+                from teleopctl.node.node_services import RosoutPublisher
 
                 self._rosout = RosoutPublisher(self, qos_from(rosout_qos_profile))
             self._start_parameters(
@@ -98,17 +98,17 @@ class Node(NodeParameters):
     def _start_what_every_node_has(
         self, *, declare_overrides: bool, type_descriptions: bool, logger_service: bool
     ) -> None:
-        from teleopctl.node.builtins.time_source import TimeSource
+        from teleopctl.node.node_services import TimeSource
 
         TimeSource(self)
         if declare_overrides:
             self._declare_overrides()
         if type_descriptions:
-            from teleopctl.node.builtins.type_description import start_type_description_service
+            from teleopctl.node.node_services import start_type_description_service
 
             start_type_description_service(self)
         if logger_service:
-            from teleopctl.node.builtins.logger_service import LoggerService
+            from teleopctl.node.node_services import LoggerService
 
             LoggerService(self)
 

@@ -22,7 +22,7 @@ from teleopctl.wire import NodeToken, format_token
 if TYPE_CHECKING:
     import zenoh
 
-    from teleopctl.node.values.scheduler import Scheduler
+    from teleopctl.node.values.callback_groups import Scheduler
 
 
 class NodeCore(GraphView):

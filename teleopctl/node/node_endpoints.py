@@ -20,7 +20,7 @@ from teleopctl.node.values.time import ClockType
 if TYPE_CHECKING:
     from teleopctl.interfaces import ServiceType
     from teleopctl.node.endpoints.client import Client
-    from teleopctl.node.endpoints.events.callbacks import (
+    from teleopctl.node.endpoints.events import (
         PublisherEventCallbacks,
         SubscriptionEventCallbacks,
     )
@@ -34,6 +34,7 @@ if TYPE_CHECKING:
         SubscriptionCallback,
     )
     from teleopctl.node.endpoints.topic_statistics import TopicStatisticsOptions
+
 
 # Most commands make endpoints of one kind, and load no other.
 
@@ -398,3 +399,32 @@ class NodeEndpoints(NodeTimers):
             timer.destroy()
         for endpoint in reversed(endpoints):
             endpoint.destroy()
+
+
+class BareNode(NodeEndpoints):
+    """Node without parameters, /rosout and /clock, for commands that need it once (ours).
+
+    Starts in half the time of a `Node`, for what a command does once. It answers no question about
+    parameters, publishes no log and does not follow ``/clock``.
+
+    Args:
+        node_name: Its name; command-line arguments do not change it.
+        context: Where it lives.
+
+    Raises:
+        NotInitializedException: The context does not run.
+        InvalidNodeNameException: The name breaks a rule.
+    """
+
+    def __init__(self, node_name: str, context: Context) -> None:
+        super().__init__(node_name, context, None, None, use_global_arguments=False)
+        self._announce()
+
+    def _overridden_qos(
+        self,
+        profile: QoSProfile,
+        options: QoSOverridingOptions,  # noqa: ARG002 -- of parameters, which it has not
+        side: Literal["publisher", "subscription"],  # noqa: ARG002
+        topic: str,  # noqa: ARG002
+    ) -> QoSProfile:
+        return profile

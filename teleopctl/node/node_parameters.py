@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from teleopctl.base.typed import TYPE_CHECKING, Literal, TypeAlias
 from teleopctl.interfaces import get_message
 from teleopctl.node.node_endpoints import NodeEndpoints
-from teleopctl.node.parameters.parameter_store import (
+from teleopctl.node.parameters.store import (
     OnSetCallback,
     ParameterStore,
     PostSetCallback,
@@ -55,7 +55,7 @@ class NodeParameters(NodeEndpoints):
             overrides, allow_undeclared=allow_undeclared, on_change=self._publish_change
         )
         if start_services:
-            from teleopctl.node.parameters.parameter_service import ParameterService
+            from teleopctl.node.parameters.service import ParameterService
 
             ParameterService(self, self._parameters)
 
@@ -69,7 +69,7 @@ class NodeParameters(NodeEndpoints):
     ) -> None:
         if not self._parameter_events.node.context.session_is_open:
             return
-        from teleopctl.node.parameters.parameter_service import parameter_event
+        from teleopctl.node.parameters.service import parameter_event
 
         self._parameter_events.publish(
             parameter_event(

@@ -19,7 +19,7 @@ from teleopctl.node.values.callback_groups import (
 if TYPE_CHECKING:
     from teleopctl.node.endpoints.guard_condition import GuardCondition
     from teleopctl.node.endpoints.timer import Rate, Timer
-    from teleopctl.node.waiting.user_waitable import ServedWaitable, Waitable
+    from teleopctl.node.user_waitable import ServedWaitable, Waitable
 
 
 class NodeTimers(NodeCore):
@@ -119,7 +119,7 @@ class NodeTimers(NodeCore):
 
     def add_waitable(self, waitable: Waitable) -> None:
         """Add a waitable of the program's own, which executors then serve."""
-        from teleopctl.node.waiting.user_waitable import ServedWaitable
+        from teleopctl.node.user_waitable import ServedWaitable
 
         def create_timer(clock: Clock) -> Timer:
             group = ReentrantCallbackGroup()

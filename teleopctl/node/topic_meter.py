@@ -7,7 +7,7 @@ from collections import deque
 from collections.abc import Iterable
 
 from teleopctl.base.typed import TYPE_CHECKING, Any, NamedTuple
-from teleopctl.node.any_topic import undecoded
+from teleopctl.node.generic_subscription import undecoded
 from teleopctl.node.values.qos import qos_profile_sensor_data
 
 if TYPE_CHECKING:

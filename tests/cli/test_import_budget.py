@@ -18,10 +18,10 @@ HEAVY = {
 # What a node that lives has, and one that asks, publishes or hears once has not.
 WHOLE_NODE = {
     "teleopctl.node.node",
-    "teleopctl.node.builtins",
-    "teleopctl.node.endpoints.events",
+    "teleopctl.node.node_services",
+    "teleopctl.node.endpoints.event_handlers",
     "teleopctl.node.endpoints.timer",
-    "teleopctl.node.parameters.parameter_store",
+    "teleopctl.node.parameters.store",
     "teleopctl.wire.router",
 }
 

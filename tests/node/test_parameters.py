@@ -6,7 +6,7 @@ import pytest
 
 from teleopctl.interfaces.store import get_message, get_service
 from teleopctl.node import Node, Parameter
-from teleopctl.node.parameters.parameter_store import result
+from teleopctl.node.parameters.store import result
 from teleopctl.node.values.exceptions import (
     InvalidParameterTypeException,
     InvalidParameterValueException,

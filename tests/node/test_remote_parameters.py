@@ -10,9 +10,9 @@ from teleopctl.errors import TeleopctlError, UnavailableError
 from teleopctl.interfaces.store import get_message
 from teleopctl.node import Node, Parameter, QoSProfile, ReliabilityPolicy
 from teleopctl.node.endpoints.qos_overrides import InvalidQosOverridesError, QoSOverridingOptions
-from teleopctl.node.parameters.parameter_client import AsyncParameterClient, ask_nodes
-from teleopctl.node.parameters.parameter_events import ParameterEventHandler
-from teleopctl.node.parameters.parameter_store import result
+from teleopctl.node.parameters.client import AsyncParameterClient, ask_nodes
+from teleopctl.node.parameters.events import ParameterEventHandler
+from teleopctl.node.parameters.store import result
 from teleopctl.node.values.exceptions import ParameterNotDeclaredException
 from teleopctl.node.values.parameter_file import parameter_messages
 from teleopctl.node.values.parameter_value import parameter_value_to_python

@@ -1,16 +1,22 @@
-"""Action clients."""
+"""Action clients, and the handles of the goals that they send."""
 
 from __future__ import annotations
 
 import threading
 import uuid
 import weakref
+from collections.abc import Callable
 
-from teleopctl.base.typed import TYPE_CHECKING, Any, Generic, Self, cast
+from teleopctl.base.typed import TYPE_CHECKING, Any, Generic, Protocol, Self, cast
 from teleopctl.errors import TeleopctlError
-from teleopctl.interfaces import FeedbackT, GoalT, ResultT, deserialize, get_message
-from teleopctl.node.actions.client_goal import ClientGoalHandle
-from teleopctl.node.actions.feedback import FeedbackCallback, FeedbackCallbacks
+from teleopctl.interfaces import (
+    FeedbackMessage,
+    FeedbackT,
+    GoalT,
+    ResultT,
+    deserialize,
+    get_message,
+)
 from teleopctl.node.actions.goal_state import FEEDBACK_QOS, GoalState, goal_key
 from teleopctl.node.endpoints.waitable import NumberOfEntities
 from teleopctl.node.values.callback_groups import CallbackGroup
@@ -23,12 +29,189 @@ from teleopctl.node.values.qos import (
 if TYPE_CHECKING:
     from action_msgs.msg import GoalStatusArray
     from action_msgs.srv import CancelGoal
+    from builtin_interfaces.msg import Time
     from unique_identifier_msgs.msg import UUID
 
     from teleopctl.interfaces import ActionType, ResultResponse
     from teleopctl.node.endpoints.client import ResponseFuture
     from teleopctl.node.node_endpoints import NodeEndpoints
     from teleopctl.wire import Graph
+
+
+FeedbackCallback = Callable[[FeedbackMessage[FeedbackT]], object]
+
+
+class FeedbackCallbacks(Generic[FeedbackT]):
+    """Feedback callbacks of a client's goals.
+
+    A goal's feedback ends with its result. What came before the result and still waits for the
+    executor then is delivered; what comes later is not.
+    """
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._callbacks: dict[bytes, FeedbackCallback[FeedbackT]] = {}
+        # After which message a goal's feedback ends, and what is done then.
+        self._last: dict[bytes, tuple[int, Callable[[], object]]] = {}
+        self._taken = 0
+
+    def add(self, key: bytes, callback: FeedbackCallback[FeedbackT]) -> None:
+        """Register a feedback callback for a goal, accepted already or not."""
+        with self._lock:
+            self._callbacks[key] = callback
+
+    def end(self, key: bytes, waiting: int = 0, then: Callable[[], object] = lambda: None) -> None:
+        """Unregister a goal's callback after the queued feedback was handled.
+
+        Args:
+            key: The goal's.
+            waiting: Messages that wait, of whatever goals.
+            then: Called when they have been taken; at once where nobody wants them.
+        """
+        with self._lock:
+            if waiting and key in self._callbacks:
+                self._last[key] = (self._taken + waiting, then)
+                return
+            self._callbacks.pop(key, None)
+        then()
+
+    def call(self, message: FeedbackMessage[FeedbackT] | None) -> object:
+        """Call the callback of a feedback message's goal; None stands for an unreadable message.
+
+        Returns:
+            What the callback returns, which may be a coroutine.
+        """
+        with self._lock:
+            self._taken += 1
+            taken = self._taken
+            callback = None if message is None else self._callbacks.get(goal_key(message.goal_id))
+        try:
+            return None if message is None or callback is None else callback(message)
+        finally:
+            if self._last:
+                self._end_goals(taken)
+
+    def _end_goals(self, taken: int) -> None:
+        with self._lock:
+            ended = [key for key, (last, _) in self._last.items() if last <= taken]
+            thens = [self._last.pop(key)[1] for key in ended]
+            for key in ended:
+                self._callbacks.pop(key, None)
+        for then in thens:
+            then()
+
+
+class GoalResponseMessage(Protocol):
+    """Response of an action server to a goal request."""
+
+    accepted: bool
+
+    @property
+    def stamp(self) -> Time:
+        """Time at which the server accepted the goal."""
+
+
+class GoalClient(Protocol[ResultT]):
+    """The requests of an action client that goal handles send."""
+
+    def cancel(self, goal_id: UUID) -> ResponseFuture[CancelGoal.Response]:
+        """Send a request to cancel a goal."""
+
+    def ask_for_result(
+        self, goal_id: UUID, *, at_once: bool = False
+    ) -> ResponseFuture[ResultResponse[ResultT]]:
+        """Send a request for the result of a goal."""
+
+
+class ClientGoalHandle(Generic[ResultT]):
+    """Client's handle of a goal that was sent, with the server's response.
+
+    Args:
+        action_client: Who sent it.
+        goal_id: Its id.
+        goal_response: The answer.
+    """
+
+    def __init__(
+        self,
+        action_client: GoalClient[ResultT],
+        goal_id: UUID,
+        goal_response: GoalResponseMessage,
+    ) -> None:
+        self._client = action_client
+        self._goal_id = goal_id
+        self._response = goal_response
+        self._key = goal_key(goal_id)
+        self._state = GoalState.UNKNOWN
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, ClientGoalHandle) and self._key == other._key
+
+    def __hash__(self) -> int:
+        return hash(self._key)
+
+    def __repr__(self) -> str:
+        return (
+            f"ClientGoalHandle <id={list(self._key)}, accepted={self.accepted}, "
+            f"status={self.status}>"
+        )
+
+    @property
+    def goal_id(self) -> UUID:
+        """Id of the goal."""
+        return self._goal_id
+
+    @property
+    def stamp(self) -> Time:
+        """Time at which the server accepted the goal."""
+        return self._response.stamp
+
+    @property
+    def accepted(self) -> bool:
+        """Whether the server accepted the goal."""
+        return self._response.accepted
+
+    @property
+    def status(self) -> int:
+        """Last reported status of the goal, a number of action_msgs/msg/GoalStatus."""
+        return int(self._state)
+
+    def follow(self, state: GoalState) -> None:
+        """Store the status that the server reports for the goal (ours)."""
+        self._state = state
+
+    def cancel_goal_async(self) -> ResponseFuture[CancelGoal.Response]:
+        """Send a request to cancel the goal.
+
+        Returns:
+            A future of the answer; the goal is being cancelled if ``goals_canceling`` holds it.
+        """
+        return self._client.cancel(self._goal_id)
+
+    def cancel_goal(self) -> CancelGoal.Response | None:
+        """Send a request to cancel the goal, and wait for the response.
+
+        Raises:
+            ExternalShutdownException: The context was shut down meanwhile.
+        """
+        return self.cancel_goal_async().wait_until_answered()
+
+    def get_result_async(self) -> ResponseFuture[ResultResponse[ResultT]]:
+        """Send a request for the goal's final status and result.
+
+        Returns:
+            A future of the answer, which comes when the goal has ended and the callbacks of the
+            feedback that came before have been called.
+        """
+        return self._client.ask_for_result(self._goal_id)
+
+    def get_result(self) -> ResultResponse[ResultT] | None:
+        """Request the goal's final status and result, and wait for the response.
+
+        Raises:
+            ExternalShutdownException: The context was shut down meanwhile.
+        """
+        return self._client.ask_for_result(self._goal_id, at_once=True).wait_until_answered()
 
 
 class ActionClient(Generic[GoalT, ResultT, FeedbackT]):

@@ -1,12 +1,26 @@
-"""Action servers."""
+"""Action servers, with the callbacks that decide about goals.
+
+Source of the cancellation policies: action_msgs/srv/CancelGoal.
+"""
 
 from __future__ import annotations
 
+import collections
+import enum
 import functools
 import threading
-from collections.abc import Callable
+from collections.abc import Awaitable, Callable, Coroutine, Iterable
 
-from teleopctl.base.typed import TYPE_CHECKING, Any, Generic, Self, cast
+from teleopctl.base.typed import (
+    TYPE_CHECKING,
+    Any,
+    Generic,
+    Protocol,
+    Self,
+    TypeAlias,
+    TypeVar,
+    cast,
+)
 from teleopctl.interfaces import (
     FeedbackT,
     GoalT,
@@ -16,23 +30,18 @@ from teleopctl.interfaces import (
     set_stamp,
     to_nanoseconds,
 )
-from teleopctl.node.actions.callbacks import (
-    AcceptedCallback,
-    CancelCallback,
-    CancelResponse,
-    GoalCallback,
-    GoalResponse,
-    default_cancel_callback,
-    default_goal_callback,
-    default_handle_accepted_callback,
+from teleopctl.node.actions.goal_state import (
+    FEEDBACK_QOS,
+    GoalEvent,
+    GoalState,
+    InvalidGoalTransitionError,
+    goal_key,
+    next_state as _next_state,
 )
-from teleopctl.node.actions.cancellation import goals_to_cancel
-from teleopctl.node.actions.execution import Executions, outcome_of
-from teleopctl.node.actions.goal_state import FEEDBACK_QOS, goal_key
 from teleopctl.node.actions.server_goal import ExecuteCallback, ServerGoalHandle
 from teleopctl.node.endpoints.service import DeferringService
 from teleopctl.node.endpoints.waitable import NumberOfEntities
-from teleopctl.node.values.callback_groups import CallbackGroup
+from teleopctl.node.values.callback_groups import CallbackGroup, ReentrantCallbackGroup
 from teleopctl.node.values.qos import (
     QoSProfile,
     qos_profile_action_status_default,
@@ -45,6 +54,148 @@ if TYPE_CHECKING:
 
     from teleopctl.interfaces import ActionType
     from teleopctl.node.node_endpoints import NodeEndpoints
+
+
+class GoalResponse(enum.Enum):
+    """Answer of a goal callback: accept or reject the goal."""
+
+    REJECT = 1
+    ACCEPT = 2
+
+
+class CancelResponse(enum.Enum):
+    """Answer of a cancel callback: accept or reject the request to cancel."""
+
+    REJECT = 1
+    ACCEPT = 2
+
+
+GoalCallback: TypeAlias = Callable[[GoalT], GoalResponse | Awaitable[GoalResponse]]
+CancelCallback: TypeAlias = Callable[
+    [ServerGoalHandle[GoalT, ResultT, FeedbackT]], CancelResponse | Awaitable[CancelResponse]
+]
+AcceptedCallback: TypeAlias = Callable[[ServerGoalHandle[GoalT, ResultT, FeedbackT]], object]
+
+
+def default_handle_accepted_callback(
+    goal_handle: ServerGoalHandle[GoalT, ResultT, FeedbackT],
+) -> None:
+    """Execute a goal as soon as it is accepted."""
+    goal_handle.execute()
+
+
+def default_goal_callback(goal_request: GoalT) -> GoalResponse:  # noqa: ARG001 (whichever it is)
+    """Accept every goal."""
+    return GoalResponse.ACCEPT
+
+
+def default_cancel_callback(
+    cancel_request: ServerGoalHandle[GoalT, ResultT, FeedbackT],  # noqa: ARG001 (whichever it is)
+) -> CancelResponse:
+    """Reject every request to cancel a goal."""
+    return CancelResponse.REJECT
+
+
+ERROR_NONE = 0
+ERROR_UNKNOWN_GOAL_ID = 2
+ERROR_GOAL_TERMINATED = 3
+
+_NO_ID = bytes(16)
+
+
+class KnownGoal(Protocol):
+    """The id, state and acceptance time of a server's goal, for a cancel request."""
+
+    @property
+    def key(self) -> bytes:
+        """UUID bytes of the goal's id."""
+
+    @property
+    def stamp_ns(self) -> int:
+        """Time at which the server accepted the goal, in nanoseconds since the epoch."""
+
+    @property
+    def state(self) -> GoalState:
+        """State of the goal."""
+
+
+KnownGoalT = TypeVar("KnownGoalT", bound=KnownGoal)
+
+
+def goals_to_cancel(
+    goals: Iterable[KnownGoalT], key: bytes, stamp_ns: int
+) -> tuple[int, list[KnownGoalT]]:
+    """Return the goals that a cancel request selects, with the return code of the answer.
+
+    Args:
+        goals: All that the server knows, the oldest first.
+        key: Id in the request; zeros for none.
+        stamp_ns: Time in the request; 0 for none. Goals accepted until then are meant, and the
+            one of the id. Without id and time all are.
+    """
+    if key != _NO_ID and stamp_ns == 0:
+        for goal in goals:
+            if goal.key == key:
+                return (ERROR_NONE, [goal]) if _can_be(goal) else (ERROR_GOAL_TERMINATED, [])
+        return ERROR_UNKNOWN_GOAL_ID, []
+    are_all = key == _NO_ID and stamp_ns == 0
+    meant = [g for g in goals if are_all or g.stamp_ns <= stamp_ns or g.key == key]
+    return ERROR_NONE, [goal for goal in meant if _can_be(goal)]
+
+
+def _can_be(goal: KnownGoal) -> bool:
+    try:
+        _next_state(goal.state, GoalEvent.CANCEL_GOAL)
+    except InvalidGoalTransitionError:
+        return False
+    return True
+
+
+OutcomeT = TypeVar("OutcomeT")
+
+
+class Executions:
+    """Coroutines queued for a node's executor, which may be set later.
+
+    So they also begin where a program spins its node now and then, and starts a goal in between.
+    """
+
+    def __init__(self, node: NodeEndpoints) -> None:
+        self._node = node
+        self._waiting: collections.deque[Callable[[], Coroutine[object, None, None]]]
+        self._waiting = collections.deque()
+        self._guard = node.create_guard_condition(self._begin_next, ReentrantCallbackGroup())
+
+    def add(self, begin: Callable[[], Coroutine[object, None, None]]) -> None:
+        """Queue a function whose coroutine the executor will run; any thread may call this."""
+        self._waiting.append(begin)
+        self._guard.trigger()
+
+    def _begin_next(self) -> Coroutine[object, None, None] | None:
+        try:
+            begin = self._waiting.popleft()
+        except IndexError:
+            return None
+        if self._waiting:
+            self._guard.trigger()
+        return begin()
+
+    def destroy(self) -> None:
+        """Drop the queued coroutines."""
+        self._waiting.clear()
+        self._guard.destroy()
+        self._node.destroy_guard_condition(self._guard)
+
+
+async def outcome_of(
+    callback: Callable[..., OutcomeT | Awaitable[OutcomeT]], *args: object
+) -> OutcomeT:
+    """Return the result of a function or coroutine function."""
+    outcome = callback(*args)
+    if hasattr(outcome, "__await__"):
+        return await cast("Awaitable[OutcomeT]", outcome)
+    return outcome
+
 
 # How long the result of a goal is kept for whoever asks, as in rclpy.
 _RESULT_TIMEOUT_S = 900

@@ -14,7 +14,7 @@ from teleopctl.wire import EndpointToken, EntityKind, format_token, gid, topic_k
 if TYPE_CHECKING:
     import zenoh
 
-    from teleopctl.node.endpoints.events.handler import EventHandler
+    from teleopctl.node.endpoints.events import EventHandler
     from teleopctl.node.node_core import NodeCore
 
 

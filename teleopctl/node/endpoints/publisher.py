@@ -27,8 +27,7 @@ from teleopctl.node.values.qos import (
 from teleopctl.wire import EntityKind, assertion_key, encode_attachment
 
 if TYPE_CHECKING:
-    from teleopctl.node.endpoints.events.callbacks import PublisherEventCallbacks
-    from teleopctl.node.endpoints.events.handler import EventHandler
+    from teleopctl.node.endpoints.events import EventHandler, PublisherEventCallbacks
     from teleopctl.node.node_core import NodeCore
     from teleopctl.node.values.time import Duration
 
@@ -65,9 +64,12 @@ class Publisher(Endpoint, Generic[MessageT]):
 
     def watch(self, callbacks: PublisherEventCallbacks, group: CallbackGroup) -> None:
         """Register event callbacks."""
-        from teleopctl.node.endpoints.events.deadline import DeadlineHandler
-        from teleopctl.node.endpoints.events.graph import IncompatibleTypeHandler, MatchedHandler
-        from teleopctl.node.endpoints.events.liveliness import LivelinessLostHandler
+        from teleopctl.node.endpoints.event_handlers import (
+            DeadlineHandler,
+            IncompatibleTypeHandler,
+            LivelinessLostHandler,
+            MatchedHandler,
+        )
 
         watching: list[EventHandler] = []
         if callbacks.deadline is not None:

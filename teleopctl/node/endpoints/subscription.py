@@ -22,8 +22,7 @@ from teleopctl.node.values.qos import QoSProfile, ReliabilityPolicy, bound_ns
 from teleopctl.wire import EntityKind, Refusals, decode_attachment, direct_callback
 
 if TYPE_CHECKING:
-    from teleopctl.node.endpoints.events.callbacks import SubscriptionEventCallbacks
-    from teleopctl.node.endpoints.events.handler import EventHandler
+    from teleopctl.node.endpoints.events import EventHandler, SubscriptionEventCallbacks
     from teleopctl.node.node_core import NodeCore
 
 
@@ -138,10 +137,13 @@ class Subscription(Endpoint, QueuingEntity, Generic[MessageT]):
 
     def watch(self, callbacks: SubscriptionEventCallbacks, group: CallbackGroup) -> None:
         """Register event callbacks."""
-        from teleopctl.node.endpoints.events.deadline import DeadlineHandler
-        from teleopctl.node.endpoints.events.graph import IncompatibleTypeHandler, MatchedHandler
-        from teleopctl.node.endpoints.events.liveliness import LivelinessChangedHandler
-        from teleopctl.node.endpoints.events.message_lost import MessageLostHandler
+        from teleopctl.node.endpoints.event_handlers import (
+            DeadlineHandler,
+            IncompatibleTypeHandler,
+            LivelinessChangedHandler,
+            MatchedHandler,
+            MessageLostHandler,
+        )
 
         watching: list[EventHandler] = []
         if callbacks.deadline is not None:
@@ -172,7 +174,7 @@ class Subscription(Endpoint, QueuingEntity, Generic[MessageT]):
         session = self.node.context.session
         # What may keep the transport waiting keeps nobody else's samples waiting.
         if not (immediate or qos.is_latched or qos.queue_depth is None):
-            return self.node.context.fan_out.declare_subscriber(self.key, self._queue)
+            return self.node.context.shared_subscribers.declare_subscriber(self.key, self._queue)
         receive = self._handle_now if immediate else self._queue
         handler = direct_callback(receive)
         if not qos.is_latched:

@@ -1,6 +1,4 @@
-"""What a managed node takes along through its transitions."""
-
-# ruff: noqa: ARG002 -- overrides look at the state before
+"""Entities that a lifecycle node takes through its transitions, lifecycle publishers among them."""
 
 from __future__ import annotations
 
@@ -8,7 +6,14 @@ import functools
 from collections.abc import Callable
 from typing import Any, Concatenate, ParamSpec, TypeVar, overload
 
+from teleopctl.interfaces import MessageT
+from teleopctl.node.endpoints.publisher import Publisher
 from teleopctl.node.lifecycle.states import LifecycleState, TransitionCallbackReturn
+from teleopctl.node.node_core import NodeCore
+from teleopctl.node.values.qos import QoSProfile
+
+# ruff: noqa: ARG002 -- overrides look at the state before
+
 
 _P = ParamSpec("_P")
 _ResultT = TypeVar("_ResultT")
@@ -109,3 +114,21 @@ class SimpleManagedEntity(ManagedEntity):
             return None
 
         return only_when_enabled
+
+
+class LifecyclePublisher(SimpleManagedEntity, Publisher[MessageT]):
+    """Publisher that drops messages unless activated; made by ``create_lifecycle_publisher``.
+
+    It is in the graph from the beginning.
+    """
+
+    def __init__(
+        self, node: NodeCore, msg_type: type[MessageT], topic: str, qos: QoSProfile
+    ) -> None:
+        SimpleManagedEntity.__init__(self)
+        Publisher.__init__(self, node, msg_type, topic, qos)
+
+    def publish(self, msg: MessageT | bytes | bytearray) -> None:
+        """Send a message if the publisher is activated; see `Publisher.publish`."""
+        if self.is_activated:
+            Publisher.publish(self, msg)

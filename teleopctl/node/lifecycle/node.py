@@ -6,8 +6,7 @@ from collections.abc import Callable
 
 from teleopctl.base.typed import TYPE_CHECKING, Any
 from teleopctl.interfaces import MessageT
-from teleopctl.node.lifecycle.managed_entity import ManagedEntity
-from teleopctl.node.lifecycle.publisher import LifecyclePublisher
+from teleopctl.node.lifecycle.managed_entity import LifecyclePublisher, ManagedEntity
 from teleopctl.node.lifecycle.services import LifecycleStateMachine
 from teleopctl.node.lifecycle.states import (
     LifecycleState,
@@ -18,7 +17,7 @@ from teleopctl.node.node import Node
 from teleopctl.node.values.qos import QoSProfile
 
 if TYPE_CHECKING:
-    from teleopctl.node.endpoints.events.callbacks import PublisherEventCallbacks
+    from teleopctl.node.endpoints.events import PublisherEventCallbacks
     from teleopctl.node.endpoints.qos_overrides import QoSOverridingOptions
     from teleopctl.node.values.callback_groups import CallbackGroup
 

@@ -6,13 +6,14 @@ from collections.abc import Callable, Iterable
 
 from teleopctl.base.typed import TYPE_CHECKING, Any
 from teleopctl.interfaces import get_message, get_service
-from teleopctl.node.lifecycle.state_machine import StateMachine, TransitionNotPossibleError
 from teleopctl.node.lifecycle.states import (
     STATES,
     TRANSITIONS,
     LifecycleState,
+    StateMachine,
     Transition,
     TransitionCallbackReturn,
+    TransitionNotPossibleError,
 )
 from teleopctl.node.values.qos import QoSProfile
 

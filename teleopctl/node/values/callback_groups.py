@@ -1,13 +1,13 @@
-"""Callback groups: which callbacks may run at the same time in a multi-threaded executor."""
+"""Callback groups, and the interface of the executors that follow their rules."""
 
 from __future__ import annotations
 
 import collections
 import threading
-from _weakref import ref  # weakref has more, which takes half a millisecond to import
+from _weakref import ref
 from collections.abc import Callable
 
-from teleopctl.base.typed import Any, ClassVar
+from teleopctl.base.typed import Any, ClassVar, Protocol
 
 Work = Callable[[], None]
 # Hands work to a pool; False when the pool takes none any more.
@@ -136,3 +136,48 @@ class MutuallyExclusiveCallbackGroup(CallbackGroup):
                 self._submit_next()
 
         return run_and_continue
+
+
+class Schedulable(Protocol):
+    """An entity that queues arrivals until an executor takes them."""
+
+    callback_group: CallbackGroup
+
+    def take(self) -> Callable[[], object] | None:
+        """Return the call for the oldest arrival; None if there is none."""
+
+    def pending(self) -> int:
+        """Return how many arrivals are queued."""
+
+
+class Scheduler(Protocol):
+    """Interface of executors; all methods are thread-safe."""
+
+    @property
+    def is_shutdown(self) -> bool:
+        """Whether the executor was shut down."""
+
+    # Any: a node's class stands above this one.
+
+    def add_node(self, node: Any) -> bool:
+        """Add a node; return False if it was added before."""
+
+    def remove_node(self, node: Any) -> None:
+        """Remove a node."""
+
+    def schedule(self, waitable: Schedulable) -> None:
+        """Queue an entity whose arrivals the spinning thread will take."""
+
+    def enqueue(self, work: Callable[[], object]) -> None:
+        """Queue a function that the spinning thread will call."""
+
+    def fail(self, error: BaseException) -> None:
+        """Raise an exception in the spinning thread."""
+
+    def wake(self) -> None:
+        """Wake the spinning thread, so that it checks timers, shutdown and futures again."""
+
+    def create_task(
+        self, callback: Callable[..., object], *args: object, **kwargs: object
+    ) -> object:
+        """Run a function or coroutine; return its future."""

@@ -1,4 +1,4 @@
-"""What the graph tells of one endpoint, under the names of ``rclpy.topic_endpoint_info``."""
+"""Endpoints of the graph: owner, type hash and QoS, as ``rclpy.topic_endpoint_info`` has them."""
 
 from __future__ import annotations
 
@@ -6,8 +6,49 @@ import enum
 from collections.abc import Sequence
 
 from teleopctl.node.values.qos import HistoryPolicy, QoSProfile, qos_profile_unknown
-from teleopctl.node.values.type_hash import TypeHash
 from teleopctl.wire import EndpointToken, EntityKind, format_token, gid
+
+_SIZE = 32
+
+
+class TypeHash:
+    """Hash of a type's definition.
+
+    Args:
+        version: Of the way in which it is computed; 1 for RIHS01.
+        value: The 32 bytes.
+    """
+
+    __slots__ = ("value", "version")
+
+    def __init__(self, version: int = -1, value: bytes = bytes(_SIZE)) -> None:
+        self.version = version
+        self.value = value
+
+    @classmethod
+    def from_text(cls, text: str) -> TypeHash:
+        """Parse a type hash such as ``RIHS01_…``; other texts give an invalid hash."""
+        version, _, digits = text.removeprefix("RIHS").partition("_")
+        try:
+            return cls(int(version), bytes.fromhex(digits))
+        except ValueError:
+            return cls()
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, TypeHash):
+            return NotImplemented
+        return (self.version, self.value) == (other.version, other.value)
+
+    def __hash__(self) -> int:
+        return hash((self.version, self.value))
+
+    def __str__(self) -> str:
+        if self.version <= 0 or len(self.value) != _SIZE:
+            return "INVALID"
+        return f"RIHS{self.version:02}_{self.value.hex()}"
+
+    def __repr__(self) -> str:
+        return f"TypeHash({self})"
 
 
 class TopicEndpointTypeEnum(enum.IntEnum):

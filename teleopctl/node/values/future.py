@@ -13,7 +13,7 @@ from teleopctl.base.typed import TYPE_CHECKING, Any, Generic, TypeVar, cast
 if TYPE_CHECKING:
     import asyncio
 
-    from teleopctl.node.values.scheduler import Scheduler
+    from teleopctl.node.values.callback_groups import Scheduler
 
 
 ResultT = TypeVar("ResultT")

@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given, strategies as st
 
 from teleopctl.node import GoalEvent, GoalState, InvalidGoalTransitionError
-from teleopctl.node.actions.cancellation import goals_to_cancel
 from teleopctl.node.actions.goal_state import next_state
+from teleopctl.node.actions.server import goals_to_cancel
 
 # As action_msgs and rcl_action have them: from, event, to.
 LIFE = """

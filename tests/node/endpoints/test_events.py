@@ -12,8 +12,7 @@ from teleopctl.node import (
     QoSProfile,
     SubscriptionEventCallbacks,
 )
-from teleopctl.node.endpoints.events.message_lost import MessageLostHandler
-from teleopctl.node.endpoints.events.watchdog import Watchdog
+from teleopctl.node.endpoints.event_handlers import MessageLostHandler, Watchdog
 
 HOUR_NS = 3600 * 10**9
 STRING = get_message("std_msgs/msg/String")

@@ -4,8 +4,7 @@ import pytest
 from hypothesis import given, strategies as st
 
 from teleopctl.node import TransitionNotPossibleError
-from teleopctl.node.lifecycle.state_machine import StateMachine
-from teleopctl.node.lifecycle.states import TRANSITIONS, TransitionCallbackReturn
+from teleopctl.node.lifecycle.states import TRANSITIONS, StateMachine, TransitionCallbackReturn
 
 # A second writing of the rules, request by request: from where, through what, and where to after
 # success and after failure. An error goes to errorprocessing.

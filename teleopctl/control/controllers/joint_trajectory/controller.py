@@ -22,7 +22,6 @@ from teleopctl.control.controllers.joint_trajectory.goal import (
 )
 from teleopctl.control.controllers.joint_trajectory.inputs import Incoming, TrajectoryInputs
 from teleopctl.control.controllers.joint_trajectory.outputs import CommandOutputs
-from teleopctl.control.controllers.joint_trajectory.points import TrajectoryPoint
 from teleopctl.control.controllers.joint_trajectory.settings import (
     UNSUPPORTED,
     InvalidSettingsError,
@@ -34,13 +33,17 @@ from teleopctl.control.controllers.joint_trajectory.state import (
     MeasuredValues,
     TrajectoryStatePublisher,
 )
-from teleopctl.control.controllers.joint_trajectory.stopping import stopping_points
 from teleopctl.control.controllers.joint_trajectory.tolerances import (
     ToleranceVerdict,
     judge,
     tracking_error,
 )
-from teleopctl.control.controllers.joint_trajectory.trajectory import Trajectory, TrajectorySample
+from teleopctl.control.controllers.joint_trajectory.trajectory import (
+    Trajectory,
+    TrajectoryPoint,
+    TrajectorySample,
+    stopping_points,
+)
 from teleopctl.control.controllers.pid import Pid, PidGains
 from teleopctl.control.handles import ACCELERATION, POSITION, VELOCITY, StateInterface
 from teleopctl.control.lifecycle import CallbackReturn, ReturnType

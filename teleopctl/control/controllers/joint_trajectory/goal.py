@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from teleopctl.control.controllers.joint_trajectory.points import TrajectoryPoint
 from teleopctl.control.controllers.joint_trajectory.tolerances import Tolerances
+from teleopctl.control.controllers.joint_trajectory.trajectory import TrajectoryPoint
 from teleopctl.control.controllers.realtime_goal import RealtimeServerGoalHandle
 from teleopctl.control.realtime_publisher import PublishQueue, RealtimePublisher
 from teleopctl.interfaces import NANOSECONDS_PER_SECOND, get_action, set_stamp

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any, Protocol
 from teleopctl.control.controllers.base import ControllerInterfaceParams
 from teleopctl.control.controllers.joint_trajectory import position_commands
 from teleopctl.control.controllers.joint_trajectory.goal import FollowedGoal
-from teleopctl.control.controllers.joint_trajectory.points import TrajectoryPoint
 from teleopctl.control.controllers.joint_trajectory.settings import TrajectorySettings
+from teleopctl.control.controllers.joint_trajectory.trajectory import TrajectoryPoint
 from teleopctl.control.controllers.joint_trajectory.validation import (
     InvalidTrajectoryError,
     Rules,

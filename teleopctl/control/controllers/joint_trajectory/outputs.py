@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from teleopctl.control.controllers.joint_trajectory.points import TrajectoryPoint
 from teleopctl.control.controllers.joint_trajectory.settings import TrajectorySettings
+from teleopctl.control.controllers.joint_trajectory.trajectory import TrajectoryPoint
 from teleopctl.control.controllers.pid import Pid
 from teleopctl.control.handles import (
     ACCELERATION,

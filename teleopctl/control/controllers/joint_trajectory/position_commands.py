@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from teleopctl.control.controllers.joint_trajectory.points import TrajectoryPoint
+from teleopctl.control.controllers.joint_trajectory.trajectory import TrajectoryPoint
 from teleopctl.interfaces import NANOSECONDS_PER_SECOND
 from teleopctl.robot import JointLimits, cut_command
 

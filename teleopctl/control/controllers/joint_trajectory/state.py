@@ -6,8 +6,8 @@ import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from teleopctl.control.controllers.joint_trajectory.points import TrajectoryPoint
 from teleopctl.control.controllers.joint_trajectory.settings import TrajectorySettings
+from teleopctl.control.controllers.joint_trajectory.trajectory import TrajectoryPoint
 from teleopctl.control.realtime_publisher import PublishQueue, RealtimePublisher
 from teleopctl.interfaces import set_stamp
 

@@ -7,8 +7,10 @@ from dataclasses import dataclass, replace
 from enum import Enum
 from typing import Protocol
 
-from teleopctl.control.controllers.joint_trajectory.points import TrajectoryPoint
-from teleopctl.control.controllers.joint_trajectory.trajectory import shortest_angle
+from teleopctl.control.controllers.joint_trajectory.trajectory import (
+    TrajectoryPoint,
+    shortest_angle,
+)
 from teleopctl.interfaces import Stamp, to_nanoseconds, to_seconds
 
 # control_msgs/msg/JointTolerance: this value takes a tolerance away.

@@ -1,20 +1,228 @@
-"""A trajectory that can be sampled at any time.
+"""Joint trajectories: their points, splines between points, sampling, and points to stop on.
 
-Times are nanoseconds on the controller's clock. A trajectory begins at the "point before": where
-the robot is when it takes the trajectory over.
+Plain floats, not numpy: for the handful of joints of an arm, numpy's overhead for each call costs
+more than the arithmetic. Times are nanoseconds on the controller's clock. A trajectory begins at
+the "point before": where the robot is when the trajectory takes over. The degree of a segment
+(linear, cubic or quintic) follows from what both of its points give; its coefficients are computed
+once.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field, replace
 from enum import Enum
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
-from teleopctl.control.controllers.joint_trajectory.points import TrajectoryPoint
-from teleopctl.control.controllers.joint_trajectory.segment import TrajectorySegment
-from teleopctl.interfaces import NANOSECONDS_PER_SECOND
+from teleopctl.interfaces import NANOSECONDS_PER_SECOND, Stamp, set_stamp, to_nanoseconds
+
+
+class PointLike(Protocol):
+    """Interface of trajectory_msgs/JointTrajectoryPoint."""
+
+    positions: Sequence[float]
+    velocities: Sequence[float]
+    accelerations: Sequence[float]
+    effort: Sequence[float]
+    time_from_start: Stamp
+
+
+@dataclass(slots=True)
+class TrajectoryPoint:
+    """State of all joints at one time; empty lists mean "not given".
+
+    Attributes:
+        positions: rad or m, one for each joint.
+        velocities: rad/s or m/s.
+        accelerations: rad/s² or m/s².
+        effort: N·m or N.
+        time_ns: Nanoseconds since the start of the trajectory.
+    """
+
+    positions: list[float] = field(default_factory=list)
+    velocities: list[float] = field(default_factory=list)
+    accelerations: list[float] = field(default_factory=list)
+    effort: list[float] = field(default_factory=list)
+    time_ns: int = 0
+
+    @classmethod
+    def from_message(cls, point: PointLike, order: Iterable[int] | None = None) -> TrajectoryPoint:
+        """Return the point of a message, with joints reordered by ``order``."""
+        indices = None if order is None else tuple(order)
+
+        def take(values: Sequence[float]) -> list[float]:
+            if indices is None or not len(values):
+                return [float(value) for value in values]
+            return [float(values[index]) for index in indices]
+
+        return cls(
+            take(point.positions),
+            take(point.velocities),
+            take(point.accelerations),
+            take(point.effort),
+            to_nanoseconds(point.time_from_start),
+        )
+
+    def copy_to(self, message: PointLike) -> None:
+        """Fill a message."""
+        message.positions = self.positions
+        message.velocities = self.velocities
+        message.accelerations = self.accelerations
+        message.effort = self.effort
+        set_stamp(message.time_from_start, self.time_ns)
+
+
+class TrajectorySegment:
+    """Interpolation between two trajectory points.
+
+    Args:
+        begin_ns: Time of the first end, nanoseconds on any clock.
+        begin: State at that time; must have positions.
+        end_ns: Time of the second end on the same clock.
+        end: State at that time; must have positions.
+    """
+
+    __slots__ = ("_begin_ns", "_coefficients", "_degree", "_duration", "_effort")
+
+    def __init__(
+        self, begin_ns: int, begin: TrajectoryPoint, end_ns: int, end: TrajectoryPoint
+    ) -> None:
+        self._begin_ns = begin_ns
+        self._duration = duration = max(0, end_ns - begin_ns) / NANOSECONDS_PER_SECOND
+        has_velocities = bool(begin.velocities and end.velocities)
+        if has_velocities and begin.accelerations and end.accelerations:
+            self._degree = 5
+            self._coefficients = [
+                quintic(pa, va, aa, pb, vb, ab, duration)
+                for pa, va, aa, pb, vb, ab in zip(
+                    begin.positions,
+                    begin.velocities,
+                    begin.accelerations,
+                    end.positions,
+                    end.velocities,
+                    end.accelerations,
+                    strict=True,
+                )
+            ]
+        elif has_velocities:
+            self._degree = 3
+            self._coefficients = [
+                cubic(*joint, duration)
+                for joint in zip(
+                    begin.positions, begin.velocities, end.positions, end.velocities, strict=True
+                )
+            ]
+        else:
+            self._degree = 1
+            self._coefficients = _lines(begin.positions, end.positions, duration)
+        self._effort = (
+            _lines(begin.effort, end.effort, duration) if begin.effort and end.effort else []
+        )
+
+    def sample(self, time_ns: int) -> TrajectoryPoint:
+        """Return the state at a time, clamped to the segment."""
+        t = (time_ns - self._begin_ns) / NANOSECONDS_PER_SECOND
+        t = min(max(t, 0.0), self._duration)
+        if self._degree == 1:
+            positions = [c0 + c1 * t for c0, c1 in self._coefficients]
+            velocities = [c1 for _, c1 in self._coefficients]
+            accelerations = [0.0] * len(positions)
+        elif self._degree == 3:
+            cubics = self._coefficients
+            positions = [((c3 * t + c2) * t + c1) * t + c0 for c0, c1, c2, c3 in cubics]
+            velocities = [(3.0 * c3 * t + 2.0 * c2) * t + c1 for _, c1, c2, c3 in cubics]
+            accelerations = [6.0 * c3 * t + 2.0 * c2 for _, _, c2, c3 in cubics]
+        else:
+            positions, velocities, accelerations = [], [], []
+            for c0, c1, c2, c3, c4, c5 in self._coefficients:
+                positions.append(((((c5 * t + c4) * t + c3) * t + c2) * t + c1) * t + c0)
+                velocities.append(
+                    (((5.0 * c5 * t + 4.0 * c4) * t + 3.0 * c3) * t + 2.0 * c2) * t + c1
+                )
+                accelerations.append(((20.0 * c5 * t + 12.0 * c4) * t + 6.0 * c3) * t + 2.0 * c2)
+        effort = [c0 + c1 * t for c0, c1 in self._effort]
+        return TrajectoryPoint(positions, velocities, accelerations, effort, time_ns)
+
+
+def _lines(
+    begin: Sequence[float], end: Sequence[float], duration: float
+) -> list[tuple[float, ...]]:
+    if duration == 0.0:
+        return [(value, 0.0) for value in begin]
+    return [(first, (last - first) / duration) for first, last in zip(begin, end, strict=True)]
+
+
+def cubic(pa: float, va: float, pb: float, vb: float, duration: float) -> tuple[float, ...]:
+    """Coefficients c0…c3 of the cubic with given positions and velocities at both ends."""
+    if duration == 0.0:
+        return pa, va, 0.0, 0.0
+    d = duration
+    return (
+        pa,
+        va,
+        (3.0 * (pb - pa) - (2.0 * va + vb) * d) / d**2,
+        (2.0 * (pa - pb) + (va + vb) * d) / d**3,
+    )
+
+
+def quintic(
+    pa: float, va: float, aa: float, pb: float, vb: float, ab: float, duration: float
+) -> tuple[float, ...]:
+    """Coefficients c0…c5 of the quintic that also has given accelerations at both ends."""
+    if duration == 0.0:
+        return pa, va, aa / 2.0, 0.0, 0.0, 0.0
+    d = duration
+    step = pb - pa
+    return (
+        pa,
+        va,
+        aa / 2.0,
+        (20.0 * step - (8.0 * vb + 12.0 * va) * d - (3.0 * aa - ab) * d**2) / (2.0 * d**3),
+        (-30.0 * step + (14.0 * vb + 16.0 * va) * d + (3.0 * aa - 2.0 * ab) * d**2) / (2.0 * d**4),
+        (12.0 * step - 6.0 * (vb + va) * d - (aa - ab) * d**2) / (2.0 * d**5),
+    )
+
+
+def stopping_points(
+    positions: Sequence[float], velocities: Sequence[float], decelerations: Sequence[float]
+) -> list[TrajectoryPoint]:
+    """Return trajectory points on which each joint decelerates at a constant rate to rest.
+
+    A joint at speed v stops after ``|v| / d`` seconds, ``v |v| / 2d`` further on. A point stands
+    where a joint has stopped; the cubics in between are then the parabolas that are meant.
+
+    Args:
+        positions: Where the joints are, rad or m.
+        velocities: How fast they move, rad/s or m/s; empty to stop on the spot.
+        decelerations: Per joint, rad/s² or m/s², all above 0; empty to stop on the spot.
+    """
+    if not velocities or not decelerations:
+        return [TrajectoryPoint(list(positions))]
+    joints = list(zip(positions, velocities, decelerations, strict=True))
+    times = {
+        round(abs(velocity) / deceleration * NANOSECONDS_PER_SECOND)
+        for _, velocity, deceleration in joints
+    }
+    points = []
+    for time_ns in sorted(times - {0}) or [0]:
+        states = [_slowed(*joint, time_ns / NANOSECONDS_PER_SECOND) for joint in joints]
+        points.append(
+            TrajectoryPoint([p for p, _ in states], [v for _, v in states], time_ns=time_ns)
+        )
+    return points
+
+
+def _slowed(
+    position: float, velocity: float, deceleration: float, time: float
+) -> tuple[float, float]:
+    """Position and velocity of a joint that has been slowing down for so many seconds."""
+    slowing = -deceleration if velocity > 0.0 else deceleration
+    # Points are whole nanoseconds: the last one must be at rest all the same.
+    time_to_stop = abs(velocity) / deceleration
+    if time >= time_to_stop - 1.0 / NANOSECONDS_PER_SECOND:
+        return position + velocity * time_to_stop / 2.0, 0.0
+    return position + velocity * time + slowing * time * time / 2.0, velocity + slowing * time
 
 
 class InterpolationMethod(Enum):

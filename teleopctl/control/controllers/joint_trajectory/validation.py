@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
-from teleopctl.control.controllers.joint_trajectory.points import PointLike, TrajectoryPoint
+from teleopctl.control.controllers.joint_trajectory.trajectory import PointLike, TrajectoryPoint
 from teleopctl.interfaces import Stamp, to_nanoseconds, to_seconds
 
 # float32 resolution: what a planner that works in single precision calls zero.

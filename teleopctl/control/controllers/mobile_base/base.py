@@ -11,10 +11,11 @@ from teleopctl.control.controllers.base import (
     InterfaceConfiguration,
     InterfaceConfigurationType,
 )
+from teleopctl.control.controllers.chainable import ChainableControllerInterface
 from teleopctl.control.controllers.mobile_base.odometry import Odometry
 from teleopctl.control.controllers.mobile_base.odometry_publisher import OdometryPublisher
 from teleopctl.control.controllers.mobile_base.velocity_input import BaseVelocity, VelocityInput
-from teleopctl.control.handles import POSITION, VELOCITY
+from teleopctl.control.handles import POSITION, VELOCITY, CommandInterface
 from teleopctl.control.lifecycle import CallbackReturn, ReturnType
 
 
@@ -185,3 +186,27 @@ class MobileBaseController(ControllerInterface):
             self._odometry.advance(way.x, way.angular, period, way.y)
         self._last = values
         return True
+
+
+class ChainableBase(MobileBaseController, ChainableControllerInterface):
+    """A base whose velocity is a reference: ``NAME/linear/velocity``, ``NAME/angular/velocity``.
+
+    In chained mode the references are the velocity at each update, however old they are; while one
+    of them is not a number the base stands still.
+    """
+
+    references: ClassVar[Sequence[str]] = ("linear", "angular")
+
+    def on_export_reference_interfaces_list(self) -> list[CommandInterface]:
+        """Return the reference interfaces of the velocity's components."""
+        return [CommandInterface(f"{self.name}/{part}", VELOCITY) for part in self.references]
+
+    def wanted_velocity(self, time_ns: int) -> BaseVelocity:
+        """Return the references in chained mode, else the velocity of the topic."""
+        if not self.in_chained_mode:
+            return super().wanted_velocity(time_ns)
+        values = [reference.value for reference in self.reference_interfaces]
+        if not all(map(math.isfinite, values)):
+            return BaseVelocity()
+        x, *sideways, angular = values
+        return BaseVelocity(x, sideways[0] if sideways else 0.0, angular)

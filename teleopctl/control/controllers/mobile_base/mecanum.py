@@ -6,8 +6,7 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-from teleopctl.control.controllers.mobile_base.base import InvalidBaseError
-from teleopctl.control.controllers.mobile_base.chainable import ChainableBase
+from teleopctl.control.controllers.mobile_base.base import ChainableBase, InvalidBaseError
 from teleopctl.control.controllers.mobile_base.rate_limiter import RateLimiter, read_limits
 from teleopctl.control.controllers.mobile_base.velocity_input import BaseVelocity
 from teleopctl.control.handles import VELOCITY

@@ -10,8 +10,7 @@ import math
 from collections.abc import Sequence
 from typing import ClassVar
 
-from teleopctl.control.controllers.mobile_base.base import InvalidBaseError
-from teleopctl.control.controllers.mobile_base.chainable import ChainableBase
+from teleopctl.control.controllers.mobile_base.base import ChainableBase, InvalidBaseError
 from teleopctl.control.controllers.mobile_base.velocity_input import BaseVelocity
 from teleopctl.control.handles import POSITION, VELOCITY
 

@@ -4,7 +4,7 @@ import pytest
 
 from teleopctl.cli.verbs.topic.qos.options import QosWishes
 from teleopctl.cli.verbs.topic.qos.text import qos_lines, qos_record
-from teleopctl.node.any_topic import suited_to
+from teleopctl.node.generic_subscription import suited_to
 from teleopctl.node.values.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 from teleopctl.wire.qos import EndpointQos
 

@@ -4,10 +4,10 @@ import math
 
 import pytest
 
-from teleopctl.control.controllers.joint_trajectory.points import TrajectoryPoint
 from teleopctl.control.controllers.joint_trajectory.trajectory import (
     InterpolationMethod,
     Trajectory,
+    TrajectoryPoint,
     shortest_angle,
     shortest_way,
 )

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from teleopctl.base.typed import TYPE_CHECKING, Any
 from teleopctl.node.endpoints.waitable import NumberOfEntities, QueuingEntity as NodeWaitable
 from teleopctl.node.values.callback_groups import CallbackGroup
-from teleopctl.node.waiting.wait_set import WaitSet
+from teleopctl.node.wait_set import WaitSet
 
 if TYPE_CHECKING:
     from teleopctl.node.clock import Clock

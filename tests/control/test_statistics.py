@@ -5,7 +5,7 @@ import statistics
 import pytest
 from hypothesis import given, strategies as st
 
-from teleopctl.control.statistics.measuring import MovingStatistics, WorkStatistics
+from teleopctl.control.statistics import MovingStatistics, WorkStatistics
 
 measurements = st.lists(st.floats(-1e6, 1e6), min_size=1)
 

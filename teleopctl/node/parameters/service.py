@@ -11,7 +11,7 @@ from collections.abc import Callable
 from teleopctl.base.typed import TYPE_CHECKING, Any
 from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces import get_message, get_service, snake_case
-from teleopctl.node.parameters.parameter_store import ParameterStore, result
+from teleopctl.node.parameters.store import ParameterStore, result
 from teleopctl.node.values.exceptions import ParameterNotDeclaredException
 from teleopctl.node.values.parameter import Parameter, ParameterType
 from teleopctl.node.values.qos import qos_profile_parameters

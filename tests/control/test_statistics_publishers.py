@@ -3,8 +3,7 @@
 import pytest
 
 from teleopctl.control.lifecycle import State
-from teleopctl.control.statistics.diagnostics import Level, statuses
-from teleopctl.control.statistics.topics import statistics_entries
+from teleopctl.control.statistics_publishers import Level, statistics_entries, statuses
 from teleopctl.testing import ControlStack, serial_robot
 from tests.control.fakes import TYPE
 

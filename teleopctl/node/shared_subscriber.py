@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     Receive = Callable[[zenoh.Sample], None]
 
 
-class FanOut:
+class SharedSubscribers:
     """Shares one Zenoh subscriber among the session's subscriptions of the same key.
 
     Args:
@@ -32,7 +32,7 @@ class FanOut:
         self._lock = allocate_lock()
         self._topics: dict[str, _Topic] = {}
 
-    def declare_subscriber(self, key: str, receive: Receive) -> Share:
+    def declare_subscriber(self, key: str, receive: Receive) -> SubscriberShare:
         """Call a function with each sample of a key, on the transport's thread.
 
         It must be short and must not wait, since it holds the others up, nor raise.
@@ -43,7 +43,7 @@ class FanOut:
                 self._topics[key] = _Topic(self._session, key, receive)
             else:
                 topic.receivers = (*topic.receivers, receive)
-        return Share(self, key, receive)
+        return SubscriberShare(self, key, receive)
 
     def remove(self, key: str, receive: Receive) -> None:
         """Stop calling a function for a key's samples."""
@@ -57,23 +57,23 @@ class FanOut:
         topic.channel.undeclare()
 
 
-class Share:
+class SubscriberShare:
     """One subscription's share of a Zenoh subscriber that several subscriptions use.
 
     Args:
-        fan_out: Where it is from.
+        shared_subscribers: Where it is from.
         key: Of the samples.
         receive: What is called with them.
     """
 
-    def __init__(self, fan_out: FanOut, key: str, receive: Receive) -> None:
-        self._fan_out = fan_out
+    def __init__(self, shared_subscribers: SharedSubscribers, key: str, receive: Receive) -> None:
+        self._shared_subscribers = shared_subscribers
         self._key = key
         self._receive = receive
 
     def undeclare(self) -> None:
         """Stop calling the function; a call in progress continues."""
-        self._fan_out.remove(self._key, self._receive)
+        self._shared_subscribers.remove(self._key, self._receive)
 
 
 class _Topic:

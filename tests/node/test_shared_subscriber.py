@@ -6,7 +6,7 @@ import pytest
 import zenoh
 
 from teleopctl.interfaces.store import get_message
-from teleopctl.node.fan_out import FanOut
+from teleopctl.node.shared_subscriber import SharedSubscribers
 from teleopctl.testing import eventually
 
 STRING = get_message("std_msgs/msg/String")
@@ -80,12 +80,12 @@ def test_zenoh_calls_once_for_all_of_them(context):
             return declared[-1]
 
     heard: list[tuple[int, Any]] = []
-    fan_out = FanOut(Session())  # type: ignore[arg-type] # as much of it as is used
+    subscribers = SharedSubscribers(Session())  # type: ignore[arg-type] # as much of it as is used
 
     def hearing(number):
         return lambda sample: heard.append((number, sample))
 
-    shares = [fan_out.declare_subscriber("a/key", hearing(number)) for number in range(3)]
+    shares = [subscribers.declare_subscriber("a/key", hearing(number)) for number in range(3)]
     context.session.put("a/key", b"x")
     assert [number for number, _ in heard] == [0, 1, 2]
     assert len({id(sample) for _, sample in heard}) == len(declared) == 1

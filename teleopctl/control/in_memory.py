@@ -1,0 +1,516 @@
+"""Control stack without a ROS graph: nodes, actions and control cycles in memory, for tests."""
+
+from __future__ import annotations
+
+import copy
+import threading
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, ClassVar, cast
+
+from teleopctl.control.controller_manager import ControllerManager
+from teleopctl.control.controllers.base import ControllerInterface, ControllerInterfaceParams
+from teleopctl.control.cycle import Cycle
+from teleopctl.control.lifecycle import State
+from teleopctl.control.limits import enforced_by_default
+from teleopctl.control.realtime_publisher import PublishQueue
+from teleopctl.control.resource_manager import ResourceManager
+from teleopctl.control.switching import SwitchRequest, switch_controller
+from teleopctl.interfaces import ActionType, get_message
+from teleopctl.node import (
+    ActionServer,
+    AllowableParameterValue,
+    CancelResponse,
+    GoalResponse,
+    Node,
+    Parameter,
+    RcutilsLogger,
+    ServerGoalHandle,
+)
+from teleopctl.robot import RobotDescription
+
+
+class RecordedLog:
+    """Logger that stores its lines.
+
+    Attributes:
+        lines: Severity (``debug`` to ``fatal``) and text of each.
+    """
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+        self.lines: list[tuple[str, str]] = []
+
+    def texts(self, severity: str | None = None) -> list[str]:
+        """Return the logged texts of a severity, or all of them."""
+        return [text for kind, text in self.lines if severity in (None, kind)]
+
+    def get_child(self, name: str) -> RecordedLog:
+        """Return a child logger, whose lines are stored here too."""
+        del name
+        return self
+
+    # Options, such as once=True, are accepted: every line counts.
+    def debug(self, message: str, **_: object) -> None:
+        """Store a line of severity DEBUG."""
+        self.lines.append(("debug", message))
+
+    def info(self, message: str, **_: object) -> None:
+        """Store a line of severity INFO."""
+        self.lines.append(("info", message))
+
+    def warning(self, message: str, **_: object) -> None:
+        """Store a line of severity WARN."""
+        self.lines.append(("warning", message))
+
+    warn = warning
+
+    def error(self, message: str, **_: object) -> None:
+        """Store a line of severity ERROR."""
+        self.lines.append(("error", message))
+
+    def fatal(self, message: str, **_: object) -> None:
+        """Store a line of severity FATAL."""
+        self.lines.append(("fatal", message))
+
+
+# Any: an endpoint takes the callback and the messages of any type.
+class RecordedEndpoint:
+    """Publisher, subscription or service that stores its messages.
+
+    Args:
+        name: As the controller gave it.
+        callback: Of a subscription or service.
+        last_only: Whether it remembers the last message alone, and that without a copy.
+
+    Attributes:
+        name: As the controller gave it, ``~/commands`` say.
+        callback: Of a subscription or service.
+        messages: What has been published.
+    """
+
+    def __init__(
+        self, name: str, callback: Callable[..., Any] | None = None, *, last_only: bool = False
+    ) -> None:
+        self.name = name
+        self.callback = callback
+        self.messages: list[Any] = []
+        self._last_only = last_only
+
+    def publish(self, msg: object) -> None:
+        """Keep a copy of a message."""
+        if self._last_only:
+            self.messages = [msg]
+        else:
+            self.messages.append(copy.deepcopy(msg))
+
+    def get_subscription_count(self) -> int:
+        """Return 1."""
+        return 1
+
+
+class RecordedNode:
+    """Node without a network, for controllers and hardware under test.
+
+    Args:
+        name: The node's name.
+        parameters: What a parameter file would set, by dotted name.
+        last_only: Whether of what is published only the last message is remembered.
+
+    Attributes:
+        log: Its logger.
+        endpoints: Publishers, subscriptions and services by the name they were made with.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        parameters: Mapping[str, AllowableParameterValue] | None = None,
+        *,
+        last_only: bool = False,
+    ) -> None:
+        self._name = name
+        self._last_only = last_only
+        self._parameters = dict(parameters or {})
+        self._given = dict(self._parameters)
+        self._post_set: list[Callable[[list[Parameter]], None]] = []
+        self.log = RecordedLog(name)
+        self.endpoints: dict[str, RecordedEndpoint] = {}
+
+    # -- what the other side does ------------------------------------------------------------------
+
+    def receive(self, topic: str, message: object) -> None:
+        """Pass a message to a subscription's callback."""
+        callback = self.endpoints[topic].callback
+        if callback is None:
+            raise AssertionError(f"{topic} is published, not subscribed to")
+        callback(message)
+
+    # Any: what it answers has the type of the service.
+    def call(self, service: str, request: object, response: object) -> Any:
+        """Call a service's callback."""
+        callback = self.endpoints[service].callback
+        if callback is None:
+            raise AssertionError(f"{service} is no service")
+        return callback(request, response)
+
+    # Any: each topic has a type of its own.
+    def published(self, topic: str) -> list[Any]:
+        """Return the messages that were published on a topic."""
+        return self.endpoints[topic].messages
+
+    # -- what the node's owner uses ----------------------------------------------------------------
+
+    def get_name(self) -> str:
+        """Return the node's name."""
+        return self._name
+
+    def get_namespace(self) -> str:  # noqa: D102
+        return "/"
+
+    def get_logger(self) -> RecordedLog:  # noqa: D102
+        return self.log
+
+    def has_parameter(self, name: str) -> bool:  # noqa: D102
+        return name in self._parameters
+
+    def declare_parameter(  # noqa: D102
+        self, name: str, value: AllowableParameterValue = None, descriptor: object = None
+    ) -> Parameter:
+        del descriptor
+        self._parameters[name] = value
+        return self.get_parameter(name)
+
+    def get_parameter(self, name: str) -> Parameter:  # noqa: D102
+        return Parameter(name, value=self._parameters[name])
+
+    def get_parameter_overrides(self) -> dict[str, Parameter]:
+        """Return the given parameter values, as those of a parameter file."""
+        return {name: Parameter(name, value=value) for name, value in self._given.items()}
+
+    def set_parameters(self, parameter_list: Sequence[Parameter]) -> None:
+        """Set parameters and call the post-set callbacks."""
+        self._parameters.update((parameter.name, parameter.value) for parameter in parameter_list)
+        for callback in self._post_set:
+            callback(list(parameter_list))
+
+    def add_post_set_parameters_callback(  # noqa: D102
+        self, callback: Callable[[list[Parameter]], None]
+    ) -> None:
+        self._post_set.append(callback)
+
+    def create_publisher(  # noqa: D102
+        self, msg_type: type[object], topic: str, qos_profile: object
+    ) -> RecordedEndpoint:
+        del msg_type, qos_profile
+        return self._endpoint(topic)
+
+    def create_subscription(  # noqa: D102
+        self,
+        msg_type: type[object],
+        topic: str,
+        callback: Callable[..., object],
+        qos_profile: object,
+        *,
+        immediate: bool = False,
+    ) -> RecordedEndpoint:
+        del msg_type, qos_profile, immediate
+        return self._endpoint(topic, callback)
+
+    def create_service(  # noqa: D102
+        self, srv_type: type[object], srv_name: str, callback: Callable[..., object]
+    ) -> RecordedEndpoint:
+        del srv_type
+        return self._endpoint(srv_name, callback)
+
+    def destroy_publisher(self, publisher: RecordedEndpoint) -> bool:  # noqa: D102
+        return self.endpoints.pop(publisher.name, None) is not None
+
+    def destroy_subscription(self, subscription: RecordedEndpoint) -> bool:  # noqa: D102
+        return self.endpoints.pop(subscription.name, None) is not None
+
+    def destroy_service(self, service: RecordedEndpoint) -> bool:  # noqa: D102
+        return self.endpoints.pop(service.name, None) is not None
+
+    def _endpoint(
+        self, name: str, callback: Callable[..., object] | None = None
+    ) -> RecordedEndpoint:
+        endpoint = RecordedEndpoint(name, callback, last_only=self._last_only)
+        return self.endpoints.setdefault(name, endpoint)
+
+
+# Any: goals, results and feedback of whatever action it is.
+class RecordedActionServer:
+    """Action server without a network, for controllers under test.
+
+    Args:
+        action_type: Action class.
+        action_name: As the controller gave it, ``~/follow_joint_trajectory`` say.
+        goal_callback: Accepts or rejects a goal.
+        handle_accepted_callback: Takes an accepted goal.
+        cancel_callback: Accepts or refuses to cancel.
+        now_ns: Time, nanoseconds.
+
+    Attributes:
+        name: As the controller gave it.
+        action_type: Action class.
+        feedback: What has been told of all goals.
+    """
+
+    def __init__(
+        self,
+        action_type: type[ActionType[Any, Any, Any]],
+        action_name: str,
+        *,
+        goal_callback: Callable[[Any], object],
+        handle_accepted_callback: Callable[[Any], object],
+        cancel_callback: Callable[[Any], object],
+        now_ns: Callable[[], int],
+    ) -> None:
+        self.name = action_name
+        self.action_type: Any = action_type
+        self.feedback: list[Any] = []
+        self.lock = threading.RLock()
+        self.now_ns = now_ns
+        self.elapsed_ns = now_ns
+        self._goal_callback = goal_callback
+        self._accepted_callback = handle_accepted_callback
+        self._cancel_callback = cancel_callback
+        self._count = 0
+
+    # -- what the other side does ------------------------------------------------------------------
+
+    def send_goal(self, goal: object) -> ServerGoalHandle[Any, Any, Any] | None:
+        """Send a goal; return its handle, or None if it is rejected."""
+        if self._goal_callback(goal) is not GoalResponse.ACCEPT:
+            return None
+        self._count += 1
+        info = get_message("action_msgs/msg/GoalInfo")()
+        info.goal_id.uuid = [*self._count.to_bytes(16, "big")]
+        handle: ServerGoalHandle[Any, Any, Any] = ServerGoalHandle(self, info, goal)
+        self._accepted_callback(handle)
+        return handle
+
+    def cancel(self, handle: ServerGoalHandle[Any, Any, Any]) -> bool:
+        """Request to cancel a goal; return False if it is rejected or the goal has ended."""
+        return self._cancel_callback(handle) is CancelResponse.ACCEPT and handle.begin_cancel()
+
+    def result(self, handle: ServerGoalHandle[Any, Any, Any]) -> Any:
+        """Return the result of a goal, or None if there is none yet."""
+        responses: list[Any] = []
+        handle.when_finished(responses.append)
+        return responses[0].result if responses else None
+
+    # -- what the owner and the handles use --------------------------------------------------------
+
+    def destroy(self) -> None:
+        """Do nothing: there is nothing to destroy."""
+
+    def publish_status(self) -> None:  # noqa: D102
+        pass
+
+    def publish_feedback(self, goal_id: object, feedback: object) -> None:  # noqa: D102
+        del goal_id
+        self.feedback.append(copy.deepcopy(feedback))
+
+    def notify_execute(self, goal_handle: object, execute_callback: object) -> None:  # noqa: D102
+        pass
+
+    def notify_goal_done(self) -> None:  # noqa: D102
+        pass
+
+
+class ControlStack:
+    """The controller manager with its hardware and control cycle, without a ROS graph.
+
+    A cycle runs when a test says so, as `ControllerManagerNode` would run it on time.
+
+        stack = ControlStack(serial_robot(joints=2))
+        stack.load_controller("mine", "my_package:MyController", {"joints": ["joint1"]})
+        stack.activate("mine")
+        stack.step()
+        assert stack.command("joint1/position") == 0.5
+
+    Args:
+        urdf: The robot, whose hardware is loaded and activated; None loads none yet.
+        update_rate: Cycles per second.
+        parameters: Of the controller manager, by dotted name.
+        enforce_limits: Whether commands are kept inside the limits of their joints; None is the
+            default of the ROS 2 distribution, as for the manager's ``enforce_command_limits``.
+        last_only: Whether of what is published only the last message is remembered, for long runs.
+
+    Attributes:
+        start_ns: Time before the first cycle, nanoseconds.
+        time_ns: Time of the last cycle.
+        node: The controller manager's node; ``node.log`` has its lines.
+        nodes: The controllers' nodes by name.
+        action_servers: The controllers' action servers by ``controller/name``.
+        resources: The resource manager.
+        manager: The controller manager.
+        cycle: The control cycle.
+    """
+
+    start_ns: ClassVar[int] = 1_000_000_000_000
+
+    def __init__(
+        self,
+        urdf: str | None = None,
+        *,
+        update_rate: int = 100,
+        parameters: Mapping[str, AllowableParameterValue] | None = None,
+        enforce_limits: bool | None = None,
+        last_only: bool = False,
+    ) -> None:
+        self._last_only = last_only
+        self.node = RecordedNode("controller_manager", parameters, last_only=last_only)
+        self.log = self.node.log
+        self.nodes: dict[str, RecordedNode] = {}
+        self.action_servers: dict[str, RecordedActionServer] = {}
+        self.time_ns = self.start_ns
+        self._controller_parameters: dict[str, dict[str, AllowableParameterValue]] = {}
+        logger = cast(RcutilsLogger, self.log)
+        self.resources = ResourceManager(
+            cast(Node, self.node),
+            logger,
+            lambda text: self.cycle.report(text),
+            enforce_limits=enforced_by_default() if enforce_limits is None else enforce_limits,
+        )
+        self.publish_queue = PublishQueue(self.log.warning)
+        self.manager = ControllerManager(self.resources, self, logger, update_rate)
+        self.cycle = Cycle(self.manager, self.publish_queue)
+        if urdf is not None:
+            self.load_urdf(urdf)
+
+    def load_urdf(self, urdf: str) -> None:
+        """Load the robot's hardware components and activate them.
+
+        Raises:
+            TeleopctlError: A plug-in is missing or fails.
+        """
+        self.description = RobotDescription.from_urdf(urdf)
+        self.resources.load_and_initialize_components(self.description)
+        for component in self.resources.components.values():
+            component.change_state(State.ACTIVE)
+
+    def set_controller_parameters(
+        self, name: str, parameters: Mapping[str, AllowableParameterValue]
+    ) -> None:
+        """Set parameters for a controller that is not yet loaded, by dotted name."""
+        self._controller_parameters[name] = dict(parameters)
+
+    def load_controller(
+        self,
+        name: str,
+        type_name: str,
+        parameters: Mapping[str, AllowableParameterValue] | None = None,
+    ) -> ControllerInterface:
+        """Load a controller.
+
+        Args:
+            name: The controller's name.
+            type_name: ``package/Class`` as files have it, or ``module:Class``.
+            parameters: Its parameters, by dotted name.
+
+        Returns:
+            The controller.
+
+        Raises:
+            AssertionError: It failed; the text is the manager's last error.
+        """
+        self.node.declare_parameter(f"{name}.type", type_name)
+        self.set_controller_parameters(name, parameters or {})
+        self._expect(self.manager.load_controller(name))
+        return self.manager.controllers[name].controller
+
+    def activate(self, *names: str) -> None:
+        """Configure controllers that are unconfigured, and activate all of them.
+
+        Raises:
+            AssertionError: It failed; the text says why.
+        """
+        for name in names:
+            if self.manager.controllers[name].lifecycle_state is State.UNCONFIGURED:
+                self._expect(self.manager.configure_controller(name))
+        self._expect(*switch_controller(self.manager, SwitchRequest(names, [])))
+
+    def deactivate(self, *names: str) -> None:
+        """Deactivate controllers.
+
+        Raises:
+            AssertionError: It failed; the text says why.
+        """
+        self._expect(*switch_controller(self.manager, SwitchRequest([], names)))
+
+    def _expect(self, succeeded: bool, message: str = "") -> None:
+        if not succeeded:
+            raise AssertionError(message or self.log.texts("error")[-1])
+
+    def step(self, count: int = 1, period_ns: int | None = None) -> None:
+        """Run control cycles, by default with the period of the update rate."""
+        for _ in range(count):
+            self.time_ns += period_ns or round(1e9 / self.manager.update_rate)
+            self.cycle.run(self.time_ns)
+
+    def step_until(self, seconds: float) -> None:
+        """Run control cycles until a time in seconds since the start."""
+        while self.time_ns < self.start_ns + round(seconds * 1e9):
+            self.step()
+
+    def state(self, name: str) -> float:
+        """Return the value of a state interface, such as ``joint1/position``."""
+        return self.resources.state_interfaces[name].value
+
+    def command(self, name: str) -> float:
+        """Return the value of a command interface; NaN before the first command."""
+        return self.resources.command_interfaces[name].value
+
+    def commands(self, interface_name: str = "position") -> list[float]:
+        """Return the values of all hardware command interfaces of a kind."""
+        return [
+            command.value
+            for component in self.resources.components.values()
+            for command in component.command_interfaces
+            if command.interface_name == interface_name
+        ]
+
+    # -- what the manager asks of its node ---------------------------------------------------------
+
+    # Any: a parameter has one of nine types, and files decide which.
+    def parameter(self, name: str) -> Any:
+        """Return a parameter of the manager, or None."""
+        return self.node.get_parameter(name).value if self.node.has_parameter(name) else None
+
+    def create_controller_params(self, controller_name: str) -> ControllerInterfaceParams:
+        """Make a controller's node and its other arguments."""
+        node = RecordedNode(
+            controller_name,
+            self._controller_parameters.get(controller_name),
+            last_only=self._last_only,
+        )
+        self.nodes[controller_name] = node
+        joints = self.description.joints.values()
+        return ControllerInterfaceParams(
+            controller_name=controller_name,
+            node=cast(Node, node),
+            update_rate=float(self.manager.update_rate),
+            joint_limits=self.resources.limits,
+            continuous_joints=frozenset(j.name for j in joints if j.type == "continuous"),
+            robot_description=self.description.urdf,
+            publish_queue=self.publish_queue,
+            now_ns=lambda: self.time_ns,
+            action_server=self._make_action_server,
+        )
+
+    # Any: the arguments of `ActionServer`.
+    def _make_action_server(
+        self, node: Node, action_type: type[ActionType[Any, Any, Any]], name: str, **callbacks: Any
+    ) -> ActionServer[Any, Any, Any]:
+        server = RecordedActionServer(action_type, name, now_ns=lambda: self.time_ns, **callbacks)
+        self.action_servers[name.replace("~", node.get_name(), 1)] = server
+        return cast("ActionServer[Any, Any, Any]", server)
+
+    def destroy_controller_node(self, node: Node) -> None:
+        """Remove a controller's node."""
+        del self.nodes[node.get_name()]
+
+    def publish_activity(self) -> None:
+        """Do nothing: there are no subscribers."""

@@ -1,1 +1,0 @@
-"""How long the control cycle, its controllers and its hardware take, and where it is told."""

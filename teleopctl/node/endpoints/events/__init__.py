@@ -1,1 +1,0 @@
-"""Events of publishers and subscriptions, each counted by a handler of its own."""

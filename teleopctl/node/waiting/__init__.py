@@ -1,1 +1,0 @@
-"""Waiting by hand: rclpy's wait sets, and what programs have executors wait for besides."""
