@@ -83,7 +83,7 @@ def measure(file: Path) -> None:
 
     from teleopctl.sim import CameraRenderer, simulate
     from teleopctl.sim.cameras.channel import palette
-    from teleopctl.sim.cameras.quality import FULL
+    from teleopctl.sim.cameras.renderer import FULL
 
     page = (FOLDER.parent / "sensors.md").read_text(encoding="utf-8")
     urdf = page.split("<!-- station.urdf -->")[1].split("```")[0].strip()

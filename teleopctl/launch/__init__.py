@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     )
     from teleopctl.launch.actions.environment import (
         AppendEnvironment as AppendEnvironment,
+        PopEnvironment as PopEnvironment,
+        PushEnvironment as PushEnvironment,
         ReplaceEnvironment as ReplaceEnvironment,
         ResetEnvironment as ResetEnvironment,
         SetEnvironment as SetEnvironment,
@@ -43,12 +45,6 @@ if TYPE_CHECKING:
         Executable as Executable,
         Node as Node,
     )
-    from teleopctl.launch.actions.remembering import (
-        PopConfigurations as PopConfigurations,
-        PopEnvironment as PopEnvironment,
-        PushConfigurations as PushConfigurations,
-        PushEnvironment as PushEnvironment,
-    )
     from teleopctl.launch.actions.ros_timer import (
         RosTimer as RosTimer,
     )
@@ -56,6 +52,8 @@ if TYPE_CHECKING:
         DeclareArgument as DeclareArgument,
         DeclareBoolean as DeclareBoolean,
         Let as Let,
+        PopConfigurations as PopConfigurations,
+        PushConfigurations as PushConfigurations,
         PushNamespace as PushNamespace,
         Reset as Reset,
         SetParameter as SetParameter,
@@ -69,17 +67,12 @@ if TYPE_CHECKING:
         describe_arguments as describe_arguments,
         undeclared_arguments as undeclared_arguments,
     )
-    from teleopctl.launch.asking.asking import (
-        CallSequence as CallSequence,
-    )
     from teleopctl.launch.evaluation.context import (
         LaunchContext as LaunchContext,
     )
     from teleopctl.launch.evaluation.evaluation import (
-        Evaluation as Evaluation,
-    )
-    from teleopctl.launch.evaluation.foresight import (
         DryRun as DryRun,
+        Evaluation as Evaluation,
     )
     from teleopctl.launch.evaluation.parameters import (
         parameter_value as parameter_value,
@@ -87,7 +80,7 @@ if TYPE_CHECKING:
     from teleopctl.launch.evaluation.processes import (
         ProcessBuilder as ProcessBuilder,
     )
-    from teleopctl.launch.evaluation.robots_controllers import (
+    from teleopctl.launch.evaluation.robot_substitutions import (
         chosen_controllers as chosen_controllers,
     )
     from teleopctl.launch.evaluation.substitution import (
@@ -96,10 +89,6 @@ if TYPE_CHECKING:
     from teleopctl.launch.execution.judgement import (
         addresses as addresses,
         log_tail as log_tail,
-    )
-    from teleopctl.launch.execution.line_format import (
-        LOG_FORMAT as LOG_FORMAT,
-        SCREEN_FORMAT as SCREEN_FORMAT,
     )
     from teleopctl.launch.execution.readiness import (
         NewNodes as NewNodes,
@@ -116,6 +105,10 @@ if TYPE_CHECKING:
         running as running,
         started_in_background as started_in_background,
         stop_running as stop_running,
+    )
+    from teleopctl.launch.execution.screen import (
+        LOG_FORMAT as LOG_FORMAT,
+        SCREEN_FORMAT as SCREEN_FORMAT,
     )
     from teleopctl.launch.execution.status import (
         ProcessStatus as ProcessStatus,
@@ -147,9 +140,9 @@ if TYPE_CHECKING:
         Launch as Launch,
         LaunchFile as LaunchFile,
         Step as Step,
-    )
-    from teleopctl.launch.model.command_line import (
-        split_command_line as split_command_line,
+        exposed_actions as exposed_actions,
+        exposed_substitutions as exposed_substitutions,
+        look_for_strangers as look_for_strangers,
     )
     from teleopctl.launch.model.descriptions import (
         ComponentPart as ComponentPart,
@@ -171,11 +164,6 @@ if TYPE_CHECKING:
         ProcessStarted as ProcessStarted,
         ShutdownBegan as ShutdownBegan,
         SignalRequested as SignalRequested,
-    )
-    from teleopctl.launch.model.exposed import (
-        exposed_actions as exposed_actions,
-        exposed_substitutions as exposed_substitutions,
-        look_for_strangers as look_for_strangers,
     )
     from teleopctl.launch.model.output import (
         output_alias as output_alias,
@@ -199,10 +187,14 @@ if TYPE_CHECKING:
     from teleopctl.launch.model.values import (
         boolean as boolean,
         flag as flag,
+        split_command_line as split_command_line,
     )
     from teleopctl.launch.recording import (
         bag_folder as bag_folder,
         recorded as recorded,
+    )
+    from teleopctl.launch.service_calls import (
+        CallSequence as CallSequence,
     )
     from teleopctl.launch.starting import (
         evaluated as evaluated,

@@ -8,8 +8,9 @@ from typing import NamedTuple
 
 from teleopctl.base.budget import DEEPEST_INCLUDES
 from teleopctl.errors import TeleopctlError
-from teleopctl.launch.actions.loops import For, ForEach
 from teleopctl.launch.actions.nesting import (
+    For,
+    ForEach,
     Group,
     Include,
     IncludeSteps,
@@ -18,7 +19,7 @@ from teleopctl.launch.actions.nesting import (
 )
 from teleopctl.launch.actions.settings import DeclareArgument, Let
 from teleopctl.launch.evaluation.context import LaunchContext
-from teleopctl.launch.evaluation.foresight import undeclared
+from teleopctl.launch.evaluation.evaluation import undeclared
 from teleopctl.launch.evaluation.substitution import render
 from teleopctl.launch.frontends import read_launch_file
 from teleopctl.launch.model.action import Step

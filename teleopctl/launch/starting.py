@@ -111,7 +111,7 @@ def _names_that_run(plan: LaunchPlan, context: LaunchContext) -> list[str]:
 def _files_read(request: LaunchRequest) -> AbstractContextManager[set[Path]]:
     if not request.watch:
         return contextlib.nullcontext(set())
-    from teleopctl.launch.watching.files_read import files_read
+    from teleopctl.launch.watch import files_read
 
     return files_read()
 
@@ -198,7 +198,7 @@ def _watched(
     if not request.watch:
         yield
         return
-    from teleopctl.launch.watching.watch import Watch
+    from teleopctl.launch.watch import Watch
 
     watch = Watch(request, evaluation, supervisor.restarts)
     supervisor.restarts.watch(watch)

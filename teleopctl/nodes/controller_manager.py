@@ -13,7 +13,7 @@ from teleopctl.node import (
     init,
     try_shutdown,
 )
-from teleopctl.nodes.only_one import refuse_a_second
+from teleopctl.nodes.single_instance import require_single_instance
 
 # Seconds for which a busy service thread may keep the control loop from running.
 _SWITCH_INTERVAL = 0.001
@@ -49,7 +49,7 @@ def _run(arguments: list[str]) -> None:
         automatically_declare_parameters_from_overrides=True,
     )
     try:
-        refuse_a_second(node)
+        require_single_instance(node)
         executor.add_node(node)
         manager_node = ControllerManagerNode(node, executor, arguments)
         with contextlib.suppress(KeyboardInterrupt, ExternalShutdownException):

@@ -23,7 +23,7 @@ import contextlib
 import os
 
 from teleopctl.node import ExternalShutdownException, init, spin
-from teleopctl.nodes.only_one import refuse_a_second
+from teleopctl.nodes.single_instance import require_single_instance
 
 
 def main(args: list[str] | None = None) -> int:
@@ -42,6 +42,6 @@ def main(args: list[str] | None = None) -> int:
         init(args=args, ends_in_order=True),
         MujocoSim() as node,
     ):
-        refuse_a_second(node)
+        require_single_instance(node)
         spin(node)
     return 0

@@ -200,8 +200,8 @@ PACKAGES = Kind("package", "teleopctl.packages", {})
 """ROS packages of files (``msg/``, ``srv/``, ``action/``, ``launch/``, ``urdf/`` and so on): the
 module in whose folder they lie. It is not imported; ours are folders, see `teleopctl.packages`."""
 
-_XML = "teleopctl.launch.frontends.xml.parser:parse_file"
-_YAML = "teleopctl.launch.frontends.yaml.parser:parse_file"
+_XML = "teleopctl.launch.frontends.xml_file:parse_file"
+_YAML = "teleopctl.launch.frontends.yaml_file:parse_file"
 
 LAUNCH_LANGUAGES = Kind(
     "language of launch files",
@@ -231,8 +231,8 @@ LAUNCH_ACTIONS = Kind(
         "arg": f"{_ACTIONS}.settings:DeclareArgument",
         "bool_arg": f"{_ACTIONS}.settings:DeclareBoolean",
         "executable": f"{_ACTIONS}.process:Executable",
-        "for": f"{_ACTIONS}.loops:For",
-        "for_each": f"{_ACTIONS}.loops:ForEach",
+        "for": f"{_ACTIONS}.nesting:For",
+        "for_each": f"{_ACTIONS}.nesting:ForEach",
         "group": f"{_ACTIONS}.nesting:Group",
         "gz_server": f"{_ACTIONS}.gazebo:GzServer",
         "gz_spawn_model": f"{_ACTIONS}.gazebo:GzSpawnModel",
@@ -268,14 +268,13 @@ LAUNCH_ACTIONS = Kind(
 """Entries of launch files, by the names that stand there (with underscores)."""
 
 _SUBSTITUTIONS = {
-    "substitutions": "all and anon any command dirname env equals eval exec-in-pkg file-content "
-    "filename find-exec find-pkg-prefix find-pkg-share for-var if index launch_log_dir log_dir not "
-    "not-equals optenv or param path-join string-join var",
-    "own_substitutions": "file-controllers file-namespace file-param first-file node-exists "
+    "ros2_substitutions": "all and anon any command dirname env equals eval exec-in-pkg "
+    "file-content filename find-exec find-pkg-prefix find-pkg-share for-var if index "
+    "launch_log_dir log_dir not not-equals optenv or param path-join string-join var",
+    "extra_substitutions": "file-controllers file-namespace file-param first-file node-exists "
     "world-file",
-    "robots": "robot robot-arguments simulated-robot xacro",
-    "robots_remappings": "robot-remappings",
-    "robots_controllers": "robot-controllers robot-is-controlled robot-namespace with-plugins",
+    "robot_substitutions": "robot robot-arguments robot-controllers robot-is-controlled "
+    "robot-namespace robot-remappings simulated-robot with-plugins xacro",
 }
 
 LAUNCH_SUBSTITUTIONS = Kind(
@@ -304,10 +303,10 @@ SENSORS = Kind(
         "gps": f"{_SENSORS}.navsat:NavSat",
         "imu": f"{_SENSORS}.imu:Imu",
         "magnetometer": f"{_SENSORS}.magnetometer:Magnetometer",
-        "mujoco": "teleopctl.sim.mjcf.file_sensors:AsItIs",
+        "mujoco": "teleopctl.sim.mjcf:AsItIs",
         "navsat": f"{_SENSORS}.navsat:NavSat",
-        "rangefinder": "teleopctl.sim.mjcf.file_sensors:Rangefinder",
-        "touch": "teleopctl.sim.mjcf.file_sensors:Touch",
+        "rangefinder": "teleopctl.sim.mjcf:Rangefinder",
+        "touch": "teleopctl.sim.mjcf:Touch",
     }
     | dict.fromkeys(("gpu_lidar", "gpu_ray", "lidar", "ray", "sonar"), f"{_SENSORS}.lidar:Lidar"),
     bases=("teleopctl.sim.sensors.base:Sensor",),

@@ -5,7 +5,7 @@ from __future__ import annotations
 _DEMOS = {
     "action_tutorials_py": {"actions": "fibonacci_action_client fibonacci_action_server"},
     "demo_nodes_cpp": {
-        "cpp_topics": "listener talker",
+        "composition": "listener talker",
         "parameters": "parameter_blackboard",
         "services": "add_two_ints_client add_two_ints_client_async add_two_ints_server",
     },
@@ -18,6 +18,8 @@ _DEMOS = {
         "topics": "listener listener_qos listener_serialized talker talker_qos",
     },
     "lifecycle_py": {"lifecycle": "lifecycle_talker"},
+    "teleop_py_pkg": {"simple_nodes": "simple_parameter simple_publisher simple_subscriber"},
+    "teleop_robot_py_pkg": {"simple_nodes": "simple_parameter simple_publisher simple_subscriber"},
 }
 
 NODES = (
@@ -26,23 +28,13 @@ NODES = (
         for name, module in {
             "camera/camera": "camera",
             "controller_manager/ros2_control_node": "controller_manager",
-            "controller_manager/spawner": "spawning.spawner",
-            "controller_manager/spawner.py": "spawning.spawner",
-            "controller_manager/unspawner": "spawning.unspawner",
-            "controller_manager/unspawner.py": "spawning.unspawner",
             "foxglove_bridge/foxglove_bridge": "foxglove_bridge",
-            "joint_state_publisher/joint_state_publisher": "joint_state_publisher.node",
-            "joint_state_publisher_gui/joint_state_publisher_gui": "joint_state_publisher.gui",
+            "joint_state_publisher/joint_state_publisher": "joint_state_publisher",
+            "joint_state_publisher_gui/joint_state_publisher_gui": "joint_state_publisher_gui",
             "mujoco_sim/mujoco_sim": "mujoco_sim",
             "rosbag2_transport/recorder": "recorder",
             "rviz2/rviz2": "rviz2",
             "robot_state_publisher/robot_state_publisher": "robot_state_publisher",
-            "teleop_py_pkg/simple_parameter": "simple_parameter",
-            "teleop_py_pkg/simple_publisher": "simple_publisher",
-            "teleop_py_pkg/simple_subscriber": "simple_subscriber",
-            "teleop_robot_py_pkg/simple_parameter": "simple_parameter",
-            "teleop_robot_py_pkg/simple_publisher": "simple_publisher",
-            "teleop_robot_py_pkg/simple_subscriber": "simple_subscriber",
             "tf2_ros/static_transform_publisher": "tf2.static_transform_publisher",
             "tf2_ros/tf2_echo": "tf2.tf2_echo",
             "tf2_ros/tf2_monitor": "tf2.tf2_monitor",
@@ -66,7 +58,12 @@ NODES = (
         }.items()
     }
     | {
-        f"{package}/component_container{kind}": f"teleopctl.nodes.components.containers:{function}"
+        f"controller_manager/{name}{suffix}": f"teleopctl.nodes.spawner:{name}"
+        for name in ("spawner", "unspawner")
+        for suffix in ("", ".py")
+    }
+    | {
+        f"{package}/component_container{kind}": f"teleopctl.nodes.component_container:{function}"
         for package in ("rclcpp_components", "rclpy_components")
         for kind, function in (("", "single"), ("_mt", "multi"), ("_isolated", "isolated"))
     }
@@ -80,20 +77,20 @@ NODES = (
 )
 """Programs: functions without an argument, as ``module:function`` by ``package/executable``."""
 
-_COMPONENTS = "teleopctl.nodes.components.demos"
+_COMPONENTS = "teleopctl.nodes.demos.composition"
 
 COMPONENTS = {
     **{
-        f"composition::{name}": f"{_COMPONENTS}:{name}"
+        f"composition::{name}": f"{_COMPONENTS}:{name}Component"
         for name in ("Client", "Listener", "Server", "Talker")
     },
-    "demo_nodes_cpp::Listener": f"{_COMPONENTS}:Listener",
-    "demo_nodes_cpp::Talker": f"{_COMPONENTS}:Talker",
+    "demo_nodes_cpp::Listener": f"{_COMPONENTS}:ListenerComponent",
+    "demo_nodes_cpp::Talker": f"{_COMPONENTS}:TalkerComponent",
     "robot_state_publisher::RobotStatePublisher": (
         "teleopctl.nodes.robot_state_publisher:RobotStatePublisher"
     ),
     "tf2_ros::StaticTransformBroadcasterNode": (
-        "teleopctl.nodes.components.static_transform:StaticTransformBroadcasterNode"
+        "teleopctl.nodes.tf2.static_transform_publisher:StaticTransformBroadcasterNode"
     ),
 }
 """Classes of nodes, as ``module:Class`` by ``package::Class``."""

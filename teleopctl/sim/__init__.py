@@ -11,8 +11,10 @@ if TYPE_CHECKING:
         MODEL_TOPIC as MODEL_TOPIC,
         model_from_message as model_from_message,
     )
-    from teleopctl.sim.cameras.quality import make_renderer as make_renderer
-    from teleopctl.sim.cameras.renderer import CameraRenderer as CameraRenderer
+    from teleopctl.sim.cameras.renderer import (
+        CameraRenderer as CameraRenderer,
+        make_renderer as make_renderer,
+    )
     from teleopctl.sim.gl_backend import (
         check_drawing as check_drawing,
         choose_backend as choose_backend,

@@ -12,8 +12,7 @@ from teleopctl.interfaces import get_message
 from teleopctl.node import Node, Parameter
 from teleopctl.robot import COMMANDS_TOPIC, STATES_TOPIC
 from teleopctl.sim.building import SimulatedRobot, simulate
-from teleopctl.sim.lockstep import LockstepLoop
-from teleopctl.sim.loop_ports import Ports
+from teleopctl.sim.lockstep import LockstepLoop, Ports
 from teleopctl.sim.ports import TopicPorts
 from teleopctl.sim.sensors.contact import SceneContacts
 from teleopctl.sim.sensors.publishing import SensorPublisher

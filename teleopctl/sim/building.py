@@ -9,10 +9,9 @@ from teleopctl.base import progress
 from teleopctl.mujoco_model import RobotModel, build_model
 from teleopctl.packages import resolve_uri
 from teleopctl.robot import Pose, RobotDescription, World, motion_plugins, read_world
-from teleopctl.sim.gazebo_plugins.ground_truth import ground_truth
-from teleopctl.sim.gazebo_plugins.planar_move import PlanarMove, add_movers
+from teleopctl.sim.gazebo_plugins import PlanarMove, add_movers, ground_truth
 from teleopctl.sim.sensors.base import Sensor
-from teleopctl.sim.sensors.earth import GeoPoint
+from teleopctl.sim.sensors.geodesy import GeoPoint
 from teleopctl.sim.sensors.interfaces import SensorInterfaces, sensor_interfaces
 from teleopctl.sim.sensors.publishing import add_sensors, make_sensors
 from teleopctl.sim.simulation import Simulation

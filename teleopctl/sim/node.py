@@ -25,13 +25,11 @@ from teleopctl.sim.assembly import (
     number_of,
 )
 from teleopctl.sim.cameras.model_topic import ModelPublisher
-from teleopctl.sim.entities.stage import RunningSimulation
-from teleopctl.sim.entities.standard import offer_standard_services
-from teleopctl.sim.gazebo_services.offers import GazeboServices
-from teleopctl.sim.lockstep import LockstepLoop
-from teleopctl.sim.loop_ports import Command
-from teleopctl.sim.performance import PerformancePublisher
-from teleopctl.sim.reporting import report_robot
+from teleopctl.sim.entities.running_simulation import RunningSimulation
+from teleopctl.sim.entities.standard_services import offer_standard_services
+from teleopctl.sim.gazebo_services import GazeboServices
+from teleopctl.sim.lockstep import Command, LockstepLoop
+from teleopctl.sim.reporting import PerformancePublisher, report_robot
 from teleopctl.sim.sensors.settings import checked_numbers
 from teleopctl.sim.state.services import MujocoServices
 from teleopctl.sim.world_markers import WorldMarkers

@@ -52,7 +52,7 @@ def reported_joints(model: RobotModel) -> npt.NDArray[np.intp]:
 
 
 class TopicPorts:
-    """Publishes a simulation's outputs; implements `teleopctl.sim.loop_ports.Ports`.
+    """Publishes a simulation's outputs; implements `teleopctl.sim.lockstep.Ports`.
 
     Messages are made once; what changes is written into their bytes each time.
 

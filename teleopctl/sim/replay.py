@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, cast
 from teleopctl.interfaces import Message, get_message, serialize, set_stamp
 from teleopctl.node import Node, Parameter, expand_name
 from teleopctl.sim.assembly import assemble, build_robot, declare_parameters
-from teleopctl.sim.lockstep import LockstepLoop
-from teleopctl.sim.loop_ports import Command
+from teleopctl.sim.lockstep import Command, LockstepLoop
 from teleopctl.sim.ports import TopicPorts, reported_joints
 from teleopctl.sim.simulation import Simulation
 from teleopctl.sim.world_markers import WorldMarkers
@@ -135,7 +134,7 @@ def _command_of(time_ns: int, command: JointState) -> Command:
 
 
 class _SilentPorts:
-    """Reports nothing; see `teleopctl.sim.loop_ports.Ports`."""
+    """Reports nothing; see `teleopctl.sim.lockstep.Ports`."""
 
     def controller_lost(self, time_ns: int, waited_s: float) -> None:
         """Do nothing: it was reported during the recording."""
@@ -236,7 +235,7 @@ class _SilentLog:
 
 
 class _Ports(_SilentPorts):
-    """Has each state answered in memory; see `teleopctl.sim.loop_ports.Ports`."""
+    """Has each state answered in memory; see `teleopctl.sim.lockstep.Ports`."""
 
     loop: LockstepLoop
 

@@ -19,15 +19,15 @@ from teleopctl.mujoco_model import RobotModel, carry_over, retime
 from teleopctl.sim.drives import Drives
 from teleopctl.sim.entities.pushes import Push, Pushes, read_pushes
 from teleopctl.sim.free_bodies import FreeBodies, LinkPose
-from teleopctl.sim.gazebo_plugins.planar_move import PlanarMove
-from teleopctl.sim.mjcf.file_actuators import FileActuators
-from teleopctl.sim.parting import InitialOverlaps
-from teleopctl.sim.state.breakdowns import DivergenceRecovery
-from teleopctl.sim.state.directions import Directions
+from teleopctl.sim.gazebo_plugins import PlanarMove
+from teleopctl.sim.initial_overlaps import InitialOverlaps
+from teleopctl.sim.mjcf import FileActuators
+from teleopctl.sim.state.divergence_recovery import DivergenceRecovery
+from teleopctl.sim.state.friction_directions import Directions
 from teleopctl.sim.state.joint_states import JointStates
-from teleopctl.sim.state.observing import StateObserver
 from teleopctl.sim.state.physics import physics_state, put_physics_state, scale_model, wake
-from teleopctl.sim.state.sliding import Physics, drives_by_sliding
+from teleopctl.sim.state.slip_correction import Physics, drives_by_sliding
+from teleopctl.sim.state.state_observer import StateObserver
 
 Array = npt.NDArray[np.float64]
 

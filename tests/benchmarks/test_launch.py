@@ -81,8 +81,8 @@ def test_where_a_node_spends_its_start(ros: RosGraph, tmp_path: Path, capsys):
         "mujoco_sim": "import teleopctl.sim.node",
         "controller_manager": "import teleopctl.nodes.controller_manager",
         "robot_state_publisher": "import teleopctl.nodes.robot_state_publisher",
-        "spawner": "import teleopctl.nodes.spawning.spawner",
-        "camera": "import teleopctl.nodes.camera, teleopctl.sim.cameras.quality",
+        "spawner": "import teleopctl.nodes.spawner",
+        "camera": "import teleopctl.nodes.camera, teleopctl.sim.cameras.renderer",
     }
     times: dict[str, list[float]] = {name: [] for name in modules}
     for _ in range(ROUNDS + 1):

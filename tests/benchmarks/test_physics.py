@@ -27,8 +27,7 @@ from teleopctl.packages import package_share
 from teleopctl.robot import STATES_TOPIC, simulated
 from teleopctl.robot.description import RobotDescription
 from teleopctl.robot.xacro.expansion import expand_xacro
-from teleopctl.sim.lockstep import LockstepLoop
-from teleopctl.sim.loop_ports import Ports
+from teleopctl.sim.lockstep import LockstepLoop, Ports
 from teleopctl.sim.ports import TopicPorts
 from teleopctl.sim.simulation import Simulation
 from teleopctl.testing import LONGEST_WAIT_S, RosGraph

@@ -20,8 +20,7 @@ from teleopctl.packages import package_share
 from teleopctl.robot.description import RobotDescription
 from teleopctl.robot.xacro.expansion import expand_xacro
 from teleopctl.sim.cameras.channel import CameraChannel
-from teleopctl.sim.cameras.quality import FAST
-from teleopctl.sim.cameras.renderer import CameraRenderer
+from teleopctl.sim.cameras.renderer import FAST, CameraRenderer
 from teleopctl.sim.sensors.publishing import SensorPublisher, add_sensors, make_sensors
 from teleopctl.sim.simulation import Simulation
 from tests.sim.robots import box, joint, link, robot

@@ -125,7 +125,7 @@ _OF_A_NODE = (
 @pytest.mark.skipif(sys.platform == "win32", reason="os.kill ends a process there")
 @pytest.mark.parametrize(
     ("program", "module"),
-    [(_SWALLOWED, "teleopctl.cli.quick"), (_OF_A_NODE, "teleopctl.nodes.simple_subscriber")],
+    [(_SWALLOWED, "teleopctl.cli.quick"), (_OF_A_NODE, "teleopctl.nodes.demos.simple_nodes")],
     ids=["command", "node"],
 )
 def test_an_interrupt_that_python_swallows_comes_again(program: str, module: str) -> None:

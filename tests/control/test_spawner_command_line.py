@@ -3,7 +3,7 @@
 import pytest
 
 from teleopctl.control.controller_manager_node import without_node_name
-from teleopctl.nodes.spawning.command_line import read_command_line
+from teleopctl.nodes.spawner import read_command_line
 
 
 def test_no_name_is_wrong_usage(capsys):

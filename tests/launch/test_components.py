@@ -13,10 +13,10 @@ from hypothesis import given, strategies as st
 
 from teleopctl.errors import NotFoundError
 from teleopctl.launch import CallSequence, LaunchPlan
-from teleopctl.launch.asking.loading import Loading
 from teleopctl.launch.evaluation.evaluation import evaluate
 from teleopctl.launch.frontends import read_launch_file
 from teleopctl.launch.model.request import LaunchRequest
+from teleopctl.launch.service_calls import Loading
 
 WORDS = st.sampled_from(["alice", "bob", "left_arm", "image", "speed"])
 PLUGINS = st.sampled_from(["composition::Talker", "composition::Listener", "composition::Server"])

@@ -9,13 +9,17 @@ from hypothesis import given, strategies as st
 
 from teleopctl import plugins
 from teleopctl.errors import InvalidDescriptionError, LaunchError, UsageError
-from teleopctl.launch.evaluation.commands import COMMANDS, find_command, line_with_ours, with_ours
 from teleopctl.launch.evaluation.evaluation import evaluate
+from teleopctl.launch.evaluation.processes import COMMANDS, find_command, line_with_ours, with_ours
 from teleopctl.launch.frontends import read_launch_file
 from teleopctl.node import get_logger
-from teleopctl.nodes.gazebo.bridge_config import Bridge, read_file, read_words
-from teleopctl.nodes.gazebo.command_line import GazeboRequest, server_request, sim_request
-from teleopctl.nodes.gazebo.worlds import world_file
+from teleopctl.nodes.gazebo.bridges import Bridge, read_file, read_words
+from teleopctl.nodes.gazebo.command_line import (
+    GazeboRequest,
+    server_request,
+    sim_request,
+    world_file,
+)
 from teleopctl.packages import find_executable, find_package
 from tests import ROOT
 

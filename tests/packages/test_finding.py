@@ -49,20 +49,20 @@ def make_package(folder: Path, name: str, **files: str) -> Path:
 
 
 @pytest.mark.parametrize(
-    ("package", "executable", "module"),
+    ("package", "executable", "target"),
     [
-        ("robot_state_publisher", "robot_state_publisher", "robot_state_publisher"),
-        ("controller_manager", "ros2_control_node", "controller_manager"),
-        ("controller_manager", "spawner", "spawning.spawner"),
-        ("tf2_ros", "tf2_echo", "tf2.tf2_echo"),
-        ("teleop_py_pkg", "simple_publisher", "simple_publisher"),
-        ("teleop_robot_py_pkg", "simple_parameter", "simple_parameter"),
-        ("mujoco_sim", "mujoco_sim", "mujoco_sim"),
-        ("camera", "camera", "camera"),
+        ("robot_state_publisher", "robot_state_publisher", "robot_state_publisher:main"),
+        ("controller_manager", "ros2_control_node", "controller_manager:main"),
+        ("controller_manager", "spawner", "spawner:spawner"),
+        ("tf2_ros", "tf2_echo", "tf2.tf2_echo:main"),
+        ("teleop_py_pkg", "simple_publisher", "demos.simple_nodes:simple_publisher"),
+        ("teleop_robot_py_pkg", "simple_parameter", "demos.simple_nodes:simple_parameter"),
+        ("mujoco_sim", "mujoco_sim", "mujoco_sim:main"),
+        ("camera", "camera", "camera:main"),
     ],
 )
-def test_built_in_executables_are_known_by_their_ros_names(package, executable, module):
-    assert packages.find_executable(package, executable).target == f"teleopctl.nodes.{module}:main"
+def test_built_in_executables_are_known_by_their_ros_names(package, executable, target):
+    assert packages.find_executable(package, executable).target == f"teleopctl.nodes.{target}"
 
 
 def test_every_built_in_executable_has_its_module():
@@ -86,7 +86,7 @@ def test_shares_of_the_robot_hold_its_files(package, file):
 
 
 def test_a_package_may_be_left_out_where_all_that_offer_a_name_mean_the_same_program():
-    assert packages.find_executable(None, "simple_publisher").target.endswith(":main")
+    assert packages.find_executable(None, "simple_publisher").target.endswith(":simple_publisher")
 
 
 def test_an_unknown_package_is_named_with_close_matches():
@@ -207,7 +207,7 @@ def test_unbuilt_sources_give_the_files_where_ours_has_none(empty_folder):
     )
     found = packages.find_package(name)
     assert (found.folder, "talker" in found.executables) == (folder, True)
-    assert found.executables["spawner"].target == "teleopctl.nodes.spawning.spawner:main"
+    assert found.executables["spawner"].target == "teleopctl.nodes.spawner:spawner"
 
 
 def test_a_comment_in_a_cmakelists_compiles_nothing(empty_folder):

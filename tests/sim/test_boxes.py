@@ -9,8 +9,8 @@ import pytest
 
 from teleopctl.interfaces import get_message
 from teleopctl.mujoco_model.model import RobotModel, build_model
-from teleopctl.sim.cameras import quality
-from teleopctl.sim.cameras.boxes import boxes_of, draw_boxes, fill_boxes, new_boxes
+from teleopctl.sim.cameras import renderer as quality
+from teleopctl.sim.cameras.messages import boxes_of, draw_boxes, fill_boxes, new_boxes
 from teleopctl.sim.cameras.renderer import CameraRenderer
 from tests.sim.robots import box, joint, link, robot
 

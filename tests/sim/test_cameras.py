@@ -13,7 +13,7 @@ from teleopctl.interfaces import get_message
 from teleopctl.mujoco_model import CameraModel
 from teleopctl.mujoco_model.model import RobotModel, build_model
 from teleopctl.pictures import depths_of
-from teleopctl.sim.cameras import quality
+from teleopctl.sim.cameras import renderer as quality
 from teleopctl.sim.cameras.lens import distorted, view_of
 from teleopctl.sim.cameras.messages import Rectifier, compress_depths, new_compressed, new_points
 from teleopctl.sim.cameras.model_topic import model_from_message

@@ -13,10 +13,8 @@ from teleopctl.interfaces import get_service
 from teleopctl.mujoco_model import Coming, build_model, with_things
 from teleopctl.robot import read_world_text
 from teleopctl.sim.entities.entity import find, move
-from teleopctl.sim.entities.stage import RunningSimulation
-from teleopctl.sim.gazebo_services.entities import get_entity_state
-from teleopctl.sim.gazebo_services.forces import apply_link_wrench
-from teleopctl.sim.gazebo_services.links import link_of
+from teleopctl.sim.entities.running_simulation import RunningSimulation
+from teleopctl.sim.gazebo_services import apply_link_wrench, get_entity_state, link_of
 from teleopctl.sim.simulation import Simulation
 from tests.mujoco_model.test_world import rod
 from tests.sim.robots import INERTIAL, box, joint, link

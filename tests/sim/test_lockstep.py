@@ -8,8 +8,7 @@ import pytest
 
 from teleopctl.mujoco_model import in_world
 from teleopctl.robot import read_world_text
-from teleopctl.sim.lockstep import LockstepLoop
-from teleopctl.sim.loop_ports import Command
+from teleopctl.sim.lockstep import Command, LockstepLoop
 from teleopctl.sim.simulation import Simulation
 from teleopctl.testing import LONGEST_WAIT_S
 from tests.sim.robots import pendulum

@@ -8,7 +8,7 @@ import pytest
 
 from teleopctl.interfaces.store import get_message
 from teleopctl.sim.building import simulate
-from teleopctl.sim.sensors.earth import GeoPoint
+from teleopctl.sim.sensors.geodesy import GeoPoint
 from tests.sim.robots import box, control, joint, link
 from tests.sim.test_sensors import Measured, gazebo
 

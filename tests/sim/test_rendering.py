@@ -12,7 +12,7 @@ from teleopctl.errors import TeleopctlError
 from teleopctl.mujoco_model.cameras import CameraModel
 from teleopctl.mujoco_model.model import RobotModel, build_model
 from teleopctl.sim import gl_backend
-from teleopctl.sim.cameras import quality
+from teleopctl.sim.cameras import renderer as quality
 from teleopctl.sim.cameras.renderer import CameraRenderer, Quality
 from tests.sim.robots import box, joint, link, robot
 

@@ -10,8 +10,7 @@ import pytest
 from sensor_msgs.msg import JointState
 
 from teleopctl.sim import Simulation, run_in_lockstep
-from teleopctl.sim.lockstep import LockstepLoop
-from teleopctl.sim.loop_ports import Command
+from teleopctl.sim.lockstep import Command, LockstepLoop
 from tests.sim.robots import pendulum
 from tests.sim.test_lockstep import Recorder
 

@@ -8,7 +8,7 @@ import pytest
 
 from teleopctl.errors import InvalidDescriptionError
 from teleopctl.mujoco_model.model import RobotModel, build_model
-from teleopctl.sim.cameras import quality
+from teleopctl.sim.cameras import renderer as quality
 from teleopctl.sim.cameras.messages import new_info
 from teleopctl.sim.cameras.renderer import CameraRenderer
 from tests.sim.robots import joint, link, robot

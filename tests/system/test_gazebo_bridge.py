@@ -2,7 +2,7 @@
 
 import pytest
 
-from teleopctl.nodes.gazebo.bridge_config import simulated_topics
+from teleopctl.nodes.gazebo.bridges import simulated_topics
 
 LONG = "/world/depot/model/robot/link/base_link/sensor"
 

@@ -7,7 +7,7 @@ from xml.etree import ElementTree
 
 import pytest
 
-from teleopctl.nodes.tf2.frames_view import picture
+from teleopctl.nodes.tf2.view_frames import picture
 from teleopctl.tf import KnownFrame
 
 CHAIN = (("world", "base"), ("base", "arm"))

@@ -9,11 +9,11 @@ from typing import ClassVar, Self
 from teleopctl.errors import NotFoundError
 from teleopctl.launch.actions.parameters import parameters
 from teleopctl.launch.actions.process import Node
-from teleopctl.launch.asking.loading import Loading
 from teleopctl.launch.model.action import Action, Entity, Launch, Step
 from teleopctl.launch.model.descriptions import ComponentPart, ParameterEntry
 from teleopctl.launch.model.plan import ComponentPlan
 from teleopctl.launch.model.template import Template, literal
+from teleopctl.launch.service_calls import Loading
 from teleopctl.packages import find_component
 
 _LISTS = ("composable_node", "composable_lifecycle_node")

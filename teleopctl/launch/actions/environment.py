@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Self
 
 from teleopctl.base import background
-from teleopctl.launch.actions.named import NameAndValue
+from teleopctl.launch.actions.settings import NameAndValue
 from teleopctl.launch.model import values
 from teleopctl.launch.model.action import Action, Entity, Launch
 from teleopctl.launch.model.template import Template, literal
@@ -139,3 +139,21 @@ class SetRosLogDirectory(Action):
         present = launch.environment_value(_LOG_DIRECTORY) or background.logs_dir()
         folder = Path(present).absolute() / launch.text(self.folder)
         launch.scope.environment[_LOG_DIRECTORY] = str(folder)
+
+
+@dataclass(frozen=True, slots=True)
+class PushEnvironment(Action):
+    """``push_environment``: saves the environment."""
+
+    def evaluate(self, launch: Launch) -> None:
+        """Save the environment, for ``pop_environment``."""
+        launch.scope.remember_environment()
+
+
+@dataclass(frozen=True, slots=True)
+class PopEnvironment(Action):
+    """``pop_environment``: restores the last saved environment."""
+
+    def evaluate(self, launch: Launch) -> None:
+        """Restore the environment."""
+        launch.scope.bring_back_environment()

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 from typing import ClassVar, Self
 
 from teleopctl.launch.actions.parameters import parameters
-from teleopctl.launch.asking.asking import Activation
 from teleopctl.launch.model import values
 from teleopctl.launch.model.action import Action, Entity, Launch
 from teleopctl.launch.model.descriptions import NodePart, ProcessPart
 from teleopctl.launch.model.template import Template, literal
+from teleopctl.launch.service_calls import Activation
 
 _PROCESS_KEYS = (
     "args",

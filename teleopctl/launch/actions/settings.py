@@ -1,4 +1,4 @@
-"""Actions that change what follows: variables, namespace, parameters, remappings."""
+"""Actions that change launch configurations, namespace, parameters and remappings."""
 
 from __future__ import annotations
 
@@ -6,13 +6,27 @@ from dataclasses import dataclass, replace
 from typing import ClassVar, Self
 
 from teleopctl.errors import UsageError
-from teleopctl.launch.actions.named import NameAndValue
 from teleopctl.launch.actions.parameters import parameter
 from teleopctl.launch.model import values
 from teleopctl.launch.model.action import Action, Entity, Launch
 from teleopctl.launch.model.descriptions import ParameterEntry, ParameterFileEntry, ParameterTree
 from teleopctl.launch.model.scope import join_namespace
 from teleopctl.launch.model.template import Template, literal
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class NameAndValue(Action):
+    """Base of actions with a name and a value."""
+
+    keys = ("name", "value")
+
+    name: Template
+    value: Template
+
+    @classmethod
+    def parse(cls, entity: Entity) -> Self:
+        """Read the name and the value."""
+        return cls(name=entity.required("name"), value=entity.required("value"))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -228,3 +242,21 @@ class SetRemap(Action):
     def evaluate(self, launch: Launch) -> None:
         """Add the remapping to the following nodes."""
         launch.scope.remaps += ((launch.text(self.source), launch.text(self.target)),)
+
+
+@dataclass(frozen=True, slots=True)
+class PushConfigurations(Action):
+    """``push_launch_configurations``: saves the launch configurations."""
+
+    def evaluate(self, launch: Launch) -> None:
+        """Save the launch configurations, for ``pop_launch_configurations``."""
+        launch.scope.remember()
+
+
+@dataclass(frozen=True, slots=True)
+class PopConfigurations(Action):
+    """``pop_launch_configurations``: restores the last saved launch configurations."""
+
+    def evaluate(self, launch: Launch) -> None:
+        """Restore the launch configurations."""
+        launch.scope.bring_back()

@@ -9,7 +9,7 @@ of the place where it stands.
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 from typing import NamedTuple
@@ -21,10 +21,9 @@ from teleopctl.base.budget import (
     BudgetError,
     Tally,
 )
-from teleopctl.errors import LaunchError, NotFoundError, TeleopctlError
+from teleopctl.errors import LaunchError, NotFoundError, TeleopctlError, did_you_mean
 from teleopctl.launch.evaluation.context import LaunchContext, Moment, located
 from teleopctl.launch.evaluation.environment import ShownEnvironment
-from teleopctl.launch.evaluation.foresight import DryRun, faults, undeclared
 from teleopctl.launch.evaluation.processes import ProcessBuilder
 from teleopctl.launch.evaluation.substitution import render
 from teleopctl.launch.frontends import read_launch_file
@@ -50,6 +49,44 @@ from teleopctl.launch.model.plan import (
 from teleopctl.launch.model.request import LaunchRequest
 from teleopctl.launch.model.scope import Scope
 from teleopctl.launch.model.template import Template
+
+
+class DryRun(NamedTuple):
+    """Steps that an event will cause, as far as they can be evaluated in advance.
+
+    Attributes:
+        when: The event in words.
+        further: What it does then.
+        error: Why not more is known of it, or None.
+        then: What that leads to.
+    """
+
+    when: str
+    further: FollowUp
+    error: TeleopctlError | None
+    then: tuple[DryRun, ...]
+
+
+def faults(foreseen: Iterable[DryRun]) -> Iterator[TeleopctlError]:
+    """Yield what the foreseen steps lack, such as packages and programs.
+
+    Other errors may be none when the time has come.
+    """
+    for each in foreseen:
+        if isinstance(each.error, NotFoundError):
+            yield each.error
+        yield from faults(each.then)
+
+
+def undeclared(arguments: Iterable[str], declared: Collection[str]) -> list[str]:
+    """Return a sentence for each launch argument that no file declares."""
+    known = ", ".join(sorted(declared)) or "none"
+    return [
+        f"launch argument '{name}' is not declared by the launch file (declared: {known})"
+        + (f". {guess}" if (guess := did_you_mean(name, declared)) else "")
+        for name in arguments
+        if name not in declared
+    ]
 
 
 def evaluate(

@@ -1,26 +1,25 @@
-"""From a ``node`` or an ``executable`` to the process to start."""
+"""Process plans made from the ``node`` and ``executable`` actions of launch files."""
 
 from __future__ import annotations
 
 import os
 import re
+import shutil
 import sys
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
-from typing import TypeVar
+from typing import Final, TypeVar
 
 import yaml
 
 from teleopctl.base import ros_yaml
 from teleopctl.base.text_file import read_text
 from teleopctl.errors import LaunchError, TeleopctlError
-from teleopctl.launch.evaluation.commands import line_with_ours, with_ours
 from teleopctl.launch.evaluation.context import LaunchContext
 from teleopctl.launch.evaluation.parameters import parameter_file, parameter_value
 from teleopctl.launch.evaluation.substitution import render, words_of
 from teleopctl.launch.finding import is_builtin
 from teleopctl.launch.model import values
-from teleopctl.launch.model.command_line import split_command_line
 from teleopctl.launch.model.descriptions import (
     ComponentPart,
     NodePart,
@@ -35,13 +34,50 @@ from teleopctl.launch.model.plan import ComponentPlan, ProcessPlan, SignalPlan
 from teleopctl.launch.model.request import LaunchRequest
 from teleopctl.launch.model.scope import join_namespace
 from teleopctl.launch.model.template import Template, TemplateError, literal, parse
+from teleopctl.launch.model.values import split_command_line
 from teleopctl.packages import find_executable, resolve_uri
+
+_NODES: Final = ("teleopctl.nodes", "--builtin")
+
+# The command, and the module that runs it with the words that come before those of the command.
+COMMANDS: Final[dict[str, tuple[str, ...]]] = {
+    "gazebo": (*_NODES, "gazebo_ros", "gazebo"),
+    "gz": (*_NODES, "ros_gz_sim", "gz"),
+    "gzclient": (*_NODES, "gazebo_ros", "gzclient"),
+    "gzserver": (*_NODES, "gazebo_ros", "gzserver"),
+    "ign": (*_NODES, "ros_gz_sim", "gz"),
+    "ros2": ("teleopctl",),
+    "xacro": (*_NODES, "xacro", "xacro"),
+}
+
+
+def find_command(name: str, path: str | None) -> str | None:
+    """Return the path of a program; its name if teleopctl replaces it, None if missing."""
+    return shutil.which(name, path=path) or (name if name in COMMANDS else None)
+
+
+def with_ours(words: Sequence[str], path: str | None) -> list[str]:
+    """Return a command line with teleopctl's own program, if the command is not installed."""
+    name = words[0] if words else ""
+    if name not in COMMANDS or shutil.which(name, path=path):
+        return list(words)
+    return [sys.executable, "-P", "-m", *COMMANDS[name], *words[1:]]
+
+
+def line_with_ours(line: str, path: str | None) -> str:
+    """Return a shell line with teleopctl's own program in its place, if it begins with one."""
+    import shlex
+
+    name, space, rest = line.lstrip().partition(" ")
+    ours = with_ours([name], path)
+    return line if ours == [name] else f"{shlex.join(ours)}{space}{rest}"
+
 
 # Programs that do their work and end: a launch is up when they have finished.
 _PROGRAMS_THAT_END = frozenset(
     ("controller_manager", name) for name in ("spawner", "spawner.py", "unspawner", "unspawner.py")
 )
-_CONTAINERS = "teleopctl.nodes.components.containers:"
+_CONTAINERS = "teleopctl.nodes.component_container:"
 _UNSAFE = re.compile(r"[^\w.\-]")
 
 Value = TypeVar("Value")

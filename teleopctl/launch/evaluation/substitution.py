@@ -10,7 +10,7 @@ from teleopctl.base.budget import BudgetError
 from teleopctl.base.printable import shortened
 from teleopctl.errors import LaunchError, TeleopctlError, UnknownPluginError
 from teleopctl.launch.evaluation.context import LaunchContext
-from teleopctl.launch.model.exposed import exposed_substitutions, look_for_strangers
+from teleopctl.launch.model.action import exposed_substitutions, look_for_strangers
 from teleopctl.launch.model.template import Call, ComputedText, Template
 
 

@@ -1,15 +1,17 @@
-"""One process of a launch: started, listened to, signalled, awaited."""
+"""One process of a launch: start, output, signals, end."""
 
 from __future__ import annotations
 
 import contextlib
+import errno
 import os
 import signal
 import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 from typing import IO, Any
@@ -17,8 +19,68 @@ from typing import IO, Any
 from teleopctl.base import interrupts, progress
 from teleopctl.base.output import LOG_FILE, LogFile
 from teleopctl.launch.execution.screen import Screen
-from teleopctl.launch.execution.streams import lines, stream
 from teleopctl.launch.model.plan import ProcessPlan
+
+# A process that writes no line ends must not fill the memory.
+_LONGEST_LINE = 1 << 16
+
+
+class OutputStream:
+    """Pipe of one output stream of a process.
+
+    Attributes:
+        written: The file descriptor that the process gets.
+    """
+
+    def __init__(self, read: int, written: int) -> None:
+        self.written = written
+        self._read: int | None = read
+
+    def read(self) -> IO[bytes]:
+        """Return the read end of the pipe; the caller closes it."""
+        assert self._read is not None
+        read, self._read = self._read, None
+        return os.fdopen(read, "rb")
+
+    def close(self) -> None:
+        """Close the write end of the pipe, and the read end unless it was taken."""
+        os.close(self.written)
+        if self._read is not None:
+            os.close(self._read)
+
+
+@contextmanager
+def stream(*, as_terminal: bool = False) -> Iterator[OutputStream]:
+    """Open a stream for the block in which the process is started."""
+    opened = OutputStream(*_terminal()) if as_terminal else OutputStream(*os.pipe())
+    try:
+        yield opened
+    finally:
+        opened.close()
+
+
+def _terminal() -> tuple[int, int]:
+    import pty  # which Windows lacks
+    import tty
+
+    read, written = pty.openpty()
+    tty.setraw(written)  # line ends come as they are written
+    return read, written
+
+
+def lines(pipe: IO[bytes]) -> Iterator[bytes]:
+    """Yield the lines that a process writes; very long ones in parts."""
+    while True:
+        try:
+            line = pipe.readline(_LONGEST_LINE)
+        except OSError as error:
+            if error.errno != errno.EIO:
+                raise
+            return  # a terminal to which nobody writes any more
+        if not line:
+            return
+        yield line
+
 
 # How long to go on reading what a process left behind when a descendant keeps its output open.
 _LAST_WORDS_S = 1.0

@@ -9,10 +9,9 @@ from typing import Protocol
 
 from teleopctl.launch.execution import status
 from teleopctl.launch.execution.child import Child
-from teleopctl.launch.execution.ending import Ending
 from teleopctl.launch.execution.event_loop import EventLoop
-from teleopctl.launch.execution.interrupts import Interrupts
 from teleopctl.launch.execution.screen import Screen
+from teleopctl.launch.execution.termination import Ending, Interrupts
 from teleopctl.launch.model.plan import ProcessPlan
 
 _LAUNCH = "launch"

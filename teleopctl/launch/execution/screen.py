@@ -1,15 +1,158 @@
-"""What a launch writes to the terminal: its own lines, and those of its processes with a prefix."""
+"""Lines that a launch writes to the terminal and to its log: format, colours, prefixes."""
 
 from __future__ import annotations
 
+import os
+import re
 import sys
 import threading
 import time
+from collections.abc import Mapping
 from pathlib import Path
+from typing import TYPE_CHECKING, Literal
 
 from teleopctl.base.output import LogFile
-from teleopctl.launch.execution.colours import own_line, relayed_line
-from teleopctl.launch.execution.line_format import LOG_FORMAT, SCREEN_FORMAT
+
+if TYPE_CHECKING:
+    from logging import Formatter
+
+    Style = Literal["%", "{", "$"]
+
+# What a logger of ROS 2 writes where no colours were asked of it.
+_LOG_LINE = re.compile(rb"\[(DEBUG|INFO|WARN|ERROR|FATAL)\] \[\d+\.\d+\] \[")
+_COLOURS = {
+    "DEBUG": b"\x1b[32m",
+    "WARN": b"\x1b[33m",
+    "WARNING": b"\x1b[33m",
+    "ERROR": b"\x1b[31m",
+    "FATAL": b"\x1b[31m",
+}
+_RESET = b"\x1b[0m"
+# Of the 256 colours, those with a contrast (WCAG 2.2, 1.4.3) of at least 3.9 to black and to white;
+# no red, yellow or grey, and neighbours far from each other.
+_OF_PROCESSES = (30, 133, 64, 63, 130, 31, 163, 28, 98, 29)
+
+
+def own_line(level: str, name: str, text: str) -> bytes:
+    """Return a line of the launch itself, ``[INFO] [camera-4]: …``, coloured.
+
+    Args:
+        level: Its level.
+        name: The process that it is about, as ``exec-N``, or ``launch``.
+        text: What it says.
+    """
+    colour = _COLOURS.get(level, b"")
+    return (
+        _painted(colour, f"[{level}] ".encode())
+        + _painted(_of_process(name) or colour, f"[{name}]".encode(errors="replace"))
+        + _painted(colour, f": {text}".encode(errors="replace"))
+        + b"\n"
+    )
+
+
+def relayed_line(name: str, line: bytes) -> bytes:
+    """Return a line of a process, with the process's name in front, coloured."""
+    text = line.removesuffix(b"\n")
+    match = _LOG_LINE.match(text)
+    if match is not None:
+        text = _painted(_COLOURS.get(match[1].decode(), b""), text)
+    elif b"\x1b[" in text and not text.endswith(_RESET):
+        text += _RESET  # a colour that a process leaves on is not to reach the next one's lines
+    prefix = _painted(_of_process(name), f"[{name}]".encode(errors="replace"))
+    return prefix + b" " + text + b"\n"
+
+
+def _painted(colour: bytes, text: bytes) -> bytes:
+    return colour + text + _RESET if colour else text
+
+
+def _of_process(name: str) -> bytes:
+    """The colour of a process, by its place in the launch; empty for what is none."""
+    number = name.rpartition("-")[2]
+    if not (number.isascii() and number.isdigit()):
+        return b""
+    return b"\x1b[38;5;%dm" % _OF_PROCESSES[(int(number) - 1) % len(_OF_PROCESSES)]
+
+
+_PLAIN = "[{levelname}] [{name}]: {message}"
+_WITH_TIME = "{created:.7f} [{levelname}] [{name}]: {message}"
+_LEVELS = {"DEBUG": 10, "INFO": 20, "WARNING": 30, "ERROR": 40, "CRITICAL": 50}
+
+
+class LineFormat:
+    """Format of log lines: ROS 2's, unless an environment variable sets another.
+
+    Args:
+        names: Formats that have a name; the first is ``default``.
+        variable: The environment variable that decides for everybody.
+    """
+
+    def __init__(self, names: Mapping[str, str], variable: str) -> None:
+        self._names = names
+        self._variable = variable
+        self.reset()
+
+    def reset(self) -> None:
+        """Restore the default format."""
+        self._text = self._names["default"]
+        self._formatter: Formatter | None = None
+        if os.environ.get(self._variable):
+            self.choose("default")
+
+    @property
+    def is_default(self) -> bool:
+        """Whether the format is the default."""
+        return self._text == self._names["default"]
+
+    def choose(self, text: str, style: Style | None = None) -> None:
+        """Set the format.
+
+        Args:
+            text: One that has a name, or one of Python's ``logging``.
+            style: How fields are marked in one of Python's; by default by braces.
+
+        Raises:
+            ValueError: There is a style for a format that has a name, or the format is none.
+        """
+        chosen = os.environ.get(self._variable)
+        if chosen:
+            # As in ROS 2: escapes stand for the characters that they name.
+            text, style = chosen.encode("latin1", "backslashreplace").decode("unicode_escape"), "{"
+        elif text in self._names and style is not None:
+            raise ValueError(f'Cannot set a custom format style for the "{text}" format.')
+        self._text = self._names.get(text, text)
+        self._formatter = None if self.is_default else _formatter(self._text, style or "{")
+
+    def formatter(self) -> Formatter:
+        """Return the format as a formatter of Python's logging."""
+        return self._formatter or _formatter(self._text, "{")
+
+    def line(self, level: str, name: str, message: str) -> str:
+        """Return a formatted line, without line break."""
+        if self._formatter is None:
+            return self._text.format(
+                levelname=level, name=name, message=message, created=time.time()
+            )
+        from logging import LogRecord
+
+        number = _LEVELS.get(level, _LEVELS["INFO"])
+        record = LogRecord(name, number, "launch", 0, message, None, None)
+        record.levelname = level
+        return self._formatter.format(record)
+
+
+def _formatter(text: str, style: Style) -> Formatter:
+    from logging import Formatter
+
+    # ROS 2's own formats say ``msg``, which lacks what a logger is to put into the text.
+    return Formatter(text.replace("{msg}", "{message}") if style == "{" else text, style=style)
+
+
+SCREEN_FORMAT = LineFormat(
+    {"default": _PLAIN, "default_with_timestamp": _WITH_TIME}, "OVERRIDE_LAUNCH_SCREEN_FORMAT"
+)
+LOG_FORMAT = LineFormat({"default": _WITH_TIME}, "OVERRIDE_LAUNCH_LOG_FORMAT")
+
 
 # Longer arguments, in characters, are descriptions and programs; a path may have 255.
 _LONGEST_ARGUMENT = 300

@@ -1,6 +1,6 @@
-"""The file by which a launch in the background tells what became of its processes.
+"""Status files by which a launch reports the state of its processes.
 
-It lies beside the launch's plan. ``ps``, ``logs`` and ``stop`` read it, and so does the command
+They lie beside the launch's plan. ``ps``, ``logs`` and ``stop`` read them, and so does the command
 that started the launch while it waits for the nodes.
 """
 
@@ -11,12 +11,13 @@ import json
 import shlex
 from collections.abc import Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, Protocol
 
 from teleopctl import errors
 from teleopctl.base.background import ProcessRecord, StartTime
 from teleopctl.base.private_file import write_private
 from teleopctl.errors import TeleopctlError
+from teleopctl.launch.execution.event_loop import EventLoop
 
 if TYPE_CHECKING:
     from teleopctl.launch.execution.child import Child
@@ -207,3 +208,47 @@ def is_told(folder: Path, name: str) -> bool:
 def command_text(command: Iterable[str]) -> str:
     """Return a command line with shell quoting."""
     return shlex.join(command)
+
+
+# When to write the file again that could not be written.
+_TRY_AGAIN_AFTER_S = 1.0
+
+
+class Launched(Protocol):
+    """Interface of a running launch, for its status file."""
+
+    def statuses(self) -> list[ProcessStatus]:
+        """Return the state of each process."""
+
+    def pending(self) -> int:
+        """Return the number of timers that are due soon."""
+
+
+class PublishedStatus:
+    """Writes the status file of one launch.
+
+    Args:
+        folder: The launch's log folder.
+        loop: The loop on which `publish` is called.
+        launch: Is asked for what to write.
+    """
+
+    def __init__(self, folder: Path, loop: EventLoop, launch: Launched) -> None:
+        self._folder = folder
+        self._loop = loop
+        self._launch = launch
+        self._is_late = False
+
+    def publish(self) -> None:
+        """Write the status file, now or soon."""
+        try:
+            write(self._folder, self._launch.statuses(), self._launch.pending())
+        except OSError:
+            # A full disk, or on Windows a reader: no reason to end what runs.
+            if not self._is_late:
+                self._is_late = True
+                self._loop.after(_TRY_AGAIN_AFTER_S, self._publish_late)
+
+    def _publish_late(self) -> None:
+        self._is_late = False
+        self.publish()

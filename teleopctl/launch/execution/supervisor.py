@@ -15,14 +15,11 @@ from teleopctl.base.background import StartTime, start_of
 from teleopctl.errors import TeleopctlError
 from teleopctl.launch.execution import status
 from teleopctl.launch.execution.child import Child, reason_of
-from teleopctl.launch.execution.ending import STEPS, Ending
-from teleopctl.launch.execution.event_loop import EventLoop
-from teleopctl.launch.execution.interrupts import Interrupts
-from teleopctl.launch.execution.published_status import PublishedStatus
+from teleopctl.launch.execution.event_loop import EventLoop, Timers
 from teleopctl.launch.execution.restarts import Restarts
 from teleopctl.launch.execution.screen import Screen, in_short
-from teleopctl.launch.execution.status import ProcessStatus
-from teleopctl.launch.execution.timers import Timers
+from teleopctl.launch.execution.status import ProcessStatus, PublishedStatus
+from teleopctl.launch.execution.termination import STEPS, Ending, Interrupts
 from teleopctl.launch.model.events import (
     ProcessExited,
     ProcessOutput,
@@ -74,7 +71,9 @@ class Supervisor:
         self._respondent = respondent
         self._loop = EventLoop()
         self._published = PublishedStatus(plan.log_directory, self._loop, self)
-        self._timers = Timers(self._loop, self._published, self._time_has_come, self._work_ended)
+        self._timers = Timers(
+            self._loop, self._published.publish, self._time_has_come, self._work_ended
+        )
         log_file = None if in_background else plan.log_directory / f"{log_name}.log"
         self._screen = Screen(log_file, coloured=coloured)
         self._ending = Ending(self._loop, self._screen)

@@ -41,9 +41,9 @@ def parse_text(text: str, path: Path, language: str) -> tuple[str, Element]:
         TeleopctlError: It is not of that language; the message has the line.
     """
     if language == "xml":
-        from teleopctl.launch.frontends.xml import tree as xml
+        from teleopctl.launch.frontends.xml_file import parse_xml
 
-        return xml.parsed(text, path).action()
-    from teleopctl.launch.frontends.yaml import tree as yaml
+        return parse_xml(text, path).action()
+    from teleopctl.launch.frontends.yaml_file import parse_yaml
 
-    return yaml.parsed(text, path).action()
+    return parse_yaml(text, path).action()

@@ -12,9 +12,15 @@ from pathlib import Path
 from teleopctl import plugins
 from teleopctl.errors import BrokenPluginError, TeleopctlError, did_you_mean
 from teleopctl.launch.actions.messages import Log
-from teleopctl.launch.model.action import Action, Entity, LaunchFile, Step
+from teleopctl.launch.model.action import (
+    Action,
+    Entity,
+    LaunchFile,
+    Step,
+    exposed_actions,
+    look_for_strangers,
+)
 from teleopctl.launch.model.element import Element
-from teleopctl.launch.model.exposed import exposed_actions, look_for_strangers
 from teleopctl.launch.model.template import literal
 
 

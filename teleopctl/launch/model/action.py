@@ -1,20 +1,22 @@
-"""What an entry of a launch file does, and what it may do that with."""
+"""Base class of launch actions, and the interfaces that actions work with."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from types import MappingProxyType
 from typing import ClassVar, Protocol, Self
 
+from teleopctl import plugins
 from teleopctl.errors import did_you_mean
 from teleopctl.launch.model.descriptions import ComponentPart, Condition, Place, ProcessPart
 from teleopctl.launch.model.element import Element
 from teleopctl.launch.model.plan import ComponentPlan, ProcessPlan, Work
 from teleopctl.launch.model.scope import Scope
-from teleopctl.launch.model.template import Template
+from teleopctl.launch.model.template import Call, Template
 
 _NO_NAMES: Mapping[str, str] = MappingProxyType({})
 
@@ -286,3 +288,19 @@ class Handler(Protocol):
 
     def respond(self, event: object, launch: Launch) -> Iterable[Step]:
         """Return the steps that follow from an event; none if it does not concern the handler."""
+
+
+exposed_actions: dict[str, Callable[[str, Element], Step]] = {}
+"""What reads an action, by its name."""
+
+exposed_substitutions: dict[str, Callable[[Call], Template]] = {}
+"""What a substitution is, by its name."""
+
+
+@cache
+def look_for_strangers() -> None:
+    """Load, once, the launch extensions of installed distributions.
+
+    It takes tens of milliseconds to look for them, so that is done when a name is not known.
+    """
+    plugins.imported(plugins.LAUNCH_EXTENSIONS)()

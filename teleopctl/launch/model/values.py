@@ -1,8 +1,9 @@
-"""Evaluated texts of a launch file, read as the flag, number or command line that they mean."""
+"""Evaluated texts of a launch file, parsed as flags, numbers and command lines."""
 
 from __future__ import annotations
 
 import math
+import re
 import shlex
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -11,6 +12,8 @@ import yaml
 
 from teleopctl.base import ros_yaml
 from teleopctl.errors import LaunchError, TeleopctlError
+from teleopctl.launch.model import values
+from teleopctl.launch.model.template import Call, ComputedText, Template
 
 _TRUE = frozenset({"true", "yes", "on", "1"})
 _FALSE = frozenset({"false", "no", "off", "0"})
@@ -109,3 +112,34 @@ def words(text: str) -> list[str]:
         return shlex.split(text)
     except ValueError as error:
         raise LaunchError(f"{error}: {text}") from error
+
+
+# Characters that no text has; one of them stands for each substitution while the rest is split.
+_PRIVATE = [chr(code) for code in range(0xE000, 0xF8FF)]
+
+
+def split_command_line(text: Template) -> tuple[Template, ...]:
+    """Split a command line as a shell does; a substitution's value is never split.
+
+    ``-r $(var rate) 'my $(var file)'`` are three words, whatever the substitutions give: a path
+    with blanks in it stays one, as in ROS 2.
+
+    Raises:
+        LaunchError: A quotation is left open.
+    """
+    written = "".join(part for part in text.parts if isinstance(part, str))
+    mark = next(character for character in _PRIVATE if character not in written)
+    marked = "".join(part if isinstance(part, str) else mark for part in text.parts)
+    substitutions = (part for part in text.parts if not isinstance(part, str))
+    return tuple(_template(word, mark, substitutions) for word in values.words(marked))
+
+
+def _template(word: str, mark: str, substitutions: Iterator[Call | ComputedText]) -> Template:
+    """Put the substitutions back, which come in the order of their marks."""
+    parts = tuple(
+        next(substitutions) if part == mark else part
+        for part in re.split(f"({mark})", word)
+        if part
+    )
+    source = "".join(part if isinstance(part, str) else part.source for part in parts)
+    return Template(parts, source)

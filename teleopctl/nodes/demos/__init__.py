@@ -1,5 +1,31 @@
-"""The programs of ROS 2's tutorials, under their names, as ordinary ROS 2 sources in Python.
+"""Programs of ROS 2's tutorials, under the names of ROS 2's packages, written with rclpy.
 
 Those of ``demo_nodes_py``, ``action_tutorials_py`` and ``lifecycle_py``, and of ``demo_nodes_cpp``
-the ones that most tutorials start; they print the same here as there.
+the ones that most tutorials start; they print what the programs of ROS 2 print.
 """
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import rclpy
+from rclpy.executors import ExternalShutdownException
+from rclpy.node import Node
+
+
+def run(make_node: Callable[[], Node], args: list[str] | None = None) -> None:
+    """Make a node and spin it until Ctrl-C.
+
+    Args:
+        make_node: The node's class, or a function that makes it.
+        args: Command line; None takes the process's.
+    """
+    rclpy.init(args=args)
+    node = make_node()
+    try:
+        rclpy.spin(node)
+    except (KeyboardInterrupt, ExternalShutdownException):
+        pass  # the ordinary end of these nodes
+    finally:
+        node.destroy_node()
+        rclpy.try_shutdown()

@@ -12,7 +12,7 @@ from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 from rclpy.task import Future
 
-from teleopctl.nodes.demos.running import run
+from teleopctl.nodes.demos import run
 
 _ORDER = 10
 _STEP_S = 1.0

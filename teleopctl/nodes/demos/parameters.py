@@ -18,7 +18,7 @@ from rclpy.parameter import (
 from rclpy.parameter_client import AsyncParameterClient
 from rclpy.task import Future
 
-from teleopctl.nodes.demos.running import run
+from teleopctl.nodes.demos import run
 
 _WAIT_S = 3.0
 _SET = ["int_parameter", "bool_parameter", "string_parameter"]

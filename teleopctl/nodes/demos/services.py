@@ -10,7 +10,7 @@ from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 from rclpy.task import Future
 
-from teleopctl.nodes.demos.running import run
+from teleopctl.nodes.demos import run
 
 _AGAIN_AFTER_S = 1.0
 

@@ -12,7 +12,7 @@ from rclpy.qos import QoSProfile, ReliabilityPolicy, qos_profile_sensor_data
 from rclpy.utilities import remove_ros_args
 from std_msgs.msg import String
 
-from teleopctl.nodes.demos.running import run
+from teleopctl.nodes.demos import run
 
 _PERIOD_S = 1.0
 _RELIABLE = QoSProfile(depth=10, reliability=ReliabilityPolicy.RELIABLE)

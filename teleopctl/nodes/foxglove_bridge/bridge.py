@@ -1,4 +1,4 @@
-"""The bridge's node: the server, what it is told of the graph, and what clients ask for."""
+"""Node of the Foxglove bridge: WebSocket server, graph updates, and requests of clients."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import functools
 import queue
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
+from urllib.parse import unquote
 
 import foxglove
 from foxglove import ConnectionGraph, Context
@@ -15,19 +16,48 @@ from teleopctl.base import progress
 from teleopctl.base.access import Access, host_in_url
 from teleopctl.base.log_once import LogOnce
 from teleopctl.base.token_file import Address, read_or_make_token
-from teleopctl.errors import TeleopctlError, UnavailableError
+from teleopctl.errors import SystemFailureError, TeleopctlError, UnavailableError
 from teleopctl.interfaces import get_message, to_nanoseconds
-from teleopctl.node import Node, qos_profile_sensor_data
-from teleopctl.nodes.foxglove_bridge.assets import Assets
+from teleopctl.node import Node, RcutilsLogger, qos_profile_sensor_data
 from teleopctl.nodes.foxglove_bridge.channels import Channels
 from teleopctl.nodes.foxglove_bridge.client_topics import ENCODINGS, ClientTopics
 from teleopctl.nodes.foxglove_bridge.gate import Gate, inner_addresses
 from teleopctl.nodes.foxglove_bridge.remote_parameters import RemoteParameters
 from teleopctl.nodes.foxglove_bridge.remote_services import RemoteServices
 from teleopctl.nodes.foxglove_bridge.settings import BridgeSettings, allows
+from teleopctl.packages import resolve_uri
 
 if TYPE_CHECKING:
     from foxglove.websocket import ChannelView, Client, ClientChannel, Parameter
+
+
+class Assets:
+    """Reads the files of asset URIs, on the server's threads.
+
+    Args:
+        settings: Which URIs clients may ask for.
+        logger: Told of what was refused or is missing.
+    """
+
+    def __init__(self, settings: BridgeSettings, logger: RcutilsLogger) -> None:
+        self._settings = settings
+        self._logger = logger
+
+    def __call__(self, uri: str) -> bytes | None:
+        """The bytes of a file; None where there is none for clients."""
+        # Two dots would lead out of the package, also where they are written as %2e%2e.
+        if ".." in unquote(uri) or not allows(self._settings.assets, uri):
+            self._logger.warning(f"Asset URI not allowed: {uri}")
+            return None
+        try:
+            return resolve_uri(uri).read_bytes()
+        except OSError as error:
+            failure: TeleopctlError = SystemFailureError(error.strerror or str(error))
+        except TeleopctlError as error:
+            failure = error
+        self._logger.warning(f"Failed to retrieve asset '{uri}': {failure.message}")
+        return None
+
 
 # The graph's changes come in bursts; clients are told of them together, so often.
 _FOLLOW_PERIOD_S = 0.25

@@ -1,12 +1,20 @@
-"""The command lines of Gazebo: of ``gz sim``, and of ``gzserver`` and ``gazebo`` before it.
+"""Command lines of Gazebo: ``gz sim``, ``gzserver`` and ``gazebo``, and the worlds that they name.
 
-What has no meaning for MuJoCo is not dropped: a request has it by name, for a line that says so.
+Options that have no meaning for MuJoCo are not dropped: the parsed request lists them, so that the
+program can warn.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Final, NamedTuple
+from pathlib import Path
+from typing import TYPE_CHECKING, Final, NamedTuple
+
+from teleopctl.errors import NotFoundError
+from teleopctl.robot import find_world, read_world
+
+if TYPE_CHECKING:
+    from teleopctl.node import RcutilsLogger
 
 # Options that are followed by a value. Those of one letter may have it in the same word.
 _SIM_VALUES: Final = frozenset(
@@ -159,3 +167,37 @@ def _sort(
             value = rest.pop()
         options.append((name, value))
     return alone, options
+
+
+# Worlds that come with Gazebo, without anything in them but a floor and a light.
+_EMPTY: Final = frozenset({"empty", "default"})
+
+
+def world_file(request: GazeboRequest, folder: Path, logger: RcutilsLogger) -> Path | None:
+    """Return the requested world's file; None for the empty world.
+
+    Args:
+        request: What the command line wants.
+        folder: Where files may be written.
+        logger: Told what is not as somebody asked.
+
+    Raises:
+        InvalidDescriptionError: It is no world, or broken.
+    """
+    if request.world_text:
+        path = folder / "world.sdf"
+        path.write_text(request.world_text, "utf-8")
+    elif not request.world:
+        return None
+    else:
+        try:
+            path = find_world(request.world, Path.cwd())
+        except NotFoundError as error:
+            stem = Path(request.world).name.partition(".")[0]
+            if stem.removesuffix("_world") in _EMPTY:
+                logger.info(f"World {request.world} is Gazebo's own: there is only the ground")
+            else:
+                logger.warning(f"{error.message}: there is only the ground")
+            return None
+    read_world(path)
+    return path

@@ -28,14 +28,15 @@ from teleopctl.node import (
     spin,
     spin_once,
 )
-from teleopctl.nodes.gazebo.children import Children
-from teleopctl.nodes.gazebo.command_line import GazeboRequest, server_request, sim_request
-from teleopctl.nodes.gazebo.entity import DESCRIPTION, GazeboEntity
-from teleopctl.nodes.gazebo.factory import offer_factory
-from teleopctl.nodes.gazebo.simulation import programs_for
-from teleopctl.nodes.gazebo.things import Things
-from teleopctl.nodes.gazebo.worlds import world_file
-from teleopctl.nodes.only_one import refuse_a_second
+from teleopctl.nodes.gazebo.command_line import (
+    GazeboRequest,
+    server_request,
+    sim_request,
+    world_file,
+)
+from teleopctl.nodes.gazebo.entities import DESCRIPTION, GazeboEntity, Things, offer_factory
+from teleopctl.nodes.gazebo.programs import Children, programs_for
+from teleopctl.nodes.single_instance import require_single_instance
 from teleopctl.robot import RobotDescription, motion_plugins, with_plugin_joints
 
 NAME = "gazebo"
@@ -69,7 +70,7 @@ class Host(Node):
         self._description: RobotDescription | None = None
         self._things = Things()
         self._publishers: list[Publisher[Any]] = []
-        refuse_a_second(self)
+        require_single_instance(self)
         logger = self.get_logger()
         self._world = world_file(request, children.folder, logger)
         if request.unserved:

@@ -30,7 +30,7 @@ from teleopctl.node import (
     spin_once,
     spin_until_future_complete,
 )
-from teleopctl.nodes.gazebo.entity import GazeboEntity
+from teleopctl.nodes.gazebo.entities import GazeboEntity
 from teleopctl.nodes.gazebo.host import NAME
 from teleopctl.robot import find_world
 

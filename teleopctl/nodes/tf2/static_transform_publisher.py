@@ -1,4 +1,6 @@
-"""``static_transform_publisher``: says once and for all where one frame stands in another."""
+"""``static_transform_publisher``: publishes one static transform, as program or component."""
+
+from __future__ import annotations
 
 import argparse
 import contextlib
@@ -7,7 +9,7 @@ import sys
 from collections.abc import Sequence
 from typing import NoReturn
 
-from teleopctl.errors import UsageError
+from teleopctl.errors import InvalidParameterError, UsageError
 from teleopctl.node import ExternalShutdownException, Node, init, parse_ros_arguments, spin
 from teleopctl.tf import (
     StaticTransformBroadcaster,
@@ -158,3 +160,39 @@ def _unit(numbers: Sequence[float]) -> tuple[float, float, float, float]:
         return normalize((x, y, z, w))
     except ZeroDivisionError:
         raise UsageError("the quaternion is zero") from None
+
+
+class StaticTransformBroadcasterNode(Node):
+    """Publishes one static transform.
+
+    Raises:
+        InvalidParameterError: The frames are the same, or the rotation is none.
+    """
+
+    def __init__(self) -> None:
+        super().__init__("static_transform_publisher")
+        move = (
+            self._number("translation.x"),
+            self._number("translation.y"),
+            self._number("translation.z"),
+        )
+        turn = (
+            self._number("rotation.x"),
+            self._number("rotation.y"),
+            self._number("rotation.z"),
+            self._number("rotation.w", 1.0),
+        )
+        frame = str(self.declare_parameter("frame_id", "/frame").value)
+        child = str(self.declare_parameter("child_frame_id", "/child").value)
+        if frame == child:
+            raise InvalidParameterError(
+                f"cannot publish static transform from '{frame}' to '{child}', exiting"
+            )
+        try:
+            transform = Transform(move, normalize(turn))
+        except ZeroDivisionError:
+            raise InvalidParameterError("the quaternion is zero") from None
+        self._broadcaster = broadcast(self, frame, child, transform)
+
+    def _number(self, name: str, default: float = 0.0) -> float:
+        return float(self.declare_parameter(name, default).value)

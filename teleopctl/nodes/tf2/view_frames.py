@@ -1,13 +1,100 @@
-"""``tf2_tools view_frames``: the tree of frames as files, after five seconds."""
+"""``tf2_tools view_frames``: records transforms and writes the tree of frames as diagrams."""
 
 from __future__ import annotations
 
 import argparse
 import sys
+import threading
+import time
+from collections.abc import Callable, Sequence
+from pathlib import Path
 
+from teleopctl.base.printable import printable_line
+from teleopctl.diagram import Diagram, DiagramBox, Edge, to_svg, write_files
+from teleopctl.errors import UnavailableError, UsageError
 from teleopctl.node import Node, init, parse_ros_arguments
-from teleopctl.nodes.tf2.frames_view import WAIT_S, view_frames
-from teleopctl.tf import TF_STATIC_TOPIC, TF_TOPIC
+from teleopctl.tf import TF_STATIC_TOPIC, TF_TOPIC, KnownFrame, LiveBuffer, TransformListener
+
+WAIT_S = 5.0
+"""How long tf is listened to, in seconds: as long as tf2_tools does."""
+
+# What tf2 calls every broadcaster: messages do not tell who sent them.
+_NOBODY = "default_authority"
+
+
+def view_frames(
+    node: Node,
+    output: str | None,
+    say: Callable[[str], object],
+    *,
+    wait_s: float = WAIT_S,
+    tf_topic: str = TF_TOPIC,
+    tf_static_topic: str = TF_STATIC_TOPIC,
+) -> list[Path]:
+    """Record transforms for some seconds, and write the tree of frames.
+
+    Args:
+        node: Who listens; it need not be spun.
+        output: Path of the files without their endings; None for ``frames_`` and the time, here.
+        say: Called with what goes on.
+        wait_s: How long to listen, in seconds of wall time.
+        tf_topic: The topic of moving frames.
+        tf_static_topic: The topic of those that stand still.
+
+    Returns:
+        The files: ``.gv`` and ``.svg``, and ``.pdf`` where Graphviz's ``dot`` is installed.
+
+    Raises:
+        UsageError: The time is no time.
+        UnavailableError: No frame was heard of.
+        SystemFailureError: A file cannot be written, or ``dot`` fails.
+    """
+    if not 0.0 < wait_s < float("inf"):
+        raise UsageError(f"The time to listen must be positive, got {wait_s:g}")
+    buffer = LiveBuffer(node=node)
+    listener = TransformListener(buffer, node, tf_topic=tf_topic, tf_static_topic=tf_static_topic)
+    ended = threading.Event()
+    node.context.on_shutdown(ended.set)
+    try:
+        say(f"Listening to tf data for {float(wait_s)} seconds...")
+        ended.wait(wait_s)
+    finally:
+        node.context.forget_on_shutdown(ended.set)
+        listener.unregister()
+    frames = buffer.known_frames()
+    if not frames:
+        raise UnavailableError(
+            f"No transform on {tf_topic} or {tf_static_topic} within {wait_s:g} s",
+            hint="`teleopctl topic info` tells who publishes there.",
+        )
+    base = Path(output or time.strftime("frames_%Y-%m-%d_%H.%M.%S"))
+    say("Generating graph...")
+    dot = buffer.all_frames_as_dot(node.get_clock().now().nanoseconds)
+    return write_files(base, dot, to_svg(picture(frames)), say)
+
+
+def picture(frames: Sequence[KnownFrame]) -> Diagram:
+    """Return a diagram of the frames, with rates and buffer lengths."""
+    names = dict.fromkeys(name for frame in frames for name in (frame.parent, frame.name))
+    boxes = [DiagramBox(f"frame {name}", printable_line(name), "node") for name in names]
+    edges = []
+    for frame in frames:
+        label = f"arrow {frame.name}"
+        boxes.append(DiagramBox(label, _text(frame), "label"))
+        edges.append(Edge(f"frame {frame.parent}", label))
+        edges.append(Edge(label, f"frame {frame.name}"))
+    return Diagram(tuple(boxes), tuple(edges))
+
+
+def _text(frame: KnownFrame) -> str:
+    is_known = frame.broadcaster not in ("", _NOBODY)
+    lines = [printable_line(frame.broadcaster)] if is_known else []
+    if frame.is_static:
+        lines.append("static")
+    else:
+        lines.append(f"{frame.rate:.1f} Hz")
+        lines.append(f"{frame.newest_s - frame.oldest_s:.1f} s long")
+    return "\n".join(lines)
 
 
 def main(args: list[str] | None = None) -> int:

@@ -11,11 +11,14 @@ import numpy.typing as npt
 from teleopctl.interfaces import get_message, set_stamp
 from teleopctl.mujoco_model import CameraModel
 from teleopctl.node import QoSProfile, qos_profile_latched
-from teleopctl.sim.cameras.boxes import boxes_of, draw_boxes, fill_boxes, new_boxes
 from teleopctl.sim.cameras.messages import (
     Rectifier,
+    boxes_of,
     compress,
     compress_depths,
+    draw_boxes,
+    fill_boxes,
+    new_boxes,
     new_compressed,
     new_image,
     new_info,

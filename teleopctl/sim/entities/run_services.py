@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 from teleopctl.interfaces import get_action, get_message, get_service
 from teleopctl.node import ActionServer
-from teleopctl.sim.entities.answers import Refusal, Result, SimulationServices
+from teleopctl.sim.entities.service_base import Refusal, Result, SimulationServices
 
 if TYPE_CHECKING:
-    from teleopctl.sim.entities.stage import RunningSimulation
+    from teleopctl.sim.entities.running_simulation import RunningSimulation
 
 _State = get_message("simulation_interfaces/msg/SimulationState")
 _Features = get_message("simulation_interfaces/msg/SimulatorFeatures")

@@ -1,9 +1,10 @@
-"""simulation_interfaces: what comes into the simulation while it runs, and what leaves it."""
+"""Services of simulation_interfaces that spawn and delete entities, and load and unload worlds."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Awaitable, Callable, Iterator, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from teleopctl.base.printable import shortened
@@ -16,20 +17,20 @@ from teleopctl.errors import (
 from teleopctl.interfaces import get_message, get_service
 from teleopctl.packages import package_share
 from teleopctl.robot import World, gazebo_models, read_world, read_world_text
-from teleopctl.sim.entities.answers import (
+from teleopctl.sim.entities.poses import frame_of, pose_in_world
+from teleopctl.sim.entities.service_base import (
     Refusal,
     Result,
     SimulationServices,
     description_at,
     files_at,
 )
-from teleopctl.sim.entities.poses import frame_of, pose_in_world
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from teleopctl.mujoco_model import Coming
-    from teleopctl.sim.entities.stage import RunningSimulation
+    from teleopctl.sim.entities.running_simulation import RunningSimulation
 
 _Answer = get_service("simulation_interfaces/srv/SpawnEntity").Response
 _Many = get_service("simulation_interfaces/srv/SpawnEntities").Response
@@ -78,7 +79,9 @@ class SpawnServices:
 
     def _begin(self, stage: RunningSimulation, request: Any) -> Callable[[Any], Awaitable[None]]:
         """Have a thing come; returns what answers when it is there."""
-        world = _read(request)
+        # simulation_interfaces 2 has URI and text in a message of their own.
+        resource = getattr(request, "entity_resource", request)
+        world = _read_resource(resource, _Answer, "what to spawn")
         name = name_for(stage, world, request.name, renames=request.allow_renaming)
         try:
             pose = stage.ask(
@@ -99,7 +102,7 @@ class SpawnServices:
                 f"the namespace {request.entity_namespace} is without effect: '{name}' has no "
                 "interfaces of its own"
             )
-        spawned = stage.spawn(world, name, pose[:3], pose[3:], judge=_judge)
+        spawned = stage.spawn(world, name, pose[:3], pose[3:], judge=_refuse_missing_meshes)
 
         async def finish(answer: Any) -> None:
             try:
@@ -138,20 +141,28 @@ class SpawnServices:
             response.result.error_message = f"Nothing to spawn in {', '.join(unknown)}"
 
 
-def _read(request: Any) -> World:
-    """Read what a request brings: by a URI, else as a text."""
-    # simulation_interfaces 2 has both in a message of their own.
-    resource = getattr(request, "entity_resource", request)
+def _read_resource(resource: Any, codes: Any, noun: str) -> World:
+    """Read the world of a request: from its URI, else from its text.
+
+    Args:
+        resource: Has ``uri`` and ``resource_string``.
+        codes: Class of the response, with the result codes of the service.
+        noun: What is to be read, for the message.
+
+    Raises:
+        Refusal: There is neither URI nor text, or it cannot be read.
+        NotFoundError: There is no file at the URI.
+    """
     try:
         if resource.uri:
             return read_world(description_at(resource.uri))
         if resource.resource_string:
             return read_world_text(resource.resource_string, _TEXT)
     except UnknownFormatError as error:
-        raise Refusal(_Answer.UNSUPPORTED_FORMAT, error.message) from error
+        raise Refusal(codes.UNSUPPORTED_FORMAT, error.message) from error
     except InvalidDescriptionError as error:
-        raise Refusal(_Answer.RESOURCE_PARSE_ERROR, error.message) from error
-    raise Refusal(_Answer.NO_RESOURCE, "There is neither a URI nor a text of what to spawn")
+        raise Refusal(codes.RESOURCE_PARSE_ERROR, error.message) from error
+    raise Refusal(codes.NO_RESOURCE, f"There is neither a URI nor a text of {noun}")
 
 
 def meshes_left_out(warnings: Sequence[str]) -> list[str]:
@@ -168,7 +179,7 @@ def _told_of_parts(thing: Coming) -> Iterator[str]:
         )
 
 
-def _judge(warnings: Sequence[str]) -> None:
+def _refuse_missing_meshes(warnings: Sequence[str]) -> None:
     if meshes := meshes_left_out(warnings):
         raise Refusal(_Answer.MISSING_ASSETS, "; ".join(meshes))
 
@@ -212,3 +223,99 @@ def _spawnable(uri: str) -> Any:
     if hasattr(_Spawnable(), "uri"):
         return _Spawnable(uri=uri)
     return _Spawnable(entity_resource=get_message("simulation_interfaces/msg/Resource")(uri=uri))
+
+
+_Load = get_service("simulation_interfaces/srv/LoadWorld").Response
+_Current = get_service("simulation_interfaces/srv/GetCurrentWorld").Response
+_Unload = get_service("simulation_interfaces/srv/UnloadWorld").Response
+_WorldResource = get_message("simulation_interfaces/msg/WorldResource")
+
+
+class WorldServices:
+    """Offers the services that list, load and unload worlds.
+
+    Args:
+        desk: Where they are offered.
+    """
+
+    def __init__(self, desk: SimulationServices) -> None:
+        self._logger = desk.node.get_logger()
+        desk.offer("LoadWorld", "load_world", self._load)
+        desk.offer("UnloadWorld", "unload_world", self._unload)
+        desk.offer("GetCurrentWorld", "get_current_world", self._tell)
+        desk.offer("GetAvailableWorlds", "get_available_worlds", self._list)
+
+    # Any, here and below: messages, whose classes are made at run time.
+    def _load(self, stage: RunningSimulation, request: Any, response: Any) -> None:
+        resource = getattr(request, "world_resource", request)
+        world = _read_resource(resource, _Load, "a world")
+        try:
+            warnings = stage.load(
+                world,
+                str(resource.uri or _TEXT),
+                lambda warnings: _refuse_incomplete_world(request, warnings),
+            )
+        except InvalidDescriptionError as error:
+            raise Refusal(_Load.RESOURCE_PARSE_ERROR, error.message) from error
+        for warning in warnings:
+            self._logger.warning(warning)
+        response.result.error_message = "; ".join(warnings)
+        response.world = _resource(world, str(resource.uri), str(resource.resource_string))
+        self._logger.info(f"World '{response.world.name}' is loaded; the simulation is stopped")
+
+    def _unload(self, stage: RunningSimulation, request: Any, response: Any) -> None:
+        del request, response
+        if stage.world is None:
+            raise Refusal(_Unload.NO_WORLD_LOADED, "There is nothing around the robot")
+        stage.load(None)
+        self._logger.info("The world is unloaded: there is only the robot")
+
+    def _tell(self, stage: RunningSimulation, request: Any, response: Any) -> None:
+        del request
+        if stage.world is None:
+            raise Refusal(_Current.NO_WORLD_LOADED, "There is nothing around the robot")
+        uri = "" if stage.world_source == _TEXT else stage.world_source
+        response.world = _resource(stage.world, uri, stage.world.text)
+
+    def _list(self, stage: RunningSimulation, request: Any, response: Any) -> None:
+        del stage
+        unknown = []
+        own = package_share("teleopctl") / "worlds"
+        for source in (str(own), *request.additional_sources):
+            found = list(_worlds_in(source))
+            if not found:
+                unknown.append(source)
+            response.worlds += found
+        if request.filter.tags:
+            response.worlds = []  # none of them has any
+        if unknown:
+            response.result.error_message = f"No worlds in {', '.join(unknown)}"
+            if not request.continue_on_error:
+                raise Refusal(Result.RESULT_NOT_FOUND, response.result.error_message)
+
+
+def _refuse_incomplete_world(request: Any, warnings: tuple[str, ...]) -> None:
+    """Refuse a world of which something is missing, where that is asked for."""
+    meshes = meshes_left_out(warnings)
+    others = [warning for warning in warnings if warning not in meshes]
+    if meshes and not request.ignore_missing_or_unsupported_assets:
+        raise Refusal(_Load.MISSING_ASSETS, "; ".join(meshes))
+    if others and request.fail_on_unsupported_element:
+        raise Refusal(_Load.UNSUPPORTED_ELEMENTS, "; ".join(others))
+
+
+def _worlds_in(source: str) -> Any:
+    for file in files_at(source):
+        try:
+            world = read_world(file)
+        except InvalidDescriptionError:
+            continue
+        yield _resource(world, file.absolute().as_uri(), "")
+
+
+def _resource(world: World, uri: str, text: str) -> Any:
+    found = _WorldResource(name=world.name or Path(world.path).stem)
+    found.world_resource.uri = uri
+    if not uri:
+        found.world_resource.resource_string = text
+    return found

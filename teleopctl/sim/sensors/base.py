@@ -10,7 +10,7 @@ import numpy as np
 
 from teleopctl.errors import InvalidDescriptionError
 from teleopctl.robot import RosNames
-from teleopctl.sim.sensors.earth import GeoPoint
+from teleopctl.sim.sensors.geodesy import GeoPoint
 from teleopctl.sim.sensors.noise import NoiseSource
 
 if TYPE_CHECKING:

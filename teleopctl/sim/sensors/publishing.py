@@ -12,7 +12,7 @@ from teleopctl.mujoco_model import CAMERA_TYPES
 from teleopctl.robot import ros_topic
 from teleopctl.sim.pacing import Beat
 from teleopctl.sim.sensors.base import Sensor
-from teleopctl.sim.sensors.earth import GeoPoint
+from teleopctl.sim.sensors.geodesy import GeoPoint
 from teleopctl.sim.simulation import Simulation
 
 if TYPE_CHECKING:
@@ -68,7 +68,7 @@ def add_sensors(spec: mujoco.MjSpec, sensors: list[Sensor], warn: Callable[[str]
 
 
 class SensorPublisher:
-    """Reads and publishes sensors; implements `teleopctl.sim.loop_ports.Sampler`.
+    """Reads and publishes sensors; implements `teleopctl.sim.lockstep.Sampler`.
 
     Args:
         node: Who publishes.

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from teleopctl.mujoco_model import drive_name, lifting_efforts
-from teleopctl.sim.mjcf.ball_joints import BallJoints
+from teleopctl.sim.mjcf import BallJoints
 
 if TYPE_CHECKING:
     from teleopctl.mujoco_model import JointSpec

@@ -9,7 +9,7 @@ import yaml
 
 from teleopctl.errors import TeleopctlError
 from teleopctl.launch.evaluation.evaluation import evaluate
-from teleopctl.launch.frontends.yaml.parser import parse_file
+from teleopctl.launch.frontends.yaml_file import parse_file
 from teleopctl.launch.model.request import LaunchRequest, load_request
 
 ARM = '<robot name="arm"><link name="base"/></robot>'

@@ -10,7 +10,7 @@ import yaml
 from teleopctl.errors import TeleopctlError
 from teleopctl.launch.evaluation.evaluation import evaluate
 from teleopctl.launch.finding import builtin_file
-from teleopctl.launch.frontends.yaml.parser import parse_file
+from teleopctl.launch.frontends.yaml_file import parse_file
 from teleopctl.launch.model.plan import LaunchPlan
 from teleopctl.launch.model.request import LaunchRequest
 

@@ -7,7 +7,7 @@ import sys
 
 import pytest
 
-from teleopctl.launch.execution.colours import own_line, relayed_line
+from teleopctl.launch.execution.screen import own_line, relayed_line
 from teleopctl.testing import LONGEST_WAIT_S
 
 LINE = b"[WARN] [1795251189.877707557] [head]: too hot\n"

@@ -6,8 +6,7 @@ from pathlib import Path
 import pytest
 
 from teleopctl.launch.model.plan import ProcessPlan
-from teleopctl.launch.watching.files_read import files_read
-from teleopctl.launch.watching.sources import sources_of
+from teleopctl.launch.watch import files_read, sources_of
 
 XACRO = 'xmlns:xacro="http://www.ros.org/wiki/xacro"'
 KEPT = r"^\[ERROR\] \[launch\]: {} saved; what runs goes on until the next save: "

@@ -20,8 +20,7 @@ from teleopctl.mujoco_model import (
 )
 from teleopctl.node import Future
 from teleopctl.robot import World, read_world, read_world_text
-from teleopctl.sim.entities.bounds import bounds_of
-from teleopctl.sim.entities.entity import entities, find, motion_of, move
+from teleopctl.sim.entities.entity import bounds_of, entities, find, motion_of, move
 from teleopctl.sim.entities.pushes import Push
 from teleopctl.sim.entities.spawn_services import meshes_left_out
 from teleopctl.sim.entities.spawning import Spawning

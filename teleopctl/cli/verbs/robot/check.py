@@ -55,8 +55,7 @@ def check(
     from teleopctl.cli.verbs.robot.document import document
     from teleopctl.cli.verbs.robot.table import table
     from teleopctl.launch import chosen_controllers
-    from teleopctl.nodes.checking.report import check_robot, defect_report
-    from teleopctl.nodes.checking.walk import robots_in
+    from teleopctl.nodes.checking.report import check_robot, defect_report, robots_in
 
     arguments = dict(word.split(":=", 1) for word in words if ":=" in word)
     places = [Path(word) for word in words if ":=" not in word]

@@ -6,7 +6,7 @@ from teleopctl.cli.command_node import command_node
 from teleopctl.cli.listing import out_files
 from teleopctl.cli.options import AsJson
 from teleopctl.cli.verb import Option
-from teleopctl.nodes.tf2.frames_view import view_frames
+from teleopctl.nodes.tf2.view_frames import view_frames
 
 
 def view(

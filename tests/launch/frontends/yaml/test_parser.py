@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given, strategies as st
 
 from teleopctl.errors import TeleopctlError
-from teleopctl.launch.frontends.yaml.parser import parse_file
+from teleopctl.launch.frontends.yaml_file import parse_file
 
 
 @pytest.fixture

@@ -1,1 +1,0 @@
-"""What a launch asks of nodes by their services, beside its processes."""

@@ -1,0 +1,155 @@
+"""Substitutions that ROS 2 does not have.
+
+``$(node-exists /name)`` asks the live graph, ``$(first-file A B …)`` is the first of some files
+that exists, ``$(file-param FILE NODE NAME DEFAULT)`` is what a parameter file says about a node,
+``$(file-controllers FILE [NAMESPACE])`` the controllers that it configures,
+``$(file-namespace FILE)`` the namespace in which it has its controller manager, and
+``$(world-file FILE)`` is the path of a file of what stands around a robot, which has been looked
+through. Those about robots are in `robot_substitutions`; the names stand in `teleopctl.plugins`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from graphlib import CycleError, TopologicalSorter
+from typing import TYPE_CHECKING
+
+from teleopctl.errors import InvalidFileError, LaunchError, TeleopctlError
+from teleopctl.launch.evaluation.context import LaunchContext
+from teleopctl.launch.evaluation.substitution import Substitution
+from teleopctl.packages import resolve_uri
+
+if TYPE_CHECKING:
+    from teleopctl.node import ParameterFile
+
+# How the type of a controller ends among the manager's parameters: NAME.type.
+_TYPE = ".type"
+_MANAGER = "/controller_manager"
+
+
+def _node_exists(arguments: Sequence[str], context: LaunchContext) -> str:
+    name = arguments[0] if arguments[0].startswith("/") else f"/{arguments[0]}"
+    return "true" if context.node_is_running(name) else "false"
+
+
+def _first_file(arguments: Sequence[str], _: LaunchContext) -> str:
+    for argument in arguments:
+        if resolve_uri(argument).is_file():
+            return argument
+    raise LaunchError(f"there is no file {' nor '.join(arguments)}")
+
+
+def parameters_in(file: str) -> ParameterFile:
+    """Read a parameter file; its errors name that file instead of the launch file."""
+    from teleopctl.node import read_parameter_file
+
+    path = resolve_uri(file).absolute()
+    try:
+        return read_parameter_file(path)
+    except InvalidFileError as error:
+        error.place = str(path)  # its message names it
+        raise
+
+
+def _file_parameter(arguments: Sequence[str], _: LaunchContext) -> str:
+    file, node, name = arguments[:3]
+    parameters = parameters_in(file).for_node(f"/{node.lstrip('/')}")
+    if name in parameters:
+        return str(parameters[name])
+    if len(arguments) > 3:
+        return arguments[3]
+    raise LaunchError(f"{file} gives node '{node}' no parameter '{name}'")
+
+
+def file_controllers(arguments: Sequence[str], _: LaunchContext) -> str:
+    """Return the controllers whose types a parameter file sets, broadcasters first.
+
+    A type stands below the controller manager's section or in a section of the controller's own;
+    ROS 2's spawner reads both. A broadcaster only reads, so that states are seen before anything
+    moves. A controller that commands another one, as the names of its joints say, comes after it.
+    """
+    file = parameters_in(arguments[0])
+    namespace = arguments[1].rstrip("/") if len(arguments) > 1 else ""
+    types = {
+        name.removesuffix(_TYPE): str(value)
+        for name, value in file.for_node(f"{namespace}{_MANAGER}").items()
+        if name.endswith(_TYPE)
+    }
+    for section, parameters in file.sections:
+        name = section.rpartition("/")[2]
+        own = file.for_node(f"{namespace}/{name}")
+        if "type" in parameters and "*" not in name and "type" in own:
+            types.setdefault(name, str(own["type"]))
+    names = sorted(types, key=lambda name: not types[name].endswith("Broadcaster"))
+    return " ".join(_commanded_first(names, {n: file.for_node(f"{namespace}/{n}") for n in names}))
+
+
+def _commanded_first(
+    names: Sequence[str], parameters: Mapping[str, Mapping[str, object]]
+) -> Sequence[str]:
+    """Put controllers behind those whose interfaces, ``NAME/…``, their parameters name."""
+    chains = {
+        name: [other for other in dict.fromkeys(_first_words(parameters[name])) if other in names]
+        for name in names
+    }
+    if not any(chains.values()):
+        return names
+    try:
+        return list(TopologicalSorter(chains).static_order())
+    except CycleError:
+        return names  # the controller manager refuses one of them, with its reason
+
+
+def _first_words(parameters: Mapping[str, object]) -> Iterator[str]:
+    """What stands before the first slash, in texts and lists of texts."""
+    for value in parameters.values():
+        for text in value if isinstance(value, list) else [value]:
+            if isinstance(text, str) and "/" in text:
+                yield text.partition("/")[0]
+
+
+def configures_any(file: ParameterFile) -> bool:
+    """Return whether a parameter file defines the type of any controller."""
+    return any(
+        name == "type" or name.endswith(_TYPE)
+        for _, parameters in file.sections
+        for name in parameters
+    )
+
+
+def namespaces_of_managers(file: ParameterFile) -> list[str]:
+    """Return the namespaces of the controller managers in a parameter file.
+
+    Sections with wildcards, which suit any, are not among them.
+    """
+    managers = (section for section, _ in file.sections if section.endswith(_MANAGER))
+    return list(dict.fromkeys(m.removesuffix(_MANAGER) for m in managers if "*" not in m))
+
+
+def _file_namespace(arguments: Sequence[str], _: LaunchContext) -> str:
+    return next(iter(namespaces_of_managers(parameters_in(arguments[0]))), "")
+
+
+def _world_file(arguments: Sequence[str], _: LaunchContext) -> str:
+    """The absolute path of a world file, after a look at it; empty for none.
+
+    A mistake is told here, once, and not by each of the nodes that read the file.
+    """
+    if not arguments[0]:
+        return ""
+    from teleopctl.robot import read_world
+
+    path = resolve_uri(arguments[0]).absolute()
+    try:
+        return str(read_world(path).path)
+    except TeleopctlError as error:
+        error.place = str(path)  # its message names it
+        raise
+
+
+FILE_CONTROLLERS = Substitution(file_controllers, 1, 2)
+FILE_NAMESPACE = Substitution(_file_namespace, 1, 1)
+FILE_PARAM = Substitution(_file_parameter, 3, 4)
+FIRST_FILE = Substitution(_first_file, 1, None)
+NODE_EXISTS = Substitution(_node_exists, 1, 1)
+WORLD_FILE = Substitution(_world_file, 1, 1)

@@ -1,0 +1,148 @@
+"""Termination of a launch: signals that it receives, and those that it sends to processes."""
+
+from __future__ import annotations
+
+import signal
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import partial
+from types import FrameType
+
+from teleopctl.base.interrupts import end_waits
+from teleopctl.launch.execution.child import Child
+from teleopctl.launch.execution.event_loop import EventLoop
+from teleopctl.launch.execution.screen import Screen
+from teleopctl.launch.model.plan import SignalPlan
+
+STEPS = (signal.SIGINT, signal.SIGTERM, getattr(signal, "SIGKILL", signal.SIGTERM))
+"""The signals, each harder than the one before."""
+
+
+class Ending:
+    """Ends processes by signals of increasing force.
+
+    Args:
+        loop: The loop on which this is called.
+        screen: Where it is said that harder ways are needed.
+    """
+
+    def __init__(self, loop: EventLoop, screen: Screen) -> None:
+        self._loop = loop
+        self._screen = screen
+
+    def ask(self, child: Child) -> None:
+        """Send a process SIGINT, and SIGTERM and SIGKILL if it does not end in time."""
+        if not child.was_signalled:
+            child.signal(STEPS[0])
+            self._loop.after(
+                child.plan.sigterm_timeout, partial(self._escalate, child, child.pid, 1)
+            )
+
+    def _escalate(self, child: Child, pid: int | None, step: int) -> None:
+        if not child.is_running or child.pid != pid:
+            return  # or it has been started again since
+        waited = child.plan.sigterm_timeout if step == 1 else child.plan.sigkill_timeout
+        self._screen.say(
+            "ERROR",
+            child.plan.name,
+            f"process[{child.plan.name}] failed to terminate '{waited:g}' seconds after receiving "
+            f"'{STEPS[step - 1].name}', escalating to '{STEPS[step].name}'",
+        )
+        child.signal(STEPS[step])
+        if step + 1 < len(STEPS):
+            harder = partial(self._escalate, child, pid, step + 1)
+            self._loop.after(child.plan.sigkill_timeout, harder)
+
+    def send(self, request: SignalPlan, child: Child) -> None:
+        """Send a process the signal that an event requests."""
+        if request.number is None:
+            self.ask(child)
+            return
+        number = signal.Signals(request.number)
+        name = child.plan.name
+        self._screen.say("INFO", name, f"sending signal '{number.name}' to process[{name}]")
+        child.signal(number)
+
+
+# Signals that come in one bunch, as from `timeout`, are one request to end.
+_SAME_REQUEST_S = 1.0
+
+
+class Interrupts:
+    """Turns the first signal into a shutdown of the launch, and later ones into faster ends.
+
+    Args:
+        loop: Where the functions below are called.
+        end: Called with the reason and whether it was Ctrl-C; returns False where the launch was
+            ending already.
+        press: Called with a reason and the signal that the processes are to get now, for somebody
+            who does not want to wait for the deadlines.
+
+    Attributes:
+        first: The first signal that came, or None.
+    """
+
+    def __init__(
+        self,
+        loop: EventLoop,
+        end: Callable[[str, bool], bool],
+        press: Callable[[str, signal.Signals], None],
+    ) -> None:
+        self.first: signal.Signals | None = None
+        self._loop = loop
+        self._end = end
+        self._press = press
+        self._step = 0
+        self._asked_at = 0.0
+        # Whether a launch file's own code may be running.
+        self._is_asking = False
+
+    @contextmanager
+    def heard(self) -> Iterator[None]:
+        """Handle signals within the block; only in the main thread."""
+        numbers = [signal.SIGINT, signal.SIGTERM]
+        if hasattr(signal, "SIGHUP") and signal.getsignal(signal.SIGHUP) != signal.SIG_IGN:
+            # Whoever began with `nohup` wants the launch to outlive the terminal.
+            numbers.append(signal.SIGHUP)
+        if threading.current_thread() is threading.main_thread():
+            end_waits()
+        else:
+            numbers.clear()  # no other thread may
+        previous = {number: signal.signal(number, self._on_signal) for number in numbers}
+        try:
+            yield
+        finally:
+            for number, before in previous.items():
+                signal.signal(number, before)
+
+    @contextmanager
+    def stopping_what_takes_long(self) -> Iterator[None]:
+        """Allow a signal to leave the block, in which a launch file's own code runs."""
+        try:
+            self._is_asking = True
+            yield
+        except KeyboardInterrupt:
+            pass  # by the handler; what is to be done is in the loop
+        finally:
+            self._is_asking = False
+
+    def _on_signal(self, number: int, _: FrameType | None) -> None:
+        self._loop.put(lambda: self._came(signal.Signals(number)))
+        if self._is_asking:
+            self._is_asking = False
+            raise KeyboardInterrupt
+
+    def _came(self, number: signal.Signals) -> None:
+        is_interrupt = number == signal.SIGINT
+        reason = f"asked to end by {number.name}"
+        if is_interrupt:
+            reason = "user interrupted with ctrl-c (SIGINT)"
+        self.first = self.first or number
+        now = time.monotonic()
+        if self._end(reason, is_interrupt):
+            self._asked_at = now
+        elif now - self._asked_at >= _SAME_REQUEST_S and self._step + 1 < len(STEPS):
+            self._step += 1
+            self._press(f"{reason} again, sending {STEPS[self._step].name}", STEPS[self._step])

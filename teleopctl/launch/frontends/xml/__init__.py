@@ -1,1 +1,0 @@
-"""The XML front end of ROS 2's launch."""

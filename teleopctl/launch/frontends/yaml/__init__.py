@@ -1,1 +1,0 @@
-"""The YAML front end of ROS 2's launch."""

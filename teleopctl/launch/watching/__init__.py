@@ -1,1 +1,0 @@
-"""``launch --watch``: what is saved is started again, see `watch`."""

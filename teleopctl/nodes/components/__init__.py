@@ -1,1 +1,0 @@
-"""Component containers, and the components that they find with teleopctl."""

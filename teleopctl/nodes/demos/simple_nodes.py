@@ -1,0 +1,72 @@
+"""Programs of this project's tutorial: ``simple_parameter``, ``_publisher`` and ``_subscriber``."""
+
+from __future__ import annotations
+
+from rcl_interfaces.msg import SetParametersResult
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from std_msgs.msg import String
+
+from teleopctl.nodes.demos import run
+
+_PERIOD_S = 1.0
+
+
+class SimpleParameter(Node):
+    """Declares ``simple_int_param`` and ``simple_string_param`` and reports their changes."""
+
+    def __init__(self) -> None:
+        super().__init__("simple_parameter")
+        self.declare_parameter("simple_int_param", 28)
+        self.declare_parameter("simple_string_param", "Antonio")
+        self.add_on_set_parameters_callback(self._on_change)
+
+    def _on_change(self, parameters: list[Parameter]) -> SetParametersResult:
+        for parameter in parameters:
+            self.get_logger().info(
+                f"Param {parameter.name} changed! New value is {parameter.value}"
+            )
+        return SetParametersResult(successful=True)
+
+
+class SimplePublisher(Node):
+    """Publishes ``Hello ROS 2 - counter: N`` at 1 Hz."""
+
+    def __init__(self) -> None:
+        super().__init__("simple_publisher")
+        self._publisher = self.create_publisher(String, "chatter", 10)
+        self._counter = 0
+        self._timer = self.create_timer(_PERIOD_S, self._publish)
+        self.get_logger().info(f"Publishing at {1 / _PERIOD_S} Hz")
+
+    def _publish(self) -> None:
+        message = String()
+        message.data = f"Hello ROS 2 - counter: {self._counter}"
+        self._publisher.publish(message)
+        self._counter += 1
+
+
+class SimpleSubscriber(Node):
+    """Logs each received string."""
+
+    def __init__(self) -> None:
+        super().__init__("simple_subscriber")
+        self._subscription = self.create_subscription(String, "chatter", self._hear, 10)
+
+    def _hear(self, message: String) -> None:
+        self.get_logger().info(f"I heard: {message.data}")
+
+
+def simple_parameter(args: list[str] | None = None) -> None:
+    """Run the node ``simple_parameter``."""
+    run(SimpleParameter, args)
+
+
+def simple_publisher(args: list[str] | None = None) -> None:
+    """Run the node ``simple_publisher``."""
+    run(SimplePublisher, args)
+
+
+def simple_subscriber(args: list[str] | None = None) -> None:
+    """Run the node ``simple_subscriber``."""
+    run(SimpleSubscriber, args)

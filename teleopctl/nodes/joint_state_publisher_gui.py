@@ -1,0 +1,91 @@
+"""``joint_state_publisher_gui``: a joint_state_publisher whose joints are put by sliders on a page.
+
+The sliders are those of the viewer's page. Where one runs already this node listens to it; else it
+serves a page of its own, with the picture of the robot and the sliders.
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import sys
+
+from teleopctl.node import (
+    Clock,
+    ClockType,
+    ExternalShutdownException,
+    Node,
+    SingleThreadedExecutor,
+    init,
+    parse_ros_arguments,
+)
+from teleopctl.nodes.joint_state_publisher import JointStatePublisher, read_description
+from teleopctl.nodes.rviz2 import add_page_options, tell_address
+
+_NAME = "joint_state_publisher_gui"
+# Launch files start the page beside this node, and call it by either name; it is there within
+# this time, in seconds.
+_PAGES = ("rviz", "rviz2")
+_PATIENCE_S = 3.0
+
+
+def main(args: list[str] | None = None) -> int:
+    """Run the node, and a page if none is running, until Ctrl-C.
+
+    Args:
+        args: Command line; None takes the process's.
+
+    Raises:
+        TeleopctlError: The file cannot be read, a parameter is wrong or the page cannot be opened.
+    """
+    from teleopctl.viewer import SLIDERS_TOPIC
+
+    words = sys.argv[1:] if args is None else args
+    parser = argparse.ArgumentParser(prog=_NAME)
+    parser.add_argument("urdf_file", nargs="?", help="URDF file, instead of the topic")
+    add_page_options(parser)
+    options = parser.parse_args(parse_ros_arguments(words).program)
+    with (
+        contextlib.suppress(KeyboardInterrupt, ExternalShutdownException),
+        init(args=words),
+        contextlib.ExitStack() as stack,
+    ):
+        urdf = read_description(options.urdf_file)
+        node = stack.enter_context(JointStatePublisher(urdf, name=_NAME, sources=[SLIDERS_TOPIC]))
+        executor = SingleThreadedExecutor()
+        executor.add_node(node)
+
+        def look() -> None:
+            node.destroy_timer(timer)
+            page = _page_of(node)
+            if page is not None:
+                node.get_logger().info(
+                    f"The sliders are in the tab Joints of the page that {page} serves"
+                )
+            else:
+                executor.add_node(stack.enter_context(_open(node, options)))
+
+        timer = node.create_timer(_PATIENCE_S, look, clock=Clock(clock_type=ClockType.STEADY_TIME))
+        executor.spin()
+    return 0
+
+
+def _page_of(node: Node) -> str | None:
+    pages = [entry.full_name for entry in node.graph().nodes if entry.name in _PAGES]
+    return pages[0] if pages else None
+
+
+def _open(node: Node, options: argparse.Namespace) -> Node:
+    from teleopctl.viewer import open_viewer
+
+    viewer, address = open_viewer(
+        options.host,
+        options.port,
+        options.token_file,
+        panels=["joints"],
+        # The name that a launch file gives this node is not the page's.
+        cli_args=["--ros-args", "-r", "__node:=rviz"],
+    )
+    node.get_logger().info(f"The sliders are at {address.url}")
+    tell_address(address, open_it=options.open)
+    return viewer

@@ -1,1 +1,0 @@
-"""Programs that load, activate and take away controllers."""

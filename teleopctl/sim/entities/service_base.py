@@ -1,0 +1,194 @@
+"""How services answer: with a result code of simulation_interfaces, or in words."""
+
+from __future__ import annotations
+
+import contextlib
+import traceback
+from collections.abc import Awaitable, Callable, Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from teleopctl.errors import NotFoundError, RefusedError, TeleopctlError
+from teleopctl.interfaces import get_message, get_service
+from teleopctl.packages import resolve_uri
+from teleopctl.robot import find_world
+
+if TYPE_CHECKING:
+    from teleopctl.node import Node
+    from teleopctl.sim.entities.running_simulation import RunningSimulation
+
+Result = get_message("simulation_interfaces/msg/Result")
+_TagsFilter = get_message("simulation_interfaces/msg/TagsFilter")
+
+# Any, here and below: messages, whose classes are made at run time. What goes on for long is a
+# coroutine.
+Handler = Callable[["RunningSimulation", Any, Any], "Awaitable[None] | None"]
+WordHandler = Callable[["RunningSimulation", Any], "Awaitable[str] | str"]
+FindStage = Callable[[], "RunningSimulation | None"]
+"""Returns what the services work with, or None while there is no robot."""
+
+# Of models in the folders that Gazebo is told of; those of Fuel where Gazebo keeps them.
+_GAZEBO_SCHEMES = frozenset({"model", "http", "https"})
+
+NO_ROBOT = "There is no robot yet"
+
+
+class Refusal(Exception):
+    """A request is refused, with a result code and a message.
+
+    Args:
+        code: What its result is, of those that every service has or of the service's own.
+        words: For people.
+    """
+
+    def __init__(self, code: int, words: str) -> None:
+        super().__init__(words)
+        self.code = code
+
+
+class SimulationServices:
+    """Offers the services of simulation_interfaces, and refuses calls while there is no robot.
+
+    Args:
+        node: Whose services they are.
+        find_stage: See `FindStage`.
+    """
+
+    def __init__(self, node: Node, find_stage: FindStage) -> None:
+        self.node = node
+        self._find_stage = find_stage
+
+    @property
+    def stage(self) -> RunningSimulation:
+        """Return the simulation that the services act on.
+
+        Raises:
+            Refusal: There is no robot yet.
+        """
+        stage = self._find_stage()
+        if stage is None:
+            raise Refusal(Result.RESULT_INCORRECT_STATE, NO_ROBOT)
+        return stage
+
+    def offer(self, type_name: str, name: str, handler: Handler) -> None:
+        """Offer a service.
+
+        Args:
+            type_name: Its type.
+            name: Its name.
+            handler: Takes the stage, the request and the response, whose result is OK unless it
+                says otherwise.
+        """
+
+        async def answer(request: Any, response: Any) -> Any:
+            with self.answering(response.result):
+                outcome = handler(self.stage, request, response)
+                if outcome is not None:
+                    await outcome
+            return response
+
+        self.node.create_service(
+            get_service(f"simulation_interfaces/srv/{type_name}"), name, answer
+        )
+
+    @contextlib.contextmanager
+    def answering(self, result: Any) -> Iterator[None]:
+        """Set the result of a response by whether the block succeeds."""
+        result.result = Result.RESULT_OK
+        try:
+            yield
+        except Refusal as refusal:
+            result.result, result.error_message = refusal.code, str(refusal)
+        except NotFoundError as error:
+            result.result, result.error_message = Result.RESULT_NOT_FOUND, words_of(error)
+        except Exception as error:  # noqa: BLE001 - no request ends the simulation
+            result.result = Result.RESULT_OPERATION_FAILED
+            result.error_message = told(self.node, error)
+
+
+def offer_in_words(
+    node: Node, find_stage: FindStage, type_name: str, name: str, handler: WordHandler
+) -> None:
+    """Offer a service of mujoco_ros2_control, with ``success`` and ``message``.
+
+    Args:
+        node: Whose service it is.
+        find_stage: See `FindStage`.
+        type_name: Its type, in mujoco_ros2_control_msgs.
+        name: Its name.
+        handler: Takes the stage and the request, and returns the message.
+    """
+
+    async def answer(request: Any, response: Any) -> Any:
+        try:
+            stage = find_stage()
+            if stage is None:
+                raise RefusedError(NO_ROBOT)
+            outcome = handler(stage, request)
+            response.message = outcome if isinstance(outcome, str) else await outcome
+            response.success = True
+        except Exception as error:  # noqa: BLE001 - no request ends the simulation
+            response.success, response.message = False, told(node, error)
+        return response
+
+    node.create_service(get_service(f"mujoco_ros2_control_msgs/srv/{type_name}"), name, answer)
+
+
+def words_of(error: TeleopctlError) -> str:
+    """Return an error's message with its hint."""
+    return f"{error.message} ({error.hint})" if error.hint else error.message
+
+
+def told(node: Node, error: Exception) -> str:
+    """Return the message for the client of a failed call; log unexpected errors."""
+    if isinstance(error, TeleopctlError):
+        return words_of(error)
+    node.get_logger().error("".join(traceback.format_exception(error)))
+    return f"{type(error).__name__}: {error}"
+
+
+def has_tags(tags: list[str], wanted: Any) -> bool:
+    """Return whether tags pass a TagsFilter."""
+    if not wanted.tags:
+        return True
+    every = wanted.filter_mode == _TagsFilter.FILTER_MODE_ALL
+    return (all if every else any)(tag in tags for tag in wanted.tags)
+
+
+def existing(uri: str) -> Path:
+    """Return the existing file or folder of a URI; devices are refused.
+
+    Raises:
+        NotFoundError: There is none.
+    """
+    path = resolve_uri(uri)
+    try:
+        if path.is_file() or path.is_dir():
+            return path
+    except OSError as error:
+        raise NotFoundError(f"Cannot open {path}: {error.strerror}") from error
+    raise NotFoundError(f"There is no file {path}")
+
+
+def description_at(uri: str) -> Path:
+    """Return the description file of a URI: a file or a model's folder.
+
+    Raises:
+        NotFoundError: There is none.
+    """
+    if uri.partition("://")[0] in _GAZEBO_SCHEMES:
+        path = existing(str(find_world(uri, Path.cwd())))
+    else:
+        path = existing(uri)
+    return find_world(str(path), Path.cwd()) if path.is_dir() else path
+
+
+def files_at(source: str) -> list[Path]:
+    """Return the file of a URI, or the files of its folder."""
+    try:
+        path = existing(source)
+        return (
+            [each for each in sorted(path.iterdir()) if each.is_file()] if path.is_dir() else [path]
+        )
+    except (NotFoundError, OSError):
+        return []

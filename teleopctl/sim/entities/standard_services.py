@@ -1,0 +1,107 @@
+"""All services of simulation_interfaces, and the wrench service of mujoco_ros2_control."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from teleopctl.errors import RefusedError
+from teleopctl.interfaces import to_nanoseconds
+from teleopctl.node import Clock
+from teleopctl.sim.entities.entity_services import PoseServices, offer_entity_services
+from teleopctl.sim.entities.poses import no_sense
+from teleopctl.sim.entities.pushes import Push
+from teleopctl.sim.entities.run_services import RunServices
+from teleopctl.sim.entities.service_base import FindStage, SimulationServices, offer_in_words
+from teleopctl.sim.entities.spawn_services import SpawnServices, WorldServices
+
+if TYPE_CHECKING:
+    from teleopctl.node import Node
+    from teleopctl.sim.entities.running_simulation import RunningSimulation
+    from teleopctl.sim.simulation import Simulation
+
+
+def offer_wrench_service(node: Node, find_stage: FindStage) -> None:
+    """Offer the service that applies a wrench to a body.
+
+    Args:
+        node: Whose it is.
+        find_stage: See `FindStage`.
+    """
+    offer_in_words(node, find_stage, "ApplyExternalWrench", "~/apply_wrench", _apply)
+
+
+# Any, here and below: messages, whose classes are made at run time.
+def _apply(stage: RunningSimulation, request: Any) -> str:
+    simulation, wrenches = stage.simulation, request.wrenches.external_wrenches
+
+    def push() -> None:
+        # All of a request is checked before any of it is done.
+        for wrench in wrenches:
+            if reason := _refusal(simulation, wrench):
+                raise RefusedError(reason)
+        for wrench in wrenches:
+            simulation.push(_push(simulation, wrench))
+
+    stage.ask(push)
+    return f"Applied {len(wrenches)} wrenches"
+
+
+def _refusal(simulation: Simulation, wrench: Any) -> str:
+    """Why a wrench cannot be applied; empty if it can."""
+    link = wrench.wrench.header.frame_id
+    if not link or not simulation.has_link(link):
+        return f"There is no link '{link}': wrench.header.frame_id names what is pushed"
+    if reason := no_sense(np.concatenate(_vectors(wrench))):
+        return f"A number of the wrench on '{link}' {reason}"
+    duration, ramp = to_nanoseconds(wrench.duration), to_nanoseconds(wrench.ramp_down_duration)
+    if not 0 <= ramp <= duration:
+        return "The duration is negative, or shorter than the ramp_down_duration"
+    return ""
+
+
+def _push(simulation: Simulation, wrench: Any) -> Push:
+    force, torque, point = _vectors(wrench)
+    step_ns = simulation.timestep_s * 1e9
+    return Push(
+        wrench.wrench.header.frame_id,
+        force,
+        torque,
+        point,
+        # No time at all is one step.
+        max(1, round(to_nanoseconds(wrench.duration) / step_ns)),
+        round(to_nanoseconds(wrench.ramp_down_duration) / step_ns),
+    )
+
+
+def _vectors(wrench: Any) -> list[Any]:
+    """Force, torque and point of application, (3,) each."""
+    parts = (wrench.wrench.wrench.force, wrench.wrench.wrench.torque, wrench.application_point)
+    return [np.array([part.x, part.y, part.z]) for part in parts]
+
+
+# Until the answer that the simulator ends is with whoever asked, in seconds.
+_FAREWELL_S = 0.2
+
+
+def offer_standard_services(node: Node, find_stage: FindStage) -> None:
+    """Offer the services of simulation_interfaces and mujoco_ros2_control's wrench service.
+
+    Args:
+        node: Whose they are.
+        find_stage: See `FindStage`.
+    """
+    desk = SimulationServices(node, find_stage)
+
+    def end() -> None:
+        node.get_logger().info("Asked to quit")
+        # By the wall: simulated time may stand still.
+        node.create_timer(_FAREWELL_S, lambda: node.context.try_shutdown(), clock=Clock())
+
+    offer_wrench_service(node, find_stage)
+    offer_entity_services(desk)
+    SpawnServices(desk)
+    WorldServices(desk)
+    PoseServices(desk)
+    RunServices(desk, end)

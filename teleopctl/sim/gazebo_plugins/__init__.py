@@ -1,1 +1,0 @@
-"""What the simulator itself does for plug-ins of Gazebo."""

@@ -1,1 +1,0 @@
-"""What a simulation of a robot that is written for MuJoCo has besides."""

@@ -1,0 +1,105 @@
+"""Things whose physics breaks down, put back to their start while everything else goes on.
+
+MuJoCo sets a whole simulation back where one number of it is beyond all bounds. Where that number
+is of a thing around the robot, a block of steps is made again with that thing at its start and at
+rest: one crate of 1e300 kg is no reason for a robot to jump.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import mujoco
+import numpy as np
+
+from teleopctl.sim.state.physics import Array
+
+if TYPE_CHECKING:
+    from teleopctl.mujoco_model import RobotModel
+    from teleopctl.sim.state.slip_correction import Physics
+
+# MuJoCo's enumerations are slow as numbers. All that a step starts from, to the last bit:
+_ALL = int(mujoco.mjtState.mjSTATE_INTEGRATION)
+_W = mujoco.mjtWarning
+_BAD_POSITION = int(_W.mjWARN_BADQPOS)
+_BROKEN = (_BAD_POSITION, int(_W.mjWARN_BADQVEL), int(_W.mjWARN_BADQACC))
+
+
+class DivergenceRecovery:
+    """Advances the physics, and identifies and resets objects that become unstable.
+
+    Args:
+        robot: The model, with what is around the robot.
+        model: Its ``mujoco.MjModel``, which may be a copy.
+        data: Its ``mujoco.MjData``.
+        physics: What makes the steps.
+    """
+
+    # Any stands for MuJoCo's types, here and below: they have no static ones.
+    def __init__(self, robot: RobotModel, model: Any, data: Any, physics: Physics) -> None:
+        self._robot, self._m, self._d, self._physics = robot, model, data, physics
+        # Quicker to read than numpy's.
+        self._numbers = memoryview(data.warning.number)
+        names = {model.body(thing.name).id: thing.name for thing in robot.things}
+        # Of each degree of freedom the thing that has it; empty for the robot.
+        roots = model.body_rootid[model.dof_bodyid].tolist()
+        self._owners = [names.get(root, "") for root in roots]
+        self._kept: Array | None = None
+        if any(self._owners):
+            self._kept = np.zeros(mujoco.mj_stateSize(model, _ALL))
+
+    @property
+    def broken(self) -> bool:
+        """Whether the robot's physics has become unstable since the last reset."""
+        numbers = self._numbers
+        position, velocity, acceleration = _BROKEN
+        return bool(numbers[position] or numbers[velocity] or numbers[acceleration])
+
+    def step(self, count: int) -> list[str]:
+        """Advance by physics steps; return the objects that became unstable and were reset.
+
+        Returns:
+            The things that broke down, and have spent these steps from their start.
+        """
+        if self._kept is None:
+            self._physics.step(self._d, count)
+            return []
+        mujoco.mj_getState(self._m, self._d, self._kept, _ALL)
+        slid = self._physics.save() if self._physics.slides else None
+        self._physics.step(self._d, count)
+        found: list[str] = []
+        while self.broken and (thing := self._to_blame()) and thing not in found:
+            found.append(thing)
+            mujoco.mj_setState(self._m, self._d, self._kept, _ALL)
+            if slid is not None:
+                self._physics.restore(slid)
+            for number in _BROKEN:
+                self._numbers[number] = 0
+            self._put_back(found)
+            self._physics.step(self._d, count)
+        return [] if self.broken else found
+
+    def _to_blame(self) -> str:
+        """The thing of the first number that was beyond all bounds; empty for the robot."""
+        for kind in _BROKEN:
+            if self._numbers[kind]:
+                number = int(self._d.warning[kind].lastinfo)
+                if kind == _BAD_POSITION:
+                    joint = int(np.searchsorted(self._m.jnt_qposadr, number, "right")) - 1
+                    number = int(self._m.jnt_dofadr[joint])
+                return self._owners[number]
+        return ""
+
+    def _put_back(self, things: list[str]) -> None:
+        m, d = self._m, self._d
+        start = mujoco.MjData(m)
+        self._robot.put_at_start(m, start)
+        dofs = np.flatnonzero([owner in things for owner in self._owners])
+        for field in ("qvel", "qacc_warmstart", "qfrc_applied"):
+            getattr(d, field)[dofs] = 0.0
+        bodies = m.dof_bodyid[dofs]
+        d.xfrc_applied[bodies] = 0.0
+        for joint in np.flatnonzero(np.isin(m.jnt_bodyid, bodies)):
+            first = int(m.jnt_qposadr[joint])
+            last = int(m.jnt_qposadr[joint + 1]) if joint + 1 < m.njnt else m.nq
+            d.qpos[first:last] = start.qpos[first:last]

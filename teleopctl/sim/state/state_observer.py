@@ -1,0 +1,57 @@
+"""What sensors see of a simulation: a copy of its data, with the accelerations that it has."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import mujoco
+
+if TYPE_CHECKING:
+    from teleopctl.sim.state.slip_correction import Physics
+
+_NO_SENSORS = int(mujoco.mjtDisableBit.mjDSBL_SENSOR)
+_IMPLICIT = int(mujoco.mjtIntegrator.mjINT_IMPLICITFAST)
+
+
+class StateObserver:
+    """Copies MuJoCo's data for observers, so that measuring does not change the simulation.
+
+    MuJoCo measures with the acceleration that its forces have without what its integrator does to
+    their dampers: a joint that a drive speeds up would speed up
+    half as much again.
+
+    Args:
+        model: The ``mujoco.MjModel``, whose sensors are disabled otherwise.
+        physics: Its steps.
+    """
+
+    # Any stands for MuJoCo's types, here and below: they have no static ones.
+    def __init__(self, model: Any, physics: Physics) -> None:
+        self._m, self._physics = model, physics
+        model.opt.disableflags |= _NO_SENSORS
+        self._data: Any = None
+        self._next: Any = None
+
+    def observe(self, data: Any, time_s: float, *, moving: bool) -> Any:
+        """Return a copy of the data with measurements, valid until the next call.
+
+        Args:
+            data: The ``mujoco.MjData``.
+            time_s: The time; MuJoCo's own begins anew at each reset of the state.
+            moving: Whether drives may accelerate anything.
+        """
+        if self._data is None:
+            self._data, self._next = mujoco.MjData(self._m), mujoco.MjData(self._m)
+        observed = self._data
+        mujoco.mj_copyData(observed, self._m, data)
+        self._m.opt.disableflags &= ~_NO_SENSORS
+        observed.time = time_s
+        self._physics.forward(observed)  # what sleeps would touch nothing
+        # An MJCF file may ask for another integrator, and brings drives of its own.
+        if moving and self._m.opt.integrator == _IMPLICIT:
+            mujoco.mj_copyData(self._next, self._m, observed)
+            mujoco.mj_implicit(self._m, self._next)
+            observed.qacc[:] = (self._next.qvel - observed.qvel) / self._m.opt.timestep
+            mujoco.mj_sensorAcc(self._m, observed)
+        self._m.opt.disableflags |= _NO_SENSORS
+        return observed
