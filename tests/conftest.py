@@ -12,6 +12,7 @@ import os
 import signal
 import site
 import subprocess
+import sys
 import tempfile
 from collections.abc import Generator, Iterator
 from pathlib import Path
@@ -79,6 +80,9 @@ def pytest_configure(config: pytest.Config) -> None:
     # A shell has what it starts with & ignore Ctrl-C, and so would all that tests start.
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)
+    # The tests start about two thousand programs; without bytecode each compiles all it imports.
+    os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+    sys.dont_write_bytecode = False
     # A checkout that is only on the path has no entry points.
     if not config.pluginmanager.hasplugin("teleopctl"):
         config.pluginmanager.register(pytest_plugin, "teleopctl")
