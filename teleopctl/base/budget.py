@@ -27,6 +27,8 @@ chunk of a bag, bytes       1 to 4 MB by default, 100 MB by preference          
                                                                                      times its size
 compression                 2 to 10 times of sensor data; 64 times of rendered       see there
                             depth images
+all chunks of a file        the same                                                 1 GiB, or 64
+                                                                                     times its size
 texture, pixels             8192 x 8192                                              8192 x 8192
 ==========================  =======================================================  ==============
 """
@@ -48,7 +50,7 @@ UNPACKED_RATIO: Final = 64
 LARGEST_UNPACKED_BYTES: Final = 2**30
 """What nothing may exceed in memory."""
 UNPACKED_FILE_BYTES: Final = 2**30
-"""What a file that says its size may be unpacked to on the disk."""
+"""What a file may be unpacked to in all: on the disk, if it says its size, or part by part."""
 MOST_RECORDS: Final = 500_000
 """Records of a chunk: 100 MB of messages with 170 bytes and their heads."""
 SMALLEST_RECORD_BYTES: Final = 9
@@ -153,6 +155,17 @@ def unpacked_limit(stored: int, least: int = UNPACKED_BYTES) -> int:
 def may_be_unpacked(claimed: int, stored: int) -> bool:
     """Return whether a claimed unpacked size is allowed."""
     return claimed <= min(unpacked_limit(stored), LARGEST_UNPACKED_BYTES)
+
+
+def tally_of_unpacked(stored: int) -> Tally:
+    """Return a tally of the bytes that a file is unpacked to in all its parts.
+
+    Args:
+        stored: How many bytes the file has.
+    """
+    return Tally(
+        f"bytes that its {stored:,} are unpacked to", unpacked_limit(stored, UNPACKED_FILE_BYTES)
+    )
 
 
 def check_unpacked(claimed: int, stored: int) -> None:

@@ -18,9 +18,12 @@ from typing import Any
 
 import lz4.frame  # type: ignore[import-untyped]  # it has no stubs
 import pytest
+from mcap.records import ChunkIndex
 from rosbags.rosbag1 import Writer as Ros1Writer
 from rosbags.typesys import Stores, get_typestore
 
+from teleopctl.bag import BagWriter, open_bag
+from teleopctl.bag.mcap_file.chunk import read_content
 from teleopctl.base import budget
 from teleopctl.base.budget import BudgetError, Tally, check_unpacked, joined, unpacked_limit
 from tests.bag.bags import message, topic
@@ -99,13 +102,13 @@ def text(value: str) -> bytes:
     return struct.pack("<I", len(value)) + value.encode()
 
 
-def mcap(path: Path, compression: str, data: bytes, claimed: int) -> None:
-    """A finished file with one chunk."""
+def mcap(path: Path, compression: str, data: bytes, claimed: int, count: int = 1) -> None:
+    """A finished file with chunks that are all the same."""
     chunk = struct.pack("<QQQI", 1, 2, claimed, 0) + text(compression)
     path.write_bytes(
         b"\x89MCAP0\r\n"
         + record(1, text("ros2") + text("x"))
-        + record(6, chunk + struct.pack("<Q", len(data)) + data)
+        + record(6, chunk + struct.pack("<Q", len(data)) + data) * count
         + record(15, struct.pack("<I", 0))
         + record(2, struct.pack("<QQI", 0, 0, 0))
         + b"\x89MCAP0\r\n"
@@ -140,6 +143,48 @@ def test_a_chunk_of_nothing_but_records_is_not_taken_apart(tmp_path):
     assert "more than 500,000 records" in refusal("bag", "check", "x.mcap", folder=tmp_path)
 
 
+@pytest.mark.parametrize("verb", ["info", "check", "recover -o out", "convert -o out"])
+def test_a_thousand_chunks_that_are_within_bounds_one_by_one_are_not_unpacked(tmp_path, verb):
+    size = 127 * 2**20
+    mcap(tmp_path / "x.mcap", "zstd", zeros(size), size, 1000)
+    name, *options = verb.split()
+    said = refusal("bag", name, "x.mcap", *options, folder=tmp_path)
+    assert "more than 1,073,741,824 bytes that its 4,131,080 are unpacked to" in said
+
+
+def test_what_an_index_claims_too_little_of_is_not_unpacked(tmp_path):
+    size = 127 * 2**20
+    mcap(tmp_path / "x.mcap", "zstd", zeros(size), size)
+    with (tmp_path / "x.mcap").open("rb") as stream:
+        index = ChunkIndex(
+            chunk_start_offset=30,
+            compression="zstd",
+            uncompressed_size=1000,
+            **dict.fromkeys(
+                (
+                    *("chunk_length", "compressed_size", "message_end_time"),
+                    *("message_index_length", "message_start_time"),
+                ),
+                0,
+            ),
+            message_index_offsets={},
+        )
+        with pytest.raises(ValueError, match="claims 133169152 bytes, and its index 1000"):
+            read_content(stream, index)
+
+
+def test_a_recording_of_a_dark_camera_stays_readable(tmp_path, monkeypatch):
+    for place in ("base.budget", "bag.mcap_file.chunk_builder"):
+        monkeypatch.setattr(f"teleopctl.{place}.UNPACKED_FILE_BYTES", 20 * 2**20)
+    with BagWriter(tmp_path / "bag") as writer:
+        writer.add_topic(topic("/x"))
+        for number in range(60):
+            writer.write(message("/x", number)._replace(data=bytes(2**20)))
+    assert (tmp_path / "bag/bag_0.mcap").stat().st_size < 2 * 2**20
+    with open_bag(tmp_path / "bag") as bag:
+        assert sum(len(each.data) for each in bag.messages()) == 60 * 2**20
+
+
 @pytest.mark.parametrize("says_size", [True, False])
 def test_a_file_that_is_compressed_as_a_whole_is_not_unpacked_without_end(tmp_path, says_size):
     (tmp_path / "x_0.mcap.zstd").write_bytes(zeros(2**36, says_size=says_size))
@@ -149,8 +194,6 @@ def test_a_file_that_is_compressed_as_a_whole_is_not_unpacked_without_end(tmp_pa
 
 @pytest.mark.parametrize("says_size", [True, False])
 def test_a_message_that_is_compressed_for_itself_is_not_unpacked_without_end(tmp_path, says_size):
-    from teleopctl.bag import BagWriter
-
     with BagWriter(tmp_path / "bag") as writer:
         writer.add_topic(topic("/x"))
         writer.write(message("/x", 0)._replace(data=zeros(2**32, says_size=says_size)))
@@ -160,6 +203,18 @@ def test_a_message_that_is_compressed_for_itself_is_not_unpacked_without_end(tmp
     said = refusal("bag", "convert", "bag", "-o", "out", "-s", "mcap", folder=tmp_path)
     assert "at most" in said
     assert "are unpacked" in said
+
+
+def test_messages_that_are_within_bounds_one_by_one_are_not_unpacked_without_end(tmp_path):
+    with BagWriter(tmp_path / "bag") as writer:
+        writer.add_topic(topic("/x"))
+        for number in range(1000):
+            writer.write(message("/x", number)._replace(data=zeros(127 * 2**20)))
+    metadata = tmp_path / "bag/metadata.yaml"
+    written = metadata.read_text("utf-8").replace("mode: ''", "mode: MESSAGE")
+    metadata.write_text(written.replace("format: ''", "format: zstd"), "utf-8")
+    said = refusal("bag", "convert", "bag", "-o", "out", "-s", "mcap", folder=tmp_path)
+    assert "more than 1,073,741,824 bytes" in said
 
 
 @pytest.mark.parametrize("form", ["bz2", "lz4"])
@@ -181,8 +236,6 @@ def test_a_chunk_of_ros_1_is_not_unpacked_without_end(tmp_path, form):
 
 def test_what_is_written_can_be_read(tmp_path):
     """A message of a gigabyte of zeros stays as it is, and one of 100 MB is compressed."""
-    from teleopctl.bag import BagWriter, open_bag
-
     for size in (100 * 10**6, 140 * 2**20):
         folder = tmp_path / str(size)
         with BagWriter(folder) as writer:

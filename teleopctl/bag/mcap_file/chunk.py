@@ -22,9 +22,14 @@ from zstandard import ZstdError
 from teleopctl.base.budget import (
     MOST_RECORDS,
     SMALLEST_RECORD_BYTES,
+    UNPACKED_RATIO,
+    BudgetError,
     Tally,
     check_unpacked,
+    may_be_unpacked,
+    tally_of_unpacked,
 )
+from teleopctl.errors import InvalidFileError
 
 MAGIC = b"\x89MCAP0\r\n"
 """What a file begins and ends with. The library has it in its writer, which half of the time to
@@ -48,6 +53,35 @@ BROKEN = (
 """What reading a broken chunk or record may raise."""
 
 _Record = TypeVar("_Record", Schema, Channel, MessageIndex)
+
+
+class UnpackedChunks:
+    """Counts the bytes that a file's chunks become together, by the sizes that they claim.
+
+    Args:
+        stream: The file.
+    """
+
+    def __init__(self, stream: BinaryIO) -> None:
+        self._path = stream.name
+        self._unpacked = tally_of_unpacked(os.fstat(stream.fileno()).st_size)
+
+    def add(self, index: ChunkIndex) -> None:
+        """Add a chunk.
+
+        Raises:
+            InvalidFileError: The chunks become too large together.
+        """
+        if not may_be_unpacked(index.uncompressed_size, index.compressed_size):
+            return  # it is refused for itself
+        try:
+            self._unpacked.add(index.uncompressed_size)
+        except BudgetError as error:
+            raise InvalidFileError(
+                f"Cannot read {self._path}: {error}",
+                hint=f"mcap decompress {self._path} -o FILE, of the mcap project, unpacks it all"
+                " the same.",
+            ) from error
 
 
 def read_chunk(stream: BinaryIO, index: ChunkIndex) -> list[Schema | Channel | Message]:
@@ -212,6 +246,9 @@ def read_content(stream: BinaryIO, index: ChunkIndex, *, checked: bool = True) -
         raise ValueError(f"it claims {size} bytes")
     if compression:
         check_unpacked(size, compressed)
+        # `UnpackedChunks` has counted what the indexes say.
+        if size != index.uncompressed_size and size > UNPACKED_RATIO * compressed:
+            raise ValueError(f"it claims {size} bytes, and its index {index.uncompressed_size}")
     data = _decompressed(compression, stream.read(compressed), size)
     if len(data) != size:
         raise ValueError(f"it has {len(data)} bytes in place of {size}")

@@ -20,7 +20,7 @@ from mcap.opcode import Opcode
 from mcap.records import ChunkIndex
 
 from teleopctl.bag.mcap_file.chunk import CHUNK_HEAD, HEAD, MESSAGE_HEAD
-from teleopctl.base.budget import may_be_unpacked
+from teleopctl.base.budget import UNPACKED_FILE_BYTES, may_be_unpacked, unpacked_limit
 
 CHUNK_BYTES = 2**20
 """How many bytes of messages are compressed and indexed together."""
@@ -90,6 +90,8 @@ class ChunkBuilder:
         self._compress = _compressor(settings.compression, settings.compression_level)
         self.size = 0
         self._parts: list[bytes] = []
+        # Of all chunks that were made.
+        self._content_bytes = self._stored_bytes = 0
         # Of each channel the times and the places of its messages, in turn.
         self._indexes: dict[int, array[int]] = {}
 
@@ -136,9 +138,14 @@ class ChunkBuilder:
             compressed = self._compress(content)
             is_worth_it = len(compressed) <= len(content) * (1 - _LEAST_GAIN)
             # What readers would refuse as a bomb, a gigabyte of zeros, stays as it is.
-            is_read = may_be_unpacked(len(content), len(compressed))
+            is_read = may_be_unpacked(len(content), len(compressed)) and (
+                self._content_bytes + len(content)
+                <= unpacked_limit(self._stored_bytes + len(compressed), UNPACKED_FILE_BYTES)
+            )
             if is_read and (is_worth_it or self._settings.forces_compression):
                 name, data = self._settings.compression.value, compressed
+        self._content_bytes += len(content)
+        self._stored_bytes += len(data)
         checksum = zlib.crc32(content) if self._settings.chunk_checksums else 0
         start_ns = min(min(index[::2]) for index in indexes.values())
         end_ns = max(max(index[::2]) for index in indexes.values())

@@ -14,7 +14,13 @@ from mcap.data_stream import ReadDataStream
 from mcap.opcode import Opcode
 from mcap.records import Attachment, Channel, ChunkIndex, Message, Metadata
 
-from teleopctl.bag.mcap_file.chunk import BROKEN, HEAD, read_chunk, read_latest
+from teleopctl.bag.mcap_file.chunk import (
+    BROKEN,
+    HEAD,
+    UnpackedChunks,
+    read_chunk,
+    read_latest,
+)
 from teleopctl.bag.mcap_file.cut_chunk import read_cut_chunk
 from teleopctl.bag.mcap_file.loose import loose_messages
 from teleopctl.bag.mcap_file.salvage import salvage_chunk
@@ -77,6 +83,7 @@ class McapFileReader:
         self._salvage = salvage
         # Messages of a chunk in which the file ends.
         self._cut_off: list[Message] = []
+        self._is_bounded = False
         self.remarks: list[str] = []
         try:
             self._stream = path.open("rb")
@@ -184,7 +191,7 @@ class McapFileReader:
         Args:
             chunk_checked: Called after each chunk.
         """
-        for chunk in self._summary.chunk_indexes:
+        for chunk in self._bounded_chunks():
             try:
                 read_chunk(self._stream, chunk)
             except BROKEN as error:
@@ -275,7 +282,7 @@ class McapFileReader:
         """The chunks that may have messages that are wanted, by their first log time."""
         found = [
             chunk
-            for chunk in self._summary.chunk_indexes
+            for chunk in self._bounded_chunks()
             if chunk.message_end_time >= start_ns
             and chunk.message_start_time < end_ns
             and (
@@ -284,6 +291,19 @@ class McapFileReader:
             )
         ]
         return sorted(found, key=lambda chunk: (chunk.message_start_time, chunk.chunk_start_offset))
+
+    def _bounded_chunks(self) -> list[ChunkIndex]:
+        """Return all chunks, of a file whose chunks together are within the budget.
+
+        Raises:
+            InvalidFileError: They are not.
+        """
+        if not self._is_bounded:
+            unpacked = UnpackedChunks(self._stream)
+            for chunk in self._summary.chunk_indexes:
+                unpacked.add(chunk)
+            self._is_bounded = True
+        return self._summary.chunk_indexes
 
     def _read(
         self, chunk: ChunkIndex, left_out: Callable[[str], object] | None = None

@@ -38,6 +38,7 @@ from teleopctl.bag.mcap_file.chunk import (
     HEAD,
     MAGIC,
     MESSAGE_HEAD,
+    UnpackedChunks,
     message_indexes,
     read_chunk,
     read_compression,
@@ -176,6 +177,7 @@ class _Walk:
         self._scan.summary.statistics = self._statistics
         # Chunks that were not opened, since no channel was missing.
         self._unopened: list[ChunkIndex] = []
+        self._unpacked = UnpackedChunks(stream)
         self._times = self._scan.times
 
     def walk(self) -> Scan:
@@ -291,6 +293,7 @@ class _Walk:
             message_start_time=first_ns,
             uncompressed_size=uncompressed,
         )
+        self._unpacked.add(index)
         self._scan.summary.chunk_indexes.append(index)
         self._unopened.append(index)
         self._times[start] = {}

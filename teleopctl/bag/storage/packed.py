@@ -13,6 +13,7 @@ from teleopctl.base.budget import (
     UNPACKED_FILE_BYTES,
     BudgetError,
     check_unpacked,
+    tally_of_unpacked,
     unpacked_limit,
 )
 from teleopctl.errors import InvalidFileError, SystemFailureError, UnsupportedError
@@ -90,10 +91,12 @@ def unpack_messages(
     """Decompress messages that are compressed one by one.
 
     Raises:
-        InvalidFileError: One is broken or over the budget, and nobody is to be told.
+        InvalidFileError: One is broken or over the budget, and nobody is to be told; or they are
+            over the budget together.
     """
     import zstandard
 
+    unpacked = tally_of_unpacked(_size_of(path))
     for message in messages:
         try:
             data = _unpack_message(message.data)
@@ -103,7 +106,17 @@ def unpack_messages(
                 raise InvalidFileError(what) from error
             left_out(what)
             continue
+        try:
+            unpacked.add(len(data))
+        except BudgetError as error:
+            raise InvalidFileError(f"Cannot read {path}: {error}") from error
         yield message._replace(data=data)
+
+
+def _size_of(path: Path) -> int:
+    """Return the size of a bag, which is a file or a folder of files."""
+    files = path.iterdir() if path.is_dir() else (path,)
+    return sum(file.stat().st_size for file in files if file.is_file())
 
 
 def _unpack_message(data: bytes) -> bytes:

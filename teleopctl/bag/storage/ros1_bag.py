@@ -17,7 +17,12 @@ from teleopctl.bag.records import (
     BagTopic,
     TypeText,
 )
-from teleopctl.base.budget import LARGEST_UNPACKED_BYTES, BudgetError, unpacked_limit
+from teleopctl.base.budget import (
+    LARGEST_UNPACKED_BYTES,
+    BudgetError,
+    tally_of_unpacked,
+    unpacked_limit,
+)
 from teleopctl.base.text_file import absence
 from teleopctl.errors import InvalidFileError
 from teleopctl.interfaces import hash_of_text
@@ -59,7 +64,7 @@ class Ros1Bag:
             self._reader.open()
         except (AnyReaderError, OSError, ValueError) as error:
             raise InvalidFileError(f"Cannot read {path}: {error}") from error
-        _bound_chunks(self._reader)
+        _bound_chunks(self._reader, path.stat().st_size)
         self._types = _ros2_types(self._reader.typestore)
         try:
             self._connections = [(c, self._topic(c)) for c in self._reader.connections]
@@ -185,23 +190,39 @@ def _converter(ros1: Typestore, ros2: Typestore, type_name: str) -> _Converter:
     return partial(migrate_bytes, ros1, ros2, type_name, new_name, {}, src_is2=False, dst_is2=True)
 
 
-def _bound_chunks(reader: AnyReader) -> None:
-    """Have chunks unpacked within the budget, which rosbags would unpack whole."""
+def _bound_chunks(reader: AnyReader, stored: int) -> None:
+    """Have chunks unpacked within the budget, which rosbags would unpack whole.
+
+    Args:
+        reader: Reads one file.
+        stored: How many bytes it has.
+    """
     import bz2
 
     import lz4.frame  # type: ignore[import-untyped]  # it has no stubs
     from rosbags.rosbag1 import Reader
     from rosbags.rosbag1.reader import decompressors
 
-    bounded = {
-        decompressors["bz2"]: partial(_unpacked, bz2.BZ2Decompressor),
-        decompressors["lz4"]: partial(_unpacked, lz4.frame.LZ4FrameDecompressor),
+    bounded: dict[Callable[[bytes], bytes], Callable[[], Any]] = {
+        decompressors["bz2"]: bz2.BZ2Decompressor,
+        decompressors["lz4"]: lz4.frame.LZ4FrameDecompressor,
     }
+    unpacked, counted = tally_of_unpacked(stored), set[int]()
+
+    def unpack(place: int, make: Callable[[], Any], data: bytes) -> bytes:
+        content = _unpacked(make, data)
+        # Chunks that overlap in time are unpacked again and again.
+        if place not in counted:
+            counted.add(place)
+            unpacked.add(len(content))
+        return content
+
     for bag in reader.readers:
         if isinstance(bag, Reader):
             for place, chunk in bag.chunks.items():
-                unpack = bounded.get(chunk.decompressor, chunk.decompressor)
-                bag.chunks[place] = chunk._replace(decompressor=unpack)
+                make = bounded.get(chunk.decompressor)
+                if make is not None:
+                    bag.chunks[place] = chunk._replace(decompressor=partial(unpack, place, make))
 
 
 # Any stands for the decompressors of bz2 and of lz4, which have no type in common.

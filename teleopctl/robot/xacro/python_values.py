@@ -11,10 +11,11 @@ from __future__ import annotations
 
 import ast
 import builtins
+import math
 import re
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from functools import lru_cache
+from functools import lru_cache, reduce
 from types import CodeType
 from typing import Any
 
@@ -176,7 +177,25 @@ class BoundedPython:
                 _limit((len(of) + 1) * max(map(_size, args), default=0))
         elif function is format and len(args) > 1:
             return self._format(*args)
+        elif function in (sum, math.prod, math.lcm):
+            return self._fold(function, args, kwargs)
         return self._noted(function(*args, **kwargs))
+
+    def _fold(
+        self, function: Callable[..., Any], args: tuple[Any, ...], kwargs: dict[str, Any]
+    ) -> Any:
+        """Sum, multiply or take the least common multiple of values, one after another.
+
+        Python's own functions copy what they have for each list or large number that is added, so
+        that their time grows with the square of what they are given.
+        """
+        if function is math.lcm:
+            return reduce(lambda left, right: self._noted(math.lcm(left, right)), args, 1)
+        is_sum = function is sum
+        start = kwargs.get("start", args[1] if is_sum and len(args) > 1 else 0 if is_sum else 1)
+        if not args or (is_sum and isinstance(start, int | float | str)):
+            return self._noted(function(*args, **kwargs))
+        return reduce(self._add if is_sum else self._multiply, args[0], start)
 
 
 class _Guarding(ast.NodeTransformer):
@@ -238,7 +257,7 @@ def _size(value: Any) -> int:
     """
     if isinstance(value, int):
         _limit_bits(value.bit_length())
-        return 1
+        return _size_of_integer(value)
     if not isinstance(value, str | bytes | list | tuple | set | frozenset | range | Mapping):
         return 1
     count, left = 0, [value]
@@ -249,10 +268,17 @@ def _size(value: Any) -> int:
             count += max(0, (one.stop - one.start) // one.step)
         elif isinstance(one, str | bytes):
             count += len(one)
+        elif isinstance(one, int):
+            count += _size_of_integer(one) - 1
         elif isinstance(one, list | tuple | set | frozenset | Mapping):
             left.extend(one.values() if isinstance(one, Mapping) else one)
         _limit(count + len(left))
     return count
+
+
+def _size_of_integer(value: int) -> int:
+    """Parts that an integer counts as: one, or a part for each 64 bits."""
+    return 1 + value.bit_length() // 64
 
 
 def _limit(size: int) -> None:

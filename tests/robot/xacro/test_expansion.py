@@ -252,6 +252,10 @@ def test_a_file_that_doubles_itself_is_refused(write, monkeypatch, safe):
         "${('a' * 10**6).join(str(x) for x in range(10**6))}",
         "${(lambda f: f(f, 100))(lambda f, n: f(f, n - 1) + f(f, n - 1) if n else 1)}",
         "${(lambda f: f(f))(lambda f: f(f))}",
+        "${math.prod(python.range(1, 10**5))}",
+        "${math.lcm(*python.range(1, 10**5))}",
+        "${len(python.sum([[0]] * 10**5, []))}",
+        "${len(str([9**3000] * 10**5))}",
         "${(lambda f: f(f, 'ab', 60))(lambda f, x, n: f(f, x + x, n - 1) if n else x)}",
     ],
 )
@@ -288,6 +292,9 @@ PYTHON = {
     "', '.join(sorted(dict(b=1, a=2)))": "a, b",
     "dict((k, v) for k, v in zip('ab', [1, 2]))['b']": "2",
     "10 ** 12": "1000000000000",
+    "math.prod([2, 3.5], start=2) + math.lcm(4, 6)": "26.0",
+    "python.sum([1, 2], 3) + python.sum([1, 2], start=4)": "13",
+    "len(python.sum([[1], [2, 3]], []))": "3",
     "max(10000000.0, 20000000)": "20000000",
     "'a b'.replace(' ', '_').ljust(5, '-')": "a_b--",
 }
