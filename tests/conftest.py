@@ -27,6 +27,7 @@ from teleopctl.sim.gl_backend import choose_backend
 from teleopctl.testing import RosGraph, free_port, pytest_plugin
 from tests.reaper import watch_over
 
+_BENCHMARKS = Path(__file__).with_name("benchmarks")
 _FOLDER = pytest.StashKey[Path]()
 _REAPER = pytest.StashKey[subprocess.Popen[bytes]]()
 
@@ -50,6 +51,14 @@ def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
     named = [config.invocation_params.dir / argument for argument in config.args]
     is_whole = any(Path(__file__).parent.is_relative_to(path) for path in named)
     return (os.cpu_count() or 1) + 1 if is_whole else 0
+
+
+def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
+    """Run benchmarks only where they are named: ``pytest tests/benchmarks``."""
+    if collection_path != _BENCHMARKS:
+        return None
+    named = [config.invocation_params.dir / argument.split("::")[0] for argument in config.args]
+    return None if any(path.is_relative_to(_BENCHMARKS) for path in named) else True
 
 
 @pytest.hookimpl(wrapper=True)

@@ -1,5 +1,5 @@
-"""What is measured, and never judged: ``pytest -s tests/benchmarks`` prints ratios.
+"""Measurements, without judgement: ``pytest tests/benchmarks`` prints one table of ratios.
 
-Each benchmark runs its floor (raw Zenoh, raw MuJoCo, a bare interpreter) beside ours in the same
-minute, so that a ratio means the same on every machine. Nothing here fails for being slow.
+Each benchmark runs its floor (raw Zenoh, raw MuJoCo, a bare interpreter) in the same minute, so
+that a ratio means the same on every machine. Nothing here fails for being slow.
 """

@@ -21,6 +21,7 @@ from teleopctl.bag.recorder.message_queue import MessageQueue
 from teleopctl.bag.recorder.writing import WritingThread
 from teleopctl.base.kept_memory import keep_freed_memory
 from tests.bag.bags import topic
+from tests.benchmarks.figure import Figure
 
 ROUNDS = 3
 TOPIC = topic("/x")
@@ -65,7 +66,7 @@ def cost_s(write: Callable[[], object]) -> float:
 
 @pytest.mark.parametrize("compression", Compression)
 @pytest.mark.parametrize("kind", KINDS)
-def test_recording_beside_the_library_alone(kind, compression, tmp_path, capsys):
+def test_recording_beside_the_library_alone(kind, compression, tmp_path, figures: list[Figure]):
     keep_freed_memory()  # as the command does; the library alone gains by it as well
     batch = messages(*KINDS[kind])
     bare: list[float] = []
@@ -79,9 +80,11 @@ def test_recording_beside_the_library_alone(kind, compression, tmp_path, capsys)
             written.unlink()
     size_mb = sum(len(message.data) for message in batch) / 1e6
     best = min(recorded)
-    with capsys.disabled():
-        print(
-            f"\n{kind}, {compression.value}: {size_mb / best:.0f} MB/s, "
-            f"{len(batch) / best:.0f} messages/s of processor time; "
-            f"{best / min(bare):.2f} times the library alone"
+    figures.append(
+        Figure(
+            f"record {kind}, compression {compression.value}",
+            f"{size_mb / best:.0f} MB/s, {len(batch) / best:.0f} messages/s of processor time",
+            f"mcap library alone: {size_mb / min(bare):.0f} MB/s",
+            best / min(bare),
         )
+    )

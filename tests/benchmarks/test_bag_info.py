@@ -15,6 +15,7 @@ from pathlib import Path
 
 from teleopctl.bag import BagWriter, Compression, WriterOptions
 from tests.bag.bags import message, topic
+from tests.benchmarks.figure import Figure
 
 MEGABYTE = 10**6
 ROUNDS = 7
@@ -49,7 +50,7 @@ def seconds(command: Sequence[str], told: str) -> float:
     return elapsed
 
 
-def test_bag_info_beside_a_bare_read_of_the_summary(tmp_path):
+def test_bag_info_beside_a_bare_read_of_the_summary(tmp_path, figures: list[Figure]):
     size = int(os.environ.get("INFO_BAG_MB", "50")) * MEGABYTE
     count = write_large(tmp_path / "bag", size)
     info = [sys.executable, "-m", "teleopctl", "bag", "info", str(tmp_path / "bag")]
@@ -59,7 +60,11 @@ def test_bag_info_beside_a_bare_read_of_the_summary(tmp_path):
         ours.append(seconds(info, f"Messages:          {count}"))
         floor.append(seconds(bare, str(count)))
     ours_s, floor_s = sorted(ours)[ROUNDS // 2], sorted(floor)[ROUNDS // 2]
-    print(
-        f"\nbag info of {size / MEGABYTE:.0f} MB: {1000 * ours_s:.0f} ms, "
-        f"summary alone {1000 * floor_s:.0f} ms, ratio {ours_s / floor_s:.2f}"
+    figures.append(
+        Figure(
+            f"bag info of {size / MEGABYTE:.0f} MB",
+            f"{1000 * ours_s:.0f} ms",
+            f"bare read of the summary: {1000 * floor_s:.0f} ms",
+            ours_s / floor_s,
+        )
     )

@@ -21,6 +21,7 @@ from teleopctl.bag import BagMessage, BagWriter, Compression, Player, PlayOption
 from teleopctl.interfaces import type_hash
 from teleopctl.node import MessageInfo, Node, QoSProfile, undecoded
 from tests.bag.bags import LATCHED, START_NS, STRING, message, topic
+from tests.benchmarks.figure import Figure
 
 COUNT = 5000
 PERIOD_NS = 1_000_000
@@ -75,7 +76,7 @@ def sent_times_ns(ros, words: Sequence[str], topics: int) -> list[int]:
 
 
 @pytest.mark.parametrize("compression", [Compression.NONE, Compression.ZSTD])
-def test_spacing_at_a_kilohertz(ros, compression, capsys):
+def test_spacing_at_a_kilohertz(ros, compression, figures: list[Figure]):
     options = WriterOptions(compression=compression)
     with BagWriter(ros.folder / "bag", options) as writer:
         for number in range(10):
@@ -88,13 +89,17 @@ def test_spacing_at_a_kilohertz(ros, compression, capsys):
         [sys.executable, "-c", BARE_LOOP], capture_output=True, text=True, check=True
     )
     floor = spacing_errors_us([int(line) for line in bare.stdout.split()])
-    with capsys.disabled():
-        for name, errors in (("bag play", played), ("bare loop", floor)):
-            print(f"\n{compression.name:5} {name:9}: ", end="")
-            print("p50 {:.0f} us, p99 {:.0f} us, worst {:.0f} us".format(*errors), end="")
+    text = "p50 {:.0f} us, p99 {:.0f} us, worst {:.0f} us"
+    figures.append(
+        Figure(
+            f"bag play at 1 kHz, compression {compression.value}: errors of the spacing",
+            text.format(*played),
+            f"bare loop: {text.format(*floor)}",
+        )
+    )
 
 
-def test_seek_in_a_large_file(ros, capsys):
+def test_seek_in_a_large_file(ros, figures: list[Figure]):
     size = int(os.environ.get("SEEK_BAG_MB", "200"))
     block = os.urandom(MEGABYTE)
     with BagWriter(ros.folder / "bag", WriterOptions(compression=Compression.NONE)) as writer:
@@ -105,9 +110,8 @@ def test_seek_in_a_large_file(ros, capsys):
             time_ns = START_NS + number * PERIOD_NS
             writer.write(BagMessage("/camera", time_ns, time_ns, block))
     times = seek_times_ms(ros.node, ros.folder / "bag", size)
-    with capsys.disabled():
-        print(f"\nseek in {size} MB: median {times[len(times) // 2]:.1f} ms", end="")
-        print(f", worst {times[-1]:.1f} ms", end="")
+    result = f"median {times[len(times) // 2]:.1f} ms, worst {times[-1]:.1f} ms"
+    figures.append(Figure(f"seek in a bag of {size} MB", result))
 
 
 def seek_times_ms(node: Node, bag, messages: int) -> list[float]:

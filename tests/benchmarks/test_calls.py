@@ -20,6 +20,7 @@ from teleopctl.testing import RosGraph
 from teleopctl.wire import encode_attachment
 from tests.benchmarks.call_peers import ACTION, RAW_KEY, SERVICE
 from tests.benchmarks.echo_peers import open_raw
+from tests.benchmarks.figure import Figure
 
 ROUNDS = 500
 
@@ -42,7 +43,7 @@ def raw_call(session: zenoh.Session) -> None:
     assert answered.wait(10)
 
 
-def test_calls_against_raw_queries(ros: RosGraph, capsys):
+def test_calls_against_raw_queries(ros: RosGraph, figures: list[Figure]):
     server = ros.spawn_command([sys.executable, "-m", "tests.benchmarks.call_peers"])
     server.wait_for_line("ready")
     session, context = open_raw(), Context()
@@ -83,8 +84,12 @@ def test_calls_against_raw_queries(ros: RosGraph, capsys):
     context.shutdown()
     session.close()
     query, called, reached = (statistics.median(times[name]) * 1e6 for name in works)
-    with capsys.disabled():
-        print(
-            f"\nquery {query:.0f} us; service call {called:.0f} us, ratio {called / query:.2f}; "
-            f"goal and result {reached:.0f} us, ratio to two queries {reached / query / 2:.2f}"
-        )
+    figures += [
+        Figure("service call", f"{called:.0f} us", f"query: {query:.0f} us", called / query),
+        Figure(
+            "action goal and result",
+            f"{reached:.0f} us",
+            f"two queries: {2 * query:.0f} us",
+            reached / query / 2,
+        ),
+    ]

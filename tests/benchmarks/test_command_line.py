@@ -9,6 +9,7 @@ import sys
 from pathlib import Path
 
 from teleopctl.testing import RosGraph
+from tests.benchmarks.figure import Figure
 from tests.benchmarks.processes import times_in_turn
 
 HERE = Path(__file__).parent
@@ -46,22 +47,25 @@ def bare(told: str | None, definition: Path) -> list[str]:
     return [sys.executable, str(HERE / "bare_commands.py"), *told.split()]
 
 
-def test_commands_against_bare_scripts(ros: RosGraph, tmp_path: Path, capsys):
+def test_commands_against_bare_scripts(ros: RosGraph, tmp_path: Path, figures: list[Figure]):
     peer = ros.spawn_command([sys.executable, str(HERE / "command_peers.py")])
     peer.wait_for_line("ready")
     definition = tmp_path / "String.msg"
     definition.write_text("string data\n")
     env = ros.env | {"PYTHONPYCACHEPREFIX": str(tmp_path), "PYTHONDONTWRITEBYTECODE": ""}
-    lines = []
     for command, told, aim in CASES:
         argv, variables = ours(command)
         pair = {"bare": bare(told, definition), "ours": argv}
         times = times_in_turn(pair, env | variables, ROUNDS)
         a, b = times["ours"], times["bare"]
-        lines.append(
-            f"{command[:30]:30} {b.median_wall * 1e3:5.0f} {a.median_wall * 1e3:5.0f} ms, ratio "
-            f"{a.median_wall / b.median_wall:.2f}, of the least {a.least_wall / b.least_wall:.2f}, "
-            f"of processor time {a.least_processor / b.least_processor:.2f}; aim {aim}"
+        figures.append(
+            Figure(
+                command,
+                f"{a.median_wall * 1e3:.0f} ms (ratio of the least "
+                f"{a.least_wall / b.least_wall:.2f}, of processor time "
+                f"{a.least_processor / b.least_processor:.2f})",
+                f"bare script: {b.median_wall * 1e3:.0f} ms",
+                a.median_wall / b.median_wall,
+                aim,
+            )
         )
-    with capsys.disabled():
-        print("\ncommand                        bare  ours", *lines, sep="\n")

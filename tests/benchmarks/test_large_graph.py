@@ -10,6 +10,7 @@ import sys
 from pathlib import Path
 
 from teleopctl.testing import RosGraph
+from tests.benchmarks.figure import Figure
 from tests.benchmarks.processes import Summary, times_in_turn
 from tests.benchmarks.test_command_line import ours
 
@@ -35,7 +36,7 @@ def measured(env: dict[str, str]) -> dict[str, Summary]:
     return times
 
 
-def test_a_large_graph_against_a_small_one(ros: RosGraph, tmp_path: Path, capsys):
+def test_a_large_graph_against_a_small_one(ros: RosGraph, tmp_path: Path, figures: list[Figure]):
     def start(prefix: str, count: int) -> None:
         peers = [sys.executable, str(HERE / "graph_peers.py"), prefix, str(count)]
         ros.spawn_command(peers).wait_for_line("ready")
@@ -46,9 +47,14 @@ def test_a_large_graph_against_a_small_one(ros: RosGraph, tmp_path: Path, capsys
     for number in range(PROCESSES):
         start(f"fleet{number}", NODES_EACH)
     large = measured(env)
-    lines = []
     for command in small:
         before, after = (times[command].median_wall * 1e3 for times in (small, large))
-        lines.append(f"{command:36} {before:5.0f} {after:6.0f} ms; aim {2 * before + 100:.0f}")
-    with capsys.disabled():
-        print(f"\n{'command':36} small  large", *lines, sep="\n")
+        figures.append(
+            Figure(
+                f"{command}, 200 nodes",
+                f"{after:.0f} ms",
+                f"1 node: {before:.0f} ms",
+                after / before,
+                (2 * before + 100) / before,
+            )
+        )

@@ -13,6 +13,7 @@ import time
 from pathlib import Path
 
 from teleopctl.testing import RosGraph, eventually
+from tests.benchmarks.figure import Figure
 
 ROUNDS = 5
 
@@ -50,7 +51,7 @@ def launch_once(ros: RosGraph) -> dict[str, float]:
     return {stage: seconds_to(pattern) or 0.0 for stage, pattern in STAGES.items()}
 
 
-def test_launch_to_active_controllers(ros: RosGraph, tmp_path: Path, capsys):
+def test_launch_to_active_controllers(ros: RosGraph, tmp_path: Path, figures: list[Figure]):
     # The bytecode is cached, as after any installation.
     ros.env.update(PYTHONPYCACHEPREFIX=str(tmp_path / "bytecode"), PYTHONDONTWRITEBYTECODE="")
     model = Path(__file__).parents[2] / "robot" / "urdf" / "teleop.urdf.xacro"
@@ -63,18 +64,22 @@ def test_launch_to_active_controllers(ros: RosGraph, tmp_path: Path, capsys):
     # The first round writes the bytecode.
     medians = {name: statistics.median(run[name] for run in runs[1:]) for name in runs[0]}
     floor = statistics.median(bare[1:])
-    with capsys.disabled():
-        print(f"\nlaunch sim.yaml, median of {ROUNDS}:")
-        for name, seconds in sorted(medians.items(), key=lambda item: item[1]):
-            print(f"  {seconds:6.2f} s  {name}")
-        active = medians["gripper_controller active"]
-        print(f"  ratio to a process that compiles the model ({floor:.2f} s): {active / floor:.2f}")
+    for name, seconds in sorted(medians.items(), key=lambda item: item[1]):
+        is_last = name == "gripper_controller active"
+        figures.append(
+            Figure(
+                f"launch sim.yaml: {name}",
+                f"{seconds:.2f} s",
+                f"a process that compiles the model: {floor:.2f} s" if is_last else "",
+                seconds / floor if is_last else None,
+            )
+        )
 
 
-def test_where_a_node_spends_its_start(ros: RosGraph, tmp_path: Path, capsys):
+def test_where_a_node_spends_its_start(ros: RosGraph, tmp_path: Path, figures: list[Figure]):
     ros.env.update(PYTHONPYCACHEPREFIX=str(tmp_path / "bytecode"), PYTHONDONTWRITEBYTECODE="")
     modules = {
-        "an interpreter": "pass",
+        "nothing": "pass",
         "zenoh": "import zenoh",
         "the node library": "import teleopctl.node",
         "mujoco": "import mujoco",
@@ -90,10 +95,10 @@ def test_where_a_node_spends_its_start(ros: RosGraph, tmp_path: Path, capsys):
             start = time.perf_counter()
             subprocess.run([sys.executable, "-c", code], env=ros.env, check=True)
             times[name].append(time.perf_counter() - start)
-    with capsys.disabled():
-        print("\nimports, median of a whole process:")
-        for name, seconds in times.items():
-            print(f"  {statistics.median(seconds[1:]) * 1e3:6.0f} ms  {name}")
+    figures += [
+        Figure(f"process that imports {name}", f"{statistics.median(seconds[1:]) * 1e3:.0f} ms")
+        for name, seconds in times.items()
+    ]
 
 
 LANGUAGES = {
@@ -113,7 +118,7 @@ def generate_launch_description():
 
 
 def test_from_the_command_to_the_first_process_in_each_language(
-    ros: RosGraph, tmp_path: Path, capsys
+    ros: RosGraph, tmp_path: Path, figures: list[Figure]
 ):
     ros.env.update(PYTHONPYCACHEPREFIX=str(tmp_path / "bytecode"), PYTHONDONTWRITEBYTECODE="")
     for language, text in LANGUAGES.items():
@@ -139,8 +144,13 @@ def test_from_the_command_to_the_first_process_in_each_language(
         for _ in range(2 * ROUNDS + 1)
     ]
     medians = {name: statistics.median(run[name] for run in runs[1:]) for name in commands}
-    with capsys.disabled():
-        print(f"\nto the first process, median of {2 * ROUNDS}:")
-        for name, seconds in medians.items():
-            ratio = seconds / medians["a bare script"]
-            print(f"  {1000 * seconds:6.0f} ms  {name} ({ratio:.1f})")
+    bare_s = medians.pop("a bare script")
+    figures += [
+        Figure(
+            f"launch FILE.{name}: first process",
+            f"{1000 * seconds:.0f} ms",
+            f"bare script: {1000 * bare_s:.0f} ms",
+            seconds / bare_s,
+        )
+        for name, seconds in medians.items()
+    ]

@@ -18,6 +18,7 @@ from teleopctl.packages import package_share
 from teleopctl.robot.description import RobotDescription
 from teleopctl.robot.xacro.expansion import expand_xacro
 from teleopctl.sim.simulation import Simulation
+from tests.benchmarks.figure import Figure
 
 CONTROLLERS = package_share("teleop_controller") / "teleop_controllers.yaml"
 MODEL = package_share("teleop_description") / "urdf" / "teleop.urdf.xacro"
@@ -77,7 +78,7 @@ class TickWatch(Node):
 
 
 @pytest.mark.parametrize("rate", [10, 100, 1000])
-def test_a_control_tick_in_lockstep(ros, tmp_path, rate, capsys):
+def test_a_control_tick_in_lockstep(ros, tmp_path, rate, figures: list[Figure]):
     controllers = tmp_path / "controllers.yaml"
     controllers.write_text(
         CONTROLLERS.read_text().replace("update_rate: 10 ", f"update_rate: {rate} ")
@@ -93,9 +94,11 @@ def test_a_control_tick_in_lockstep(ros, tmp_path, rate, capsys):
     context.try_shutdown()
     assert ros.run("stop --all").returncode == 0
     raw = raw_seconds_per_tick(rate)
-    with capsys.disabled():
-        print(
-            f"\n{rate:5d} Hz: a tick takes {ours * 1e6:7.0f} us, its physics alone "
-            f"{raw * 1e6:7.0f} us, ratio {ours / raw:.2f}; "
-            f"{1 / (rate * ours):.1f} times real time"
+    figures.append(
+        Figure(
+            f"control tick in lockstep at {rate} Hz",
+            f"{ours * 1e6:.0f} us, {1 / (rate * ours):.1f} times real time",
+            f"mj_step alone: {raw * 1e6:.0f} us",
+            ours / raw,
         )
+    )

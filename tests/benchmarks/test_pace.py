@@ -12,6 +12,7 @@ import pytest
 
 from teleopctl.sim.lockstep import LockstepLoop
 from teleopctl.sim.simulation import Simulation
+from tests.benchmarks.figure import Figure
 from tests.benchmarks.test_physics import Silence, arm
 
 SECONDS = 60
@@ -55,15 +56,17 @@ def describe(late: list[float]) -> str:
 
 
 @pytest.mark.parametrize("rate", [100, 1000])
-def test_ticks_on_the_wall_clock(rate: int, capsys) -> None:
+def test_ticks_on_the_wall_clock(rate: int, figures: list[Figure]) -> None:
     watch = Watch()
     simulation = Simulation(arm(), control_period_ns=1_000_000_000 // rate)
     watch.loop = LockstepLoop(simulation, watch)
     watch.loop.run()
-    with capsys.disabled():
-        print(f"\n{rate:5d} Hz, a loop that only sleeps: {describe(empty_loop(rate))}")
-        print(
-            f"{rate:5d} Hz, the simulator for {SECONDS} s:  {describe(watch.late)}; at the end "
-            f"{min(watch.late[-rate:]) * 1e3:.2f} ms, given up {watch.lost * 1e3:.0f} ms"
+    figures.append(
+        Figure(
+            f"simulator at {rate} Hz for {SECONDS} s",
+            f"{describe(watch.late)}; at the end {min(watch.late[-rate:]) * 1e3:.2f} ms, "
+            f"given up {watch.lost * 1e3:.0f} ms",
+            f"a loop that only sleeps: {describe(empty_loop(rate))}",
         )
+    )
     assert min(watch.late[-rate:]) < 0.01, "it drifts"

@@ -22,6 +22,7 @@ from playwright.sync_api import Browser
 from teleopctl.packages import package_share
 from teleopctl.robot import Joints, RobotDescription, expand_xacro
 from teleopctl.testing import RosGraph
+from tests.benchmarks.figure import Figure
 from tests.benchmarks.page_client import PageClient, show_everything
 from tests.system.browser import browser
 
@@ -75,7 +76,9 @@ def seconds_until_drawn(chromium: Browser, begun: float, address: str) -> list[f
 
 
 @pytest.mark.timeout(300)
-def test_from_the_command_to_the_robot_in_the_browser(ros: RosGraph, urdf: Path, capsys):
+def test_from_the_command_to_the_robot_in_the_browser(
+    ros: RosGraph, urdf: Path, figures: list[Figure]
+):
     # The bytecode is cached, as after any installation.
     ros.env.update(PYTHONPYCACHEPREFIX=str(ros.folder / "bytecode"), PYTHONDONTWRITEBYTECODE="")
     runs: dict[str, list[list[float]]] = {"launch display.yaml": [], "viser's script": []}
@@ -89,19 +92,18 @@ def test_from_the_command_to_the_robot_in_the_browser(ros: RosGraph, urdf: Path,
             process, address = spawn(ros, "minimal", str(urdf))
             runs["viser's script"].append(seconds_until_drawn(chromium, begun, address))
             process.kill()
-    with capsys.disabled():
-        print()
-        for name, times in runs.items():
-            # The first round writes the bytecode.
-            address_s, loaded_s, drawn_s = map(statistics.median, zip(*times[1:], strict=True))
-            print(
-                f"{name + ':':21}{address_s:5.2f} s to the address, {loaded_s:5.2f} s to the "
-                f"loaded page, {drawn_s:5.2f} s to the robot"
-            )
+    for name, times in runs.items():
+        # The first round writes the bytecode.
+        address_s, loaded_s, drawn_s = map(statistics.median, zip(*times[1:], strict=True))
+        result = (
+            f"{address_s:.2f} s to the address, {loaded_s:.2f} s to the loaded page, "
+            f"{drawn_s:.2f} s to the robot"
+        )
+        figures.append(Figure(name, result))
 
 
 @pytest.mark.timeout(180)
-def test_joints_a_camera_and_ten_plots(ros: RosGraph, urdf: Path, capsys):
+def test_joints_a_camera_and_ten_plots(ros: RosGraph, urdf: Path, figures: list[Figure]):
     names = list(Joints.of(RobotDescription.from_urdf(urdf.read_text())))
     parameters = ros.folder / "parameters.yaml"
     values = {"robot_description": urdf.read_text(), "publish_frequency": 100.0}
@@ -125,14 +127,14 @@ def test_joints_a_camera_and_ten_plots(ros: RosGraph, urdf: Path, capsys):
             for kind, (process, _) in pages.items()
         }
         time.sleep(WINDOW_S)
-        lines = []
         for kind, (process, _) in pages.items():
             used, sent = process.cpu_times(), clients[kind].counts - before[kind][1]
             share = (used.user + used.system - sum(before[kind][0][:2])) / WINDOW_S
-            lines.append(
-                f"{kind + ':':7}{share:5.1%} of a core, {process.memory_info().rss / 1e6:.0f} MB; "
-                f"{sent['SetPositionMessage'] + sent['SetOrientationMessage']} poses and "
-                f"{sent['data']} pictures and plots in {WINDOW_S:.0f} s"
+            figures.append(
+                Figure(
+                    f"joints, a camera and ten plots: {kind}",
+                    f"{share:.1%} of a core, {process.memory_info().rss / 1e6:.0f} MB; "
+                    f"{sent['SetPositionMessage'] + sent['SetOrientationMessage']} poses and "
+                    f"{sent['data']} pictures and plots in {WINDOW_S:.0f} s",
+                )
             )
-    with capsys.disabled():
-        print("", *lines, sep="\n")

@@ -32,6 +32,7 @@ from teleopctl.sim.ports import TopicPorts
 from teleopctl.sim.simulation import Simulation
 from teleopctl.testing import LONGEST_WAIT_S, RosGraph
 from tests.benchmarks import tick_peer
+from tests.benchmarks.figure import Figure
 from tests.sim import test_driving
 from tests.sim.robots import control, joint, link, model
 
@@ -162,7 +163,7 @@ def at_rest(robot: RobotModel, rate_hz: int) -> Simulation:
 
 
 @pytest.mark.parametrize("make", ROBOTS)
-def test_physics_without_controllers(make: Callable[[], RobotModel], capsys) -> None:
+def test_physics_without_controllers(make: Callable[[], RobotModel], figures: list[Figure]) -> None:
     robot = make()
     for rate in (10, 100, 500, 1000):
         simulation = at_rest(robot, rate)
@@ -173,11 +174,15 @@ def test_physics_without_controllers(make: Callable[[], RobotModel], capsys) -> 
             bare.append(bare_seconds(simulation))
             attended.append(loop_seconds(simulation, ticks=True))
         ratio = min(alone) / min(bare)
-        with capsys.disabled():
-            print(
-                f"\n{make.__name__:11} {rate:5d} Hz: {ratio:.2f} times bare mj_step, "
-                f"{min(attended) / min(bare):.2f} going round at each tick"
+        figures.append(
+            Figure(
+                f"{make.__name__} at {rate} Hz, without controllers",
+                f"{min(attended) / min(bare):.2f} times mj_step with a loop at each tick",
+                "mj_step",
+                ratio,
+                1.2,
             )
+        )
         assert ratio < 1.2
 
 
@@ -202,7 +207,9 @@ def driven_seconds(simulation: Simulation, commands: Callable[[float], dict]) ->
 
 @pytest.mark.parametrize("turning", [False, True])
 @pytest.mark.parametrize("make", ROBOTS)
-def test_physics_while_driven(make: Callable[[], RobotModel], turning: bool, capsys) -> None:
+def test_physics_while_driven(
+    make: Callable[[], RobotModel], turning: bool, figures: list[Figure]
+) -> None:
     """Joints follow a sine; wheels roll, or half of them backwards. A new command at each tick."""
     wheeled = make in (two_wheels, four_wheels)
     if turning and not wheeled:
@@ -222,9 +229,8 @@ def test_physics_while_driven(make: Callable[[], RobotModel], turning: bool, cap
             simulation.restore(start)
             rounds.append(driven_seconds(simulation, commands))
         ours, bare = (sum(map(min, zip(*one, strict=True))) for one in zip(*rounds, strict=True))
-        with capsys.disabled():
-            how = "turning" if turning else "driven"
-            print(f"\n{make.__name__:11} {rate:5d} Hz {how}: {ours / bare:.2f} times bare mj_step")
+        how = "turning" if turning else "driven"
+        figures.append(Figure(f"{make.__name__} at {rate} Hz, {how}", "", "mj_step", ours / bare))
 
 
 @pytest.fixture
@@ -243,7 +249,7 @@ def listener() -> Iterator[None]:
 
 @pytest.mark.parametrize("make", ROBOTS)
 def test_a_listener_at_each_tick(
-    ros: RosGraph, listener: None, make: Callable[[], RobotModel], capsys
+    ros: RosGraph, listener: None, make: Callable[[], RobotModel], figures: list[Figure]
 ) -> None:
     robot, rate = make(), 1000
     state_type = get_message("sensor_msgs/msg/JointState")
@@ -261,10 +267,12 @@ def test_a_listener_at_each_tick(
                 bare_seconds(simulation, send=lambda: channel.put(payload, attachment=attachment))
             )
             bare.append(bare_seconds(simulation))
-    with capsys.disabled():
-        per_tick = 1e6 / (SIMULATED_NS / 1e9 * rate)
-        print(
-            f"\n{make.__name__:11} {rate:5d} Hz with a listener: {min(ours) * per_tick:.1f} us a "
-            f"tick, {min(ours) / min(floor):.2f} times mj_step and Zenoh alone, "
-            f"{min(ours) / min(bare):.2f} times bare mj_step"
+    per_tick = 1e6 / (SIMULATED_NS / 1e9 * rate)
+    figures.append(
+        Figure(
+            f"{make.__name__} at {rate} Hz with a listener",
+            f"{min(ours) * per_tick:.1f} us a tick, {min(ours) / min(bare):.2f} times mj_step",
+            "mj_step and Zenoh",
+            min(ours) / min(floor),
         )
+    )

@@ -23,6 +23,7 @@ from teleopctl.sim.cameras.channel import CameraChannel
 from teleopctl.sim.cameras.renderer import FAST, CameraRenderer
 from teleopctl.sim.sensors.publishing import SensorPublisher, add_sensors, make_sensors
 from teleopctl.sim.simulation import Simulation
+from tests.benchmarks.figure import Figure
 from tests.sim.robots import box, joint, link, robot
 
 ROUNDS = 15
@@ -73,7 +74,9 @@ def sample(publisher: SensorPublisher, times: Iterator[int]) -> None:
 
 
 @pytest.mark.timeout(600)
-def test_the_tutorials_camera_costs_little_more_than_mujocos_renderer(shared_ros, capsys) -> None:
+def test_the_tutorials_camera_costs_little_more_than_mujocos_renderer(
+    shared_ros, figures: list[Figure]
+) -> None:
     import mujoco
 
     urdf = expand_xacro(package_share("teleop_description") / "urdf" / "teleop.urdf.xacro", {})
@@ -117,12 +120,13 @@ def test_the_tutorials_camera_costs_little_more_than_mujocos_renderer(shared_ros
         raw.close()
     renderer.close()
     ratio = statistics.median(ratios[1:])
-    with capsys.disabled():
-        print(f"\ncamera 2304x1296: {ratio:.3f} times MuJoCo's renderer and the bytes of sending")
+    figures.append(
+        Figure("camera 2304x1296", "", "MuJoCo's renderer and sending the bytes", ratio, LIMIT)
+    )
     assert ratio < LIMIT
 
 
-def test_what_each_sensor_costs(shared_ros, capsys) -> None:
+def test_what_each_sensor_costs(shared_ros, figures: list[Figure]) -> None:
     tags = "".join(
         f'<gazebo reference="eye"><sensor name="s{number}" type="{kind}">'
         f"<update_rate>{rate}</update_rate><topic>/s{number}</topic>{content}"
@@ -151,7 +155,6 @@ def test_what_each_sensor_costs(shared_ros, capsys) -> None:
     simulation = Simulation(model, control_period_ns=10_000_000)
     sensors = [sensor for sensor in sensors if not sensor.topic.endswith("/points")]
     assert len(sensors) == len(SENSORS), warnings
-    lines = []
     with nodes("sensor_benchmark", "reader_benchmark") as (node, reader):
         for (name, (_, _, rate)), sensor in zip(SENSORS.items(), sensors, strict=True):
             publisher = SensorPublisher(node, simulation, [sensor])
@@ -164,12 +167,8 @@ def test_what_each_sensor_costs(shared_ros, capsys) -> None:
                 publisher.sample(0)
             times = iter(range(10**9, 10**15, 10**9))
             seconds = processor_seconds(functools.partial(sample, publisher, times), 100)
-            lines.append(
-                f"  {seconds * 1e6:8.0f} us  {1e2 * seconds * rate:6.2f} % at {rate} Hz  {name}"
-            )
+            share = f"{1e2 * seconds * rate:.2f} % of a core at {rate} Hz"
+            figures.append(Figure(name, f"{seconds * 1e6:.0f} us a message, {share}"))
             reader.destroy_subscription(listening)
         step = processor_seconds(lambda: simulation.step(1), 2000)
-    with capsys.disabled():
-        print("\nsensors, processor time for one message with its sending, share of a core:")
-        print("\n".join(lines))
-        print(f"  {step * 1e6:8.0f} us  one step of this model")
+    figures.append(Figure("one step of the model with these sensors", f"{step * 1e6:.0f} us"))

@@ -23,6 +23,7 @@ import psutil
 import pytest
 
 from tests.benchmarks import echo_peers
+from tests.benchmarks.figure import Figure
 
 STRING, IMAGE = echo_peers.STRING, "sensor_msgs/msg/Image"
 KINDS = ("raw", "hand", "node")
@@ -181,31 +182,36 @@ def measured(case: Case, messages: int) -> dict[str, float]:
 
 
 @pytest.mark.parametrize("case", CASES, ids=str)
-def test_one_way(ros, case, capsys):
+def test_one_way(ros, case, figures: list[Figure]):
     medians = measured(case, 1)
     raw_us, hand_us, node_us = (medians[kind] * 1e6 for kind in KINDS)
     where = f"in {case.processes} processes" if case.processes > 1 else "in one process"
-    with capsys.disabled():
-        print(
-            f"\n{case.size:>8} B to {case.subscribers:2} {where}: raw {raw_us:6.0f} us, by hand "
-            f"{hand_us:6.0f} us, node {node_us:6.0f} us, ratio {node_us / raw_us:.2f}, to the same "
-            f"work {node_us / hand_us:.2f}"
+    figures.append(
+        Figure(
+            f"{case.size} B to {case.subscribers} {where}",
+            f"{node_us:.0f} us, {node_us / hand_us:.2f} times the same work by hand",
+            f"raw Zenoh: {raw_us:.0f} us",
+            node_us / raw_us,
         )
+    )
 
 
 @pytest.mark.parametrize("each", [1, 4])
-def test_rate(ros, each, capsys):
+def test_rate(ros, each, figures: list[Figure]):
     medians = measured(Case(64, STRING, 200, each=each), BURST)
     rates = {kind: BURST / seconds for kind, seconds in medians.items()}
-    with capsys.disabled():
-        print(
-            f"\n64 B to {each}: raw {rates['raw']:.0f} Hz, by hand {rates['hand']:.0f} Hz, node "
-            f"{rates['node']:.0f} Hz, ratio of the times {medians['node'] / medians['raw']:.2f}, "
-            f"to the same work {medians['node'] / medians['hand']:.2f}"
+    figures.append(
+        Figure(
+            f"burst of 64 B to {each}",
+            f"{rates['node']:.0f} Hz, time {medians['node'] / medians['hand']:.2f} times the same "
+            "work by hand",
+            f"raw Zenoh: {rates['raw']:.0f} Hz",
+            medians["node"] / medians["raw"],
         )
+    )
 
 
-def test_stream(ros, capsys):
+def test_stream(ros, figures: list[Figure]):
     sides = {kind: Side(kind, Case(64, STRING, 0), BURST) for kind in KINDS}
     shares: dict[str, list[float]] = {kind: [] for kind in sides}
     for _ in range(3):
@@ -220,9 +226,11 @@ def test_stream(ros, capsys):
     for side in sides.values():
         side.close()
     raw, hand, node = (statistics.median(shares[kind]) * 100 for kind in KINDS)
-    with capsys.disabled():
-        print(
-            f"\n64 B, {AT_ONCE} of them at {STREAM_HZ} Hz: raw {raw:.0f} % of a core, by hand "
-            f"{hand:.0f} %, node {node:.0f} %, ratio {node / raw:.2f}, to the same work "
-            f"{node / hand:.2f}"
+    figures.append(
+        Figure(
+            f"stream of {AT_ONCE} times 64 B at {STREAM_HZ} Hz",
+            f"{node:.0f} % of a core, {node / hand:.2f} times the same work by hand",
+            f"raw Zenoh: {raw:.0f} % of a core",
+            node / raw,
         )
+    )

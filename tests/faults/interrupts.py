@@ -87,10 +87,13 @@ def main() -> None:
     options = parser.parse_args()
     # Whoever is started in the background of a script ignores it, and hands that on.
     signal.signal(signal.SIGINT, signal.default_int_handler)
+    is_well = True
     with own_graph(), busy(options.busy):
         for name in options.programs:
             outcomes = campaign(name, options.count, random.Random(options.seed))
             print(f"{name}: {dict(sorted(outcomes.items()))}", flush=True)
+            is_well &= all(outcome.startswith("status") for outcome in outcomes)
+    sys.exit(0 if is_well else 1)
 
 
 if __name__ == "__main__":

@@ -15,6 +15,7 @@ import re
 import shutil
 import sqlite3
 import struct
+import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator
@@ -332,6 +333,7 @@ def main() -> None:
                             shutil.copytree(Path(folder) / "bag", kept, dirs_exist_ok=True)
                     defects[line] += 1
     print(dict(outcomes), f"{sum(defects.values())} defects, slowest {slowest}", flush=True)
+    sys.exit(1 if defects else 0)
 
 
 if __name__ == "__main__":

@@ -1,0 +1,49 @@
+"""Runs the fuzzers and the fault campaigns, one after the other.
+
+``python -m tests.nightly`` takes about an hour, with ``--quick`` a few minutes. What each prints is
+printed here; the exit status is 1 if one of them found a defect.
+"""
+
+from __future__ import annotations
+
+import argparse
+import shlex
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+# Module and arguments of the whole run, then those of the quick one.
+CAMPAIGNS = (
+    ("tests.fuzz.decoders", "--count 1000000", "--count 20000"),
+    ("tests.fuzz.graph", "--count 20000", "--count 1000"),
+    ("tests.fuzz.bags", "--count 3000", "--count 50"),
+    ("tests.faults.interrupts", "--count 100 --busy 2", "--count 3 --busy 0"),
+    ("tests.faults.router", "--count 20 --down 8", "--count 2 --down 2"),
+    ("tests.faults.soak", "--seconds 600", "--seconds 20"),
+    ("tests.faults.page_soak", "--minutes 10", "--minutes 0.5"),
+    ("tests.faults.frozen", "", ""),
+)
+
+
+def main() -> None:
+    """Run all campaigns; print how each ended."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--quick", action="store_true", help="a few trials of each")
+    options = parser.parse_args()
+    outcomes: list[str] = []
+    failed = 0
+    for module, whole, quick in CAMPAIGNS:
+        words = ["-m", module, *shlex.split(quick if options.quick else whole)]
+        print(f"\n$ python {shlex.join(words)}", flush=True)
+        start_s = time.monotonic()
+        done = subprocess.run([sys.executable, *words], cwd=Path(__file__).parents[1], check=False)
+        failed += done.returncode != 0
+        seconds = time.monotonic() - start_s
+        outcomes.append(f"{module:24} status {done.returncode}, {seconds:.0f} s")
+    print("", *outcomes, sep="\n")
+    sys.exit(1 if failed else 0)
+
+
+if __name__ == "__main__":
+    main()
