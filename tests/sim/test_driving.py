@@ -15,7 +15,7 @@ from teleopctl.node import AllowableParameterValue, GoalState
 from teleopctl.robot import motion_plugins, simulated
 from teleopctl.sim.building import simulate
 from teleopctl.sim.ports import reported_joints
-from teleopctl.sim.state import sliding
+from teleopctl.sim.state import slip_correction
 from teleopctl.testing import ControlStack
 
 RADIUS, SEPARATION, RATE_HZ = 0.05, 0.3, 100
@@ -270,13 +270,13 @@ def test_what_slides_is_looked_for_at_each_step_only_while_it_does(
 ) -> None:
     looks = 0
 
-    def looked(contacts: sliding._Contacts, data: object) -> float:
+    def looked(contacts: slip_correction._Contacts, data: object) -> float:
         nonlocal looks
         looks += 1
         return keep_down(contacts, data)
 
-    keep_down = sliding._Contacts.keep_down
-    monkeypatch.setattr(sliding._Contacts, "keep_down", looked)
+    keep_down = slip_correction._Contacts.keep_down
+    monkeypatch.setattr(slip_correction._Contacts, "keep_down", looked)
     cart = sliding_base()
     seen = []
     for x, angular in ((0.5, 0.0), (0.0, math.pi / 4.0)):
