@@ -1,4 +1,4 @@
-"""Pages that the documentation site makes itself: README as its start, and the public API."""
+"""Pages of the documentation site that are generated: README and its neighbours, and the public API."""
 
 from __future__ import annotations
 
@@ -13,12 +13,21 @@ ROOT = Path(__file__).parents[1]
 PUBLIC_NAMES = (ROOT / "tests" / "public_names.txt").read_text(encoding="utf-8").split()
 # Of these modules, every public name.
 MODULES = ("cli.console", "cli.verb", "errors", "plugins")
+# Files of the project's root folder that are pages of the site.
+PROJECT_FILES = {
+    "index.md": "README.md",
+    "contributing.md": "CONTRIBUTING.md",
+    "changelog.md": "CHANGELOG.md",
+}
 
 
 def on_files(files: Files, config: MkDocsConfig) -> Files:
     """Add the generated pages."""
-    start = (ROOT / "README.md").read_text(encoding="utf-8").replace("(docs/", "(")
-    files.append(File.generated(config, "index.md", content=start))
+    for page, name in PROJECT_FILES.items():
+        text = (ROOT / name).read_text(encoding="utf-8").replace("(docs/", "(")
+        for target, source in PROJECT_FILES.items():
+            text = text.replace(f"({source})", f"({target})")
+        files.append(File.generated(config, page, content=text))
     for package in dict.fromkeys(name.rpartition(".")[0] for name in PUBLIC_NAMES):
         page = f"reference/{package.removeprefix('teleopctl.')}.md"
         files.append(File.generated(config, page, content=_reference(package)))
