@@ -193,50 +193,50 @@ ELSEWHERE = {
 
 NOT_HERE = {
     "security": (
-        "keystores and enclaves are those of DDS, which is not spoken here; Zenoh's TLS and access "
-        "control are set up [by its configuration](ros2.md)"
+        "keystores and enclaves are those of DDS; Zenoh's TLS and access control are set up "
+        "[by its configuration](ros2.md#across-machines)"
     ),
-    "launch -d": "means `--detach` here; `--debug` is there",
+    "launch -d": "means `--detach` here; use `--debug`",
 }
 """Why a group, or a flag of one, is not here."""
 
 OTHERWISE = {
-    "action send_goal": "status 1 where the goal did not succeed",
-    "bag record": "each file begins with what latched topics last had, always",
-    "param describe": "status 1 where one is not declared",
+    "action send_goal": "status 1 if the goal did not succeed",
+    "bag record": "each file begins with the last messages of latched topics",
+    "param describe": "status 1 if a parameter is not declared",
     "bag": "see [Record and play](bag.md)",
     "component": "components in Python; C++ is not loaded ([how](components.md))",
-    "control view_controller_chains": "an SVG, a graph, and a PDF where Graphviz is installed",
-    "daemon": "the router: it introduces processes to each other and caches nothing",
-    "doctor": "[other checks](doctor.md); a status with `--exit-status`",
+    "control view_controller_chains": "writes an SVG, a `.gv`, and a PDF if Graphviz is installed",
+    "daemon": "a Zenoh router; it has no cache",
+    "doctor": "[other checks](doctor.md); exit status with `--exit-status`",
     "extensions": "plug-ins of teleopctl's kinds ([which](extending/index.md))",
     "extension_points": "kinds of plug-ins ([which](extending/index.md))",
     "interface show": "definitions that come with teleopctl have no comments",
-    "launch": "a mistake is told with its line before anything starts ([more](launch_files.md))",
-    "lifecycle set": "status 1 where the transition failed",
-    "param delete": "status 1 where it is refused",
-    "param dump": "`'/arm/*'`; what it prints, `load` takes back",
-    "param get": "several names, `'/arm/*'`",
-    "param load": "status 1 where it is refused",
-    "param set": "several pairs, `'/arm/*'`; status 1 where it is refused",
-    "plugin list": "the same as `extensions`, by who brings them",
-    "run": "the package may be left out; a file by its path",
+    "launch": "errors are reported with their line before the start ([more](launch_files.md))",
+    "lifecycle set": "status 1 if the transition failed",
+    "param delete": "status 1 if it is refused",
+    "param dump": "patterns (`'/arm/*'`); `load` accepts its output",
+    "param get": "several names and patterns (`'/arm/*'`)",
+    "param load": "status 1 if it is refused",
+    "param set": "several pairs, patterns (`'/arm/*'`); status 1 if it is refused",
+    "plugin list": "the same as `extensions`, by distribution",
+    "run": "the package is optional; takes a file by its path",
     "run tf2_ros static_transform_publisher": "the same as `tf static`",
     "run tf2_ros tf2_echo": "the same as `tf echo`",
-    "run tf2_ros tf2_monitor": "the same as `tf monitor`; tells which node sends a frame",
+    "run tf2_ros tf2_monitor": "the same as `tf monitor`; prints which node publishes a frame",
     "run tf2_tools view_frames": (
-        "the same as `tf view_frames`; an SVG, a graph, and a PDF where Graphviz is installed; "
-        "status 1 where nothing is heard"
+        "the same as `tf view_frames`; writes an SVG, a `.gv`, and a PDF if Graphviz is installed; "
+        "status 1 if there are no transforms"
     ),
     "topic echo": (
-        "several topics, `'/arm/*'`; `--field` is repeated, `ranges[:10]`; QoS that no flag names "
-        "suits the publishers, also beside another flag"
+        "several topics and patterns (`'/arm/*'`); `--field` may be repeated, `ranges[:10]`; QoS "
+        "policies without a flag are matched to the publishers"
     ),
-    "topic hz": "several topics, `'/arm/*'`",
-    "topic bw": "several topics, `'/arm/*'`",
-    "topic delay": "several topics, `'/arm/*'`",
-    "service type": "an unknown service is told",
-    "topic pub": "`--once` waits for a subscription, and says what for; `--stdin` takes several",
-    "topic type": "an unknown topic is told",
+    "topic hz": "several topics and patterns (`'/arm/*'`)",
+    "topic bw": "several topics and patterns (`'/arm/*'`)",
+    "topic delay": "several topics and patterns (`'/arm/*'`)",
+    "service type": "reports an unknown service",
+    "topic pub": "`--once` waits for a subscription and reports it; `--stdin` takes several",
+    "topic type": "reports an unknown topic",
 }
 """What a verb, or all of a group, does otherwise; the flags being the same."""

@@ -18,16 +18,22 @@ PAGE = ROOT / "docs/ros2_verbs.md"
 _HEAD = """\
 # Every verb and flag of ros2
 
-Made by `python -m tests.ros2_table` from what the verbs declare; a test compares. Base is Jazzy,
-with what Lyrical adds.
+Look up a verb of `ros2` and its flags, and whether they are here. Based on Jazzy, with Lyrical's
+additions.
+`python -m tests.ros2_table` makes this page from the verbs' declarations.
 
-"Same" are ROS 2's flags that are here, with its names and its meaning; "besides" are ours.
-`--spin-time` and `--no-daemon`, and `--use-sim-time` on verbs that read no time, are accepted and
-change nothing, since no cache stands between a command and the graph; they are not listed. Every
-verb has `--help`. What is otherwise for all verbs, the exit status first, stands in
-[From ROS 2](from_ros2.md#the-command-line).
+| column | content |
+|---|---|
+| same | ROS 2's flags that are here, with the same name and meaning |
+| additional | flags that only teleopctl has |
+| not here | ROS 2's flags that are missing, with the reason |
+| differences | other differences |
+
+Accepted without effect, and not listed: `--spin-time`, `--no-daemon`, and `--use-sim-time` on verbs
+that read no time. Every verb has `--help`. [From ROS 2](from_ros2.md#the-command-line) has
+differences of all verbs, such as the exit status.
 """
-_COLUMNS = "| verb | same | besides | not here | otherwise |\n|---|---|---|---|---|"
+_COLUMNS = "| verb | same | additional | not here | differences |\n|---|---|---|---|---|"
 
 
 class Row:
