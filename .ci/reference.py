@@ -1,4 +1,4 @@
-"""Pages of the documentation site that are generated: README and its neighbours, and the public API."""
+"""Pages that the documentation site generates: README and its neighbours, and the public API."""
 
 from __future__ import annotations
 
