@@ -1,31 +1,58 @@
-"""The ROS 2 workflow in one pip install: the library behind the ``teleopctl`` command.
+"""The ROS 2 workflow in one pip install: robots, simulation, control, bags and the ROS graph.
 
-The names of this module are what programs may rely on, with the packages of ROS 2 (``rclpy``,
-``tf2_ros``, ``std_msgs.msg``, …) and `teleopctl.testing`; all other modules are internal. Until
-kinematics joins them the names are provisional: a release may still change them, and its changelog
-says how. Each is loaded when it is first used.
+    >>> import teleopctl
+    >>> robot = teleopctl.load_robot("package://teleop_description/urdf/teleop.urdf.xacro")
+    >>> robot.actuated_joint_names
+    ['joint_1', 'joint_2', 'joint_3', 'joint_4']
+    >>> simulation = teleopctl.RobotSimulation(robot)
+    >>> simulation.command({"joint_1": 0.5})
+    >>> simulation.step(100)  # one second
+    >>> round(simulation.positions["joint_1"], 3)
+    0.5
 
-Describe and simulate:
-    `load_robot` reads a URDF, xacro, SDF or MJCF file into a `Robot`: joints with limits, meshes,
-    forward kinematics, a MuJoCo model, a yourdfpy object. `RobotSimulation` steps its physics.
-    `ControlStack` runs ros2_control's controllers in the program's own loop, such as a
-    `ControllerInterface` of yours.
+Each name has its own help with an example, such as ``help(teleopctl.read_bag)``.
 
-Record:
-    `read_bag` yields the decoded messages of a bag, `read_raw_bag` their bytes. `open_bag` and
-    `BagWriter` do all that bags can hold.
+Robots and simulation:
 
-Take part in the graph:
-    `watch_graph` yields snapshots of nodes, topics and services. `open_node` starts a node with
-    rclpy's methods. `activate` makes ``import rclpy`` and message packages work.
+    load_robot           read a URDF, xacro, SDF or MJCF file
+    Robot                links, joints, meshes, forward kinematics; MuJoCo and yourdfpy objects
+    RobotJoint           limits, axis and mimic of a joint
+    RobotMesh            a mesh file and its pose on a link
+    RobotSimulation      MuJoCo physics, stepped by the program
+
+Control:
+
+    ControlStack         ros2_control's controllers and hardware, stepped by the program
+    ControllerInterface  base class of controllers
+    InterfaceConfiguration, InterfaceConfigurationType
+                         the interfaces that a controller claims
+
+Bags:
+
+    read_bag             decoded messages (Decoded), by topic and time
+    read_raw_bag         messages as bytes (BagMessage)
+    open_bag             a Bag with its metadata, attachments and messages
+    BagWriter            write a bag; BagTopic describes a topic
+
+ROS graph:
+
+    open_node            start a Node, with rclpy's methods
+    watch_graph          snapshots (Graph) of nodes, topics and services, after each change
+    activate             make ``import rclpy`` and message packages work
 
 Errors:
-    All errors derive from `TeleopctlError`; see `teleopctl.errors`.
 
-PYTEST_DONT_REWRITE: pytest reads this word here, and warns otherwise, as of a plug-in's package
-that comes too late for its rewriting of ``assert``, when Python has imported teleopctl at its start
-(``teleopctl python -m pytest``).
+    TeleopctlError       base class of all errors; see teleopctl.errors
+
+Programs may also use the packages of ROS 2 (``rclpy``, ``tf2_ros``, ``std_msgs.msg``, …), the base
+classes of plug-ins, and ``teleopctl.testing``. All other modules are internal. The names are
+provisional until kinematics is added: a release may change them, as its changelog says.
+
+PYTEST_DONT_REWRITE
 """
+
+# PYTEST_DONT_REWRITE in the docstring: if Python imported teleopctl at its start
+# (``teleopctl python -m pytest``), pytest would warn that it cannot rewrite the plug-in's assertions.
 
 from __future__ import annotations
 

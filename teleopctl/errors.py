@@ -1,37 +1,37 @@
-"""The errors that a person has to do something about, as a tree of what a program may catch.
+"""Errors with a message for the user, as a tree of classes that programs can catch.
 
 ```
 TeleopctlError                       exit status 1
-├── UsageError                       2: asked for wrongly (option, argument, type, variable)
-│   ├── AmbiguousNameError           the name fits several things
-│   ├── InvalidTypeNameError         no name of a message, service or action
-│   └── UnsupportedError             ROS 2 has it, teleopctl does not have it yet
+├── UsageError                       2: wrong option, argument, type or variable
+│   ├── AmbiguousNameError           the name matches several things
+│   ├── InvalidTypeNameError         malformed name of a message, service or action
+│   └── UnsupportedError             ROS 2 has it, teleopctl does not yet
 ├── NotFoundError                    nothing has that name (package, file, node, type, frame …)
 │   └── UnknownPluginError           no plug-in has that name
-├── UnavailableError                 it exists but does not answer or cannot be used now
+├── UnavailableError                 it exists but does not respond or cannot be used now
 │   ├── BrokenPluginError            a plug-in cannot be imported, or is of another kind
 │   ├── MissingExtraError            a library that `pip install teleopctl` leaves out
 │   ├── RouterNotRunning             … wire/session.py
 │   ├── ServiceUnavailableError      … node/values/exceptions.py
 │   └── ControllerManagerUnavailableError  … control/client.py
-├── RefusedError                     it answered, and said no
-├── InvalidParameterError            a parameter has a value that it cannot have
+├── RefusedError                     a node or program refused the request
+├── InvalidParameterError            invalid value of a parameter
 ├── HardwareError                    a hardware component cannot be loaded or started
 ├── InvalidDescriptionError          a robot description: xacro, URDF, <ros2_control>, <gazebo>
-│   └── UnknownFormatError           no description of any kind that is known
-├── InvalidMessageError              bytes, YAML or a value that are not the message they should be
-│   └── InvalidDefinitionError       a .msg, .srv or .action that is not one
-├── InvalidFileError                 a file of another kind: parameters, configuration, text
-├── LaunchError                      a launch file, or what it started
-├── SystemFailureError               the operating system refused: disk, folder, process
-├── DefectError                      an exception that no part of the program foresaw
+│   └── UnknownFormatError           unknown format of a description
+├── InvalidMessageError              bytes, YAML or a value that do not fit the message type
+│   └── InvalidDefinitionError       invalid .msg, .srv or .action definition
+├── InvalidFileError                 another invalid file: parameters, configuration, text
+├── LaunchError                      a launch file, or a process that it started
+├── SystemFailureError               an error of the operating system: disk, folder, process
+├── DefectError                      an unexpected exception: a defect of teleopctl
 ├── TransformException               … tf/errors.py, under tf2's names
 ├── NameValidationException          … node/values/exceptions.py, under rclpy's names
-└── ParameterException               … node/values/exceptions.py, likewise
+└── ParameterException               … node/values/exceptions.py, under rclpy's names
 ```
 
-The class is for programs, the text for people: what is wrong, where, what to do. The exit status
-follows from the class.
+The message says what is wrong and where, the hint what to do. The exit status follows from the
+class.
 """
 
 from __future__ import annotations
@@ -49,18 +49,25 @@ _MOST_NAMES = 8
 
 
 class TeleopctlError(Exception):
-    """Base of teleopctl's errors: a message for the user and, if there is one, a hint.
+    """Base class of teleopctl's errors, with a message for the user and perhaps a hint.
 
     The command line prints ``message`` and ``hint`` to stderr and ends with ``exit_status``;
-    a traceback appears only with ``--debug``.
+    a traceback appears only with ``--debug``. The other classes are in `teleopctl.errors`.
 
     Args:
         message: What is wrong and where, in one sentence.
         hint: What to do about it, or None.
 
     Attributes:
-        place: Where its cause stands, such as ``file:line``, if `at` has been told; part of the
-            message.
+        place: Place of the cause, such as ``file:line``, as set by `at`; part of the message.
+
+    Example:
+        >>> import teleopctl
+        >>> try:
+        ...     teleopctl.load_robot("none.urdf")
+        ... except teleopctl.TeleopctlError as error:
+        ...     print(type(error).__name__, error.message)
+        NotFoundError none.urdf: no such file
     """
 
     exit_status: ClassVar[int] = 1

@@ -1,1 +1,1 @@
-"""The classes and functions that ``import teleopctl`` offers to programs; see `teleopctl`."""
+"""Functions and classes of the library that are not defined elsewhere; see `teleopctl`."""

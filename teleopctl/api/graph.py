@@ -1,4 +1,4 @@
-"""The live ROS graph, and nodes of a program's own."""
+"""Nodes in a program, and snapshots of the ROS graph."""
 
 from __future__ import annotations
 
@@ -18,10 +18,11 @@ from teleopctl.wire import Graph
 
 @contextlib.contextmanager
 def open_node(name: str, *, namespace: str = "") -> Iterator[Node]:
-    """Start a node whose callbacks run on a thread of their own, until the ``with`` block ends.
+    """Start a node until the end of the ``with`` block; a separate thread runs its callbacks.
 
     The node has rclpy's methods: ``create_publisher``, ``create_subscription``, ``create_client``,
-    ``declare_parameter`` and so on. A callback that raises ends the node with that error.
+    ``declare_parameter`` and so on. An exception in a callback stops the callbacks and is raised at
+    the end of the block.
 
     Args:
         name: Name of the node.
@@ -32,9 +33,9 @@ def open_node(name: str, *, namespace: str = "") -> Iterator[Node]:
         RouterNotRunning: No router answers, and the configuration needs one.
 
     Example:
-        >>> from teleopctl import open_node
-        >>> with open_node("watcher") as node:
-        ...     nodes = node.get_fully_qualified_node_names()
+        >>> with open_node("watcher", namespace="/left") as node:
+        ...     node.get_fully_qualified_name()
+        '/left/watcher'
     """
     context = Context()
     context.init([], signal_handler_options=SignalHandlerOptions.NO)
@@ -64,18 +65,19 @@ def open_node(name: str, *, namespace: str = "") -> Iterator[Node]:
 
 
 def watch_graph() -> Iterator[Graph]:
-    """Yield a snapshot of the ROS graph now, and another one after each change, without polling.
+    """Yield a snapshot of the ROS graph now and after each change.
 
-    Changes that come while the program handles a snapshot are in the next one. The graph is that of
-    ``ROS_DOMAIN_ID``. Stop by leaving the loop; Ctrl-C ends the wait too.
+    Several changes during the loop's body are in one snapshot. The graph is that of
+    ``ROS_DOMAIN_ID``. Leave the loop to stop; Ctrl-C interrupts it.
 
     Raises:
         RouterNotRunning: No router answers, and the configuration needs one.
 
     Example:
         >>> for graph in watch_graph():
-        ...     print(graph.node_names(), graph.topic_names_and_types())
+        ...     print(graph.node_names())
         ...     break
+        ['/talker']
     """
     context = Context()
     context.init([], signal_handler_options=SignalHandlerOptions.NO)

@@ -1,4 +1,4 @@
-"""Reading the messages of a bag."""
+"""Messages of a bag, decoded or as bytes."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ def read_bag(
 ) -> Iterator[Decoded]:
     """Yield the decoded messages of a bag in the order of their log times.
 
-    Reads rosbag2 folders and files (MCAP, SQLite) and bags of ROS 1. No ROS is needed: types come
-    from the definitions in the bag. A message that cannot be decoded is left out.
+    The bag is a folder or file of rosbag2 (MCAP, SQLite), or a bag of ROS 1. Types come from the
+    definitions in the bag. A message that cannot be decoded is left out.
 
     Args:
         path: Folder or file of the bag.
@@ -36,6 +36,11 @@ def read_bag(
         NotFoundError: There is no such bag, or it lacks a topic.
         InvalidFileError: The bag cannot be read.
         InvalidMessageError: A named topic cannot be decoded.
+
+    Example:
+        >>> for record in read_bag("session", ["/joint_states"], start_ns=3000):
+        ...     print(record.log_time_ns, list(record.message.position))
+        3000 [0.5, 0.6]
     """
     with open_bag(Path(path)) as bag:
         yield from Decoder(bag, topics).messages(None, start_ns, end_ns)
@@ -48,11 +53,21 @@ def read_raw_bag(
     start_ns: int = 0,
     end_ns: int = _LAST_NS,
 ) -> Iterator[BagMessage]:
-    """Yield the messages of a bag as CDR bytes; the arguments are those of `read_bag`.
+    """Yield the messages of a bag as CDR bytes, in the order of their log times.
+
+    Args:
+        path: Folder or file of the bag.
+        topics: Full names of the topics; None for all.
+        start_ns: First log time, in nanoseconds since the epoch.
+        end_ns: Log time at which to end, exclusive.
 
     Raises:
         NotFoundError: There is no such bag.
         InvalidFileError: The bag cannot be read.
+
+    Example:
+        >>> [message.log_time_ns for message in read_raw_bag("session", end_ns=3000)]
+        [1000, 2000]
     """
     with open_bag(Path(path)) as bag:
         yield from bag.messages(topics, start_ns, end_ns)

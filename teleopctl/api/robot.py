@@ -55,6 +55,12 @@ class RobotJoint:
         mimic: Name of the joint that this one follows, or None.
         multiplier: Factor of the followed position.
         offset: Added to the multiplied position.
+
+    Example:
+        >>> robot = load_robot("package://teleop_description/urdf/teleop.urdf.xacro")
+        >>> joint = robot.joints["joint_5"]
+        >>> joint.mimic, joint.multiplier, joint.velocity
+        ('joint_4', -1.0, 10.0)
     """
 
     name: str
@@ -80,6 +86,12 @@ class RobotMesh:
         path: The mesh file; it need not exist.
         T_link_mesh: Pose of the mesh in the link's frame, (4, 4).
         scale: Factors along x, y and z that apply before the pose.
+
+    Example:
+        >>> robot = load_robot("package://teleop_description/urdf/teleop.urdf.xacro")
+        >>> mesh = robot.meshes()[0]
+        >>> mesh.link, mesh.path.name, mesh.scale
+        ('base_link', 'basement.STL', (0.01, 0.01, 0.01))
     """
 
     link: str
@@ -89,7 +101,7 @@ class RobotMesh:
 
 
 class Robot:
-    """A robot description; `load_robot` reads one from a file.
+    """A robot from its description: links, joints, meshes, kinematics; `load_robot` reads a file.
 
     Args:
         urdf: The description as URDF text.
@@ -104,6 +116,16 @@ class Robot:
 
     Raises:
         InvalidDescriptionError: The text is no URDF, or its links form no tree.
+
+    Example:
+        >>> robot = Robot('''<robot name="pole"><link name="base"/><link name="tip"/>
+        ...     <joint name="lift" type="prismatic"><parent link="base"/><child link="tip"/>
+        ...     <axis xyz="0 0 1"/><limit lower="0" upper="2" effort="1" velocity="1"/></joint>
+        ...     </robot>''')
+        >>> robot.joints["lift"].upper
+        2.0
+        >>> robot.forward_kinematics({"lift": 0.5})["tip"][:3, 3].tolist()
+        [0.0, 0.0, 0.5]
     """
 
     def __init__(self, urdf: str) -> None:
@@ -203,7 +225,7 @@ class Robot:
 
 
 def load_robot(path: Path | str, **arguments: str) -> Robot:
-    """Read a robot description.
+    """Return the robot of a description file.
 
     Args:
         path: A URDF, xacro, SDF or MJCF file, as a path or as ``package://PACKAGE/PATH``.
@@ -218,6 +240,8 @@ def load_robot(path: Path | str, **arguments: str) -> Robot:
         >>> robot.actuated_joint_names
         ['joint_1', 'joint_2', 'joint_3', 'joint_4']
         >>> T_world_claw = robot.forward_kinematics({"joint_1": 0.5})["claw_support"]
+        >>> T_world_claw.shape
+        (4, 4)
     """
     file = resolve_uri(str(path))
     if not file.is_file():

@@ -1,4 +1,4 @@
-"""Physics of a robot in the program's own loop, without nodes and without Zenoh."""
+"""Physics of a robot, stepped by a program, without nodes and without Zenoh."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ _MOST_HZ = 100_000.0
 
 
 class RobotSimulation:
-    """The physics of ``mujoco_sim``: the same drives, contacts and bits, stepped by the caller.
+    """Simulation of a robot in MuJoCo, stepped by the program, with the results of ``mujoco_sim``.
 
     Args:
-        robot: The robot, or the file that `load_robot` reads it from.
-        world: World file of the surroundings (URDF, xacro, SDF, MJCF or YAML), or None.
-        control_rate_hz: Control periods in a simulated second; each call of `step` is one.
+        robot: The robot, or a description file for `load_robot`.
+        world: World file around the robot (URDF, xacro, SDF, MJCF or YAML), or None.
+        control_rate_hz: Control periods per simulated second; `step` advances by one period.
         timestep_s: Longest physics step in seconds; by default that of the model, 1 ms.
         fixed_base: Whether the root link is fixed to the world; None decides by the robot's shape.
 
@@ -104,7 +104,7 @@ class RobotSimulation:
         velocities: Mapping[str, float] | None = None,
         efforts: Mapping[str, float] | None = None,
     ) -> None:
-        """Set the commands of joints; they hold until the next command of the same joint.
+        """Set commands of joints, which hold until the next command of the same joint.
 
         Args:
             positions: Target positions (rad or m) by joint.
@@ -128,12 +128,12 @@ class RobotSimulation:
                 self._simulation.apply(list(commands), **{kind: list(commands.values())})
 
     def step(self, count: int = 1) -> None:
-        """Advance by control periods."""
+        """Advance the simulation by a number of control periods."""
         self._simulation.step(count * self._simulation.steps_per_period)
         self._simulation.read()
 
     def reset(self) -> None:
-        """Return to time zero, the initial positions and no commands."""
+        """Reset the simulation to time zero and the initial positions, without commands."""
         self._simulation.reset()
         self._simulation.read()
 

@@ -42,13 +42,18 @@ class BagTopic(NamedTuple):
 
     Attributes:
         name: Full name.
-        type_name: Such as ``std_msgs/msg/String``.
-        type_hash: ``RIHS01_…``; empty where the bag does not tell it.
-        definition: Of the type.
-        qos: What its publishers offered, each profile once.
+        type_name: Name of the message type, such as ``std_msgs/msg/String``.
+        type_hash: ``RIHS01_…``; empty if it is not in the bag.
+        definition: Definition of the message type.
+        qos: QoS profiles of the publishers, each once.
         serialization_format: ``cdr`` in ROS 2's bags.
-        is_counted: Whether the recorder numbered its messages by its own count of all that it knows
-            to have been sent, whoever sent them: then a gap in the numbers is a loss.
+        is_counted: Whether the recorder numbered the messages of all publishers, including lost
+            ones. Then a gap in the numbers is a loss.
+
+    Example:
+        >>> topic = BagTopic("/chatter", "std_msgs/msg/String")
+        >>> topic.is_latched
+        False
     """
 
     name: str
@@ -69,13 +74,19 @@ class BagMessage(NamedTuple):
     """A message of a bag, undecoded; times in nanoseconds since the epoch.
 
     Attributes:
-        topic: Full name of its topic.
-        log_time_ns: When it was received: the time by which bags are ordered.
-        publish_time_ns: When its publisher sent it; that of its receipt where nobody told.
-        data: CDR bytes, with their four bytes of header.
-        sequence: The number of the message, modulo 2^32, as whoever recorded it gave it; 0 where
-            nobody did, and for a message that is repeated. See `BagTopic.is_counted`.
-        publisher: Identity of the publisher while it is recorded; not kept in the bag.
+        topic: Full name of the topic.
+        log_time_ns: Time of receipt; bags are in the order of these times.
+        publish_time_ns: Time of publication; the time of receipt if it is unknown.
+        data: CDR bytes, with their header of four bytes.
+        sequence: Number of the message by the recorder, modulo 2^32; 0 if it has none or is
+            repeated. See `BagTopic.is_counted`.
+        publisher: Identity of the publisher during recording; not kept in the bag.
+
+    Example:
+        >>> for message in read_raw_bag("session", ["/joint_states"]):
+        ...     print(message.topic, message.log_time_ns, message.data[:4].hex())
+        ...     break
+        /joint_states 1000 00010000
     """
 
     topic: str

@@ -27,7 +27,17 @@ PROGRAMS = os.path.join(_HERE, "programs")  # noqa: PTH118
 
 
 def activate() -> None:
-    """Make ROS 2's Python packages importable in this process. Idempotent."""
+    """Make ROS 2's Python packages importable in this process. Idempotent.
+
+    These are ``rclpy``, ``tf2_ros`` and others, and all message packages. Packages that are really
+    installed take precedence.
+
+    Example:
+        >>> activate()
+        >>> from geometry_msgs.msg import Point
+        >>> Point(x=1.0)
+        geometry_msgs.msg.Point(x=1.0, y=0.0, z=0.0)
+    """
     from teleopctl.compat import finder
 
     if SITE not in sys.path:

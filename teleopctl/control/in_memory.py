@@ -322,31 +322,41 @@ class RecordedActionServer:
 class ControlStack:
     """The controller manager with its hardware and control cycle, without a ROS graph.
 
-    A cycle runs when a test says so, as `ControllerManagerNode` would run it on time.
-
-        stack = ControlStack(serial_robot(joints=2))
-        stack.load_controller("mine", "my_package:MyController", {"joints": ["joint1"]})
-        stack.activate("mine")
-        stack.step()
-        assert stack.command("joint1/position") == 0.5
+    The caller runs the cycles with `step`, in its own thread. The description's hardware plug-in,
+    such as ``mock_components/GenericSystem``, stands for the robot.
 
     Args:
-        urdf: The robot, whose hardware is loaded and activated; None loads none yet.
-        update_rate: Cycles per second.
-        parameters: Of the controller manager, by dotted name.
-        enforce_limits: Whether commands are kept inside the limits of their joints; None is the
+        urdf: Robot description, whose hardware is loaded and activated; None loads none yet.
+        update_rate: Control cycles per second.
+        parameters: Parameters of the controller manager, by dotted name.
+        enforce_limits: Whether commands are clamped to the limits of their joints; None is the
             default of the ROS 2 distribution, as for the manager's ``enforce_command_limits``.
-        last_only: Whether of what is published only the last message is remembered, for long runs.
+        last_only: Whether only the last published message of each topic is kept, for long runs.
 
     Attributes:
-        start_ns: Time before the first cycle, nanoseconds.
+        start_ns: Time before the first cycle, in nanoseconds.
         time_ns: Time of the last cycle.
-        node: The controller manager's node; ``node.log`` has its lines.
+        node: The controller manager's node; ``node.log`` has its log lines.
         nodes: The controllers' nodes by name.
         action_servers: The controllers' action servers by ``controller/name``.
         resources: The resource manager.
         manager: The controller manager.
         cycle: The control cycle.
+
+    Example:
+        >>> import teleopctl
+        >>> from teleopctl.testing import serial_robot
+        >>> teleopctl.activate()
+        >>> from std_msgs.msg import Float64MultiArray
+        >>> stack = ControlStack(serial_robot(joints=2), update_rate=100)
+        >>> type_name = "forward_command_controller/ForwardCommandController"
+        >>> parameters = {"joints": ["joint1"], "interface_name": "position"}
+        >>> forward = stack.load_controller("forward", type_name, parameters)
+        >>> stack.activate("forward")
+        >>> stack.nodes["forward"].receive("~/commands", Float64MultiArray(data=[0.5]))
+        >>> stack.step(2)
+        >>> stack.state("joint1/position")
+        0.5
     """
 
     start_ns: ClassVar[int] = 1_000_000_000_000

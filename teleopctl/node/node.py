@@ -17,26 +17,39 @@ if TYPE_CHECKING:
 
 
 class Node(NodeParameters):
-    """ROS node.
+    """ROS node with rclpy's methods; `teleopctl.open_node` starts one.
 
     Args:
-        node_name: Its name, unless ``__node`` is remapped.
-        context: Where it lives; the default context if None.
-        cli_args: A command line of its own, with ``--ros-args`` groups.
-        namespace: Its namespace, unless ``__ns`` is remapped.
+        node_name: Name of the node, unless ``__node`` is remapped.
+        context: Context of the node; the default context if None.
+        cli_args: Command-line arguments of the node, with ``--ros-args`` groups.
+        namespace: Namespace of the node, unless ``__ns`` is remapped.
         use_global_arguments: Whether the command-line arguments of ``init()`` apply.
-        enable_rosout: Publish log messages on ``/rosout``.
-        rosout_qos_profile: For that.
-        start_parameter_services: Offer the parameters to the graph.
-        parameter_overrides: Values that replace the defaults of declarations, and what the command
-            line says of them, as in rclpy.
-        allow_undeclared_parameters: Let undeclared parameters be set.
-        automatically_declare_parameters_from_overrides: Declare what the overrides name.
-        enable_logger_service: Offer ``~/get_logger_levels`` and ``~/set_logger_levels``.
+        enable_rosout: Whether log messages are published on ``/rosout``.
+        rosout_qos_profile: QoS of ``/rosout``.
+        start_parameter_services: Whether other nodes can read and set the parameters.
+        parameter_overrides: Parameter values that take precedence over declared defaults and the
+            command line, as in rclpy.
+        allow_undeclared_parameters: Whether undeclared parameters can be set.
+        automatically_declare_parameters_from_overrides: Whether parameters in the overrides are
+            declared.
+        enable_logger_service: Whether ``~/get_logger_levels`` and ``~/set_logger_levels`` are
+            offered.
 
     Raises:
-        NotInitializedException: The context does not run.
-        InvalidNodeNameException: Or InvalidNamespaceException: a name breaks a rule.
+        NotInitializedException: The context is not initialized.
+        InvalidNodeNameException: The name is malformed.
+        InvalidNamespaceException: The namespace is malformed.
+
+    Example:
+        >>> import teleopctl
+        >>> teleopctl.activate()
+        >>> from std_msgs.msg import String
+        >>> with teleopctl.open_node("greeter") as node:
+        ...     publisher = node.create_publisher(String, "chatter", 10)
+        ...     publisher.publish(String(data="hello"))
+        ...     print(node.get_fully_qualified_name(), publisher.topic_name)
+        /greeter /chatter
     """
 
     def __init__(

@@ -83,11 +83,19 @@ class NodeEntry:
 
 
 class Graph:
-    """Immutable snapshot of a domain's nodes and endpoints.
+    """Immutable snapshot of the nodes, topics and services of a ROS domain.
 
-    ``nodes`` holds one entry for each namespace, name, session and id, so that a name that two
-    processes use occurs twice. ``endpoints`` holds every publisher, subscription, service server
-    and service client.
+    Attributes:
+        nodes: One entry for each namespace, name, session and id, so that a name that two processes
+            use occurs twice.
+        endpoints: Every publisher, subscription, service server and service client.
+
+    Example:
+        >>> graph = next(watch_graph())
+        >>> graph.node_names()
+        ['/talker']
+        >>> dict(graph.topic_names_and_types())["/chatter"]
+        ['std_msgs/msg/String']
     """
 
     __slots__ = ("_by_kind", "endpoints", "nodes")

@@ -15,7 +15,20 @@ PICTURES = frozenset({"sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage"
 
 
 class Decoded(NamedTuple):
-    """A decoded message of a bag; times in nanoseconds since the epoch."""
+    """A decoded message of a bag; times in nanoseconds since the epoch.
+
+    Attributes:
+        topic: Full name of the topic.
+        log_time_ns: Time of receipt.
+        publish_time_ns: Time of publication.
+        message: The message, of a class with the fields of its type.
+
+    Example:
+        >>> for record in read_bag("session", ["/joint_states"]):
+        ...     print(record.topic, record.log_time_ns, list(record.message.position))
+        ...     break
+        /joint_states 1000 [0.1, 0.2]
+    """
 
     topic: str
     log_time_ns: int

@@ -35,12 +35,18 @@ _SQLITE_MAGIC = b"SQLite format 3\0"
 
 
 class Bag(Protocol):
-    """Bag opened for reading.
+    """Bag opened for reading, as `open_bag` returns it.
 
     Attributes:
-        path: The folder or file.
-        metadata: What it holds.
-        remarks: What is not as it should be, one sentence each, such as an unfinished file.
+        path: Folder or file of the bag.
+        metadata: Files, times, topics and message counts.
+        remarks: Problems of the bag, one sentence each, such as an unfinished file.
+
+    Example:
+        >>> with open_bag("session") as bag:
+        ...     for topic, count in bag.metadata.topics:
+        ...         print(topic.name, topic.type_name, count)
+        /joint_states sensor_msgs/msg/JointState 3
     """
 
     path: Path
@@ -57,24 +63,24 @@ class Bag(Protocol):
         """Yield messages in the order of their log times.
 
         Args:
-            topics: Only these; all if None.
-            start_ns: Only from this log time on, in nanoseconds since the epoch.
-            end_ns: Only up to this log time, and not at it.
-            left_out: Called with a sentence for each part of an MCAP file that is broken; its
-                messages are missing then.
+            topics: Full names of the topics; None for all.
+            start_ns: First log time, in nanoseconds since the epoch.
+            end_ns: Log time at which to end, exclusive.
+            left_out: Called with a sentence for each broken part of an MCAP file, whose messages
+                are then left out.
 
         Raises:
-            InvalidFileError: A part of it is broken, and nobody is to be told; the message says
-                where.
+            InvalidFileError: A part of the bag is broken, and ``left_out`` is None; the message
+                says where.
         """
 
     def latest(self, topic: str, end_ns: int, most: int = 1) -> list[BagMessage]:
         """Return the last messages of a topic before a log time, oldest first.
 
         Args:
-            topic: Its full name.
-            end_ns: The log time, in nanoseconds since the epoch.
-            most: How many.
+            topic: Full name of the topic.
+            end_ns: Log time, in nanoseconds since the epoch.
+            most: Largest number of messages.
         """
 
     def attachments(self) -> Iterator[BagAttachment]:
@@ -84,28 +90,34 @@ class Bag(Protocol):
         """Yield the metadata records of the bag."""
 
     def close(self) -> None:
-        """Close its files."""
+        """Close the files of the bag."""
 
     def __enter__(self) -> Self: ...
 
     def __exit__(self, *_: object) -> None: ...
 
 
-def open_bag(path: Path, storage: str | None = None, salvage: Salvage | None = None) -> Bag:
-    """Open a bag.
+def open_bag(path: Path | str, storage: str | None = None, salvage: Salvage | None = None) -> Bag:
+    """Open a bag for reading: a folder or file of rosbag2 (MCAP, SQLite), or a bag of ROS 1.
 
-    A folder without ``metadata.yaml`` is read too, and so is a file that was never finished.
+    A folder without ``metadata.yaml`` and a file that was never finished are read too.
 
     Args:
-        path: The folder, or one of its files.
-        storage: ``mcap`` or ``sqlite3``, where the path does not tell.
+        path: Folder of the bag, or one of its files.
+        storage: ``mcap`` or ``sqlite3``, if the path does not show it.
         salvage: How messages of broken chunks of MCAP files are taken over; they are not if None.
 
     Raises:
-        NotFoundError: Nothing is there, or no bag.
-        InvalidFileError: It cannot be read.
-        UnsupportedError: It is compressed in a way that is not known.
+        NotFoundError: The path does not exist or is no bag.
+        InvalidFileError: The bag cannot be read.
+        UnsupportedError: The compression of the bag is unknown.
+
+    Example:
+        >>> with open_bag("session") as bag:
+        ...     print(bag.metadata.message_count, bag.remarks)
+        3 []
     """
+    path = Path(path)
     if not path.exists():
         raise NotFoundError(f"Bag path '{path}' does not exist!")
     files = bag_files(path)

@@ -108,26 +108,38 @@ class WriterOptions:
 class BagWriter:
     """Bag opened for writing.
 
-    Not safe to use from several threads. What `flush` has written survives the death of this
+    Not safe to use from several threads. Messages before a `flush` survive the death of the
     process.
 
     Args:
-        folder: Where it is to be; nothing may be there.
-        options: How it is written.
+        folder: Folder of the bag; it must not exist.
+        options: Compression, splitting and storage format.
 
     Raises:
-        RefusedError: Something is there already.
-        SystemFailureError: It cannot be made. The methods raise it where the disk refuses: what
-            was written up to there has been closed then, and can be read.
+        RefusedError: The folder exists.
+        SystemFailureError: The folder cannot be made. The methods raise it if the disk fails; the
+            bag is closed then, and can be read up to there.
 
     Attributes:
-        folder: Where it is.
-        message_counts: Messages that its files hold, by topic.
-        on_split: Called with the file that has ended and the one that begins.
+        folder: Folder of the bag.
+        message_counts: Number of written messages by topic.
+        on_split: Called with the finished file and the new one.
+
+    Example:
+        >>> import teleopctl
+        >>> teleopctl.activate()
+        >>> from rclpy.serialization import serialize_message
+        >>> from std_msgs.msg import String
+        >>> with teleopctl.BagWriter("talk") as bag:
+        ...     bag.add_topic(teleopctl.BagTopic("/chatter", "std_msgs/msg/String"))
+        ...     data = serialize_message(String(data="hello"))
+        ...     bag.write(teleopctl.BagMessage("/chatter", 1_000, 1_000, data))
+        >>> [record.message.data for record in teleopctl.read_bag("talk")]
+        ['hello']
     """
 
-    def __init__(self, folder: Path, options: WriterOptions | None = None) -> None:
-        self.folder = folder
+    def __init__(self, folder: Path | str, options: WriterOptions | None = None) -> None:
+        self.folder = folder = Path(folder)
         self._options = options or WriterOptions()
         self.message_counts: dict[str, int] = {}
         self.on_split: Callable[[Path, Path], object] | None = None

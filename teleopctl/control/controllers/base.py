@@ -73,7 +73,12 @@ class ControllerInterfaceParams:
 
 
 class InterfaceConfigurationType(Enum):
-    """Choice of the interfaces that a controller claims: all, some by name, or none."""
+    """Choice of the interfaces that a controller claims: all, some by name, or none.
+
+    Example:
+        >>> InterfaceConfiguration(InterfaceConfigurationType.ALL)
+        InterfaceConfiguration(type=<InterfaceConfigurationType.ALL: 'all'>, names=())
+    """
 
     ALL = "all"
     INDIVIDUAL = "individual"
@@ -85,8 +90,13 @@ class InterfaceConfiguration:
     """The command or state interfaces that a controller claims.
 
     Attributes:
-        type: ALL are those that are available when the controller is activated.
-        names: Full names, for INDIVIDUAL; all of them must be available then.
+        type: ALL means those that are available when the controller is activated.
+        names: Full names, for INDIVIDUAL; all of them must be available at activation.
+
+    Example:
+        >>> one = InterfaceConfigurationType.INDIVIDUAL
+        >>> InterfaceConfiguration(one, ["joint_1/position"]).names
+        ['joint_1/position']
     """
 
     type: InterfaceConfigurationType = InterfaceConfigurationType.NONE
@@ -94,23 +104,34 @@ class InterfaceConfiguration:
 
 
 class ControllerInterface:
-    """Base of controllers.
+    """Base class of controllers, with the methods of ros2_control's class of that name.
 
-    A life cycle callback that returns None has succeeded, one that raises has failed. ``update``
-    runs in the control cycle: no input or output, no waiting. Messages leave through a
+    A lifecycle callback that returns None has succeeded, one that raises has failed. ``update``
+    runs in the control cycle: no input or output, no waiting. Publish with a
     ``RealtimePublisher``.
 
     Args:
-        params: What the manager gives it.
+        params: Name, node, description and other arguments from the controller manager.
 
     Attributes:
-        params: The same.
-        name: The controller's name, which is its node's too.
-        logger: Its node's logger.
-        state_interfaces: The measured values it asked for, in that order, while active.
-        command_interfaces: The commands it owns, in that order, while active.
-        lifecycle_state: Where it stands in its life cycle.
-        update_rate: Hz; never above the manager's.
+        params: The arguments from the controller manager.
+        name: Name of the controller and of its node.
+        logger: Logger of the controller's node.
+        state_interfaces: Claimed state interfaces, in the order of
+            ``state_interface_configuration``, while active.
+        command_interfaces: Claimed command interfaces, in the order of
+            ``command_interface_configuration``, while active.
+        lifecycle_state: Lifecycle state of the controller.
+        update_rate: Rate of ``update`` in Hz; never above the manager's.
+
+    Example:
+        >>> class Hold(ControllerInterface):
+        ...     def command_interface_configuration(self):
+        ...         one = InterfaceConfigurationType.INDIVIDUAL
+        ...         return InterfaceConfiguration(one, ["joint1/position"])
+        ...
+        ...     def update(self, time_ns, period):
+        ...         self.command_interfaces[0].value = 0.3
     """
 
     base_class: ClassVar[str] = "controller_interface::ControllerInterface"
