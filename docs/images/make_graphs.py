@@ -45,6 +45,13 @@ def display(ros: RosGraph, file: Path) -> None:
     command(ros, "graph", "--show", "all", "--svg", str(file))
 
 
+def chatter(ros: RosGraph, file: Path) -> None:
+    """The publisher and the subscriber of the tutorial."""
+    command(ros, "run", "-d", "simple_publisher")
+    command(ros, "run", "-d", "simple_subscriber")
+    command(ros, "graph", "--svg", str(file))
+
+
 def greeter(ros: RosGraph, file: Path) -> None:
     """Two talkers and a listener, as the launch file of the page on nodes starts them."""
     names = ["--ros-args", "-r", "__ns:=/party", "-r", "chatter:=/words", "-r"]
@@ -92,6 +99,7 @@ def plot(ros: RosGraph, file: Path) -> None:
 
 PICTURES: dict[str, Callable[[RosGraph, Path], None]] = {
     "graph_display": display,
+    "graph_chatter": chatter,
     "graph_greeter": greeter,
     "frames_head": frames,
     "plot": plot,

@@ -51,6 +51,18 @@ LIFT: Moves = (
 GRIP: Moves = (((-0.6,), 0.4), ((-0.6,), 1.4), ((0.0,), 1.8))
 
 
+# What the sliders of a displayed robot publish.
+SLIDERS = (
+    "/joint_state_publisher_gui/joint_states",
+    "sensor_msgs/msg/JointState",
+    "{name: [joint_1, joint_2, joint_3, joint_4], position: [0.6, -0.4, 0.5, -0.6]}",
+)
+SINGLE = (
+    *("page.webp", "page_phone.png", "page_head.png", "page_bag.png", "page_display.png"),
+    "page_moved.png",
+)
+
+
 def command(ros: RosGraph, arm: Moves, gripper: Moves = OPEN) -> None:
     """Send the arm and the gripper along trajectories."""
     send(ros, "gripper_controller", "[joint_4]", gripper)
@@ -160,6 +172,12 @@ def show_camera(page: Page) -> None:
     page.get_by_text("2304 x 1296").wait_for()
 
 
+def show_frames(page: Page) -> None:
+    """Switch on the TF display of the tab Scene, with the names of the frames."""
+    page.get_by_text("TF", exact=True).first.click()
+    page.locator("input[type=checkbox]:visible").first.click()
+
+
 TABS: dict[str, Callable[[Page], None]] = {
     "page_joints.png": tab("Joints"),
     "page_camera.png": tab("Camera", show_camera),
@@ -212,7 +230,7 @@ def graph() -> Iterator[RosGraph]:
 
 def main(names: list[str]) -> None:
     """Take the pictures that are named, or all."""
-    wanted = names or ["page.webp", "page_phone.png", "page_head.png", "page_bag.png", *TABS]
+    wanted = names or [*SINGLE, *TABS]
     program = next(filter(None, map(shutil.which, ("chromium", "google-chrome"))), None)
     arguments = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader"]
     with sync_playwright() as playwright:
@@ -235,6 +253,15 @@ def main(names: list[str]) -> None:
                 page.wait_for_timeout(5_000)
                 photograph(page, "page_head.png")
                 page.close()
+        if "page_display.png" in wanted:
+            with graph() as ros:
+                address = launch(ros, "display.yaml")
+                page = browser.new_page(viewport=LAPTOP)
+                prepare(page, address)
+                ros.run(["topic", "pub", "--once", *SLIDERS])
+                tab("Scene", show_frames)(page)
+                photograph(page, "page_display.png")
+                page.close()
         if "page_bag.png" in wanted:
             with graph() as ros:
                 page = browser.new_page(viewport=LAPTOP)
@@ -242,7 +269,7 @@ def main(names: list[str]) -> None:
                 photograph(page, "page_bag.png")
                 page.close()
         tabs = [name for name in TABS if name in wanted]
-        if tabs or "page_phone.png" in wanted:
+        if tabs or {"page_phone.png", "page_moved.png"} & set(wanted):
             with graph() as ros:
                 address = launch(ros, "sim.yaml", "camera:=true")
                 command(ros, (((0.5, -0.4, 0.6), 1.0),))
@@ -251,6 +278,11 @@ def main(names: list[str]) -> None:
                     prepare(phone, address)
                     photograph(phone, "page_phone.png")
                     phone.close()
+                if "page_moved.png" in wanted:
+                    page = browser.new_page(viewport=LAPTOP)
+                    prepare(page, address)
+                    photograph(page, "page_moved.png")
+                    page.close()
                 for name in tabs:
                     page = browser.new_page(viewport=LAPTOP)
                     prepare(page, address)
