@@ -37,11 +37,11 @@ _Entry: TypeAlias = tuple[yaml.Node, yaml.Node]
 _LONGEST_INTEGER = 100
 
 
-class RosLoader(_BASE):  # type: ignore[misc]
-    """YAML loader with ROS 2's rules for floats, and without dates.
+class SafeLoader(_BASE):  # type: ignore[misc]
+    """YAML 1.1 loader within the budget, all of whose errors are YAML errors.
 
     Args:
-        text: One YAML document.
+        text: One YAML document, or several.
 
     Raises:
         yaml.YAMLError: See `check_size`.
@@ -50,11 +50,6 @@ class RosLoader(_BASE):  # type: ignore[misc]
     def __init__(self, text: str) -> None:
         check_size(text)
         super().__init__(text)
-
-    yaml_implicit_resolvers = {  # noqa: RUF012 -- PyYAML's own way to say so
-        first: [(tag, pattern) for tag, pattern in resolvers if tag != _TIMESTAMP]
-        for first, resolvers in _BASE.yaml_implicit_resolvers.items()
-    }
 
     # Any: values of YAML.
     def construct_object(self, node: yaml.Node, deep: bool = False) -> Any:
@@ -72,6 +67,22 @@ class RosLoader(_BASE):  # type: ignore[misc]
             raise yaml.constructor.ConstructorError(
                 None, None, f"{value} is no {tag}", node.start_mark
             ) from error
+
+
+class RosLoader(SafeLoader):
+    """YAML loader with ROS 2's rules for floats, and without dates.
+
+    Args:
+        text: One YAML document.
+
+    Raises:
+        yaml.YAMLError: See `check_size`.
+    """
+
+    yaml_implicit_resolvers = {  # noqa: RUF012 -- PyYAML's own way to say so
+        first: [(tag, pattern) for tag, pattern in resolvers if tag != _TIMESTAMP]
+        for first, resolvers in _BASE.yaml_implicit_resolvers.items()
+    }
 
 
 class _RosDumper(yaml.SafeDumper):
@@ -184,6 +195,15 @@ def load(text: str) -> Any:
         yaml.YAMLError: The text is not YAML; ``problem_mark`` says where.
     """
     return yaml.load(text, Loader=RosLoader)  # noqa: S506 (derived from the safe loader)
+
+
+def safe_load(text: str) -> Any:
+    """Parse one document of YAML 1.1, for what ROS 2 reads by PyYAML itself.
+
+    Raises:
+        yaml.YAMLError: The text is not YAML.
+    """
+    return yaml.load(text, Loader=SafeLoader)  # noqa: S506 (derived from the safe loader)
 
 
 def values_below(text: str, name: str) -> Iterator[tuple[yaml.Node, Any]]:

@@ -27,7 +27,8 @@ def test_what_cannot_be_read_is_a_yaml_error(text):
 @pytest.mark.parametrize(
     ("text", "reason"),
     [
-        ("[" * 100_000, "nested more than 100 deep"),
+        # libyaml may be the first to refuse it.
+        ("[" * 100_000, "nested more than 100 deep|exceeded maximum nesting depth"),
         ("- " * 100_000 + "a", "nested more than 100 deep"),
         ("[" * 200 + "]" * 200, "nested more than 100 deep"),
         ("a0: &a0 []\n" + "".join(f"a{i}: &a{i} [*a{i - 1}]\n" for i in range(1, 200)), "nested"),
@@ -86,7 +87,7 @@ ODD += ["{=: 1}", "{<<: 1}", "{[1]: 2}", ""]
 )
 def test_of_an_explicit_tag_there_comes_a_value_or_a_yaml_error_with_its_line(tag, value, place):
     text = place.format(f"!!{tag} {value}")
-    for load in (ros_yaml.load, ros_yaml.load_merged):
+    for load in (ros_yaml.load, ros_yaml.load_merged, ros_yaml.safe_load):
         try:
             load(text)
         except yaml.MarkedYAMLError as error:

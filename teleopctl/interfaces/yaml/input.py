@@ -110,14 +110,13 @@ def _load_all(text: str) -> list[object]:
         return [values]
     import yaml
 
-    from teleopctl.base.ros_yaml import check_size
+    from teleopctl.base.ros_yaml import SafeLoader
 
     try:
-        check_size(text)
-        return list(yaml.load_all(text, getattr(yaml, "CSafeLoader", yaml.SafeLoader)))
+        return list(yaml.load_all(text, SafeLoader))
     except UnicodeEncodeError:
         raise  # bytes that are no text: the command line names the word
-    except (yaml.YAMLError, ValueError) as error:  # an integer of too many digits
+    except yaml.YAMLError as error:
         reason = " ".join(str(error).split())
         raise UsageError(f"This is not YAML: {reason}") from error
 

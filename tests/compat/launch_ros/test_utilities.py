@@ -6,7 +6,8 @@ import pytest
 import yaml
 from hypothesis import given, strategies as st
 from launch import LaunchContext
-from launch.substitutions import LaunchConfiguration, TextSubstitution
+from launch.substitutions import LaunchConfiguration, SubstitutionFailure, TextSubstitution
+from launch.utilities.type_utils import coerce_to_type
 from launch_ros.actions import Node
 from launch_ros.descriptions import Parameter, ParameterFile, ParameterValue
 from launch_ros.utilities import (
@@ -20,6 +21,7 @@ from launch_ros.utilities import (
     to_parameters_list,
 )
 
+from teleopctl.errors import InvalidFileError
 from teleopctl.launch.model.scope import join_namespace
 
 WORDS = st.text("abz019._-", min_size=1)
@@ -103,6 +105,21 @@ def test_a_file_with_substitutions_is_read_with_what_is_known_when_it_is_evaluat
     file.cleanup()
     assert not made.exists()
     assert path.exists()
+
+
+@pytest.mark.parametrize("text", ['!!int ""', '!!float ""', "!!timestamp x"])
+def test_an_explicit_tag_that_does_not_fit_is_refused_as_yaml(tmp_path, text):
+    value = TextSubstitution(text=text)
+    with pytest.raises(TypeError, match="Unable to parse the value of parameter name as yaml"):
+        evaluate_parameters(LaunchContext(), normalize_parameters([{"name": value}]))
+    with pytest.raises(ValueError, match="using yaml rules"):
+        coerce_to_type(text, None)
+    path = tmp_path / "p.yaml"
+    path.write_text(f"/**:\n  ros__parameters:\n    x: {text}\n")
+    with pytest.raises(SubstitutionFailure):
+        ParameterFile(path, allow_substs=True).evaluate(LaunchContext())
+    with pytest.raises(InvalidFileError, match=r"p\.yaml:3: not YAML: '.*' is no !!"):
+        to_parameters_list(LaunchContext(), "me", "", [path])
 
 
 def test_a_parameter_is_evaluated_once():

@@ -174,3 +174,9 @@ def test_no_text_fails_otherwise(text):
         read("std_msgs/msg/Float64MultiArray", text)
     except TeleopctlError as error:
         assert error.message
+
+
+@pytest.mark.parametrize("value", ['!!int ""', '!!float ""', "!!timestamp x", "!!bool maybe"])
+def test_an_explicit_tag_that_does_not_fit_is_an_error_with_the_reason(value):
+    with pytest.raises(TeleopctlError, match=f"is no {value.split()[0]}"):
+        message_from_yaml(get_message("std_msgs/msg/Int32"), f"data: {value}")

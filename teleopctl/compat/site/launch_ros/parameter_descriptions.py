@@ -17,6 +17,8 @@ from launch.substitutions import SubstitutionFailure
 from launch.utilities import normalize_to_list_of_substitutions, perform_substitutions
 from launch.utilities.type_utils import normalize_typed_substitution, perform_typed_substitution
 
+from teleopctl.base import ros_yaml
+
 if TYPE_CHECKING:
     from launch.launch_context import LaunchContext
 
@@ -204,7 +206,7 @@ class ParameterFile:
 def _written(context: LaunchContext, path: Path) -> Path:
     text = perform_substitutions(context, parse_substitution(path.read_text(encoding="utf-8")))
     try:
-        yaml.safe_load(text)
+        ros_yaml.safe_load(text)
     except yaml.YAMLError as error:
         raise SubstitutionFailure(
             "The substituted parameter file is not a valid yaml file"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-import yaml
+from teleopctl.base import ros_yaml
 
 from ..action import Action
 from ..utilities import normalize_to_list_of_substitutions, perform_substitutions
@@ -58,7 +58,7 @@ class ForEach(Action):
     def execute(self, context: LaunchContext) -> list[LaunchDescriptionEntity]:
         """Make the entities."""
         text = perform_substitutions(context, self._input_values)
-        sets = [yaml.safe_load(each) for each in text.split(self.SEPARATOR) if each.strip()]
+        sets = [ros_yaml.safe_load(each) for each in text.split(self.SEPARATOR) if each.strip()]
         if not sets:
             context.launch.say("WARNING", "no input values: will not iterate", "launch")
         return [

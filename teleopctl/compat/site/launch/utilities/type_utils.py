@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, Any, List, TypeAlias, get_args, get_origin  # 
 
 import yaml
 
+from teleopctl.base import ros_yaml
+
 from ..substitution import Substitution
 from .ensure_argument_type_impl import ensure_argument_type
 from .normalize_to_list_of_substitutions_impl import normalize_to_list_of_substitutions
@@ -132,7 +134,7 @@ def _as_yaml(text: str, wrong: str) -> Any:
     if not text:
         return ""
     try:
-        return yaml.safe_load(text)
+        return ros_yaml.safe_load(text)
     except yaml.YAMLError as error:
         raise ValueError(wrong) from error
 

@@ -10,6 +10,8 @@ from launch.launch_context import LaunchContext
 from launch.substitution import Substitution
 from launch.utilities import ensure_argument_type, perform_substitutions
 
+from teleopctl.base import ros_yaml
+
 from ..parameter_descriptions import Parameter, ParameterFile, ParameterValue
 from ..parameters_type import (
     EvaluatedParameters,
@@ -91,7 +93,7 @@ def _typed(text: str, name: str) -> EvaluatedParameterValue:
 
 def _yaml(text: str, name: str) -> Any:
     try:
-        return yaml.safe_load(text)
+        return ros_yaml.safe_load(text)
     except yaml.YAMLError as error:
         raise TypeError(
             f"Unable to parse the value of parameter {name} as yaml. {_AS_TEXT}"

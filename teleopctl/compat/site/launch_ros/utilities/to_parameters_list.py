@@ -8,9 +8,10 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-import yaml
 from launch.launch_context import LaunchContext
 from rclpy.parameter import Parameter
+
+from teleopctl.base import ros_yaml
 
 from ..parameters_type import EvaluatedParameters
 from .evaluate_parameters import evaluate_parameter_dict
@@ -57,8 +58,8 @@ def to_parameters_list(
 
 # Any: see `parameters_type`.
 def _of_file(context: LaunchContext, file: Path, node: str) -> Mapping[str, Any]:
-    with file.open(encoding="utf-8") as opened:
-        document = yaml.safe_load(opened)
+    with ros_yaml.faults_of(file):
+        document = ros_yaml.safe_load(file.read_text(encoding="utf-8"))
     if not isinstance(document, Mapping):
         return {}
     sections = dict(_sections(document, ""))
