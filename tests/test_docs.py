@@ -9,7 +9,7 @@ import pytest
 import typer
 
 from teleopctl.cli.typer_app import command_tree
-from teleopctl.cli.words.typer_line import typer_line
+from teleopctl.cli.typer_line import typer_line
 from teleopctl.launch.evaluation.evaluation import evaluate
 from teleopctl.launch.frontends import read_launch_file
 from teleopctl.packages import NewPackage, create_package

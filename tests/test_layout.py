@@ -189,9 +189,10 @@ def test_a_file_fits_in_one_head():
 
 
 def test_a_folder_has_about_a_dozen_files():
-    # In compat/site every class has the module that it has in ROS 2.
+    # In compat/site every class has the module that it has in ROS 2; each noun has one in verbs.
     elsewhere = PACKAGE / "compat/site"
     folders = {path.parent for path in modules().values() if elsewhere not in path.parents}
+    folders.remove(PACKAGE / "cli/verbs")
     for folder in folders:
         files = [path.name for path in folder.glob("*.py") if path.name != "__init__.py"]
         assert len(files) <= MOST_FILES_OF_A_FOLDER, folder

@@ -1,6 +1,6 @@
 """The page on ros2's verbs and flags says what is so, and why what is missing is missing."""
 
-from teleopctl.cli import ros2_verbs
+from teleopctl.cli import ros2_options
 from tests import ros2_table
 from tests.ros2_flags import FLAGS, NOT_HERE, OTHERWISE
 
@@ -23,4 +23,4 @@ def test_no_reason_is_left_over():
 
 def test_a_verb_that_is_missing_is_told_from_a_misspelt_one():
     missing = {row.name for row in ROWS if not row.is_here}
-    assert all(ros2_verbs.exists(name.split()) for name in missing)
+    assert all(ros2_options.is_missing_verb(name.split()) for name in missing)

@@ -26,7 +26,7 @@ import yaml
 from teleopctl.bag.qos_text import format_offers, parse_offers
 from teleopctl.bag.records import CDR, BagTopic, whole_type_name
 from teleopctl.base import ros_yaml
-from teleopctl.base.text_file import read_text
+from teleopctl.base.files import read_text
 from teleopctl.errors import InvalidFileError, SystemFailureError
 
 METADATA_FILE = "metadata.yaml"

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import yaml
 
 from teleopctl.base import ros_yaml
-from teleopctl.base.text_file import read_text
+from teleopctl.base.files import read_text
 from teleopctl.errors import InvalidFileError
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from teleopctl.base import ros_yaml
-from teleopctl.base.text_file import read_text
+from teleopctl.base.files import read_text
 from teleopctl.errors import InvalidFileError, TeleopctlError
 from teleopctl.node import (
     DurabilityPolicy,

@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import IO, TYPE_CHECKING, NamedTuple
 
 from teleopctl.base import interrupts, progress
+from teleopctl.base.files import open_private, write_private
 from teleopctl.base.folders import (
     check_private,
     logs_dir as logs_dir,
@@ -27,7 +28,6 @@ from teleopctl.base.folders import (
     runtime_dir as runtime_dir,
 )
 from teleopctl.base.output import LOG_FILE, log_bytes
-from teleopctl.base.private_file import open_private, write_private
 from teleopctl.base.start_timeouts import ProgressMonitor, StartTimeouts
 from teleopctl.errors import SystemFailureError
 

@@ -16,7 +16,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, BinaryIO
 
-from teleopctl.base.private_file import open_private
+from teleopctl.base.files import open_private
 from teleopctl.errors import UsageError
 
 if TYPE_CHECKING:

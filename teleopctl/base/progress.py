@@ -12,7 +12,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from teleopctl.base.private_file import write_private
+from teleopctl.base.files import write_private
 from teleopctl.errors import EXIT_INTERRUPTED
 
 if TYPE_CHECKING:

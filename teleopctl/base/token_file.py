@@ -17,8 +17,8 @@ from typing import NamedTuple
 from urllib.parse import quote, unquote
 
 from teleopctl.base.access import with_token
+from teleopctl.base.files import open_private
 from teleopctl.base.folders import make_private, state_dir
-from teleopctl.base.private_file import open_private
 from teleopctl.errors import InvalidFileError, SystemFailureError, TeleopctlError
 
 _BYTES = 24

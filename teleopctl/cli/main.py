@@ -195,7 +195,7 @@ def _run_quickly(words: list[str]) -> int | None:
     if not words or words[0].startswith("-") or plugins.find(plugins.VERBS, words[0]) is None:
         return None
     from teleopctl.cli import quick
-    from teleopctl.cli.verb import Verb, VerbGroup
+    from teleopctl.cli.verb import Verb, VerbGroup, call
 
     first, *rest = words
     verb: Verb | VerbGroup | None = plugins.load(plugins.VERBS, first)
@@ -211,7 +211,7 @@ def _run_quickly(words: list[str]) -> int | None:
     if values is None:
         return None
     _collect_garbage()
-    return function(**values) or 0
+    return call(function, values) or 0
 
 
 def _unforeseen(error: Exception, words: Sequence[str]) -> TeleopctlError:

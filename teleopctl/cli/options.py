@@ -1,7 +1,8 @@
-"""Arguments and options that many verbs share."""
+"""Arguments and options that many verbs share, and checks of their values."""
 
 from teleopctl.base.typed import Annotated
 from teleopctl.cli.verb import Argument, Option
+from teleopctl.errors import UsageError
 
 TopicName = Annotated[str, Argument(help="The topic.", complete="topics")]
 ServiceName = Annotated[str, Argument(help="The service.", complete="services")]
@@ -39,3 +40,29 @@ StallTimeout = Annotated[
         metavar="SECONDS",
     ),
 ]
+
+
+def check_not_negative(**options: float | None) -> None:
+    """Raise for negative values of options, which are named as on the command line.
+
+    Raises:
+        UsageError: One is negative.
+    """
+    for name, value in options.items():
+        if value is not None and value < 0:
+            raise UsageError(f"{_flag(name)} must not be negative, got {value:g}")
+
+
+def check_positive(**options: float | None) -> None:
+    """Raise for option values that are not greater than zero.
+
+    Raises:
+        UsageError: One is not.
+    """
+    for name, value in options.items():
+        if value is not None and value <= 0:
+            raise UsageError(f"{_flag(name)} must be greater than zero, got {value:g}")
+
+
+def _flag(name: str) -> str:
+    return f"--{name.replace('_', '-')}"

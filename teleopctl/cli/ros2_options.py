@@ -1,17 +1,19 @@
-"""ROS 2's options that change nothing here, or stand elsewhere there, and that scripts give.
+"""Options of ``ros2`` that have no effect here or another place, and verbs that are missing.
 
-There, ``--no-daemon`` passes by a cache of the graph and ``--spin-time`` waits for the graph to
-become known. Here no cache exists, and the graph is known at once. ``--use-sim-time`` means
-something to verbs that stamp or measure, and nothing to the others; ``control`` finds its manager
-also where the name is a hidden one.
+There, ``--no-daemon`` bypasses a cache of the graph and ``--spin-time`` waits for discovery. Here
+there is no cache, and the graph is complete at once. ``--use-sim-time`` matters to verbs that stamp
+or measure, and has no effect on the others; ``control`` finds its manager under a hidden name, too.
 """
 
 from __future__ import annotations
+
+from collections.abc import Sequence
 
 from teleopctl.base.typed import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+
 
 GROUPS = frozenset(
     {"action", "topic", "node", "service", "param", "control", "lifecycle", "component"}
@@ -73,3 +75,17 @@ def _behind_the_verb(words: Sequence[str]) -> list[str]:
         return list(words)
     hidden, verb, *others = rest
     return [group, verb, hidden, *others]
+
+
+MISSING_VERBS = {
+    "security": (
+        "create_enclave create_key create_keystore create_permission generate_artifacts "
+        "generate_policy list_enclaves list_keys"
+    ),
+}
+
+
+def is_missing_verb(path: Sequence[str]) -> bool:
+    """Return whether ``ros2`` has a noun or a verb."""
+    verb, *rest = path
+    return verb in MISSING_VERBS and (not rest or rest[0] in MISSING_VERBS[verb].split())

@@ -18,10 +18,10 @@ from typer.core import TyperCommand, TyperGroup
 from typer.main import get_command, get_group
 
 from teleopctl import plugins
-from teleopctl.cli import declared, help_page, ros2_verbs
+from teleopctl.cli import declared, help_page, ros2_options
 from teleopctl.cli.console import PROGRAM
-from teleopctl.cli.verb import Option, Verb, VerbGroup, VerbParameter, parameters
-from teleopctl.cli.words.typer_line import typer_line
+from teleopctl.cli.typer_line import typer_line
+from teleopctl.cli.verb import Option, Verb, VerbGroup, VerbParameter, call, parameters
 from teleopctl.errors import TeleopctlError, UnsupportedError, UsageError
 
 # What a line or two have room for.
@@ -99,7 +99,7 @@ def _refuse_missing(tree: TyperGroup, words: Sequence[str]) -> None:
             continue
         path.append(word)
         if word not in command.commands:
-            if ros2_verbs.exists(path):
+            if ros2_options.is_missing_verb(path):
                 raise UnsupportedError(
                     f"'{' '.join(path)}' is a verb of ros2 that teleopctl does not have yet",
                     hint=f"See `{' '.join([PROGRAM, *path[:-1]])} --help` for those that it has.",
@@ -147,22 +147,27 @@ def _first_word(words: Sequence[str]) -> tuple[int, str]:
 def _typer_function(verb: Verb) -> Callable[..., int | None]:
     """The verb's function with its declarations spelt in Typer's words."""
     function = verb.load()
-    signature = inspect.signature(function)
+    declared_parameters = parameters(function)
     listed = [
-        signature.parameters[parameter.name].replace(annotation=_typer_annotation(parameter))
-        for parameter in parameters(function)
+        inspect.Parameter(
+            parameter.name,
+            inspect.Parameter.KEYWORD_ONLY,
+            default=parameter.default if parameter.optional else inspect.Parameter.empty,
+            annotation=_typer_annotation(parameter),
+        )
+        for parameter in declared_parameters
     ]
 
     @wraps(function)
-    def call(**values: object) -> int | None:
-        for parameter in parameters(function):
+    def run_verb(**values: object) -> int | None:
+        for parameter in declared_parameters:
             _check_finite(parameter, values[parameter.name])
-        return function(**values)
+        return call(function, values)
 
-    call.__annotations__ = {parameter.name: parameter.annotation for parameter in listed}
+    run_verb.__annotations__ = {parameter.name: parameter.annotation for parameter in listed}
     # What inspect, and so Typer, takes in place of the real signature.
-    call.__dict__["__signature__"] = signature.replace(parameters=listed)
-    return call
+    run_verb.__dict__["__signature__"] = inspect.Signature(listed)
+    return run_verb
 
 
 def _check_finite(parameter: VerbParameter, value: object) -> None:

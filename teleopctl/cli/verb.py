@@ -12,7 +12,12 @@ from teleopctl.base.typed import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from collections.abc import Callable
-    from typing import Any
+    from typing import Any, dataclass_transform
+else:
+
+    def dataclass_transform(**_: object) -> object:
+        """Stand in for typing's, which only type checkers read."""
+        return lambda class_: class_
 
 
 class Declaration:
@@ -150,6 +155,30 @@ class VerbGroup:
         self.leaves_nothing = leaves_nothing
 
 
+@dataclass_transform(kw_only_default=True)
+class OptionSet:
+    """Base class of options that several verbs share, which a verb's function gets as one object.
+
+    Its annotated attributes are declared as parameters of a function are, with their defaults:
+
+        class TextOptions(OptionSet):
+            csv: Annotated[bool, Option("--csv", help="Print all values on one line.")] = False
+
+        def echo(topic_name: TopicName, *, text: TextOptions) -> None: ...
+
+    Raises:
+        UsageError: Values are invalid or contradict each other; see `check`.
+    """
+
+    def __init__(self, **values: object) -> None:
+        for name in type(self).__annotations__:
+            setattr(self, name, values.get(name, getattr(type(self), name)))
+        self.check()
+
+    def check(self) -> None:
+        """Raise a UsageError if values are invalid or contradict each other; override it."""
+
+
 class VerbParameter:
     """A parameter of a verb's function.
 
@@ -189,7 +218,7 @@ class VerbParameter:
 
 
 def parameters(function: Callable[..., object]) -> list[VerbParameter]:
-    """The declared parameters of a verb's function, in order.
+    """Return the declared parameters of a verb's function, in order, options of sets included.
 
     Reads the function's own tables, since ``inspect`` costs as much as the query itself. They
     hold the declarations themselves only where the module does not postpone its annotations.
@@ -202,18 +231,49 @@ def parameters(function: Callable[..., object]) -> list[VerbParameter]:
     found = []
     for name in names:
         annotation = function.__annotations__[name]
-        scalar, many = _scalar_type(annotation.__origin__)
-        found.append(
-            VerbParameter(
-                name,
-                annotation.__metadata__[0],
-                scalar,
-                many=many,
-                optional=name in defaults,
-                default=defaults.get(name),
-            )
-        )
+        if _is_option_set(annotation):
+            found += [
+                _parameter(option, declared, {option: getattr(annotation, option)})
+                for option, declared in annotation.__annotations__.items()
+            ]
+        else:
+            found.append(_parameter(name, annotation, defaults))
     return found
+
+
+def call(function: Callable[..., int | None], values: dict[str, object]) -> int | None:
+    """Call a verb's function with the values of its parameters, and return what it returns.
+
+    Args:
+        function: The function.
+        values: The values by name; those of an option set are handed over as one object.
+
+    Raises:
+        UsageError: Values of an option set are invalid or contradict each other.
+    """
+    arguments = dict(values)
+    for name, class_ in function.__annotations__.items():
+        if _is_option_set(class_):
+            own = {option: arguments.pop(option) for option in class_.__annotations__}
+            arguments[name] = class_(**own)
+    return function(**arguments)
+
+
+# Any: an annotation may be anything that can be written there.
+def _is_option_set(annotation: Any) -> bool:
+    return isinstance(annotation, type) and issubclass(annotation, OptionSet)
+
+
+def _parameter(name: str, annotation: Any, defaults: dict[str, object]) -> VerbParameter:
+    scalar, many = _scalar_type(annotation.__origin__)
+    return VerbParameter(
+        name,
+        annotation.__metadata__[0],
+        scalar,
+        many=many,
+        optional=name in defaults,
+        default=defaults.get(name),
+    )
 
 
 # Any: an annotation may be anything that can be written there.

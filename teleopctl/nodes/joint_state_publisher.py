@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from teleopctl.base import progress
-from teleopctl.base.text_file import read_text
+from teleopctl.base.files import read_text
 from teleopctl.errors import InvalidParameterError, TeleopctlError
 from teleopctl.interfaces import get_message
 from teleopctl.node import (

@@ -12,8 +12,8 @@ import webbrowser
 from pathlib import Path
 
 from teleopctl.base import progress
+from teleopctl.base.files import write_private
 from teleopctl.base.folders import make_private, runtime_dir
-from teleopctl.base.private_file import write_private
 from teleopctl.base.token_file import Address
 from teleopctl.errors import UsageError
 from teleopctl.node import ExternalShutdownException, init, parse_ros_arguments, spin

@@ -10,6 +10,7 @@ if TYPE_CHECKING:
         find_component as find_component,
         list_components as list_components,
     )
+    from teleopctl.packages.distributions import builtin_package as builtin_package
     from teleopctl.packages.finding import (
         PACKAGE_PATH_VARIABLE as PACKAGE_PATH_VARIABLE,
         faults_of_search as faults_of_search,
@@ -33,7 +34,6 @@ if TYPE_CHECKING:
         create_package as create_package,
         license_names as license_names,
     )
-    from teleopctl.packages.own import builtin_package as builtin_package
     from teleopctl.packages.prefixes import search_paths as search_paths
     from teleopctl.packages.programs import (
         find_executable as find_executable,

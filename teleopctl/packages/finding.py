@@ -33,7 +33,7 @@ from functools import lru_cache, partial
 from pathlib import Path
 
 from teleopctl.errors import BrokenPluginError, NotFoundError, did_you_mean
-from teleopctl.packages.own import builtin_package, has_files, own_names
+from teleopctl.packages.distributions import builtin_package, has_files, own_names
 from teleopctl.packages.prefixes import (
     include_prefix_of,
     installed_names,

@@ -6,13 +6,13 @@ import os
 from pathlib import Path
 
 from teleopctl.errors import AmbiguousNameError, NotFoundError, did_you_mean
+from teleopctl.packages.distributions import builtin_package
 from teleopctl.packages.finding import (
     find_package,
     include_package_of,
     list_packages,
     package_layers,
 )
-from teleopctl.packages.own import builtin_package
 from teleopctl.packages.records import DISTRIBUTION, SOURCES, Package, PackageProgram
 
 # Where the functions of our own executables are.

@@ -71,6 +71,7 @@ VERBS = Kind(
 )
 """The words behind ``teleopctl``."""
 
+_NOUNS = "teleopctl.cli.verbs"
 _COMPLETION = "teleopctl.cli.completion"
 _CANDIDATES = f"{_COMPLETION}.candidates"
 
@@ -78,36 +79,36 @@ COMPLETIONS = Kind(
     "completion",
     "teleopctl.completions",
     {
-        "action_types": "teleopctl.cli.verbs.action.candidates:action_types",
-        "actions": "teleopctl.cli.verbs.action.candidates:actions",
-        "bags": "teleopctl.cli.verbs.bag.candidates:bags",
-        **{
-            name: f"teleopctl.cli.verbs.component.candidates:{name}"
-            for name in ("component_ids", "component_packages", "component_types", "containers")
-        },
-        "controllers": "teleopctl.cli.verbs.control.candidates:controllers",
-        "frames": "teleopctl.cli.verbs.tf.candidates:frames",
-        "interface_packages": "teleopctl.cli.verbs.interface.candidates:interface_packages",
-        "interface_types": "teleopctl.cli.verbs.interface.candidates:interface_types",
+        "action_types": f"{_NOUNS}.action:complete_types",
+        "actions": f"{_NOUNS}.action:complete_actions",
+        "bags": f"{_NOUNS}.bag.options:complete_bags",
+        "component_ids": f"{_NOUNS}.component:complete_ids",
+        "component_packages": f"{_NOUNS}.component:complete_packages",
+        "component_types": f"{_NOUNS}.component:complete_types",
+        "containers": f"{_NOUNS}.component:complete_containers",
+        "controllers": f"{_NOUNS}.control.manager:complete_controllers",
         "fields": f"{_COMPLETION}.messages:fields",
         "files": f"{_CANDIDATES}:files",
+        "frames": f"{_NOUNS}.tf:complete_frames",
+        "interface_packages": f"{_NOUNS}.interface:complete_packages",
+        "interface_types": f"{_NOUNS}.interface:complete_types",
         "launch_words": f"{_CANDIDATES}:launch_words",
-        "licenses": "teleopctl.cli.verbs.pkg.candidates:licenses",
+        "licenses": f"{_NOUNS}.pkg:complete_licenses",
         "logged_processes": f"{_CANDIDATES}:logged_processes",
-        "managed_nodes": "teleopctl.cli.verbs.lifecycle.candidates:managed_nodes",
-        "manifest_tags": "teleopctl.cli.verbs.pkg.candidates:manifest_tags",
+        "managed_nodes": f"{_NOUNS}.lifecycle:complete_managed_nodes",
+        "manifest_tags": f"{_NOUNS}.pkg:complete_manifest_tags",
         "message_types": f"{_COMPLETION}.messages:message_types",
         "nodes": f"{_CANDIDATES}:nodes",
         "packages": f"{_CANDIDATES}:package_names",
-        "parameter_names": "teleopctl.cli.verbs.param.candidates:parameter_names",
-        "parameter_values": "teleopctl.cli.verbs.param.candidates:parameter_values",
+        "parameter_names": f"{_NOUNS}.param.candidates:parameter_names",
+        "parameter_values": f"{_NOUNS}.param.candidates:parameter_values",
         "programs": f"{_CANDIDATES}:programs",
         "prototypes": f"{_COMPLETION}.messages:prototypes",
         "running_processes": f"{_CANDIDATES}:running_processes",
         "service_types": f"{_COMPLETION}.messages:service_types",
         "services": f"{_CANDIDATES}:services",
         "topics": f"{_CANDIDATES}:topics",
-        "transitions": "teleopctl.cli.verbs.lifecycle.candidates:transitions",
+        "transitions": f"{_NOUNS}.lifecycle:complete_transitions",
     },
     direct=True,
 )

@@ -14,7 +14,7 @@ import time
 from pathlib import Path
 
 from teleopctl.base import background
-from teleopctl.base.private_file import open_private
+from teleopctl.base.files import open_private
 from teleopctl.errors import SystemFailureError
 from teleopctl.sweep.one_run import (
     BAG,

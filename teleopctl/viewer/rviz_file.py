@@ -11,8 +11,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from teleopctl.base.files import read_text
 from teleopctl.base.ros_yaml import RosLoader, faults_of, load
-from teleopctl.base.text_file import read_text
 from teleopctl.errors import TeleopctlError
 from teleopctl.tf import Vector3
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from teleopctl.base.private_file import open_private, write_private
+from teleopctl.base.files import open_private, write_private
 from teleopctl.base.token_file import Address, default_token_file, read_or_make_token, read_token
 from teleopctl.errors import InvalidFileError, SystemFailureError
 

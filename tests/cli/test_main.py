@@ -9,8 +9,8 @@ import pytest
 from teleopctl import __version__, plugins
 from teleopctl.cli import main, ros2_options
 from teleopctl.cli.typer_app import command_tree
+from teleopctl.cli.typer_line import typer_line
 from teleopctl.cli.verb import Argument, Verb, VerbGroup
-from teleopctl.cli.words.typer_line import typer_line
 from teleopctl.errors import TeleopctlError, UsageError
 
 

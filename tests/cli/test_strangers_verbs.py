@@ -13,7 +13,7 @@ GREETER = '''
     from typing import Annotated
 
     from teleopctl.cli import console
-    from teleopctl.cli.verb import Argument, Group, Verb
+    from teleopctl.cli.verb import Argument, Verb, VerbGroup
 
     def greet(who: Annotated[str, Argument(help="Whom.", complete="greeter:people")]) -> None:
         """Say hello."""
@@ -23,7 +23,7 @@ GREETER = '''
         return [name for name in ("Ada", "Alan", "Grace") if name.startswith(incomplete)]
 
     VERB = Verb("greeter:greet", "Greet somebody.")
-    GROUP = Group("Greet many.", {"one": VERB})
+    GROUP = VerbGroup("Greet many.", {"one": VERB})
 '''
 
 OLD_SCRIPT = """

@@ -5,7 +5,7 @@ from itertools import permutations
 
 import pytest
 
-from teleopctl.cli.verbs.control.chains import picture
+from teleopctl.cli.verbs.control.controllers import picture
 from teleopctl.control.lifecycle import State
 from teleopctl.control.services import ControllerManagerServices, controller_state
 from teleopctl.control.switching import Strictness, SwitchRequest, switch_controller

@@ -22,8 +22,8 @@ from teleopctl.bag.metadata import (
 )
 from teleopctl.bag.records import NO_TIME_NS, BagAttachment, BagMessage, BagTopic
 from teleopctl.bag.storage.packed import SUFFIX, ZSTD, require_zstd, unpack_file, unpack_messages
+from teleopctl.base.files import absence
 from teleopctl.base.temporary import TemporaryFolder
-from teleopctl.base.text_file import absence
 from teleopctl.errors import InvalidFileError, NotFoundError
 
 if TYPE_CHECKING:

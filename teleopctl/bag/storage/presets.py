@@ -9,7 +9,7 @@ import yaml
 
 from teleopctl.bag.mcap_file.chunk_builder import ChunkSettings, Compression, CompressionLevel
 from teleopctl.base import ros_yaml
-from teleopctl.base.text_file import read_text
+from teleopctl.base.files import read_text
 from teleopctl.errors import InvalidFileError, UnsupportedError, UsageError, did_you_mean
 
 PRESETS = ("none", "fastwrite", "zstd_fast", "zstd_small")

@@ -23,7 +23,7 @@ from teleopctl.base.budget import (
     tally_of_unpacked,
     unpacked_limit,
 )
-from teleopctl.base.text_file import absence
+from teleopctl.base.files import absence
 from teleopctl.errors import InvalidFileError
 from teleopctl.interfaces import hash_of_text
 from teleopctl.wire import EndpointQos

@@ -159,7 +159,7 @@ def _launch_arguments(package: str | None, file: str) -> list[str]:
 
 
 def _matching(incomplete: str, names: Callable[[Graph], Iterable[str]]) -> list[str]:
-    from teleopctl.cli.live import live_graph
+    from teleopctl.cli.graph_lookup import live_graph
 
     try:
         return [name for name in names(live_graph()) if name.startswith(incomplete)]

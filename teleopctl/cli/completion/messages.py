@@ -29,7 +29,7 @@ def message_types(ctx: TypedWords, incomplete: str) -> list[str]:
 
 def service_types(ctx: TypedWords, incomplete: str) -> list[str]:
     """Return the types of the service on the line, else all known types."""
-    from teleopctl.cli.live import absolute_name, live_graph
+    from teleopctl.cli.graph_lookup import absolute_name, live_graph
     from teleopctl.interfaces import list_types
 
     live: list[str] = []
@@ -90,7 +90,7 @@ def _offered_fields(definition: Definition) -> Iterator[str]:
 
 
 def _live_types(topic: str | list[str] | None) -> list[str]:
-    from teleopctl.cli.live import absolute_name, live_graph
+    from teleopctl.cli.graph_lookup import absolute_name, live_graph
 
     if not topic:
         return []

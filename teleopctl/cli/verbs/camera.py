@@ -7,10 +7,10 @@ from pathlib import Path
 from teleopctl.base.typed import Annotated, Any
 from teleopctl.cli import console
 from teleopctl.cli.command_node import command_node
-from teleopctl.cli.live import absolute_name
+from teleopctl.cli.graph_lookup import absolute_name
 from teleopctl.cli.options import AsJson
 from teleopctl.cli.verb import Argument, Option, Verb, VerbGroup
-from teleopctl.cli.verbs.topic.source import find_source
+from teleopctl.cli.verbs.topic.sources import find_source
 from teleopctl.errors import (
     InvalidMessageError,
     SystemFailureError,
@@ -93,7 +93,7 @@ def _next_image(topic: str, longest_wait_s: float | None) -> Any:
 
     started = time.monotonic()
     with command_node() as node:
-        qos = source.suited_qos(1)
+        qos = source.compatible_qos(1)
         node.create_subscription(source.message_class, topic, take, qos, immediate=True)
         while True:
             waited_s = time.monotonic() - started

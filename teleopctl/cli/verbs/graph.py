@@ -4,7 +4,7 @@ from pathlib import Path
 
 from teleopctl.base.typed import Annotated
 from teleopctl.cli import console
-from teleopctl.cli.live import live_graph
+from teleopctl.cli.graph_lookup import live_graph
 from teleopctl.cli.verb import Option, Verb
 from teleopctl.diagram import SHOWN, ros_graph, to_dot, to_svg
 from teleopctl.errors import SystemFailureError, UsageError

@@ -5,7 +5,7 @@ from collections.abc import Iterable
 
 from teleopctl.base.typed import TYPE_CHECKING, Annotated
 from teleopctl.cli import console
-from teleopctl.cli.live import absolute_name, live_graph
+from teleopctl.cli.graph_lookup import absolute_name, live_graph
 from teleopctl.cli.options import AsJson, NodeName
 from teleopctl.cli.verb import Option, Verb, VerbGroup
 from teleopctl.errors import NotFoundError, did_you_mean

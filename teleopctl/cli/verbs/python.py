@@ -31,7 +31,7 @@ def python(
     It is the Python that teleopctl is installed in, and so is all that it starts in turn. What is
     really installed is used instead. No router is started; `teleopctl daemon start` does that.
     """
-    from teleopctl.cli.replacing import replace_this_process
+    from teleopctl.cli.verbs.run import replace_this_process
     from teleopctl.compat import activation
 
     activation.activate_children()

@@ -1,21 +1,47 @@
-"""``teleopctl run``: one node, in this process."""
+"""``teleopctl run``."""
 
-import shlex
+import os
 import sys
 from collections.abc import Sequence
-from functools import partial
 
-from teleopctl import packages
 from teleopctl.base.typed import TYPE_CHECKING, Annotated
 from teleopctl.cli import console
 from teleopctl.cli.options import StallTimeout, UpTimeout
 from teleopctl.cli.verb import Argument, Option, Verb
-from teleopctl.cli.waiting import start_timeouts
-from teleopctl.errors import NotFoundError, UsageError, did_you_mean
-from teleopctl.packages import PackageProgram
+from teleopctl.errors import NotFoundError, SystemFailureError, UsageError, did_you_mean
 
 if TYPE_CHECKING:
     from teleopctl.base.start_timeouts import StartTimeouts
+    from teleopctl.packages import PackageProgram
+
+
+def replace_this_process(command: list[str]) -> int:
+    """Replace this process by a command.
+
+    Returns:
+        The exit status, on Windows only.
+
+    Raises:
+        SystemFailureError: It cannot be started.
+    """
+    sys.stdout.flush()
+    try:
+        if os.name == "nt":
+            return _wait_for(command)
+        os.execvp(command[0], command)  # noqa: S606 -- the user's own command
+    except OSError as error:
+        raise SystemFailureError(f"Cannot run {command[0]}: {error.strerror}") from error
+
+
+def _wait_for(command: list[str]) -> int:
+    """Run a command; Windows has no exec: a process that calls it ends before the program does."""
+    import signal
+    import subprocess
+
+    # Ctrl-C reaches both processes, and only the command knows what to do then.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    return subprocess.run(command, check=False).returncode
+
 
 VERB = Verb(
     f"{__name__}:run",
@@ -50,6 +76,7 @@ def run(
     The package may be left out where the program's name is unique. Files may import rclpy and
     message packages.
     """
+    from teleopctl.cli.waiting import start_timeouts
     from teleopctl.wire import ensure_router
 
     timeouts = start_timeouts(timeout, stall_timeout, detach=detach)
@@ -62,17 +89,18 @@ def run(
     command = [*_words(prefix or ""), *_command(executable, arguments)]
     if detach:
         return _start_in_background(executable, command, timeouts)
-    from teleopctl.cli.replacing import replace_this_process
 
     return replace_this_process(command)
 
 
-def find(words: Sequence[str]) -> tuple[PackageProgram, list[str]]:
+def find(words: Sequence[str]) -> "tuple[PackageProgram, list[str]]":
     """Return the program that a command line names, and the program's own arguments.
 
     Raises:
         TeleopctlError: There is no such package or program.
     """
+    from teleopctl import packages
+
     first, *rest = words
     if packages.is_path(first):
         return packages.find_executable(None, first), rest
@@ -93,19 +121,23 @@ def find(words: Sequence[str]) -> tuple[PackageProgram, list[str]]:
 
 
 def _suggestion(name: str) -> str | None:
+    from teleopctl import packages
+
     everything = packages.list_packages()
     programs = {program for package in everything for program in package.executables}
     return did_you_mean(name, {package.name for package in everything} | programs)
 
 
 def _words(prefix: str) -> list[str]:
+    import shlex
+
     try:
         return shlex.split(prefix)
     except ValueError as error:
         raise UsageError(f"--prefix {prefix}: {error}") from error
 
 
-def _command(executable: PackageProgram, arguments: Sequence[str]) -> list[str]:
+def _command(executable: "PackageProgram", arguments: Sequence[str]) -> list[str]:
     program = [str(executable.file)]
     if executable.file is None:
         program = [executable.package, executable.name]
@@ -113,8 +145,10 @@ def _command(executable: PackageProgram, arguments: Sequence[str]) -> list[str]:
 
 
 def _start_in_background(
-    executable: PackageProgram, command: list[str], timeouts: "StartTimeouts"
+    executable: "PackageProgram", command: list[str], timeouts: "StartTimeouts"
 ) -> int:
+    from functools import partial
+
     from teleopctl.base import background, progress
     from teleopctl.base.token_file import Address
     from teleopctl.launch import NewNodes, free_name, started_in_background, wait_for_node

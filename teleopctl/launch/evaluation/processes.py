@@ -13,7 +13,7 @@ from typing import Final, TypeVar
 import yaml
 
 from teleopctl.base import ros_yaml
-from teleopctl.base.text_file import read_text
+from teleopctl.base.files import read_text
 from teleopctl.errors import LaunchError, TeleopctlError
 from teleopctl.launch.evaluation.context import LaunchContext
 from teleopctl.launch.evaluation.parameters import parameter_file, parameter_value

@@ -22,7 +22,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from teleopctl.base.private_file import write_private
+from teleopctl.base.files import write_private
 from teleopctl.errors import InvalidDescriptionError, LaunchError, TeleopctlError, UsageError
 from teleopctl.launch.evaluation.context import LaunchContext
 from teleopctl.launch.evaluation.extra_substitutions import (

@@ -13,7 +13,7 @@ from pathlib import Path
 
 from teleopctl.base.budget import joined
 from teleopctl.base.expression import ExpressionError, evaluate
-from teleopctl.base.text_file import read_text
+from teleopctl.base.files import read_text
 from teleopctl.errors import LaunchError, did_you_mean
 from teleopctl.launch.evaluation.context import LaunchContext
 from teleopctl.launch.evaluation.parameters import parameter_value

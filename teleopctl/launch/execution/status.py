@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple, Protocol
 
 from teleopctl import errors
 from teleopctl.base.background import ProcessRecord, StartTime
-from teleopctl.base.private_file import write_private
+from teleopctl.base.files import write_private
 from teleopctl.errors import TeleopctlError
 from teleopctl.launch.execution.event_loop import EventLoop
 

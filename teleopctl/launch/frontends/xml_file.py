@@ -14,7 +14,7 @@ from typing import NamedTuple
 from xml.parsers import expat
 
 from teleopctl.base.budget import DEEPEST_TAGS
-from teleopctl.base.text_file import read_text
+from teleopctl.base.files import read_text
 from teleopctl.errors import LaunchError
 from teleopctl.launch.frontends.steps import launch_file
 from teleopctl.launch.model import values

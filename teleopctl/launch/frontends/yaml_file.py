@@ -9,7 +9,7 @@ import yaml
 
 from teleopctl.base import ros_yaml
 from teleopctl.base.budget import DEEPEST_TAGS
-from teleopctl.base.text_file import read_text
+from teleopctl.base.files import read_text
 from teleopctl.errors import LaunchError
 from teleopctl.launch.frontends.steps import launch_file
 from teleopctl.launch.model.action import LaunchFile

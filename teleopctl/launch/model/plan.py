@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Protocol
 
-from teleopctl.base.private_file import write_private
+from teleopctl.base.files import write_private
 from teleopctl.errors import TeleopctlError
 from teleopctl.launch.model.output import BOTH, LOG, Output
 

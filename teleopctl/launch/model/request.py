@@ -6,7 +6,7 @@ import json
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
-from teleopctl.base.private_file import write_private
+from teleopctl.base.files import write_private
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

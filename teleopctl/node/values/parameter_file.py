@@ -12,8 +12,8 @@ import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 
+from teleopctl.base.files import read_text
 from teleopctl.base.printable import shortened
-from teleopctl.base.text_file import read_text
 from teleopctl.base.typed import TYPE_CHECKING, Any, NamedTuple
 from teleopctl.errors import InvalidFileError
 

@@ -21,7 +21,7 @@ from functools import cached_property, partial
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
-from teleopctl.base.text_file import read_text
+from teleopctl.base.files import read_text
 from teleopctl.errors import TeleopctlError, UsageError
 from teleopctl.interfaces import deserialize, get_message, serialize
 from teleopctl.node import (

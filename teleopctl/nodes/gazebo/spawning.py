@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from teleopctl.base import progress
-from teleopctl.base.text_file import read_text
+from teleopctl.base.files import read_text
 from teleopctl.errors import TeleopctlError, UsageError
 from teleopctl.interfaces import get_message
 from teleopctl.node import (

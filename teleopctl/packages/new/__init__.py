@@ -1,7 +1,6 @@
 """New packages: the files that ``pkg create`` makes."""
 
 from teleopctl.packages.new.creating import check_package, create_package
-from teleopctl.packages.new.licenses import license_names
-from teleopctl.packages.new.package import BUILD_TYPES, NewPackage
+from teleopctl.packages.new.package import BUILD_TYPES, NewPackage, license_names
 
 __all__ = ["BUILD_TYPES", "NewPackage", "check_package", "create_package", "license_names"]

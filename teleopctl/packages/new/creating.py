@@ -7,14 +7,20 @@ from datetime import date
 from pathlib import Path
 
 from teleopctl.errors import RefusedError, SystemFailureError
-from teleopctl.packages.new.cargo_files import cargo_files
-from teleopctl.packages.new.cmake_files import cmake_files
-from teleopctl.packages.new.cpp_files import cpp_files
-from teleopctl.packages.new.licenses import license_text
-from teleopctl.packages.new.manifest import package_xml
-from teleopctl.packages.new.package import AMENT_CARGO, AMENT_PYTHON, NewPackage, check
-from teleopctl.packages.new.python_files import python_files
-from teleopctl.packages.new.steps import File, Folder, Note, Step, joined
+from teleopctl.packages.new.package import (
+    AMENT_CARGO,
+    AMENT_PYTHON,
+    File,
+    Folder,
+    NewPackage,
+    Note,
+    Step,
+    check,
+    joined,
+    license_text,
+    package_xml,
+)
+from teleopctl.packages.new.source_files import cargo_files, cmake_files, cpp_files, python_files
 
 
 def create_package(package: NewPackage, folder: str, tell: Callable[[str], object]) -> None:

@@ -1,9 +1,10 @@
-"""What a new package is to be."""
+"""A package to create: its description, manifest and license, and the steps of its creation."""
 
 from __future__ import annotations
 
-import keyword
+import os
 import re
+from pathlib import Path
 from typing import Final, NamedTuple
 
 from teleopctl.errors import UsageError
@@ -76,9 +77,117 @@ def check(package: NewPackage) -> None:
 
 
 def _check_module(name: str, kind: str) -> None:
+    import keyword
+
     if not name.isidentifier() or keyword.iskeyword(name):
         usable = re.sub(r"\W", "_", name)
         raise UsageError(
             f"'{name}' cannot be imported in Python, where the {kind} becomes a module",
             hint=f"--build-type ament_python takes names like {usable}_node.",
         )
+
+
+class Note(NamedTuple):
+    """A line to print."""
+
+    text: str
+
+
+class Folder(NamedTuple):
+    """A folder to create."""
+
+    path: str
+
+
+class File(NamedTuple):
+    """A file to write.
+
+    Attributes:
+        path: Its path.
+        text: What it holds.
+        is_told: Whether its path is told.
+    """
+
+    path: str
+    text: str
+    is_told: bool = True
+
+
+Step = Note | Folder | File
+
+
+def joined(*parts: str) -> str:
+    """Join the parts of a path, keeping a leading ``./``."""
+    return os.path.join(*parts)  # noqa: PTH118 -- a Path would drop the ./
+
+
+_FOLDER: Final = Path(__file__).parent / "licenses"
+
+# BSD-2.0 is what ament's tools call the license of three clauses, too.
+_FILES: Final = {
+    "Apache-2.0": "Apache-2.0",
+    "BSL-1.0": "BSL-1.0",
+    "BSD-2.0": "BSD-3-Clause",
+    "BSD-2-Clause": "BSD-2-Clause",
+    "BSD-3-Clause": "BSD-3-Clause",
+    "GPL-3.0-only": "GPL-3.0-only",
+    "LGPL-3.0-only": "LGPL-3.0-only",
+    "MIT": "MIT",
+    "MIT-0": "MIT-0",
+}
+
+
+def license_names() -> list[str]:
+    """Return the identifiers of the licenses with known text."""
+    return list(_FILES)
+
+
+def license_text(name: str, holder: str, year: int) -> str | None:
+    """Return the text of a license, or None.
+
+    Args:
+        name: Its SPDX identifier.
+        holder: Who has the copyright.
+        year: Since when.
+    """
+    if name not in _FILES:
+        return None
+    text = _FOLDER.joinpath(f"{_FILES[name]}.txt").read_text(encoding="utf-8")
+    return text.replace("{year}", str(year)).replace("{holder}", holder)
+
+
+_TEST_DEPENDENCIES: Final = {
+    AMENT_CMAKE: ("ament_lint_auto", "ament_lint_common"),
+    AMENT_PYTHON: ("ament_copyright", "ament_flake8", "ament_pep257", "python3-pytest"),
+}
+
+
+def package_xml(package: NewPackage) -> str:
+    """Return the text of ``package.xml``."""
+    from xml.sax.saxutils import escape, quoteattr
+
+    schema = f"http://download.ros.org/schema/package_format{package.package_format}.xsd"
+    lines = [
+        '<?xml version="1.0"?>',
+        f'<?xml-model href="{schema}" schematypens="http://www.w3.org/2001/XMLSchema"?>',
+        f'<package format="{package.package_format}">',
+        f"  <name>{package.name}</name>",
+        "  <version>0.0.0</version>",
+        f"  <description>{escape(package.description)}</description>",
+        f"  <maintainer email={quoteattr(package.maintainer_email)}>"
+        f"{escape(package.maintainer_name)}</maintainer>",
+        f"  <license>{escape(package.license)}</license>",
+        "",
+    ]
+    tools: tuple[str, ...] = ()
+    if package.build_type == AMENT_CMAKE:
+        tools = ("ament_cmake_ros" if package.library_name else "ament_cmake",)
+    for tag, names in (
+        ("buildtool_depend", tools),
+        ("depend", package.dependencies),
+        ("test_depend", _TEST_DEPENDENCIES.get(package.build_type, ())),
+    ):
+        lines += [f"  <{tag}>{name}</{tag}>" for name in names]
+        lines += [""] if names else []
+    build_type = f"    <build_type>{package.build_type}</build_type>"
+    return "\n".join([*lines, "  <export>", build_type, "  </export>", "</package>", ""])

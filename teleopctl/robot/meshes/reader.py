@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from teleopctl.base.text_file import absence
+from teleopctl.base.files import absence
 from teleopctl.errors import TeleopctlError
 
 if TYPE_CHECKING:

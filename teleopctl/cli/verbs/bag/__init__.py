@@ -1,11 +1,8 @@
-"""``teleopctl bag``: one module per verb, imported when that verb runs."""
+"""``teleopctl bag``: recording, playing and working on bags."""
 
 from __future__ import annotations
 
 from teleopctl.cli.verb import Verb, VerbGroup
-
-_FILES = f"{__name__}.files"
-_LOOK = f"{__name__}.look"
 
 GROUP = VerbGroup(
     "Record, play and look at sessions.",
@@ -29,33 +26,33 @@ GROUP = VerbGroup(
             ),
         ),
         "burst": Verb(
-            f"{__name__}.burst:burst",
+            f"{__name__}.play:burst",
             "Send a bag's messages as fast as they can be read.",
             examples=("teleopctl bag burst my_bag -n 100",),
         ),
         "info": Verb(
-            f"{_FILES}.info:bag_info",
+            f"{__name__}.info:bag_info",
             "Show what a bag holds.",
             examples=("teleopctl bag info my_bag", "teleopctl bag info -v my_bag/my_bag_0.mcap"),
         ),
-        "list": Verb(f"{_FILES}.list_:list_plugins", "List storage and compression plug-ins."),
+        "list": Verb(f"{__name__}.info:list_plugins", "List storage and compression plug-ins."),
         "convert": Verb(
-            f"{_FILES}.convert:convert_bag",
+            f"{__name__}.files:convert_bag",
             "Write bags in another form.",
             examples=(
                 "teleopctl bag convert old_session.bag -o session",
                 "teleopctl bag convert -i my_bag -o outputs.yaml",
             ),
         ),
-        "reindex": Verb(f"{_FILES}.reindex:reindex_bag", "Rebuild metadata.yaml from the files."),
-        "check": Verb(f"{_FILES}.check:check_bag", "Check a bag for faults."),
+        "reindex": Verb(f"{__name__}.files:reindex_bag", "Rebuild metadata.yaml from the files."),
+        "check": Verb(f"{__name__}.files:check_bag", "Check a bag for faults."),
         "recover": Verb(
-            f"{_FILES}.recover:recover_bag",
+            f"{__name__}.files:recover_bag",
             "Recover a truncated or damaged bag.",
             examples=("teleopctl bag recover my_bag", "teleopctl bag recover my_bag -o saved"),
         ),
         "filter": Verb(
-            f"{_FILES}.filter_:filter_bag",
+            f"{__name__}.files:filter_bag",
             "Write a bag with some topics of another one.",
             examples=(
                 "teleopctl bag filter my_bag -o arm --topics /joint_states /tf",
@@ -63,17 +60,17 @@ GROUP = VerbGroup(
             ),
         ),
         "merge": Verb(
-            f"{_FILES}.merge:merge_bags",
+            f"{__name__}.files:merge_bags",
             "Write one bag from several.",
             examples=("teleopctl bag merge robot_bag camera_bag -o both",),
         ),
         "cut": Verb(
-            f"{_FILES}.cut:cut_bag",
+            f"{__name__}.files:cut_bag",
             "Write a bag with a part of the time of another one.",
             examples=("teleopctl bag cut my_bag -o part --start-offset 10 --duration 5",),
         ),
         "export": Verb(
-            f"{_LOOK}.export:export",
+            f"{__name__}.export:export",
             "Write a bag as CSV, Parquet, MP4 or a data set of LeRobot.",
             examples=(
                 "teleopctl bag export my_bag",
@@ -84,7 +81,7 @@ GROUP = VerbGroup(
             ),
         ),
         "plot": Verb(
-            f"{_LOOK}.plot:plot",
+            f"{__name__}.plot:plot",
             "Draw numbers of a bag over time, in the terminal or as a picture.",
             examples=(
                 "teleopctl bag plot my_bag /joint_states/position",
@@ -92,12 +89,12 @@ GROUP = VerbGroup(
             ),
         ),
         "view": Verb(
-            f"{_LOOK}.view:view",
+            f"{__name__}.view:view",
             "Show a bag on the page, with a time line.",
             examples=("teleopctl bag view my_bag --open",),
         ),
         "verify": Verb(
-            f"{_LOOK}.verify:verify",
+            f"{__name__}.verify:verify",
             "Simulate a recorded session once more, and compare.",
             examples=("teleopctl bag verify my_bag", "teleopctl bag verify my_bag --json"),
         ),

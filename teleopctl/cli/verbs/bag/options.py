@@ -1,7 +1,13 @@
 """Arguments and options that verbs of bags share."""
 
-from teleopctl.base.typed import Annotated
-from teleopctl.cli.verb import Argument, Option
+from teleopctl.base.typed import TYPE_CHECKING, Annotated
+from teleopctl.cli.verb import Argument, Option, OptionSet
+from teleopctl.errors import UsageError
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from teleopctl.bag import Bag, WriterOptions
 
 BagPath = Annotated[
     str,
@@ -24,18 +30,42 @@ BagPaths = Annotated[
 OutputFolder = Annotated[
     str, Option("-o", "--output", help="The folder to be made.", metavar="FOLDER")
 ]
-CompressionName = Annotated[
-    str,
-    Option("--compression", help="How chunks are compressed.", choices=("none", "lz4", "zstd")),
-]
-MaxBagSize = Annotated[
-    int,
-    Option("-b", "--max-bag-size", help="Bytes at which a new file begins; 0 for never."),
-]
-MaxBagDuration = Annotated[
-    float,
-    Option("-d", "--max-bag-duration", help="Seconds at which a new file begins; 0 for never."),
-]
+
+
+class FileOptions(OptionSet):
+    """Compression and size of the files of a bag that is written."""
+
+    compression: Annotated[
+        str,
+        Option("--compression", help="How chunks are compressed.", choices=("none", "lz4", "zstd")),
+    ] = "zstd"
+    max_bag_size: Annotated[
+        int,
+        Option("-b", "--max-bag-size", help="Bytes at which a new file begins; 0 for never."),
+    ] = 0
+    max_bag_duration: Annotated[
+        float,
+        Option("-d", "--max-bag-duration", help="Seconds at which a new file begins; 0 for never."),
+    ] = 0.0
+
+    def check(self) -> None:
+        """Raise a UsageError if the size or the duration is negative."""
+        if self.max_bag_size < 0 or self.max_bag_duration < 0:
+            raise UsageError("Size and duration of a file cannot be negative")
+
+    def writer_options(self, storage: str = "mcap") -> "WriterOptions":
+        """Return the options of the writer of a bag, ``mcap`` or ``sqlite3``."""
+        from teleopctl.bag import Compression, WriterOptions, database_settings
+        from teleopctl.interfaces import from_seconds
+
+        return WriterOptions(
+            compression=Compression(self.compression),
+            database_settings=database_settings() if storage == "sqlite3" else None,
+            split_bytes=self.max_bag_size,
+            split_duration_ns=from_seconds(self.max_bag_duration),
+        )
+
+
 ChosenTopics = Annotated[
     list[str] | None,
     Option("--topics", help="Only these topics.", metavar="TOPIC"),
@@ -64,17 +94,82 @@ ExcludeTypes = Annotated[
     list[str] | None,
     Option("--exclude-topic-types", help="No topics of these types.", metavar="TYPE"),
 ]
-StartOffset = Annotated[
-    float | None,
-    Option("--start-offset", help="Seconds from the beginning of the bag to that of the new one."),
-]
-Duration = Annotated[
-    float | None, Option("--duration", help="Seconds that the new bag lasts at most.")
-]
-From = Annotated[
-    float | None, Option("--from", help="Seconds since the epoch at which the new bag begins.")
-]
-Until = Annotated[
-    float | None,
-    Option("--until", help="Seconds since the epoch up to which the new bag lasts, exclusive."),
-]
+
+
+class TimeRangeOptions(OptionSet):
+    """Options that select a range of the time of bags."""
+
+    start_offset: Annotated[
+        float | None,
+        Option(
+            "--start-offset", help="Seconds from the beginning of the bag to that of the new one."
+        ),
+    ] = None
+    duration: Annotated[
+        float | None, Option("--duration", help="Seconds that the new bag lasts at most.")
+    ] = None
+    start: Annotated[
+        float | None, Option("--from", help="Seconds since the epoch at which the new bag begins.")
+    ] = None
+    until: Annotated[
+        float | None,
+        Option("--until", help="Seconds since the epoch up to which the new bag lasts, exclusive."),
+    ] = None
+
+    def check(self) -> None:
+        """Raise a UsageError if two options exclude each other, or a length is negative."""
+        if self.start_offset is not None and self.start is not None:
+            raise UsageError("--start-offset and --from say the same thing; give one of them")
+        if self.duration is not None and self.until is not None:
+            raise UsageError("--duration and --until say the same thing; give one of them")
+        if (self.start_offset or 0) < 0 or (self.duration or 0) < 0:
+            raise UsageError("--start-offset and --duration cannot be negative")
+
+    @property
+    def is_whole(self) -> bool:
+        """Whether no option is given, so that all of the bags is selected."""
+        options = (self.start_offset, self.duration, self.start, self.until)
+        return all(option is None for option in options)
+
+    def log_times(self, bags: "Sequence[Bag]") -> tuple[int, int]:
+        """Return the first log time of the range and the one behind its end, in nanoseconds.
+
+        Raises:
+            UsageError: The range is empty.
+        """
+        from teleopctl.interfaces import NANOSECONDS_PER_SECOND, from_seconds
+
+        filled = [bag.metadata for bag in bags if bag.metadata.message_count]
+        first_ns = min((metadata.start_ns for metadata in filled), default=0)
+        end_ns = max((metadata.end_ns for metadata in filled), default=0) + 1
+        length_s = max(0, end_ns - 1 - first_ns) / NANOSECONDS_PER_SECOND
+        start_ns = first_ns + from_seconds(self.start_offset or 0)
+        if self.start is not None:
+            start_ns = max(0, from_seconds(self.start))
+        if self.duration is not None:
+            end_ns = start_ns + from_seconds(self.duration)
+        elif self.until is not None:
+            end_ns = from_seconds(self.until)
+        if end_ns <= start_ns:
+            raise UsageError(
+                f"That leaves no time: the bag lasts {length_s:.3f} s",
+                hint="teleopctl bag info BAG shows from when to when it goes.",
+            )
+        return start_ns, end_ns
+
+
+_SUFFIXES = (".mcap", ".db3", ".bag", ".zstd")
+
+
+def complete_bags(incomplete: str) -> list[str]:
+    """Return bags and folders that complete a path."""
+    from pathlib import Path
+
+    typed = Path(incomplete)
+    folder = typed if not incomplete or incomplete.endswith("/") else typed.parent
+    try:
+        entries = sorted(folder.iterdir())
+    except OSError:
+        return []
+    found = [str(entry) for entry in entries if entry.is_dir() or entry.suffix in _SUFFIXES]
+    return [name for name in found if name.startswith(incomplete)]

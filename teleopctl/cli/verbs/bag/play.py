@@ -1,28 +1,81 @@
-"""``teleopctl bag play``."""
+"""``teleopctl bag play`` and ``burst``."""
 
 from pathlib import Path
 
 from teleopctl.base.typed import TYPE_CHECKING, Annotated
-from teleopctl.cli.verb import Argument, Option
-from teleopctl.cli.verbs.bag.options import Storage
-from teleopctl.cli.verbs.bag.play_options import (
-    Actions,
-    LogLevel,
-    QosOverrides,
-    ReadAhead,
-    Remaps,
-    Services,
-    StartOffset,
-    StorageConfig,
-    Topics,
-    check_common,
-    overrides_from,
-)
+from teleopctl.cli.verb import Argument, Option, OptionSet
+from teleopctl.cli.verbs.bag.options import BagPath, Storage
 from teleopctl.errors import UsageError
 from teleopctl.interfaces import NANOSECONDS_PER_SECOND, from_seconds
 
 if TYPE_CHECKING:
-    pass
+    from collections.abc import Mapping
+
+    from teleopctl.node import QoSProfile
+
+
+class PlaybackOptions(OptionSet):
+    """Options that ``bag play`` and ``bag burst`` share."""
+
+    topics: Annotated[
+        list[str] | None,
+        Option("--topics", help="Only these topics.", metavar="TOPIC..."),
+    ] = None
+    services: Annotated[
+        list[str] | None,
+        Option("--services", help="Only the events of these services.", metavar="SERVICE..."),
+    ] = None
+    actions: Annotated[
+        list[str] | None,
+        Option("--actions", help="Only the topics of these actions.", metavar="ACTION..."),
+    ] = None
+    start_offset: Annotated[
+        float, Option("--start-offset", help="Begin so many seconds into the bag.", metavar="S")
+    ] = 0.0
+    remap: Annotated[
+        list[str] | None,
+        Option("-m", "--remap", help="Play topics under other names.", metavar="FROM:=TO..."),
+    ] = None
+    qos_overrides: Annotated[
+        str | None,
+        Option(
+            "--qos-profile-overrides-path",
+            help="A YAML file with the quality of service of single topics.",
+            metavar="FILE",
+        ),
+    ] = None
+    read_ahead: Annotated[
+        int,
+        Option("--read-ahead-queue-size", help="Messages that are read before they are due."),
+    ] = 1000
+    storage: Storage = None
+    storage_config_file: Annotated[
+        str | None,
+        Option(
+            "--storage-config-file",
+            help="Accepted for ros2's sake: reading has nothing to configure.",
+            metavar="FILE",
+        ),
+    ] = None
+
+    def check(self) -> None:
+        """Raise a UsageError if a number is out of range or the storage's file is missing."""
+        if self.read_ahead < 1:
+            raise UsageError("read_ahead_queue_size must be at least 1")
+        if self.start_offset < 0:
+            raise UsageError(f"--start-offset {self.start_offset:g}: Value is less than zero.")
+        config = self.storage_config_file
+        if config is not None and not Path(config).is_file():
+            raise UsageError(f"--storage-config-file: there is no file {config}")
+
+    def qos_profiles(self) -> "Mapping[str, QoSProfile]":
+        """Read the QoS profiles of topics from the given file; empty without one."""
+        if self.qos_overrides is None:
+            return {}
+        from teleopctl.bag import read_qos_overrides
+
+        return read_qos_overrides(Path(self.qos_overrides))
+
 
 _STORAGES = ("mcap", "sqlite3")
 
@@ -45,7 +98,6 @@ def play(
             complete="bags",
         ),
     ] = None,
-    storage: Storage = None,
     rate: Annotated[
         float, Option("-r", "--rate", help="Seconds of the bag per second.", metavar="RATE")
     ] = 1.0,
@@ -54,7 +106,6 @@ def play(
         float,
         Option("-d", "--delay", help="Wait so many seconds before each beginning.", metavar="S"),
     ] = 0.0,
-    start_offset: StartOffset = 0.0,
     playback_duration: Annotated[
         float,
         Option("--playback-duration", help="Play so many seconds of the bag.", metavar="S"),
@@ -68,9 +119,6 @@ def play(
         Option("--playback-until-nsec", help="The same, in nanoseconds.", metavar="NS"),
     ] = -1,
     start_paused: Annotated[bool, Option("-p", "--start-paused", help="Begin paused.")] = False,
-    topics: Topics = None,
-    services: Services = None,
-    actions: Actions = None,
     regex: Annotated[
         str, Option("-e", "--regex", help="Only topics whose whole names fit this.", metavar="RE")
     ] = "",
@@ -89,7 +137,6 @@ def play(
         list[str] | None,
         Option("--exclude-actions", help="Not these actions.", metavar="ACTION..."),
     ] = None,
-    remap: Remaps = None,
     clock: Annotated[
         float | None,
         Option(
@@ -110,8 +157,6 @@ def play(
     clock_topics_all: Annotated[
         bool, Option("--clock-topics-all", help="Publish /clock before each message.")
     ] = False,
-    qos_overrides: QosOverrides = None,
-    read_ahead: ReadAhead = 1000,
     wait_for_all_acked: Annotated[
         int,
         Option(
@@ -171,18 +216,25 @@ def play(
             metavar="N",
         ),
     ] = 2,
-    storage_config_file: StorageConfig = None,
     disable_keyboard_controls: Annotated[
         bool, Option("--disable-keyboard-controls", help="Leave the keys alone.")
     ] = False,
-    log_level: LogLevel = "info",
+    log_level: Annotated[
+        str,
+        Option(
+            "--log-level",
+            help="Lowest log level that is shown.",
+            choices=("debug", "info", "warn", "error", "fatal"),
+        ),
+    ] = "info",
+    *,
+    shared: PlaybackOptions,
 ) -> int:
     """Play a bag into the graph, as its messages came.
 
     On a terminal, the space bar pauses, the right arrow sends the next message while paused, and
     up and down change the rate. The node rosbag2_player has services for the same and more.
     """
-    check_common(read_ahead, start_offset, storage_config_file)
     _check_positive("--rate", rate)
     if clock is not None:
         _check_positive("--clock", clock)
@@ -209,25 +261,25 @@ def play(
         rate=rate,
         loop=loop,
         delay_s=delay,
-        start_offset_ns=from_seconds(start_offset),
+        start_offset_ns=from_seconds(shared.start_offset),
         duration_ns=from_seconds(playback_duration) if playback_duration >= 0 else None,
         until_ns=until_ns,
         is_paused=start_paused,
         selection=PlaySelection(
-            topics=tuple(topics or ()),
-            services=tuple(services or ()),
-            actions=tuple(actions or ()),
+            topics=tuple(shared.topics or ()),
+            services=tuple(shared.services or ()),
+            actions=tuple(shared.actions or ()),
             exclude_topics=tuple(exclude_topics or ()),
             exclude_services=tuple(exclude_services or ()),
             exclude_actions=tuple(exclude_actions or ()),
             regex=regex,
             exclude_regex=exclude_regex,
         ),
-        qos_overrides=overrides_from(qos_overrides),
+        qos_overrides=shared.qos_profiles(),
         clock_hz=clock,
         clock_topics=None if clock_topics_all else tuple(clock_topics or ()),
         is_lossless=wait_for_all_acked >= 0,
-        read_ahead=read_ahead,
+        read_ahead=shared.read_ahead,
         message_order="sent" if message_order == "sent" else "received",
         publishes_requests=publish_service_requests,
         sends_actions=send_actions_as_client,
@@ -243,7 +295,9 @@ def play(
         progress_bar_separation_lines,
         log_level,
     )
-    return play_bags(bags_from(bag_path, storage, inputs or []), options, remap or [], terminal)
+    return play_bags(
+        bags_from(bag_path, shared.storage, inputs or []), options, shared.remap or [], terminal
+    )
 
 
 def bags_from(
@@ -286,3 +340,35 @@ def _check_alone(*options: tuple[str, object]) -> None:
     given = [flag for flag, value in options if value]
     if len(given) > 1:
         raise UsageError(f"{given[0]} and {given[1]} exclude each other")
+
+
+def burst(
+    bag_path: BagPath,
+    num_messages: Annotated[
+        int,
+        Option("-n", "--num-messages", help="Send so many messages; 0 for all.", metavar="N"),
+    ] = 0,
+    *,
+    shared: PlaybackOptions,
+) -> int:
+    """Send messages of a bag as fast as they can be read, then pause.
+
+    The keys and services of `bag play` go on from there; Ctrl-C ends it.
+    """
+    if num_messages < 0:
+        raise UsageError(f"--num-messages {num_messages}: Value is less than zero.")
+    from teleopctl.bag import PlayOptions, PlaySelection
+    from teleopctl.cli.verbs.bag.playing import Terminal, play_bags
+
+    options = PlayOptions(
+        is_paused=True,
+        is_lossless=True,
+        start_offset_ns=from_seconds(shared.start_offset),
+        selection=PlaySelection(
+            tuple(shared.topics or ()), tuple(shared.services or ()), tuple(shared.actions or ())
+        ),
+        qos_overrides=shared.qos_profiles(),
+        read_ahead=shared.read_ahead,
+    )
+    bags = [(Path(bag_path), shared.storage)]
+    return play_bags(bags, options, shared.remap or [], Terminal(), burst=num_messages)

@@ -6,10 +6,10 @@ GROUP = VerbGroup(
     "Manage controllers and hardware.",
     {
         "list_controllers": Verb(
-            f"{__name__}.lists:list_controllers", "List loaded controllers and their states."
+            f"{__name__}.controllers:list_controllers", "List loaded controllers and their states."
         ),
         "list_controller_types": Verb(
-            f"{__name__}.lists:list_controller_types",
+            f"{__name__}.controllers:list_controller_types",
             "List the controller types that can be loaded.",
         ),
         "list_hardware_components": Verb(
@@ -19,31 +19,33 @@ GROUP = VerbGroup(
             f"{__name__}.hardware:list_hardware_interfaces",
             "List the command and state interfaces of the hardware.",
         ),
-        "load_controller": Verb(f"{__name__}.change:load_controller", "Load a controller."),
-        "unload_controller": Verb(f"{__name__}.change:unload_controller", "Unload a controller."),
+        "load_controller": Verb(f"{__name__}.controllers:load_controller", "Load a controller."),
+        "unload_controller": Verb(
+            f"{__name__}.controllers:unload_controller", "Unload a controller."
+        ),
         "cleanup_controller": Verb(
-            f"{__name__}.change:cleanup_controller", "Bring a controller back to unconfigured."
+            f"{__name__}.controllers:cleanup_controller", "Bring a controller back to unconfigured."
         ),
         "set_controller_state": Verb(
-            f"{__name__}.change:set_controller_state", "Bring a controller to a state."
+            f"{__name__}.controllers:set_controller_state", "Bring a controller to a state."
         ),
         "switch_controllers": Verb(
-            f"{__name__}.change:switch_controllers", "Stop and start controllers in one go."
+            f"{__name__}.controllers:switch_controllers", "Stop and start controllers in one go."
         ),
         "set_hardware_component_state": Verb(
             f"{__name__}.hardware:set_hardware_component_state",
             "Bring a hardware component to a state.",
         ),
         "reload_controller_libraries": Verb(
-            f"{__name__}.change:reload_controller_libraries",
+            f"{__name__}.controllers:reload_controller_libraries",
             "Unload all controllers and their code.",
         ),
         "view_controller_chains": Verb(
-            f"{__name__}.chains:view_controller_chains",
+            f"{__name__}.controllers:view_controller_chains",
             "Draw controllers and their interfaces.",
         ),
         "view_hardware_status": Verb(
-            f"{__name__}.hardware_status:view_hardware_status",
+            f"{__name__}.hardware:view_hardware_status",
             "Print what hardware reports of itself.",
         ),
     },

@@ -1,17 +1,13 @@
-"""``control`` verbs about hardware."""
+"""``teleopctl control``: verbs about hardware components."""
+
+from collections.abc import Callable, Iterator
 
 from teleopctl.base.typed import Annotated, Any
 from teleopctl.cli import console
 from teleopctl.cli.options import AsJson
 from teleopctl.cli.verb import Argument, Option
-from teleopctl.cli.verbs.control.session import (
-    DEFAULT_MANAGER,
-    ManagerName,
-    RosArgs,
-    TargetState,
-    manager_client,
-)
-from teleopctl.errors import RefusedError, what_there_is
+from teleopctl.cli.verbs.control.manager import ManagerOptions, RosArgs, TargetState
+from teleopctl.errors import NotFoundError, RefusedError, what_there_is
 
 _STATES = {"unconfigured": 1, "inactive": 2, "active": 3}
 _DOING = {"unconfigured": "cleaning up", "inactive": "stopping", "active": "activating"}
@@ -21,12 +17,12 @@ def list_hardware_components(
     verbose: Annotated[
         bool, Option("-v", "--verbose", help="List state interfaces and data types, too.")
     ] = False,
-    controller_manager: ManagerName = DEFAULT_MANAGER,
-    ros_args: RosArgs = None,
+    *,
+    manager: ManagerOptions,
     as_json: AsJson = False,
 ) -> None:
     """List hardware and its states."""
-    with manager_client(controller_manager, ros_args) as client:
+    with manager.client() as client:
         components = client.call("list_hardware_components", "ListHardwareComponents").component
     if as_json:
         console.out_json([_component_document(component) for component in components])
@@ -54,12 +50,12 @@ def list_hardware_components(
 
 def list_hardware_interfaces(
     verbose: Annotated[bool, Option("-v", "--verbose", help="Show data types.")] = False,
-    controller_manager: ManagerName = DEFAULT_MANAGER,
-    ros_args: RosArgs = None,
+    *,
+    manager: ManagerOptions,
     as_json: AsJson = False,
 ) -> None:
     """List the command and state interfaces of the hardware."""
-    with manager_client(controller_manager, ros_args) as client:
+    with manager.client() as client:
         response = client.call("list_hardware_interfaces", "ListHardwareInterfaces")
     commands = sorted(response.command_interfaces, key=_name)
     states = sorted(response.state_interfaces, key=_name)
@@ -84,15 +80,15 @@ def list_hardware_interfaces(
 def set_hardware_component_state(
     component_name: Annotated[str, Argument(help="The hardware component.")],
     state: TargetState,
-    controller_manager: ManagerName = DEFAULT_MANAGER,
-    ros_args: RosArgs = None,
+    *,
+    manager: ManagerOptions,
     as_json: AsJson = False,
 ) -> None:
     """Bring a hardware component to a state."""
     from teleopctl.interfaces import get_message
 
     target = get_message("lifecycle_msgs/msg/State")(id=_STATES[state], label=state)
-    with manager_client(controller_manager, ros_args) as client:
+    with manager.client() as client:
         response = client.call(
             "set_hardware_component_state",
             "SetHardwareComponentState",
@@ -151,3 +147,154 @@ def _component_document(component: Any) -> dict[str, Any]:
         "command_interfaces": [_interface_document(c) for c in component.command_interfaces],
         "state_interfaces": [_interface_document(s) for s in component.state_interfaces],
     }
+
+
+_TYPE = "control_msgs/msg/HardwareStatus"
+_TOPIC = "/hardware_status"
+# After so many messages an ID that has not been heard of is taken for a wrong one, as in ros2.
+_ENOUGH = 10
+_KINDS = {
+    "Generic Hardware States": "hardware_status",
+    "CANopen States": "canopen_states",
+    "EtherCAT States": "ethercat_states",
+    "VDA5050 States": "vda5050_states",
+}
+_GREEN, _CYAN, _BLUE, _YELLOW, _RED = (f"\033[{code}m" for code in (92, 96, 94, 93, 91))
+
+
+def view_hardware_status(
+    hardware_id: Annotated[
+        str | None,
+        Option("-i", "--hardware-id", help="Only this hardware component.", metavar="ID"),
+    ] = None,
+    device_id: Annotated[
+        str | None, Option("-d", "--device-id", help="Only this device of it.", metavar="ID")
+    ] = None,
+    ros_args: RosArgs = None,
+    as_json: Annotated[bool, Option("--json", help="Print one JSON object a message.")] = False,
+) -> None:
+    """Print what hardware reports of itself, until Ctrl-C."""
+    from teleopctl.cli.command_node import command_node
+    from teleopctl.cli.graph_lookup import learn_type, live_graph
+    from teleopctl.interfaces import get_message
+    from teleopctl.node import SingleThreadedExecutor
+
+    graph = live_graph()
+    topics = [
+        name
+        for name, types in graph.topic_names_and_types(include_hidden=True)
+        if name.endswith(_TOPIC) and _TYPE in types
+    ]
+    if not topics:
+        raise NotFoundError(
+            f"No topics of type '{_TYPE}' found.",
+            hint="Controller managers of Lyrical and later have them where hardware reports.",
+        )
+    learn_type(_TYPE, graph)
+    if not as_json:
+        console.note("Subscribing to the following topics:")
+        for topic in topics:
+            console.note(f"\t{topic}")
+    watch = _Watch(hardware_id, device_id)
+    show = _print_status_as_json if as_json else _print_status
+    with (
+        command_node(ros_args=ros_args or ()) as node,
+        SingleThreadedExecutor(context=node.context) as executor,
+    ):
+        for topic in topics:
+            node.create_subscription(
+                get_message(_TYPE), topic, lambda message: watch.take(message, show), 10
+            )
+        executor.add_node(node)
+        executor.spin()
+
+
+# Any, here and below: a HardwareStatus, or a part of one.
+class _Watch:
+    """Which messages are shown, and whether those that are asked for exist."""
+
+    def __init__(self, hardware_id: str | None, device_id: str | None) -> None:
+        self._hardware_id = hardware_id
+        self._device_id = device_id
+        self._hardware: set[str] = set()
+        self._devices: set[str] = set()
+        self._count = 0
+
+    def take(self, message: Any, show: Callable[[Any, list[Any]], None]) -> None:
+        """Print a message, if it is of the selected hardware.
+
+        Raises:
+            NotFoundError: What is asked for was not among the first messages.
+        """
+        self._count += 1
+        self._hardware.add(message.hardware_id)
+        self._devices.update(device.device_id for device in message.hardware_device_states)
+        if self._count == _ENOUGH:
+            _check_known("Hardware", self._hardware_id, self._hardware)
+            _check_known("Device", self._device_id, self._devices)
+        if self._hardware_id not in (None, message.hardware_id):
+            return
+        devices = [
+            device
+            for device in message.hardware_device_states
+            if self._device_id in (None, device.device_id)
+        ]
+        if devices or self._device_id is None:
+            show(message, devices)
+            console.flush()
+
+
+def _check_known(what: str, wanted: str | None, known: set[str]) -> None:
+    if wanted is not None and wanted not in known:
+        raise NotFoundError(
+            f"{what} ID '{wanted}' not found.",
+            hint=what_there_is(f"{what.lower()} IDs", [wanted], sorted(known)),
+        )
+
+
+def _print_status(message: Any, devices: list[Any]) -> None:
+    import time
+
+    stamp = message.header.stamp
+    clock = time.strftime("%H:%M:%S", time.localtime(stamp.sec))
+    console.out_coloured(
+        ("Hardware ID: ", _GREEN),
+        (f"{message.hardware_id} (", ""),
+        (f"stamp: {clock}.{stamp.nanosec // 1_000_000:03d}", _YELLOW),
+        (")", ""),
+    )
+    for device in devices:
+        console.out_coloured(("  Device ID: ", _CYAN), (device.device_id, ""))
+        lines = list(_state_lines(device))
+        if not lines:
+            console.out_coloured(("    Status: No specific states reported", _RED))
+        for line, colour in lines:
+            console.out_coloured((line, colour))
+    console.out("---")
+
+
+def _state_lines(device: Any) -> Iterator[tuple[str, str]]:
+    from teleopctl.interfaces import message_to_yaml
+
+    for title, field in _KINDS.items():
+        # A distribution may lack a kind.
+        states = getattr(device, field, ())
+        if states:
+            yield f"    {title}:", _BLUE
+        for state in states:
+            yield "      -", ""
+            for line in message_to_yaml(state).splitlines():
+                yield f"        {line}", ""
+
+
+def _print_status_as_json(message: Any, devices: list[Any]) -> None:
+    from teleopctl.cli.verbs.topic.text import json_value
+
+    console.out_json(
+        {
+            "header": json_value(message.header),
+            "hardware_id": message.hardware_id,
+            "hardware_device_states": [json_value(device) for device in devices],
+        },
+        compact=True,
+    )

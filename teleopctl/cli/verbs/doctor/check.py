@@ -6,8 +6,8 @@ from teleopctl.base.typed import Annotated
 from teleopctl.cli import console
 from teleopctl.cli.options import AsJson
 from teleopctl.cli.verb import Option
-from teleopctl.cli.verbs.doctor import clocks, graph as graph_checks, machine, network, reports
-from teleopctl.cli.verbs.doctor.finding import Finding
+from teleopctl.cli.verbs.doctor import checks, reports
+from teleopctl.cli.verbs.doctor.checks import Finding
 from teleopctl.errors import TeleopctlError, UsageError
 from teleopctl.wire import Graph
 
@@ -40,18 +40,18 @@ def check(
     if report:
         _print_reports(reports.REPORTS, graph or Graph(), exclude_packages)
         return 0
-    checks = _checks(graph, exclude_packages)
+    chosen = _checks(graph, exclude_packages)
     failed: list[str] = []
     found: list[tuple[str, str, Finding]] = []
-    for category, subject, one in checks:
+    for category, subject, one in chosen:
         findings = list(_careful(one))
         found += [(category, subject, finding) for finding in findings]
         if any(finding.is_error or include_warnings for finding in findings):
             failed.append(category)
     if as_json:
-        _print_json(checks, found)
+        _print_json(chosen, found)
     else:
-        _print(found, failed, len(checks))
+        _print(found, failed, len(chosen))
         if report_failed and failed:
             _print_reports(dict.fromkeys(failed), graph or Graph(), exclude_packages)
     return int(exit_status and bool(failed))
@@ -59,7 +59,7 @@ def check(
 
 def _graph() -> Graph | None:
     """Return the graph, None without a router."""
-    from teleopctl.cli.live import live_graph
+    from teleopctl.cli.graph_lookup import live_graph
 
     try:
         return live_graph()
@@ -70,22 +70,22 @@ def _graph() -> Graph | None:
 def _checks(graph: Graph | None, exclude_packages: bool) -> list[tuple[str, str, _Check]]:
     """Return the checks, each with its category and its subject."""
     here: list[tuple[str, str, _Check]] = [
-        ("network", "router", network.check_router),
-        ("platform", "drawing", machine.check_drawing),
-        ("platform", "shared memory", machine.check_shared_memory),
-        ("platform", "environment", machine.check_environment),
+        ("network", "router", checks.check_router),
+        ("platform", "drawing", checks.check_drawing),
+        ("platform", "shared memory", checks.check_shared_memory),
+        ("platform", "environment", checks.check_environment),
     ]
     if not exclude_packages:
-        here.append(("package", "packages", machine.check_packages))
+        here.append(("package", "packages", checks.check_packages))
     if graph is None:
         return here
     return [
         *here,
-        ("topic", "topics", lambda: graph_checks.check_topics(graph)),
-        ("middleware", "quality of service", lambda: graph_checks.check_qos(graph)),
-        ("middleware", "types", lambda: graph_checks.check_types(graph)),
-        ("node", "nodes", lambda: graph_checks.check_nodes(graph)),
-        ("clock", "clocks", lambda: clocks.check_clocks(graph)),
+        ("topic", "topics", lambda: checks.check_topics(graph)),
+        ("middleware", "quality of service", lambda: checks.check_qos(graph)),
+        ("middleware", "types", lambda: checks.check_types(graph)),
+        ("node", "nodes", lambda: checks.check_nodes(graph)),
+        ("clock", "clocks", lambda: checks.check_clocks(graph)),
     ]
 
 
@@ -113,11 +113,11 @@ def _print(found: list[tuple[str, str, Finding]], failed: list[str], total: int)
 
 
 def _print_json(
-    checks: list[tuple[str, str, _Check]], found: list[tuple[str, str, Finding]]
+    chosen: list[tuple[str, str, _Check]], found: list[tuple[str, str, Finding]]
 ) -> None:
     console.out_json(
         {
-            "checks": [subject for _, subject, _ in checks],
+            "checks": [subject for _, subject, _ in chosen],
             "findings": [
                 {
                     "category": category,

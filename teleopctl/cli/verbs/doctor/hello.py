@@ -12,7 +12,13 @@ from teleopctl.base.typed import Annotated
 from teleopctl.cli import console
 from teleopctl.cli.command_node import command_node
 from teleopctl.cli.verb import Option
-from teleopctl.cli.verbs.multicast import datagrams
+from teleopctl.cli.verbs.multicast import (
+    MULTICAST_GROUP,
+    MULTICAST_PORT,
+    open_receiver,
+    receive_datagram,
+    send_datagram,
+)
 from teleopctl.errors import TeleopctlError, UsageError
 from teleopctl.interfaces import deserialize, get_message
 
@@ -53,7 +59,7 @@ def hello(
             return  # whatever it is, it is no greeting
 
     name = f"ros2doctor_{re.sub('[^0-9a-zA-Z_]', '_', here)}_{os.getpid()}_node"
-    with command_node(name=name) as node, datagrams.receiver() as listening:
+    with command_node(name=name) as node, open_receiver() as listening:
         publisher = node.create_publisher(string, topic, 10)
         node.create_subscription(string, topic, hear, 10, raw=True, immediate=True)
         threading.Thread(target=_listen, args=(listening, summary), daemon=True).start()
@@ -61,7 +67,7 @@ def hello(
         next_table = time.monotonic() + print_period
         while True:
             publisher.publish(string(data=greeting))
-            datagrams.send(greeting.encode(), ttl=ttl)
+            send_datagram(greeting.encode(), ttl=ttl)
             summary.sent += 1
             time.sleep(emit_period)
             if once or time.monotonic() >= next_table:
@@ -79,7 +85,7 @@ def hello(
 def _listen(listening: socket.socket, summary: "_Summary") -> None:
     while True:
         try:
-            text, _, _ = datagrams.receive(listening)
+            text, _, _ = receive_datagram(listening)
         except OSError:
             return  # it was closed: the verb ends
         summary.note(summary.by_multicast, text)
@@ -125,7 +131,7 @@ class _Summary:
         yield f"Topic: {topic}, Published Msg Count: {self.sent}"
         yield "Subscribed from:"
         yield from _rows(self.by_topic, period_s)
-        group = f"{datagrams.GROUP}/{datagrams.PORT}"
+        group = f"{MULTICAST_GROUP}/{MULTICAST_PORT}"
         yield f"Multicast Group/Port: {group}, Sent Msg Count: {self.sent}"
         yield "Received from:"
         yield from _rows(self.by_multicast, period_s)

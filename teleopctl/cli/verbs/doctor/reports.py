@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 from importlib import metadata
 
 from teleopctl.base.typed import NamedTuple
-from teleopctl.cli.verbs.doctor.graph import pairs_by_topic
+from teleopctl.cli.verbs.doctor.checks import pairs_by_topic
 from teleopctl.wire import Graph
 
 _SMALLEST_WIDTH = 8

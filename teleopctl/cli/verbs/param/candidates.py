@@ -12,7 +12,7 @@ _MOST_VALUES = 12
 
 def parameter_names(ctx: TypedWords, incomplete: str) -> list[str]:
     """Return the parameters of the node on the line."""
-    from teleopctl.cli.verbs.param.graph_parameters import Parameters
+    from teleopctl.cli.verbs.param.client import Parameters
 
     try:
         with Parameters(timeout_s=0.0) as client:
@@ -24,7 +24,7 @@ def parameter_names(ctx: TypedWords, incomplete: str) -> list[str]:
 
 def parameter_values(ctx: TypedWords, incomplete: str) -> list[str]:
     """Return values that complete the parameter on the line: its own, true, false, its range."""
-    from teleopctl.cli.verbs.param.graph_parameters import Parameters
+    from teleopctl.cli.verbs.param.client import Parameters
     from teleopctl.node import parameter_value_to_python
 
     name = ctx.params.get("parameter_name") or ""

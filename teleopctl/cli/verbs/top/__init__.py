@@ -4,7 +4,7 @@ import sys
 from typing import Annotated
 
 from teleopctl.base.extras import extra
-from teleopctl.cli.live import live_graph
+from teleopctl.cli.graph_lookup import live_graph
 from teleopctl.cli.verb import Option, Verb
 from teleopctl.errors import UsageError
 

@@ -12,10 +12,8 @@ from textual.widgets import DataTable, Footer, Static, TabbedContent, TabPane
 
 from teleopctl.cli.verbs.top.controllers import ControllerRow, ControllerTable
 from teleopctl.cli.verbs.top.log import LogBuffer
-from teleopctl.cli.verbs.top.parameter_screen import ParameterScreen
-from teleopctl.cli.verbs.top.processes import NodeRow, Processes
-from teleopctl.cli.verbs.top.questions import Ask, Confirm
-from teleopctl.cli.verbs.top.stopping import stop_process, what_stops
+from teleopctl.cli.verbs.top.processes import NodeRow, Processes, stop_process, what_stops
+from teleopctl.cli.verbs.top.screens import Ask, Confirm, EchoScreen, ParameterScreen, PlotScreen
 from teleopctl.cli.verbs.top.table import LiveTable
 from teleopctl.cli.verbs.top.tables import (
     COLUMNS,
@@ -26,7 +24,6 @@ from teleopctl.cli.verbs.top.tables import (
     node_rows,
     topic_rows,
 )
-from teleopctl.cli.verbs.top.topic_screens import EchoScreen, PlotScreen
 from teleopctl.cli.verbs.top.topics import HEAVY_TYPES, TopicRow, TopicTable
 from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces import get_message, numeric_fields

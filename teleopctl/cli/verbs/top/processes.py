@@ -1,13 +1,15 @@
-"""Nodes with the processor and memory of the processes that they are in."""
+"""Nodes with processor load and memory of their processes, which can be stopped."""
 
 from __future__ import annotations
 
 import contextlib
+import os
+import signal
 from typing import TYPE_CHECKING, NamedTuple
 
 import psutil
 
-from teleopctl.launch import Running, running
+from teleopctl.launch import Running, folder_of, mark_stopped, running, stop_running
 from teleopctl.wire import session_ports
 
 if TYPE_CHECKING:
@@ -113,3 +115,25 @@ def _pid_by_port() -> dict[int, int]:
                     if own.laddr and own.raddr:
                         pids[own.laddr.port] = process.pid
     return pids
+
+
+def what_stops(row: NodeRow) -> str:
+    """Return a description of what ends with the process of a row."""
+    if row.running is None:
+        return f"{row.name} (process {row.pid}, not started in the background)"
+    return f"{row.name} ({row.running.qualified_name}, process {row.pid})"
+
+
+def stop_process(row: NodeRow) -> None:
+    """Stop the process of a row: as ``teleopctl stop``, or by SIGINT.
+
+    Waits until it has ended, where it was started in the background.
+    """
+    if row.running is not None:
+        if row.running.launch is not None:
+            mark_stopped(folder_of(row.running.launch), row.running.record.name)
+        stop_running(row.running.record)
+    elif row.pid is not None:
+        number = signal.SIGTERM if os.name == "nt" else signal.SIGINT
+        with contextlib.suppress(psutil.Error):
+            psutil.Process(row.pid).send_signal(number)

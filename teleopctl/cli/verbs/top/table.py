@@ -1,4 +1,4 @@
-"""A table that is filled anew every second: the cursor stays on its row, columns fit the width."""
+"""A table that is refilled each second: the cursor keeps its row, and columns fit the width."""
 
 from __future__ import annotations
 
@@ -9,8 +9,6 @@ from rich.text import Text
 from textual.binding import Binding, BindingType
 from textual.coordinate import Coordinate
 from textual.widgets import DataTable
-
-from teleopctl.cli.verbs.top.text import shortened
 
 _Entry = TypeVar("_Entry")
 _PADDING = 2
@@ -153,3 +151,55 @@ class LiveTable(DataTable[Text]):
 
     def _in_order(self, entries: list[_Entry]) -> list[_Entry]:
         return [*entries[1:], entries[0]] if self._is_text else entries
+
+
+_UNITS = ("B", "kB", "MB", "GB", "TB")
+_THOUSAND = 1000.0
+
+
+def percent_text(value: float | None) -> str:
+    """Return a percentage with one decimal."""
+    return "" if value is None else f"{value:.1f}"
+
+
+def size_text(value: float | None, per: str = "") -> str:
+    """Return a size in a suitable unit: ``1.2 MB``."""
+    if value is None:
+        return ""
+    for unit in _UNITS:
+        if value < _THOUSAND or unit == _UNITS[-1]:
+            break
+        value /= _THOUSAND
+    digits = 0 if unit == "B" else 1
+    return f"{value:.{digits}f} {unit}{per}"
+
+
+def rate_text(value: float) -> str:
+    """Return a rate in Hz with about three digits."""
+    return f"{value:.1f}" if value < 100 else f"{value:.0f}"
+
+
+def age_text(seconds: float | None) -> str:
+    """Return a duration in a suitable unit, from milliseconds to hours."""
+    if seconds is None:
+        return ""
+    if seconds < 1.0:
+        return f"{seconds * 1000:.0f} ms"
+    if seconds < 60.0:
+        return f"{seconds:.1f} s"
+    minutes = int(seconds) // 60
+    return f"{minutes} min" if minutes < 60 else f"{minutes // 60} h {minutes % 60} min"
+
+
+def execution_time_text(microseconds: float | None) -> str:
+    """Return a duration in microseconds or, from a thousand on, in milliseconds."""
+    if microseconds is None:
+        return ""
+    if microseconds < _THOUSAND:
+        return f"{microseconds:.0f} µs"
+    return f"{microseconds / _THOUSAND:.1f} ms"
+
+
+def shortened(name: str, width: int) -> str:
+    """Return a name shortened at its beginning to so many characters."""
+    return name if len(name) <= width else f"…{name[len(name) - width + 1 :]}"

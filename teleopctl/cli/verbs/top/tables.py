@@ -4,11 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 
-from teleopctl.cli.verbs.top import text
 from teleopctl.cli.verbs.top.controllers import ControllerRow
 from teleopctl.cli.verbs.top.log import LogLine
 from teleopctl.cli.verbs.top.processes import NodeRow
-from teleopctl.cli.verbs.top.table import Column, Row
+from teleopctl.cli.verbs.top.table import (
+    Column,
+    Row,
+    age_text,
+    execution_time_text,
+    percent_text,
+    rate_text,
+    size_text,
+)
 from teleopctl.cli.verbs.top.topics import HEAVY_TYPES, TopicRow
 
 TITLES = {"nodes": "1 Nodes", "topics": "2 Topics", "controllers": "3 Controllers", "log": "4 Log"}
@@ -76,8 +83,8 @@ def node_rows(nodes: Mapping[str, NodeRow], *, by_load: bool) -> list[Row]:
             key,
             row.name if row.is_node else f"({row.name})",
             (
-                text.percent(row.cpu_percent),
-                text.size(row.memory),
+                percent_text(row.cpu_percent),
+                size_text(row.memory),
                 str(row.pid or ""),
                 row.running.qualified_name if row.running else "",
             ),
@@ -109,8 +116,8 @@ def controller_rows(controllers: Iterable[ControllerRow]) -> list[Row]:
             (
                 c.state,
                 str(c.update_rate or ""),
-                text.work(c.average_us),
-                text.work(c.longest_us),
+                execution_time_text(c.average_us),
+                execution_time_text(c.longest_us),
                 c.type_name,
                 c.manager,
             ),
@@ -137,4 +144,4 @@ def _numbers(topic: TopicRow) -> tuple[str, str, str]:
     if topic.traffic is None:
         return ("m: look", "", "") if topic.type_name in HEAVY_TYPES else ("", "", "")
     rate_hz, bytes_per_s, age_s = topic.traffic
-    return text.rate(rate_hz), text.size(bytes_per_s, "/s"), text.age(age_s)
+    return rate_text(rate_hz), size_text(bytes_per_s, "/s"), age_text(age_s)

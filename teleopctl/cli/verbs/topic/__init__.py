@@ -7,8 +7,10 @@ from teleopctl.cli.verb import Verb, VerbGroup
 GROUP = VerbGroup(
     "List, watch, measure and publish topics.",
     {
-        "list": Verb(f"{__name__}.list_:list_topics", "List the topics."),
-        "info": Verb(f"{__name__}.info:topic_info", "Show who publishes and subscribes a topic."),
+        "list": Verb(f"{__name__}.listing:list_topics", "List the topics."),
+        "info": Verb(
+            f"{__name__}.listing:topic_info", "Show who publishes and subscribes a topic."
+        ),
         "echo": Verb(
             f"{__name__}.echo:echo",
             "Print the messages of a topic.",
@@ -27,18 +29,16 @@ GROUP = VerbGroup(
             ),
         ),
         "hz": Verb(
-            f"{__name__}.measuring.hz:measure_rate",
+            f"{__name__}.measuring:measure_rate",
             "Measure the rate of topics.",
             examples=("teleopctl topic hz /image_raw /joint_states",),
         ),
-        "bw": Verb(
-            f"{__name__}.measuring.bw:measure_bandwidth", "Measure the bandwidth of topics."
-        ),
+        "bw": Verb(f"{__name__}.measuring:measure_bandwidth", "Measure the bandwidth of topics."),
         "delay": Verb(
-            f"{__name__}.measuring.delay:measure_delay", "Measure the age of stamped messages."
+            f"{__name__}.measuring:measure_delay", "Measure the age of stamped messages."
         ),
-        "type": Verb(f"{__name__}.type_find:topic_type", "Print the type of a topic."),
-        "find": Verb(f"{__name__}.type_find:topics_of_type", "List the topics of a type."),
+        "type": Verb(f"{__name__}.listing:topic_type", "Print the type of a topic."),
+        "find": Verb(f"{__name__}.listing:topics_of_type", "List the topics of a type."),
     },
     leaves_nothing=True,
 )

@@ -1,42 +1,25 @@
 """``teleopctl topic echo``."""
 
-from collections.abc import Callable, Iterator
+import sys
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 
 from teleopctl.base.typed import TYPE_CHECKING, Annotated, Any
+from teleopctl.cli import console
 from teleopctl.cli.command_node import brief_node, command_node
-from teleopctl.cli.options import TopicName, UseSimTime
+from teleopctl.cli.options import TopicName, UseSimTime, check_positive
 from teleopctl.cli.verb import Argument, Option
-from teleopctl.cli.verbs.topic.echo_text import EchoText, LossReport
-from teleopctl.cli.verbs.topic.named_topics import NamedTopics
-from teleopctl.cli.verbs.topic.qos.options import (
-    Depth,
-    DurabilityName,
-    HistoryName,
-    LeaseDuration,
-    LivelinessName,
-    ProfileName,
-    QosWishes,
-    ReliabilityName,
-)
-from teleopctl.cli.verbs.topic.selection import filter_predicate
-from teleopctl.cli.verbs.topic.text_options import (
-    TRUNCATE,
-    Csv,
-    FlowStyle,
-    FullLength,
-    NoArr,
-    NoStr,
-    TruncateLength,
-    style_of,
-)
-from teleopctl.cli.words.numbers import check_positive
+from teleopctl.cli.verbs.topic.qos import QosOptions
+from teleopctl.cli.verbs.topic.text import TextOptions
 from teleopctl.errors import InvalidMessageError, UnavailableError
 from teleopctl.wire import query_graph
 
 if TYPE_CHECKING:
-    from teleopctl.cli.verbs.topic.source import TopicSource
-    from teleopctl.node import BareNode, MessageInfo, Node
+    from teleopctl.cli.console import Json
+    from teleopctl.cli.verbs.topic.sources import NamedTopics, TopicSource
+    from teleopctl.cli.verbs.topic.text import TextStyle
+    from teleopctl.node import BareNode, MessageInfo, Node, QoSProfile
+
 
 _DEPTH = 10
 
@@ -75,14 +58,8 @@ def echo(
         str | None,
         Option("--filter", help="Print a message m only where this Python is true: m.data > 3."),
     ] = None,
-    csv: Csv = False,
     as_json: Annotated[bool, Option("--json", help="Print one JSON object a message.")] = False,
     raw: Annotated[bool, Option("--raw", help="Print the bytes as they arrive.")] = False,
-    flow_style: FlowStyle = False,
-    full_length: FullLength = False,
-    truncate_length: TruncateLength = TRUNCATE,
-    no_arr: NoArr = False,
-    no_str: NoStr = False,
     include_message_info: Annotated[
         bool,
         Option("-i", "--include-message-info", help="Print times and numbers of each message."),
@@ -104,98 +81,125 @@ def echo(
         bool, Option("--no-lost-messages", help="Do not report lost messages.")
     ] = False,
     use_sim_time: UseSimTime = False,
-    qos_profile: ProfileName = None,
-    qos_reliability: ReliabilityName = None,
-    qos_durability: DurabilityName = None,
-    qos_history: HistoryName = None,
-    qos_depth: Depth = None,
-    qos_liveliness: LivelinessName = None,
-    qos_liveliness_lease_duration_seconds: LeaseDuration = None,
+    *,
+    text: TextOptions,
+    qos: QosOptions,
 ) -> None:
     """Print the messages of topics.
 
     The quality of service follows what the publishers offer, so that latched messages are printed
     as well. Of several topics, each message has the name before it. Ctrl-C ends it.
     """
+    from teleopctl.cli.messages import filter_predicate
+    from teleopctl.cli.verbs.topic.sources import NamedTopics
+
     check_positive(timeout=timeout)
-    wishes = QosWishes(
-        *(qos_profile, qos_reliability, qos_durability, qos_history, qos_depth),
-        *(qos_liveliness, qos_liveliness_lease_duration_seconds),
-    )
     for path in field or ():
         if not path.strip("."):
             raise InvalidMessageError(f"Invalid field value '{path}'")
-    wanted = filter_predicate(filter_expression) if filter_expression else None
     topics = NamedTopics([topic_name, *([message_type] if message_type else []), *(more or ())])
-    text = EchoText(
-        style_of(
-            flow_style=flow_style,
-            full_length=full_length,
-            truncate_length=truncate_length,
-            no_arr=no_arr,
-            no_str=no_str,
-        ),
+    printer = MessagePrinter(
+        text.style(),
         field or (),
-        "json" if as_json else "csv" if csv else "yaml",
+        "json" if as_json else "csv" if text.csv else "yaml",
         with_info=include_message_info,
         names_topics=topics.are_several,
         clears=clear,
     )
+    selected = filter_predicate(filter_expression) if filter_expression else None
     if plot is not None:
-        from teleopctl.cli.verbs.topic.live_plot import live_plot
+        from teleopctl.cli.verbs.topic.plot import live_plot
 
         topics.only()
         (source,) = topics.sources(raw=False)
-        live_plot(source, plot, window, wishes.suited(source.suited_qos(_DEPTH)), timeout)
+        profile = qos.for_subscription(source.compatible_qos(_DEPTH))
+        live_plot(source, plot, window, profile, timeout)
         return
-    from teleopctl.node import Future, SingleThreadedExecutor
-
+    opened = (
+        _brief_listener(topics, node_name, raw=raw)
+        if once and not use_sim_time
+        else _listener(topics, node_name, raw=raw, use_sim_time=use_sim_time)
+    )
     losses = None if no_lost_messages else LossReport()
-    done: Future[None] = Future()
-    printed = False
-
-    def receive(source: "TopicSource", message: Any, info: "MessageInfo") -> None:
-        nonlocal printed
-        if done.done():
-            return
-        if losses is not None:
-            losses.note(info)
-        values = text.chosen(message)
-        if wanted is not None and not wanted(values[0]):
-            return
-        text.write(source.topic, values, info)
-        printed = True
-        if once:
-            done.set_result(None)
-
-    with (
-        (
-            _brief_listener(topics, node_name, raw=raw)
-            if once and not use_sim_time
-            else _listener(topics, node_name, raw=raw, use_sim_time=use_sim_time)
-        ) as (node, sources),
-        SingleThreadedExecutor(context=node.context) as executor,
-    ):
+    with opened as (node, sources):
+        echoed = _Echo(printer, selected, losses, once=once)
         for source in sources:
-            node.create_subscription(
-                source.message_class,
-                source.topic,
-                _with_source(receive, source),
-                wishes.suited(source.suited_qos(_DEPTH)),
-                raw=raw,
-            )
-        executor.add_node(node)
-        executor.spin_until_future_complete(done, timeout)
-    if timeout is not None and not printed:
+            profile = qos.for_subscription(source.compatible_qos(_DEPTH))
+            echoed.subscribe(node, source, profile, raw=raw)
+        echoed.spin(node, timeout)
+    if timeout is not None and not echoed.has_printed:
         names = "', '".join(source.topic for source in sources)
         raise UnavailableError(f"No message on '{names}' within {timeout:g} s")
 
 
+class _Echo:
+    """Subscriptions whose messages are printed.
+
+    Args:
+        printer: Prints the messages.
+        selected: Returns whether to print a message; None for all.
+        losses: Reports lost messages; None for no report.
+        once: End the wait after the first printed message.
+
+    Attributes:
+        has_printed: Whether a message was printed.
+    """
+
+    def __init__(
+        self,
+        printer: "MessagePrinter",
+        selected: Callable[[Any], bool] | None,
+        losses: "LossReport | None",
+        *,
+        once: bool,
+    ) -> None:
+        from teleopctl.node import Future
+
+        self._printer = printer
+        self._selected = selected
+        self._losses = losses
+        self._once = once
+        self._done: Future[None] = Future()
+        self.has_printed = False
+
+    def subscribe(
+        self, node: "Node | BareNode", source: "TopicSource", qos: "QoSProfile", *, raw: bool
+    ) -> None:
+        """Subscribe to a topic; with ``raw`` its messages arrive as bytes."""
+
+        # Any: messages of any type.
+        def receive(message: Any, info: "MessageInfo") -> None:
+            self._receive(source.topic, message, info)
+
+        node.create_subscription(source.message_class, source.topic, receive, qos, raw=raw)
+
+    def spin(self, node: "Node | BareNode", timeout_s: float | None) -> None:
+        """Receive messages until Ctrl-C, the timeout or, with ``once``, the first message."""
+        from teleopctl.node import SingleThreadedExecutor
+
+        with SingleThreadedExecutor(context=node.context) as executor:
+            executor.add_node(node)
+            executor.spin_until_future_complete(self._done, timeout_s)
+
+    def _receive(self, topic: str, message: Any, info: "MessageInfo") -> None:
+        if self._done.done():
+            return
+        if self._losses is not None:
+            self._losses.note(info)
+        values = self._printer.chosen(message)
+        if self._selected is not None and not self._selected(values[0]):
+            return
+        self._printer.write(topic, values, info)
+        self.has_printed = True
+        if self._once:
+            self._done.set_result(None)
+
+
 @contextmanager
 def _listener(
-    topics: NamedTopics, name: str | None, *, raw: bool, use_sim_time: bool
+    topics: "NamedTopics", name: str | None, *, raw: bool, use_sim_time: bool
 ) -> "Iterator[tuple[Node, list[TopicSource]]]":
-    """A node that is to subscribe to topics, and what is known of them."""
+    """Open a peer for a stream of messages; yield its node and the topics to subscribe to."""
     sources = topics.sources(raw=raw)
     with command_node(name=name, use_sim_time=use_sim_time) as node:
         yield node, sources
@@ -203,20 +207,129 @@ def _listener(
 
 @contextmanager
 def _brief_listener(
-    topics: NamedTopics, name: str | None, *, raw: bool
+    topics: "NamedTopics", name: str | None, *, raw: bool
 ) -> "Iterator[tuple[BareNode, list[TopicSource]]]":
-    """The same for a single message, by way of the router: in one session, meeting no peer."""
+    """Open a client of the router for a single message; yield its node and the topics."""
     with brief_node(name=name, starts_router=topics.have_types) as node:
         yield node, topics.sources(raw=raw, graph=query_graph(node.context.session))
 
 
-# Any: messages of any type.
-def _with_source(
-    receive: "Callable[[TopicSource, Any, MessageInfo], None]", source: "TopicSource"
-) -> Callable[[Any, "MessageInfo"], None]:
-    """A callback that tells of which topic a message is."""
+# Publishers whose numbers are remembered: more than any topic has; a stranger may make some up.
+_MOST_SENDERS = 1000
 
-    def call(message: Any, info: "MessageInfo") -> None:
-        receive(source, message, info)
 
-    return call
+class MessagePrinter:
+    """Prints messages of topics as YAML, CSV or JSON, whole or single fields of them.
+
+    Args:
+        style: How values are written.
+        fields: Paths of the fields to be printed; the whole message if there is none.
+        form: ``yaml``, ``csv`` or ``json``.
+        with_info: Print what is known of each message besides.
+        names_topics: Print the topic of each message.
+        clears: Clear the terminal before each message.
+    """
+
+    def __init__(
+        self,
+        style: "TextStyle",
+        fields: Sequence[str],
+        form: str,
+        *,
+        with_info: bool,
+        names_topics: bool,
+        clears: bool,
+    ) -> None:
+        from teleopctl.interfaces import field_reader
+
+        self._style = style
+        self._fields = [(path, field_reader(path)) for path in fields]
+        self._with_info = with_info
+        self._names_topics = names_topics
+        self._clears = clears and sys.stdout.isatty()
+        self._write: Callable[[str, list[Any], MessageInfo], None] = {
+            "yaml": self._write_yaml,
+            "csv": self._write_csv,
+            "json": self._write_json,
+        }[form]
+
+    # Any, here and below: messages of any type, and parts of them.
+    def chosen(self, message: Any) -> list[Any]:
+        """Return the selected fields of a message, or the message.
+
+        Raises:
+            InvalidMessageError: It has no such field.
+        """
+        return [read(message) for _, read in self._fields] or [message]
+
+    def write(self, topic: str, values: list[Any], info: "MessageInfo") -> None:
+        """Print the selected values of a message."""
+        if self._clears:
+            console.clear_terminal()
+        self._write(topic, values, info)
+        console.flush()
+
+    def _write_json(self, topic: str, values: list[Any], info: "MessageInfo") -> None:
+        from teleopctl.cli.verbs.topic.text import json_value
+
+        documents = [json_value(value) for value in values]
+        document: Json = documents[0]
+        if len(documents) > 1:
+            document = {path: each for (path, _), each in zip(self._fields, documents, strict=True)}
+        if self._with_info or self._names_topics:
+            document = {"message": document}
+            if self._with_info:
+                document = {"info": _shown(info), **document}
+            if self._names_topics:
+                document = {"topic": topic, **document}
+        console.out_json(document, compact=True)
+
+    def _write_csv(self, topic: str, values: list[Any], info: "MessageInfo") -> None:
+        columns = [topic] if self._names_topics else []
+        if self._with_info:
+            columns += map(str, _shown(info).values())
+        console.out(",".join([*columns, *map(self._style.csv, values)]))
+
+    def _write_yaml(self, topic: str, values: list[Any], info: "MessageInfo") -> None:
+        from teleopctl.cli.verbs.topic.text import is_message
+
+        if self._names_topics:
+            # A comment, so that what was printed can be read as YAML again.
+            console.out(f"# {topic}")
+        if self._with_info:
+            console.out_lines(_info_lines(info, is_of_message=is_message(values[0])))
+        console.out_text(f"{''.join(map(self._style.yaml, values))}---")
+
+
+def _info_lines(info: "MessageInfo", *, is_of_message: bool) -> list[str]:
+    shown = _shown(info)
+    if not is_of_message:
+        return ["---Got new message, message info:---", str(shown), "---Message data:---"]
+    lines = [f"{key}: {'null' if entry is None else entry}" for key, entry in sorted(shown.items())]
+    return [*lines, "---"]
+
+
+def _shown(info: "MessageInfo") -> dict[str, int | None]:
+    return {key: value for key, value in info.items() if isinstance(value, int | None)}
+
+
+class LossReport:
+    """Counts the gaps in publishers' sequence numbers and prints them, as ROS 2 does."""
+
+    def __init__(self) -> None:
+        self._last: dict[bytes, int] = {}
+        self._lost = 0
+
+    def note(self, info: "MessageInfo") -> None:
+        """Compare a message's sequence number with the last one."""
+        publisher, number = info["publisher_gid"], info["publication_sequence_number"]
+        last = self._last.pop(publisher, None)
+        if len(self._last) >= _MOST_SENDERS:
+            del self._last[next(iter(self._last))]
+        self._last[publisher] = number
+        gap = 0 if last is None else number - last - 1
+        if gap > 0:
+            self._lost += gap
+            console.note(
+                f"A message was lost!!!\n\ttotal count change:{gap}\n\ttotal count: {self._lost}---"
+            )

@@ -8,22 +8,12 @@ from collections.abc import Iterator
 from teleopctl.base.typed import TYPE_CHECKING, Annotated, Any
 from teleopctl.cli import console
 from teleopctl.cli.command_node import brief_node, command_node
-from teleopctl.cli.live import absolute_name
-from teleopctl.cli.options import TopicName, UseSimTime
+from teleopctl.cli.graph_lookup import absolute_name
+from teleopctl.cli.messages import documents_of, message_class_named, message_with
+from teleopctl.cli.options import TopicName, UseSimTime, check_not_negative, check_positive
 from teleopctl.cli.verb import Argument, Option
-from teleopctl.cli.verbs.topic.qos.options import (
-    Depth,
-    DurabilityName,
-    HistoryName,
-    LeaseDuration,
-    LivelinessName,
-    ProfileName,
-    QosWishes,
-    ReliabilityName,
-)
+from teleopctl.cli.verbs.topic.qos import QosOptions
 from teleopctl.cli.waiting import wait_aloud, wait_for_clock
-from teleopctl.cli.words.messages import documents_of, message_class_named, message_with
-from teleopctl.cli.words.numbers import check_not_negative, check_positive
 from teleopctl.errors import (
     InvalidFileError,
     RefusedError,
@@ -95,14 +85,9 @@ def publish(
         ),
     ] = None,
     use_sim_time: UseSimTime = False,
-    qos_profile: ProfileName = None,
-    qos_reliability: ReliabilityName = None,
-    qos_durability: DurabilityName = None,
-    qos_history: HistoryName = None,
-    qos_depth: Depth = None,
-    qos_liveliness: LivelinessName = None,
-    qos_liveliness_lease_duration_seconds: LeaseDuration = None,
     as_json: Annotated[bool, Option("--json", help="Print one JSON object a message.")] = False,
+    *,
+    qos: QosOptions,
 ) -> None:
     """Publish messages to a topic.
 
@@ -123,11 +108,7 @@ def publish(
         raise UsageError("--once and --times contradict each other; leave one of them out")
     if sum((stdin, yaml_file is not None, values is not None)) > 1:
         raise UsageError("The message is given more than once: leave --stdin or the others out")
-    wishes = QosWishes(
-        *(qos_profile, qos_reliability, qos_durability, qos_history, qos_depth),
-        *(qos_liveliness, qos_liveliness_lease_duration_seconds),
-    )
-    qos = wishes.applied_to(QoSProfile(depth=_DEPTH))
+    profile = qos.applied_to(QoSProfile(depth=_DEPTH))
     file = "-" if stdin else yaml_file
     documents = documents_of(_read(file) if file else "{}" if values is None else values)
     message_class = message_class_named(message_type)
@@ -160,7 +141,7 @@ def publish(
             use_sim_time=use_sim_time,
         )
     ) as node:
-        publisher = node.create_publisher(message_class, absolute_name(topic_name), qos)
+        publisher = node.create_publisher(message_class, absolute_name(topic_name), profile)
         if subscribers:
             _wait_for_subscribers(node, publisher, subscribers, max_wait_time)
         if not as_json:
@@ -274,7 +255,7 @@ def _read(file: str) -> str:
     if file != "-":
         from pathlib import Path
 
-        from teleopctl.base.text_file import read_text
+        from teleopctl.base.files import read_text
 
         return read_text(Path(file))
     try:

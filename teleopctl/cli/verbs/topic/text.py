@@ -1,11 +1,11 @@
-"""A message, or one field of it, as YAML, CSV or JSON."""
-
-from __future__ import annotations
+"""Messages and fields as YAML, CSV or JSON, and the options for the text."""
 
 import array
 import math
 
-from teleopctl.base.typed import TYPE_CHECKING, Any
+from teleopctl.base.typed import TYPE_CHECKING, Annotated, Any
+from teleopctl.cli.options import check_not_negative
+from teleopctl.cli.verb import Option, OptionSet
 
 if TYPE_CHECKING:
     from teleopctl.cli.console import Json
@@ -77,7 +77,7 @@ class TextStyle:
 
 
 # Any: as above.
-def json_value(value: Any) -> Json:
+def json_value(value: Any) -> "Json":
     """Return a message or a field as a JSON value."""
     if is_message(value):
         from teleopctl.interfaces import message_to_dict
@@ -102,3 +102,33 @@ def is_message(value: object) -> bool:
 def is_list(value: object) -> bool:
     """Return whether a value is an array or a sequence."""
     return isinstance(value, list | tuple | array.array) or type(value).__name__ == "ndarray"
+
+
+class TextOptions(OptionSet):
+    """Options for how messages are printed as text."""
+
+    csv: Annotated[bool, Option("--csv", help="Print all values on one line.")] = False
+    flow_style: Annotated[
+        bool, Option("--flow-style", help="Print lists and mappings on one line.")
+    ] = False
+    full_length: Annotated[
+        bool, Option("-f", "--full-length", help="Print long lists and texts in full.")
+    ] = False
+    truncate_length: Annotated[
+        int, Option("-l", "--truncate-length", help="Longest list or text that is printed in full.")
+    ] = 128
+    no_arr: Annotated[bool, Option("--no-arr", help="Print no elements of lists.")] = False
+    no_str: Annotated[bool, Option("--no-str", help="Print no texts.")] = False
+
+    def check(self) -> None:
+        """Raise a UsageError if the length is negative."""
+        check_not_negative(truncate_length=self.truncate_length)
+
+    def style(self) -> TextStyle:
+        """Return the text style that the options select."""
+        return TextStyle(
+            truncate=None if self.full_length else self.truncate_length,
+            flow=self.flow_style,
+            no_arr=self.no_arr,
+            no_str=self.no_str,
+        )

@@ -10,7 +10,7 @@ from textual.widgets import Static
 
 from teleopctl.cli.command_node import command_node
 from teleopctl.cli.verbs.top.app import Top
-from teleopctl.cli.verbs.top.questions import Ask, Confirm
+from teleopctl.cli.verbs.top.screens import Ask, Confirm
 from teleopctl.cli.verbs.top.table import LiveTable
 from teleopctl.interfaces import get_message
 from teleopctl.testing import LONGEST_WAIT_S

@@ -4,8 +4,8 @@ import json
 
 import pytest
 
-from teleopctl.cli.verbs.topic.echo_text import EchoText, LossReport
-from teleopctl.cli.verbs.topic.source import TopicSource
+from teleopctl.cli.verbs.topic.echo import LossReport, MessagePrinter
+from teleopctl.cli.verbs.topic.sources import TopicSource
 from teleopctl.cli.verbs.topic.text import TextStyle
 from teleopctl.interfaces import get_message
 from teleopctl.node import MessageInfo
@@ -26,7 +26,7 @@ def info(number, publisher=b"1"):
 
 
 def printer(form="yaml", fields=(), *, with_info=False, names_topics=False, clears=False):
-    return EchoText(
+    return MessagePrinter(
         TextStyle(),
         fields,
         form,
@@ -83,12 +83,12 @@ def publisher(**qos):
 
 def test_it_is_said_what_publishers_that_differ_cost(capsys):
     source = TopicSource("/x", String, [publisher(), publisher(reliability=2, durability=1)])
-    source.suited_qos(10)
+    source.compatible_qos(10)
     assert capsys.readouterr().err == (
         "Some, but not all, publishers are offering QoSReliabilityPolicy.RELIABLE. Falling back "
         "to QoSReliabilityPolicy.BEST_EFFORT as it will connect to all publishers\n"
         "Some, but not all, publishers are offering QoSDurabilityPolicy.TRANSIENT_LOCAL. Falling "
         "back to QoSDurabilityPolicy.VOLATILE as it will connect to all publishers\n"
     )
-    TopicSource("/x", String, [publisher(), publisher()]).suited_qos(10)
+    TopicSource("/x", String, [publisher(), publisher()]).compatible_qos(10)
     assert capsys.readouterr().err == ""

@@ -2,8 +2,8 @@
 
 import pytest
 
-from teleopctl.cli.verbs.topic.qos.options import QosWishes
-from teleopctl.cli.verbs.topic.qos.text import qos_lines, qos_record
+from teleopctl.cli.verbs.topic.endpoints import qos_lines, qos_record
+from teleopctl.cli.verbs.topic.qos import QosOptions
 from teleopctl.node.generic_subscription import suited_to
 from teleopctl.node.values.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 from teleopctl.wire.qos import EndpointQos
@@ -29,8 +29,13 @@ def test_it_follows_what_the_publishers_offer(offers, reliability, durability):
 
 def test_what_a_person_asks_for_wins():
     base = QoSProfile(depth=10)
-    wishes = QosWishes(None, "best_effort", "transient_local", "keep_all", 3)
-    qos = wishes.applied_to(base)
+    options = QosOptions(
+        qos_reliability="best_effort",
+        qos_durability="transient_local",
+        qos_history="keep_all",
+        qos_depth=3,
+    )
+    qos = options.applied_to(base)
     assert qos.reliability == ReliabilityPolicy.BEST_EFFORT
     assert qos.durability == DurabilityPolicy.TRANSIENT_LOCAL
     assert qos.history == HistoryPolicy.KEEP_ALL
@@ -39,9 +44,9 @@ def test_what_a_person_asks_for_wins():
 
 
 def test_a_preset_replaces_the_base_and_stays_as_it_is():
-    qos = QosWishes("sensor_data", None, None, None, 7).applied_to(QoSProfile(depth=10))
+    qos = QosOptions(qos_profile="sensor_data", qos_depth=7).applied_to(QoSProfile(depth=10))
     assert (qos.reliability, qos.depth) == (ReliabilityPolicy.BEST_EFFORT, 7)
-    again = QosWishes("sensor_data", None, None, None, None).applied_to(QoSProfile(depth=10))
+    again = QosOptions(qos_profile="sensor_data").applied_to(QoSProfile(depth=10))
     assert again.depth == 5
 
 
@@ -51,11 +56,11 @@ def test_a_preset_alone_gives_way_to_what_the_publishers_offer_as_in_ros2():
         reliability=ReliabilityPolicy.BEST_EFFORT,
         durability=DurabilityPolicy.TRANSIENT_LOCAL,
     )
-    alone = QosWishes("default", None, None, None, None).suited(offered)
+    alone = QosOptions(qos_profile="default").for_subscription(offered)
     assert (alone.reliability, alone.durability) == (offered.reliability, offered.durability)
-    beside = QosWishes("default", None, None, None, 3).suited(offered)
+    beside = QosOptions(qos_profile="default", qos_depth=3).for_subscription(offered)
     assert beside.reliability == ReliabilityPolicy.RELIABLE
-    single = QosWishes(None, "reliable", None, None, None).suited(offered)
+    single = QosOptions(qos_reliability="reliable").for_subscription(offered)
     assert (single.reliability, single.durability) == (
         ReliabilityPolicy.RELIABLE,
         DurabilityPolicy.TRANSIENT_LOCAL,

@@ -12,7 +12,7 @@ from logging.handlers import WatchedFileHandler
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from teleopctl.base.private_file import open_private
+from teleopctl.base.files import open_private
 from teleopctl.launch import LOG_FORMAT, SCREEN_FORMAT, log_directory_here, new_log_directory
 
 from .handlers import PerLoggerFormatting

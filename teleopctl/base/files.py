@@ -1,0 +1,87 @@
+"""Files that only their user may read, and text files that a person has named.
+
+What a program logs or is started with is private to its user: names of hosts, paths, keys that
+stand in parameters. Such files get mode 0600 when they are created, so that there is no moment in
+which others can open them; the umask of a process is left alone, since nodes create files, too.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import stat
+import sys
+
+from teleopctl.base.typed import TYPE_CHECKING
+from teleopctl.errors import InvalidFileError
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+
+def open_private(path: str | Path, flags: int) -> int:
+    """Open a file as `os.open` does, with mode 0600; also the ``opener`` of `open`.
+
+    A file that is there already gets that mode where it is the user's own; a device or a pipe keeps
+    its own.
+
+    Raises:
+        OSError: It cannot be opened.
+    """
+    descriptor = os.open(path, flags | getattr(os, "O_CLOEXEC", 0), 0o600)
+    if sys.platform != "win32":
+        found = os.fstat(descriptor)
+        is_own = stat.S_ISREG(found.st_mode) and found.st_uid == os.geteuid()
+        if is_own and stat.S_IMODE(found.st_mode) & 0o077:
+            with contextlib.suppress(OSError):  # file systems without modes
+                os.fchmod(descriptor, 0o600)
+    return descriptor
+
+
+def write_private(path: str | Path, text: str) -> None:
+    """Write a text file with mode 0600, atomically.
+
+    Raises:
+        OSError: It cannot be written.
+    """
+    draft = f"{path}.{os.getpid()}.new"
+    try:
+        with open(draft, "w", encoding="utf-8", opener=open_private) as file:
+            file.write(text)
+        os.replace(draft, path)  # noqa: PTH105 -- Path is a dear import
+    except BaseException:
+        with contextlib.suppress(OSError):
+            os.unlink(draft)  # noqa: PTH108 -- likewise
+        raise
+
+
+_POINTER = b"version https://git-lfs.github.com/"
+
+
+def absence(path: Path) -> str:
+    """Return why a file has no real content (a Git LFS pointer), or an empty text.
+
+    In a clone without Git LFS, large files are pointers to what they are.
+
+    Raises:
+        OSError: It cannot be read.
+    """
+    if not path.is_file():
+        return ""  # a pipe has no end to be read from before somebody writes
+    with path.open("rb") as stream:
+        is_pointer = stream.read(len(_POINTER)) == _POINTER
+    return "is only a pointer of Git LFS: `git lfs pull` fetches it" if is_pointer else ""
+
+
+def read_text(path: Path) -> str:
+    """Read a text file, or raise an error that names it.
+
+    Raises:
+        InvalidFileError: It cannot be read, or is not UTF-8.
+    """
+    try:
+        return path.read_text(encoding="utf-8")
+    except OSError as error:
+        raise InvalidFileError(f"Cannot read {path}: {error.strerror}") from error
+    except UnicodeDecodeError as error:
+        raise InvalidFileError(f"Cannot read {path}: it is not UTF-8 text") from error

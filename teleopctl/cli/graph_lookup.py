@@ -1,0 +1,95 @@
+"""The live graph of nodes, and names and types that are looked up in it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+from teleopctl.base.typed import TYPE_CHECKING
+from teleopctl.errors import NotFoundError
+from teleopctl.wire import RouterNotRunning, open_session, query_graph
+
+if TYPE_CHECKING:
+    from teleopctl.wire import Graph
+
+
+def live_graph() -> Graph:
+    """Return the nodes and endpoints of this domain.
+
+    Raises:
+        RouterNotRunning: No router answers.
+    """
+    with open_session("client") as session:
+        return query_graph(session)
+
+
+def absolute_name(name: str) -> str:
+    """Return a name with a leading slash."""
+    return name if name.startswith("/") else f"/{name}"
+
+
+def is_pattern(name: str) -> bool:
+    """Return whether a name is a pattern with ``*``."""
+    return "*" in name
+
+
+def fitting(pattern: str, names: Iterable[str], *, kind: str) -> list[str]:
+    """Return the names that match a pattern, in their order.
+
+    Args:
+        pattern: Such as ``/arm/*``.
+        names: Full names.
+        kind: What they are the names of, for the message.
+
+    Raises:
+        NotFoundError: None fits.
+    """
+    import re
+
+    parts = re.split(r"(\*\*|\*)", absolute_name(pattern))
+    meant = {"**": ".*", "*": "[^/]*"}
+    expression = re.compile("".join(meant.get(part) or re.escape(part) for part in parts))
+    found = [name for name in names if expression.fullmatch(name)]
+    if not found:
+        raise NotFoundError(f"No {kind} fits '{pattern}'")
+    return found
+
+
+def expanded(names: Sequence[str], known: Iterable[str], *, kind: str) -> list[str]:
+    """Return names with each pattern replaced by the names that match it.
+
+    Raises:
+        NotFoundError: Nothing fits a pattern.
+    """
+    live = list(known)
+    found: dict[str, None] = {}
+    for name in names:
+        fits = fitting(name, live, kind=kind) if is_pattern(name) else [absolute_name(name)]
+        found.update(dict.fromkeys(fits))
+    return list(found)
+
+
+def learn_type(type_name: str, graph: Graph | None = None) -> None:
+    """Make a type known that this program lacks; see `teleopctl.node.learn_type_from`.
+
+    Args:
+        type_name: Full name of a message or a service.
+        graph: The graph, where the caller has it.
+
+    Raises:
+        InvalidMessageError: A node's explanation makes no sense, or contradicts what is known.
+    """
+    from teleopctl.interfaces import known_types
+
+    if known_types().find(type_name) is not None:
+        return
+    if graph is None:
+        try:
+            graph = live_graph()
+        except RouterNotRunning:
+            return
+    if any(e.type_name == type_name for e in graph.endpoints):
+        from teleopctl.cli.command_node import command_node
+        from teleopctl.node import learn_type_from
+
+        with command_node(session_mode="client") as node:
+            learn_type_from(node, type_name, graph)

@@ -1,0 +1,165 @@
+"""Messages, types and filters that are given on the command line, with ROS 2's error texts."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+
+from teleopctl.base.typed import TYPE_CHECKING, Any
+from teleopctl.cli.graph_lookup import learn_type
+from teleopctl.errors import InvalidMessageError, UsageError
+
+if TYPE_CHECKING:
+    from teleopctl.wire import Graph
+
+
+_PRESENT_TIME = ("auto", "now")
+
+
+# Any, here and below: a class made from its definition.
+def message_class_named(type_name: str, graph: Graph | None = None) -> type[Any]:
+    """Return the class of a message type.
+
+    Args:
+        type_name: ``package/msg/Name`` or ``package/Name``.
+        graph: The graph, where the caller has it, for types that only a node explains.
+
+    Raises:
+        InvalidMessageError: There is no such type.
+    """
+    from teleopctl.interfaces import get_message, normalize
+
+    with _told_of("message"):
+        learn_type(normalize(type_name), graph)
+        return get_message(type_name)
+
+
+def service_class_named(type_name: str) -> Any:
+    """Return the class of a service type.
+
+    Raises:
+        InvalidMessageError: There is no such type.
+    """
+    from teleopctl.interfaces import get_service, normalize
+
+    with _told_of("service"):
+        name = normalize(type_name, "srv")
+        if "/srv/" not in name:
+            raise InvalidMessageError(f"The passed type is not a service: {name}")
+        learn_type(name)
+        return get_service(name)
+
+
+def action_class_named(type_name: str) -> Any:
+    """Return the class of an action type.
+
+    Raises:
+        InvalidMessageError: There is no such type.
+    """
+    from teleopctl.interfaces import get_action, normalize
+
+    with _told_of("action"):
+        return get_action(normalize(type_name, "action"))
+
+
+def goal_with(action: Any, text: str) -> Any:
+    """Return an action goal from command-line text.
+
+    Raises:
+        InvalidMessageError: The values do not fit, or there are several documents.
+    """
+    documents = documents_of(text)
+    if len(documents) > 1:
+        raise InvalidMessageError(f"One goal is sent at a time, got {len(documents)}")
+    return message_with(action.Goal, documents[0], failed="Failed to populate message fields")
+
+
+def message_with(
+    message_class: type[Any],
+    values: object,
+    now: Any = None,  # Any: a time, as message_from_yaml takes it
+    *,
+    failed: str = "Failed to populate field",
+) -> Any:
+    """Return a message from command-line or file values.
+
+    Args:
+        message_class: Its class.
+        values: One document of YAML.
+        now: What ``auto`` and ``now`` stand for.
+        failed: How the message begins where the values do not fit.
+
+    Raises:
+        InvalidMessageError: The values do not fit.
+    """
+    from teleopctl.interfaces import message_from_yaml
+
+    if not (values is None or isinstance(values, Mapping) or values in _PRESENT_TIME):
+        blank = "; a blank must follow each colon" if ":" in str(values) else ""
+        raise InvalidMessageError(
+            f"The passed value needs to be a dictionary in YAML format, got {values!r}{blank}"
+        )
+    try:
+        # Any: message_from_yaml says itself what it does not take.
+        content: Any = values
+        return message_from_yaml(message_class, content, now)
+    except UsageError as error:
+        text = f"{failed}: {error.message}"
+        raise InvalidMessageError(text, hint=error.hint) from error
+
+
+def documents_of(text: str) -> list[object]:
+    """Return the documents of a YAML text; one empty document if it is empty.
+
+    Raises:
+        InvalidMessageError: It is not YAML.
+    """
+    from teleopctl.interfaces import documents_from_yaml
+
+    try:
+        return documents_from_yaml(text) or [None]
+    except UsageError as error:
+        raise InvalidMessageError(
+            f"The passed value needs to be in YAML string or a dictionary: {error.message}",
+            hint=error.hint,
+        ) from error
+
+
+@contextmanager
+def _told_of(kind: str) -> Iterator[None]:
+    try:
+        yield
+    except (InvalidMessageError, UsageError) as error:
+        if error.message.startswith("The passed type"):
+            raise
+        raise InvalidMessageError(
+            f"The passed {kind} type is invalid: {error.message}", hint=error.hint
+        ) from error
+
+
+# Any: a message's class is made from its definition.
+def filter_predicate(expression: str) -> Callable[[Any], bool]:
+    """Return a function that decides by an expression whether a message is printed.
+
+    Args:
+        expression: Python, with the message as ``m``: ``m.data > 3``.
+
+    Raises:
+        TeleopctlError: The expression is not Python. The returned function raises it as well,
+            when the expression fails on a message.
+    """
+    try:
+        code = compile(expression, "--filter", "eval")
+    except (SyntaxError, ValueError) as error:
+        raise UsageError(f"Invalid filter expression '{expression}': {error}") from error
+
+    def wanted(message: Any) -> bool:
+        try:
+            # The expression comes from the person who runs the command, with their own rights.
+            return bool(eval(code, {"m": message}))  # noqa: S307
+        except Exception as error:
+            raise InvalidMessageError(
+                f"Filter expression '{expression}' failed: {error}"
+            ) from error
+
+    return wanted

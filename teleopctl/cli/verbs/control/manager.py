@@ -1,0 +1,87 @@
+"""The controller manager that the verbs of ``control`` call, and their options."""
+
+import os
+from collections.abc import Iterator, Sequence
+from contextlib import AbstractContextManager, contextmanager
+
+from teleopctl.base import progress
+from teleopctl.base.typed import Annotated
+from teleopctl.cli.command_node import command_node
+from teleopctl.cli.verb import Argument, Option, OptionSet
+from teleopctl.control import ControllerManagerClient
+from teleopctl.errors import TeleopctlError
+
+RosArgs = Annotated[
+    list[str] | None,
+    Option(
+        "--ros-args",
+        rest=True,
+        help="Arguments of the verb's own node, such as -r __ns:=/left.",
+        metavar="ARG",
+    ),
+]
+ControllerName = Annotated[str, Argument(help="The controller.", complete="controllers")]
+TargetState = Annotated[
+    str, Argument(help="The state.", choices=("unconfigured", "inactive", "active"))
+]
+DEFAULT_MANAGER = "controller_manager"
+# Seconds to wait for a manager: it is in the graph or it is not, so only a busy one needs any.
+_WAIT = 1.0
+
+
+class ManagerOptions(OptionSet):
+    """Options that select the controller manager, and arguments of the node that calls it."""
+
+    controller_manager: Annotated[
+        str,
+        Option(
+            "-c",
+            "--controller-manager",
+            help="Name of the controller manager's node.",
+            metavar="NAME",
+        ),
+    ] = DEFAULT_MANAGER
+    ros_args: RosArgs = None
+
+    def client(self) -> "AbstractContextManager[ControllerManagerClient]":
+        """Open a client of the controller manager; see `manager_client`."""
+        return manager_client(self.controller_manager, self.ros_args)
+
+
+@contextmanager
+def manager_client(
+    name: str, ros_args: Sequence[str] | None = None
+) -> Iterator[ControllerManagerClient]:
+    """Return a client of a controller manager, once that answers.
+
+    In a launch file `ros2 control load_controller …` often stands beside what starts the manager,
+    since `ros2 control` waits for it: so does this there.
+
+    Args:
+        name: The manager's name; a relative one is in the namespace of the node that asks.
+        ros_args: Of that node.
+
+    Raises:
+        RouterNotRunning: No router answers.
+        ControllerManagerUnavailableError: There is no such manager, or it has no services yet.
+    """
+    with command_node(session_mode="client", ros_args=ros_args or ()) as node:
+        client = ControllerManagerClient(node, name)
+        in_a_launch = progress.VARIABLE in os.environ
+        client.wait(0.0 if in_a_launch else _WAIT, patient=in_a_launch)
+        yield client
+
+
+def complete_controllers(incomplete: str) -> list[str]:
+    """Return the names of loaded controllers."""
+    from teleopctl.cli.completion.candidates import nodes
+
+    # Asking takes a moment where nobody answers, so first see whether there is anybody.
+    if f"/{DEFAULT_MANAGER}" not in nodes(""):
+        return []
+    try:
+        with manager_client(DEFAULT_MANAGER) as client:
+            names = [controller.name for controller in client.list_controllers()]
+    except TeleopctlError:
+        return []
+    return [name for name in names if name.startswith(incomplete)]

@@ -1,0 +1,292 @@
+"""Checks of the router, this machine, the graph and the clocks of its machines."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import time
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
+
+from teleopctl.base.typed import TYPE_CHECKING, NamedTuple
+from teleopctl.errors import TeleopctlError
+from teleopctl.wire import (
+    EndpointToken,
+    EntityKind,
+    Graph,
+    decode_attachment,
+    encode_attachment,
+    open_session,
+    topic_key,
+)
+
+if TYPE_CHECKING:
+    import zenoh
+
+    from teleopctl.cli.verbs.topic.endpoints import QosPair
+
+
+class Finding(NamedTuple):
+    """A fault or a possible fault, with a hint.
+
+    Attributes:
+        text: What, and where.
+        hint: What to do about it.
+        is_error: Whether it fails the check by itself; else it is a warning.
+    """
+
+    text: str
+    hint: str = ""
+    is_error: bool = True
+
+
+def warning(text: str, hint: str = "") -> Finding:
+    """Return a finding that is no certain fault."""
+    return Finding(text, hint, is_error=False)
+
+
+def check_router() -> Iterator[Finding]:
+    """Yield faults of the router: not found, wrong port holder, open to the network."""
+    from teleopctl.wire import (
+        HOW_TO_CLOSE,
+        daemon_address,
+        port_holder,
+        router_is_running,
+        router_reach,
+        session_config,
+    )
+
+    try:
+        sessions, daemon = session_config("client").router, daemon_address()
+        is_there = router_is_running(sessions)
+    except TeleopctlError as error:
+        yield Finding(error.message, error.hint or "")
+        return
+    if is_there:
+        danger = router_reach(sessions).danger
+        if danger is not None:
+            yield warning(danger, HOW_TO_CLOSE)
+    else:
+        holder = port_holder(sessions)
+        if holder is None:
+            yield Finding(
+                f"No router answers at {sessions}: nodes do not find each other.",
+                "Start it with `teleopctl daemon start`; nodes and launches start it themselves."
+                if daemon.serves(sessions)
+                else "Start it there.",
+            )
+        else:
+            port, name = holder
+            yield Finding(
+                f"Port {port} is taken by {name}, which does not answer as a Zenoh router.",
+                f"End that program, or use another port: TELEOPCTL_ROUTER=tcp/HOST:{port + 1}",
+            )
+    if daemon.is_missed_by(sessions):
+        yield warning(
+            f"The daemon would listen at {daemon}, sessions connect to {sessions}.",
+            "Nodes of the two do not see each other unless the routers are connected.",
+        )
+
+
+# In a process of its own, since drivers that do not fit end the one that tries them.
+_DRAW = """
+import sys
+from teleopctl.errors import TeleopctlError
+from teleopctl.sim import check_drawing, choose_backend
+try:
+    choose_backend()
+    check_drawing()
+except TeleopctlError as error:
+    sys.exit(f"{error.message}\\n{error.hint or ''}")
+"""
+
+
+def check_packages() -> Iterator[Finding]:
+    """Yield packages that cannot be read."""
+    from teleopctl.packages import faults_of_search, list_packages
+
+    list_packages()
+    yield from map(warning, faults_of_search())
+
+
+def check_drawing() -> Iterator[Finding]:
+    """Yield why cameras cannot be rendered, if so."""
+    tried = subprocess.run(
+        [sys.executable, "-P", "-c", _DRAW], capture_output=True, text=True, check=False
+    )
+    if tried.returncode != 0:
+        text, _, hint = tried.stderr.strip().partition("\n")
+        if tried.returncode < 0:
+            text = f"Drawing ends a process by signal {-tried.returncode}"
+        yield warning(f"{text}; cameras will have no pictures.", hint)
+
+
+def check_shared_memory() -> Iterator[Finding]:
+    """Yield why shared memory is not usable, if so."""
+    from teleopctl.wire import has_room_for_shared_memory
+
+    if not has_room_for_shared_memory():
+        yield warning(
+            "/dev/shm has little room: pictures are copied between processes.",  # noqa: S108
+            "In a container: docker run --shm-size=1g …",
+        )
+
+
+def check_environment() -> Iterator[Finding]:
+    """Yield the environment variables of ROS 2 that have another meaning or no effect here."""
+    asked = os.environ.get("RMW_IMPLEMENTATION", "")
+    if asked not in ("", "rmw_zenoh_cpp"):
+        yield warning(
+            f"RMW_IMPLEMENTATION={asked}: nodes of ROS 2 that use it do not meet those of here.",
+            "Start them with RMW_IMPLEMENTATION=rmw_zenoh_cpp.",
+        )
+    try:
+        from teleopctl.interfaces import known_types
+        from teleopctl.wire import domain_id
+
+        domain_id()
+        known_types()
+    except TeleopctlError as error:
+        yield Finding(error.message, error.hint or "")
+
+
+# Somebody listens to these, or speaks there, only now and then.
+_OFTEN_ALONE = {"/parameter_events", "/rosout"}
+
+
+def check_topics(graph: Graph) -> Iterator[Finding]:
+    """Yield the topics that have only publishers or only subscriptions."""
+    for topic, _ in graph.topic_names_and_types():
+        if topic in _OFTEN_ALONE:
+            continue
+        publishers, subscriptions = graph.publishers(topic), graph.subscriptions(topic)
+        if publishers and not subscriptions:
+            yield warning(f"Publisher without subscriber detected on {topic}.")
+        elif subscriptions and not publishers:
+            yield warning(f"Subscriber without publisher detected on {topic}.")
+
+
+def check_nodes(graph: Graph) -> Iterator[Finding]:
+    """Yield node names that several nodes have."""
+    for name, count in Counter(graph.node_names()).items():
+        if count > 1:
+            yield Finding(
+                f"{count} nodes are called {name}: their services and parameters are mixed up.",
+                f"Give each a name of its own: --ros-args -r __node:={name.rsplit('/', 1)[1]}_2",
+            )
+
+
+def check_types(graph: Graph) -> Iterator[Finding]:
+    """Yield topics and services with several types."""
+    for word, names, ends in (
+        ("topic", graph.topic_names_and_types(), (graph.publishers, graph.subscriptions)),
+        ("service", graph.service_names_and_types(), (graph.servers, graph.clients)),
+    ):
+        for name, types in names:
+            endpoints = [endpoint for end in ends for endpoint in end(name)]
+            # As simulators do that serve Gazebo's programs beside the standard's.
+            is_served = word == "service" and all(graph.servers(name, each) for each in types)
+            if len(types) > 1 and not is_served:
+                yield Finding(
+                    f"The {word} {name} has several types: {', '.join(types)}. "
+                    f"{_by(endpoints, lambda endpoint: endpoint.type_name)}",
+                    "Those of different types do not hear each other: rename one.",
+                )
+            for type_name in types:
+                alike = [each for each in endpoints if each.type_name == type_name]
+                # ROS 2 before Jazzy has none, and hears those of every hash.
+                hashed = [each for each in alike if each.type_hash.startswith("RIHS")]
+                if len({endpoint.type_hash for endpoint in hashed}) > 1:
+                    yield Finding(
+                        f"The {word} {name} has definitions of {type_name} that differ. "
+                        f"{_by(hashed, lambda endpoint: endpoint.type_hash[:14] + '…')}",
+                        "Build all with the same version of that package.",
+                    )
+
+
+def _by(endpoints: Sequence[EndpointToken], value: Callable[[EndpointToken], str]) -> str:
+    """Say which nodes have which value."""
+    nodes: dict[str, set[str]] = {}
+    for endpoint in endpoints:
+        nodes.setdefault(value(endpoint), set()).add(endpoint.full_name)
+    return "; ".join(f"{key}: {', '.join(sorted(names))}" for key, names in sorted(nodes.items()))
+
+
+def check_qos(graph: Graph) -> Iterator[Finding]:
+    """Yield the pairs of publisher and subscription with incompatible QoS."""
+    from teleopctl.cli.verbs.topic.endpoints import ON_ZENOH
+    from teleopctl.node import QoSCompatibility
+
+    for topic, pair in pairs_by_topic(graph):
+        if pair.verdict is not QoSCompatibility.OK:
+            kind = "error" if pair.verdict is QoSCompatibility.ERROR else "warning"
+            yield warning(
+                f"QoS compatibility {kind} found on topic '{topic}': "
+                f"{pair.publisher.full_name} and {pair.subscription.full_name}: {pair.reason}",
+                ON_ZENOH,
+            )
+
+
+def pairs_by_topic(graph: Graph) -> Iterator[tuple[str, QosPair]]:
+    """Yield each publisher with each subscription of its topic, with the topic."""
+    from teleopctl.cli.verbs.topic.endpoints import qos_pairs
+
+    for topic, _ in graph.topic_names_and_types():
+        for pair in qos_pairs(graph.publishers(topic), graph.subscriptions(topic)):
+            yield topic, pair
+
+
+def sessions(graph: Graph) -> dict[str, EndpointToken]:
+    """Return one parameter service per session."""
+    found: dict[str, EndpointToken] = {}
+    for name, _ in graph.service_names_and_types(include_hidden=True):
+        if name.endswith("/get_parameters"):
+            for server in graph.servers(name):
+                if server.kind is EntityKind.SS:
+                    found.setdefault(server.zid, server)
+    return found
+
+
+_ANSWER_WITHIN_S = 1.0
+# What tf takes for the future or for too old, where nodes ask for "now".
+_LARGEST_OFFSET_NS = 10_000_000
+_NOBODY = bytes(16)
+
+
+def check_clocks(graph: Graph) -> Iterator[Finding]:
+    """Yield machines whose clocks differ from this one's."""
+    with open_session("client") as session:
+        for server in sessions(graph).values():
+            measured = _offset_ns(session, server)
+            if measured is not None and abs(measured[0]) > _LARGEST_OFFSET_NS + measured[1]:
+                ahead = "ahead of" if measured[0] > 0 else "behind"
+                yield Finding(
+                    f"The clock of {server.full_name} is {abs(measured[0]) / 1e9:.3f} s {ahead} "
+                    "this machine's: its transforms and stamps are taken for old or of the future.",
+                    "Synchronise the machines, with chrony for one.",
+                )
+
+
+def _offset_ns(session: zenoh.Session, server: EndpointToken) -> tuple[int, int] | None:
+    """Return how far a clock is ahead of this one, and by how much that may be wrong."""
+    from teleopctl.interfaces import get_service, serialize
+
+    request = get_service(server.type_name).Request()
+    key = topic_key(server.domain, server.name, server.type_name, server.type_hash)
+    asked_ns = time.time_ns()
+    replies = session.get(
+        key,
+        payload=serialize(request),
+        attachment=encode_attachment(1, asked_ns, _NOBODY),
+        timeout=_ANSWER_WITHIN_S,
+    )
+    for reply in replies:
+        answered_ns = time.time_ns()
+        if reply.ok is None or reply.ok.attachment is None:
+            continue
+        told = decode_attachment(reply.ok.attachment.to_bytes())
+        if told is not None:
+            middle_ns = (asked_ns + answered_ns) // 2
+            return told.time_ns - middle_ns, (answered_ns - asked_ns) // 2
+    return None

@@ -1,0 +1,324 @@
+"""``teleopctl lifecycle``: states and transitions of managed nodes, as ``ros2 lifecycle``."""
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+
+from teleopctl.base.typed import TYPE_CHECKING, Annotated, Any
+from teleopctl.cli import console
+from teleopctl.cli.graph_lookup import absolute_name, live_graph
+from teleopctl.cli.options import AsJson
+from teleopctl.cli.verb import Argument, Option, Verb, VerbGroup
+from teleopctl.errors import (
+    NotFoundError,
+    RefusedError,
+    TeleopctlError,
+    UnavailableError,
+    what_there_is,
+)
+from teleopctl.wire import query_graph
+
+if TYPE_CHECKING:
+    from teleopctl.cli.completion.completing import TypedWords
+    from teleopctl.node import Node
+    from teleopctl.wire import Graph
+
+
+GROUP = VerbGroup(
+    "Manage the states of managed nodes.",
+    {
+        "nodes": Verb(f"{__name__}:list_nodes", "List the managed nodes."),
+        "get": Verb(f"{__name__}:get_state", "Print the state of one node, or of all."),
+        "list": Verb(f"{__name__}:list_transitions", "List the transitions that are possible."),
+        "set": Verb(
+            f"{__name__}:set_state",
+            "Take a node through a transition.",
+            examples=("teleopctl lifecycle set /camera configure",),
+        ),
+    },
+)
+
+
+ManagedNodeName = Annotated[str, Argument(help="The node.", complete="managed_nodes")]
+HiddenNodes = Annotated[
+    bool, Option("--include-hidden-nodes", help="Ask nodes whose name starts with _, too.")
+]
+Timeout = Annotated[
+    float | None, Option("--timeout", help="Give up after this many seconds.", metavar="SECONDS")
+]
+# What is only asked for is answered at once.
+_LONGEST_WAIT_S = 5.0
+
+
+class Lifecycles:
+    """Client of the managed nodes of the graph.
+
+    Args:
+        node: The node that asks.
+        timeout_s: Longest wait for answers, in seconds; a short while if None.
+    """
+
+    def __init__(self, node: "Node", timeout_s: float | None) -> None:
+        self._node = node
+        self._graph = query_graph(node.context.session)
+        self._timeout_s = _LONGEST_WAIT_S if timeout_s is None else timeout_s
+
+    def nodes(self, *, include_hidden: bool = False) -> list[str]:
+        """Return the full names of managed nodes, sorted."""
+        return managed_nodes(self._graph, include_hidden=include_hidden)
+
+    def find(self, node_name: str, *, include_hidden: bool = False) -> str:
+        """Return the full name of a managed node.
+
+        Raises:
+            NotFoundError: There is no such node, or it has no life cycle.
+        """
+        name = absolute_name(node_name)
+        managed = self.nodes(include_hidden=include_hidden)
+        if name not in managed:
+            there_is = what_there_is("managed nodes", [name], managed)
+            if name in self._graph.node_names(include_hidden):
+                there_is = f"'{name}' has no life cycle. {there_is}"
+            raise NotFoundError(f"Node not found: '{name}'", hint=there_is)
+        return name
+
+    # Any, here and below: requests and responses of lifecycle_msgs, whose classes are made when
+    # they are asked for.
+    def ask(self, node_name: str, type_: str, service: str, **fields: object) -> Any:
+        """Call a service of a node, and return the response.
+
+        Raises:
+            UnavailableError: The node does not answer.
+        """
+        answer = self.ask_all([node_name], type_, service, **fields)[node_name]
+        if isinstance(answer, TeleopctlError):
+            raise answer
+        return answer
+
+    def ask_all(
+        self, node_names: Iterable[str], type_: str, service: str, **fields: object
+    ) -> Mapping[str, Any]:
+        """Call a service of several nodes; return the response or error of each."""
+        from teleopctl.cli.command_node import ask_all
+        from teleopctl.interfaces import get_service
+
+        class_ = get_service(f"lifecycle_msgs/srv/{type_}")
+        request = class_.Request(**fields)
+        return ask_all(self._node, class_, service, node_names, request, self._timeout_s)
+
+    def change(self, node_name: str, transition: Any, timeout_s: float | None) -> bool:
+        """Request a transition of a node; return False if it is rejected.
+
+        Its callback may do what takes long: only ``timeout_s`` bounds the wait, None waits for
+        ever.
+
+        Raises:
+            UnavailableError: The node does not answer.
+        """
+        from teleopctl.cli.waiting import wait_aloud
+        from teleopctl.interfaces import get_service
+
+        class_ = get_service("lifecycle_msgs/srv/ChangeState")
+        client = self._node.create_client(class_, f"{node_name}/change_state")
+        future = client.call_async(class_.Request(transition=transition))
+        wait_aloud(
+            future.wait_until_settled,
+            timeout_s,
+            lambda: f"waiting for {node_name} to make the transition '{transition.label}'...",
+        )
+        response = future.wait_for_response(0.0)
+        if response is None:
+            raise UnavailableError(f"Node '{node_name}' did not answer within {timeout_s:g} s")
+        return bool(response.success)
+
+
+@contextmanager
+def open_lifecycles(timeout_s: float | None) -> Iterator[Lifecycles]:
+    """Open a client of the managed nodes, in a session of its own.
+
+    Raises:
+        RouterNotRunning: No router answers.
+    """
+    from teleopctl.cli.command_node import command_node
+
+    with command_node(session_mode="client") as node:
+        yield Lifecycles(node, timeout_s)
+
+
+def list_nodes(
+    include_all: Annotated[
+        bool, Option("-a", "--all", help="List nodes whose name starts with _, too.")
+    ] = False,
+    count_nodes: Annotated[
+        bool, Option("-c", "--count-nodes", help="Print only how many there are.")
+    ] = False,
+    timeout: Annotated[
+        float | None,
+        Option("--timeout", help="Accepted for ROS 2's sake: the graph is known at once."),
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """List the managed nodes."""
+    del timeout
+    names = managed_nodes(live_graph(), include_hidden=include_all)
+    if as_json:
+        console.out_json(names)
+    elif count_nodes:
+        console.out(str(len(names)))
+    else:
+        console.out_lines(names)
+
+
+def managed_nodes(graph: "Graph", *, include_hidden: bool = False) -> list[str]:
+    """Return the full names of managed nodes, sorted."""
+    return [
+        name
+        for name in dict.fromkeys(graph.node_names(include_hidden))
+        if graph.servers(f"{name}/get_state", "lifecycle_msgs/srv/GetState")
+    ]
+
+
+def get_state(
+    node_name: Annotated[
+        str | None, Argument(help="The node; otherwise all nodes.", complete="managed_nodes")
+    ] = None,
+    include_hidden: HiddenNodes = False,
+    timeout: Timeout = None,
+    as_json: AsJson = False,
+) -> None:
+    """Print the state of one node, or of all managed nodes."""
+    with open_lifecycles(timeout) as lifecycles:
+        if node_name:
+            names = [lifecycles.find(node_name, include_hidden=include_hidden)]
+        else:
+            names = lifecycles.nodes(include_hidden=include_hidden)
+        answers = lifecycles.ask_all(names, "GetState", "get_state")
+    failures = [answer for answer in answers.values() if isinstance(answer, TeleopctlError)]
+    if node_name and failures:
+        raise failures[0]
+    states = {
+        name: answer.current_state
+        for name, answer in answers.items()
+        if not isinstance(answer, TeleopctlError)
+    }
+    if as_json:
+        console.out_json([{"node": n, "state": s.label, "id": s.id} for n, s in states.items()])
+    else:
+        console.out_lines(
+            f"{'' if node_name else f'{name}: '}{state.label} [{state.id}]"
+            for name, state in states.items()
+        )
+    console.flush()
+    for failure in failures:
+        console.warn(failure.message)
+
+
+def list_transitions(
+    node_name: ManagedNodeName,
+    include_hidden: HiddenNodes = False,
+    include_all: Annotated[
+        bool, Option("-a", "--all", help="List all transitions, not only those possible now.")
+    ] = False,
+    timeout: Timeout = None,
+    as_json: AsJson = False,
+) -> None:
+    """List the transitions that are possible now."""
+    with open_lifecycles(timeout) as lifecycles:
+        node = lifecycles.find(node_name, include_hidden=include_hidden)
+        transitions = _transitions(
+            lifecycles, node, "get_transition_graph" if include_all else "get_available_transitions"
+        )
+    if as_json:
+        console.out_json([_document(transition) for transition in transitions])
+        return
+    for transition in transitions:
+        console.out(f"- {transition.transition.label} [{transition.transition.id}]")
+        console.out(f"\tStart: {transition.start_state.label}")
+        console.out(f"\tGoal: {transition.goal_state.label}")
+
+
+def set_state(
+    node_name: ManagedNodeName,
+    transition: Annotated[
+        str, Argument(help="The transition, by label or number.", complete="transitions")
+    ],
+    include_hidden: HiddenNodes = False,
+    timeout: Timeout = None,
+    as_json: AsJson = False,
+) -> None:
+    """Take a node through a transition."""
+    with open_lifecycles(timeout) as lifecycles:
+        node = lifecycles.find(node_name, include_hidden=include_hidden)
+        available = [
+            each.transition for each in _transitions(lifecycles, node, "get_available_transitions")
+        ]
+        wanted = _chosen(available, transition)
+        success = lifecycles.change(node, wanted, timeout)
+        state = lifecycles.ask(node, "GetState", "get_state").current_state if as_json else None
+    if not success:
+        raise RefusedError(
+            "Transitioning failed", hint=f"`teleopctl lifecycle get {node}` prints where it is now."
+        )
+    if state is not None:
+        console.out_json(
+            {"node": node, "transition": wanted.label, "state": state.label, "id": state.id}
+        )
+    else:
+        console.out("Transitioning successful")
+
+
+# Any, here and below: messages of lifecycle_msgs.
+def _transitions(lifecycles: Lifecycles, node: str, service: str) -> Sequence[Any]:
+    answer = lifecycles.ask(node, "GetAvailableTransitions", service)
+    transitions: Sequence[Any] = answer.available_transitions
+    return transitions
+
+
+def _chosen(available: Sequence[Any], wanted: str) -> Any:
+    """The transition of a label, else of a number.
+
+    Raises:
+        NotFoundError: None of those that are available is meant.
+    """
+    for transition in available:
+        if transition.label == wanted:
+            return transition
+    for transition in available:
+        if str(transition.id) == wanted:
+            return transition
+    lines = [f"- {each.label} [{each.id}]" for each in available]
+    raise NotFoundError("\n".join(["Unknown transition requested, available ones are:", *lines]))
+
+
+def _document(transition: Any) -> dict[str, Any]:
+    return {
+        "transition": transition.transition.label,
+        "id": transition.transition.id,
+        "start": transition.start_state.label,
+        "goal": transition.goal_state.label,
+    }
+
+
+# Who presses Tab waits for no longer.
+_LONGEST_COMPLETION_S = 1.0
+
+
+def complete_managed_nodes(incomplete: str) -> list[str]:
+    """Return the full names of managed nodes."""
+    from teleopctl.cli.graph_lookup import live_graph
+
+    try:
+        return [name for name in managed_nodes(live_graph()) if name.startswith(incomplete)]
+    except TeleopctlError:
+        return []
+
+
+def complete_transitions(ctx: "TypedWords", incomplete: str) -> list[str]:
+    """Return the labels of the possible transitions."""
+    try:
+        with open_lifecycles(_LONGEST_COMPLETION_S) as lifecycles:
+            node = lifecycles.find(ctx.params.get("node_name") or "")
+            answer = lifecycles.ask(node, "GetAvailableTransitions", "get_available_transitions")
+    except TeleopctlError:
+        return []
+    labels = [each.transition.label for each in answer.available_transitions]
+    return [label for label in labels if label.startswith(incomplete)]

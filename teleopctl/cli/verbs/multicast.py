@@ -1,0 +1,135 @@
+"""``teleopctl multicast``: UDP multicast datagrams, as ``ros2 multicast`` sends them."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+
+from teleopctl.base.typed import TYPE_CHECKING, Annotated
+from teleopctl.cli import console
+from teleopctl.cli.options import AsJson
+from teleopctl.cli.verb import Option, Verb, VerbGroup
+from teleopctl.errors import SystemFailureError, UsageError
+
+if TYPE_CHECKING:
+    import socket
+
+
+GROUP = VerbGroup(
+    "Send and receive datagrams to many machines.",
+    {
+        "receive": Verb(f"{__name__}:receive", "Receive a single datagram."),
+        "send": Verb(f"{__name__}:send", "Send a single datagram."),
+    },
+)
+
+
+MULTICAST_GROUP = "225.0.0.1"
+MULTICAST_PORT = 49150
+_LARGEST = 4096
+
+
+def send_datagram(
+    data: bytes, group: str = MULTICAST_GROUP, port: int = MULTICAST_PORT, ttl: int | None = None
+) -> None:
+    """Send a datagram to a multicast group.
+
+    Args:
+        data: What it holds.
+        group: The group of receivers, an IPv4 address from 224.0.0.0 to 239.255.255.255.
+        port: Their port.
+        ttl: How many routers it may pass; by default none.
+
+    Raises:
+        SystemFailureError: This machine has no way to send it.
+        UsageError: There is no such group, port or number.
+    """
+    import socket
+
+    with _checked(group, port), socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
+        if ttl is not None:
+            sender.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_TTL, ttl)
+        sender.sendto(data, (group, port))
+
+
+@contextmanager
+def open_receiver(
+    group: str = MULTICAST_GROUP, port: int = MULTICAST_PORT
+) -> "Iterator[socket.socket]":
+    """Open a socket that receives the datagrams of a multicast group.
+
+    Raises:
+        SystemFailureError: This machine cannot listen there.
+        UsageError: There is no such group or port.
+    """
+    import socket
+    import struct
+
+    with _checked(group, port), socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as heard:
+        heard.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        with suppress(AttributeError):  # Windows has no such option
+            heard.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEPORT, 1)
+        heard.bind(("", port))
+        membership = struct.pack("=4sL", socket.inet_aton(group), socket.INADDR_ANY)
+        heard.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, membership)
+        yield heard
+
+
+def receive_datagram(heard: "socket.socket") -> tuple[str, str, int]:
+    """Wait for a datagram; return its text and its sender's host and port."""
+    data, (host, port) = heard.recvfrom(_LARGEST)
+    return data.decode(errors="replace"), host, port
+
+
+@contextmanager
+def _checked(group: str, port: int) -> Iterator[None]:
+    import socket
+
+    try:
+        if not 224 <= socket.inet_aton(group)[0] <= 239:
+            raise UsageError(f"{group} is no multicast group: those begin with 224 to 239")
+        if not 0 < port < 65536:
+            raise UsageError(f"{port} is no port: 1 to 65535")
+        yield
+    except OSError as error:
+        if isinstance(error, TimeoutError):
+            raise
+        raise SystemFailureError(
+            f"Cannot use the multicast group {group}, port {port}: {error.strerror or error}"
+        ) from error
+
+
+_GREETING = "Hello World!"
+
+_Group = Annotated[str, Option("--group", help="The group of receivers.", metavar="ADDRESS")]
+_Port = Annotated[int, Option("--port", help="Their port.")]
+
+
+def receive(
+    group: _Group = MULTICAST_GROUP, port: _Port = MULTICAST_PORT, as_json: AsJson = False
+) -> None:
+    """Receive a single UDP multicast datagram."""
+    with open_receiver(group, port) as heard:
+        if not as_json:
+            console.out("Waiting for UDP multicast datagram...")
+            console.flush()
+        text, host, sender_port = receive_datagram(heard)
+    said = f"Received from {host}:{sender_port}: '{text}'"
+    console.out_done(said, as_json=as_json, host=host, port=sender_port, text=text)
+
+
+def send(
+    group: _Group = MULTICAST_GROUP,
+    port: _Port = MULTICAST_PORT,
+    ttl: Annotated[
+        int | None, Option("--ttl", help="How many routers it may pass.", metavar="N")
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Send a single UDP multicast datagram."""
+    if ttl is not None and not 0 < ttl < 256:
+        raise UsageError(f"--ttl is 1 to 255, not {ttl}")
+    if not as_json:
+        console.out("Sending one UDP multicast datagram...")
+        console.flush()
+    send_datagram(_GREETING.encode(), group, port, ttl)
+    if as_json:
+        console.out_json({"group": group, "port": port, "text": _GREETING})

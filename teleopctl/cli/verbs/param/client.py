@@ -1,0 +1,290 @@
+"""Parameter services of the nodes of the graph, and the options of the verbs that call them."""
+
+from teleopctl.base.typed import TYPE_CHECKING, Annotated, Any, Self
+from teleopctl.cli import console
+from teleopctl.cli.graph_lookup import absolute_name, fitting, is_pattern
+from teleopctl.cli.options import check_not_negative, check_positive
+from teleopctl.cli.verb import Argument, Option, OptionSet
+from teleopctl.errors import (
+    NotFoundError,
+    TeleopctlError,
+    UnavailableError,
+    did_you_mean,
+    what_there_is,
+)
+from teleopctl.interfaces import get_service, snake_case
+from teleopctl.wire import (
+    Question,
+    answers_of_nodes,
+    close_session,
+    domain_id,
+    open_session,
+    query_graph,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Mapping, Sequence
+
+    from rcl_interfaces.msg import (
+        Parameter as ParameterMessage,
+        ParameterValue,
+        SetParametersResult,
+    )
+
+    from teleopctl.wire import Graph
+
+
+SERVICE_TIMEOUT_S = 5.0
+"""For answers, where the command line says nothing."""
+DISCOVERY_TIMEOUT_S = 1.0
+"""For a node to be there, likewise."""
+
+
+class Parameters:
+    """Client of the parameters of the graph's nodes, in a session of its own.
+
+    Args:
+        timeout_s: How long to wait until a node that was named is there.
+        service_timeout_s: How long to wait for answers.
+
+    Raises:
+        UsageError: A time is negative, or ``ROS_DOMAIN_ID`` malformed.
+        RouterNotRunning: No router answers.
+    """
+
+    def __init__(
+        self, timeout_s: float = DISCOVERY_TIMEOUT_S, service_timeout_s: float = SERVICE_TIMEOUT_S
+    ) -> None:
+        check_not_negative(timeout=timeout_s)
+        check_positive(service_timeout=service_timeout_s)
+        self._timeout_s = timeout_s
+        self._service_timeout_s = service_timeout_s
+        self._domain = domain_id()
+        self._session = open_session("client")
+        self._known: Graph | None = None
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        close_session(self._session)
+
+    @property
+    def _graph(self) -> "Graph":
+        if self._known is None:
+            self._known = query_graph(self._session, self._domain)
+        return self._known
+
+    def nodes(self, *, include_hidden: bool = False) -> list[str]:
+        """Return the full names of nodes with parameter services, sorted."""
+        return [
+            name
+            for name in dict.fromkeys(self._graph.node_names(include_hidden))
+            if _offers_parameters(self._graph, name)
+        ]
+
+    def find(self, node_name: str) -> str:
+        """Return the full name of a node with parameters, waiting until it is there.
+
+        Raises:
+            NotFoundError: There is no such node, or it offers none.
+        """
+        name = absolute_name(node_name)
+        if not _offers_parameters(self._graph, name):
+            self._known = self._graph_with(name)
+        if self._graph.find_node(name) is None:
+            there_is = what_there_is(
+                "nodes", [name], self._graph.node_names(), self._graph.node_names(True)
+            )
+            raise NotFoundError(f"Node not found: '{name}'", hint=there_is)
+        if not _offers_parameters(self._graph, name):
+            raise NotFoundError(
+                f"Wait for service timed out waiting for parameter services for node {name}",
+                hint="The node offers no parameters.",
+            )
+        return name
+
+    def _graph_with(self, name: str) -> "Graph":
+        """The graph once a node offers parameters, or the time is up."""
+        from teleopctl.cli.command_node import brief_node
+
+        # Who waits is seen in the graph.
+        with brief_node() as node:
+            node.context.wait_for_graph(
+                lambda graph: _offers_parameters(graph, name), self._timeout_s
+            )
+            return node.graph()
+
+    def meant(self, node_name: str, *, include_hidden: bool = False) -> list[str]:
+        """Return the full names of the nodes that match a name or pattern.
+
+        Raises:
+            NotFoundError: There is none.
+        """
+        if not is_pattern(node_name):
+            return [self.find(node_name)]
+        return fitting(node_name, self.nodes(include_hidden=include_hidden), kind="node")
+
+    # Any, here and below: responses of rcl_interfaces, whose classes are made when they are
+    # asked for.
+    def ask(self, node_name: str, type_: str, **fields: object) -> Any:
+        """Call a parameter service of one node, and return the response.
+
+        Raises:
+            UnavailableError: The node does not answer.
+        """
+        answer = self.ask_all([node_name], type_, **fields)[node_name]
+        if isinstance(answer, TeleopctlError):
+            raise answer
+        return answer
+
+    def ask_all(
+        self, node_names: "Iterable[str]", type_: str, **fields: object
+    ) -> "Mapping[str, Any | UnavailableError]":
+        """Call a parameter service of several nodes; return the response or error of each.
+
+        Args:
+            node_names: Full names of the nodes.
+            type_: Of the service, such as ``GetParameters``.
+            fields: Of the request.
+        """
+        service = get_service(f"rcl_interfaces/srv/{type_}")
+        request, name = service.Request(**fields), snake_case(type_)
+        return answers_of_nodes(
+            {
+                node: Question(self._session, service, f"{node}/{name}", request)
+                for node in node_names
+            },
+            self._service_timeout_s,
+        )
+
+    def names(self, node_name: str) -> list[str]:
+        """Return the names of a node's parameters, sorted.
+
+        Raises:
+            UnavailableError: The node does not answer.
+        """
+        return sorted(self.ask(node_name, "ListParameters").result.names)
+
+    def values(self, node_name: str, names: "Sequence[str]") -> "dict[str, ParameterValue]":
+        """Return the values of a node's parameters; unset ones are omitted.
+
+        Raises:
+            UnavailableError: The node does not answer.
+        """
+        values = self.values_of_all([node_name], names)[node_name]
+        if isinstance(values, TeleopctlError):
+            raise values
+        return values
+
+    def values_of_all(
+        self, node_names: "Iterable[str]", names: "Sequence[str]"
+    ) -> "dict[str, dict[str, ParameterValue] | UnavailableError]":
+        """Return the values of parameters of several nodes, or the error of each."""
+        answers = self.ask_all(node_names, "GetParameters", names=list(names))
+        return {
+            node: answer
+            if isinstance(answer, UnavailableError)
+            else self._by_name(node, names, answer.values)
+            for node, answer in answers.items()
+        }
+
+    def _by_name(
+        self, node_name: str, names: "Sequence[str]", values: "Sequence[ParameterValue]"
+    ) -> "dict[str, ParameterValue]":
+        if len(values) == len(names):
+            return dict(zip(names, values, strict=True))
+        if len(names) <= 1:
+            return {}
+        # A node that misses one of them says nothing of the others either.
+        found: dict[str, ParameterValue] = {}
+        for name in names:
+            found |= self.values(node_name, [name])
+        return found
+
+    def set(
+        self, node_name: str, parameters: "Sequence[ParameterMessage]"
+    ) -> "Mapping[str, SetParametersResult]":
+        """Set parameters one by one; return a ``SetParametersResult`` by name.
+
+        Args:
+            node_name: Full name of the node.
+            parameters: Their messages.
+
+        Raises:
+            UnavailableError: The node does not answer.
+        """
+        results = self.ask(node_name, "SetParameters", parameters=list(parameters)).results
+        return dict(zip((each.name for each in parameters), results, strict=False))
+
+
+def with_each(nodes: "Iterable[str]", do: "Callable[[str], bool]", *, is_one: bool) -> bool:
+    """Call a function for each node; report errors, and continue with the next node.
+
+    Args:
+        nodes: Full names.
+        do: Whether it went well.
+        is_one: The user named a single node.
+
+    Returns:
+        Whether all went well.
+
+    Raises:
+        TeleopctlError: What went wrong with a single node.
+    """
+    all_well = True
+    for node in nodes:
+        try:
+            all_well &= do(node)
+        except TeleopctlError as error:
+            if is_one:
+                raise
+            console.flush()
+            console.warn(error.message)
+            all_well = False
+    return all_well
+
+
+def _offers_parameters(graph: "Graph", node_name: str) -> bool:
+    return bool(graph.servers(f"{node_name}/list_parameters"))
+
+
+def not_set(parameters: Parameters, node: str, name: str) -> NotFoundError:
+    """Return the error for a missing parameter, with a similar name."""
+    names = parameters.names(node)
+    if name in names:
+        return NotFoundError("Parameter not set", hint="It is declared, and has no value yet.")
+    hint = did_you_mean(name, names)
+    return NotFoundError(
+        "Parameter not set", hint=hint or f"`teleopctl param list {node}` lists what there is."
+    )
+
+
+Nodes = Annotated[str, Argument(help="The node, or a pattern such as '/arm/*'.", complete="nodes")]
+ParameterName = Annotated[str, Argument(help="The parameter.", complete="parameter_names")]
+Timeout = Annotated[
+    float,
+    Option("--timeout", help="How long to wait until the node is there.", metavar="SECONDS"),
+]
+ServiceTimeout = Annotated[
+    float,
+    Option("--service-timeout", help="How long to wait for answers.", metavar="SECONDS"),
+]
+
+
+class NodeOptions(OptionSet):
+    """Options for how nodes are found, and how long their parameter services may take."""
+
+    include_hidden: Annotated[
+        bool,
+        Option(
+            "--include-hidden-nodes",
+            help="Let patterns mean nodes whose name starts with _, too.",
+        ),
+    ] = False
+    timeout: Timeout = DISCOVERY_TIMEOUT_S
+    service_timeout: ServiceTimeout = SERVICE_TIMEOUT_S
+
+    def client(self) -> Parameters:
+        """Open a client of the parameters of nodes."""
+        return Parameters(self.timeout, self.service_timeout)

@@ -1,0 +1,379 @@
+"""``teleopctl tf``: transforms between frames."""
+
+import contextlib
+
+from teleopctl.base.typed import TYPE_CHECKING, Annotated, Any
+from teleopctl.cli import console
+from teleopctl.cli.command_node import command_node
+from teleopctl.cli.options import AsJson
+from teleopctl.cli.verb import Argument, Option, Verb, VerbGroup
+from teleopctl.errors import TeleopctlError, UsageError
+from teleopctl.interfaces import from_seconds, get_message, split
+from teleopctl.tf import (
+    ECHO_DIGITS,
+    GATHER_S,
+    TF_STATIC_TOPIC,
+    TF_TOPIC,
+    Buffer,
+    MonitorResults,
+    Transform,
+    TransformListener,
+    echo_text,
+    echo_transforms,
+    monitor_transforms,
+    rpy_from_quaternion,
+)
+
+if TYPE_CHECKING:
+    import threading
+
+
+GROUP = VerbGroup(
+    "Watch transforms between frames.",
+    {
+        "echo": Verb(f"{__name__}:echo_transform", "Print where one frame stands in another."),
+        "list": Verb(f"{__name__}:list_frames", "List the frames."),
+        "monitor": Verb(f"{__name__}:monitor", "Print how late transforms come, and from whom."),
+        "static": Verb(
+            f"{__name__}:publish_static",
+            "Publish where a frame stands once and for all.",
+            negative_numbers=True,
+            examples=("teleopctl tf static --z 0.5 --frame-id world --child-frame-id table",),
+        ),
+        "view_frames": Verb(
+            f"{__name__}:view",
+            "Draw the tree of frames.",
+            examples=("teleopctl tf view_frames -o frames",),
+        ),
+    },
+)
+
+
+_MOST_DIGITS = 17  # a double has no more
+
+
+def echo_transform(
+    source_frame: Annotated[
+        str,
+        Argument(
+            help="The frame in which the other is expressed.", metavar="SOURCE", complete="frames"
+        ),
+    ],
+    target_frame: Annotated[
+        str, Argument(help="The frame that is looked for.", metavar="TARGET", complete="frames")
+    ],
+    rate: Annotated[float, Argument(help="How often to print, in Hz; as -r.")] = 1.0,
+    rate_option: Annotated[
+        float | None, Option("-r", "--rate", help="How often to print, in Hz.", metavar="HZ")
+    ] = None,
+    at: Annotated[
+        float | None,
+        Option("-t", "--time", help="At which ROS time; otherwise the newest.", metavar="SECONDS"),
+    ] = None,
+    precision: Annotated[
+        int, Option("-p", "--precision", help="How many decimals to print.", metavar="DIGITS")
+    ] = ECHO_DIGITS,
+    once: Annotated[bool, Option("--once", help="Print the first transform and end.")] = False,
+    as_json: Annotated[bool, Option("--json", help="Print one JSON object a line.")] = False,
+) -> None:
+    """Print where one frame stands in another."""
+    if rate_option is not None:
+        rate = rate_option
+    if not 0.0 < rate < float("inf"):
+        raise UsageError(f"The rate must be positive, got {rate:g}")
+    if not 0 <= precision <= _MOST_DIGITS:
+        raise UsageError(f"The precision is 0 to {_MOST_DIGITS} digits, not {precision}")
+
+    def show(stamp: int, transform: Transform) -> None:
+        if as_json:
+            console.out_json(
+                _transform_document(source_frame, target_frame, stamp, transform), compact=True
+            )
+        else:
+            console.out_text(echo_text(stamp, transform, precision))
+        console.flush()
+
+    # Ctrl-C is the ordinary end of a stream
+    with contextlib.suppress(KeyboardInterrupt), command_node() as node:
+        echo_transforms(
+            node,
+            source_frame,
+            target_frame,
+            period_s=1.0 / rate,
+            once=once,
+            stamp=from_seconds(at or 0.0),
+            show=show,
+            fail=console.note,
+            wait=console.note,
+        )
+
+
+def _transform_document(source: str, target: str, stamp: int, transform: Transform) -> console.Json:
+    """Return a ``geometry_msgs/msg/TransformStamped`` as JSON, with the angles besides."""
+    seconds, nanoseconds = split(stamp)
+    return {
+        "header": {"stamp": {"sec": seconds, "nanosec": nanoseconds}, "frame_id": source},
+        "child_frame_id": target,
+        "transform": {
+            "translation": dict(zip("xyz", transform.translation, strict=True)),
+            "rotation": dict(zip("xyzw", transform.rotation, strict=True)),
+        },
+        "rpy": list(rpy_from_quaternion(transform.rotation)),
+    }
+
+
+# A robot sends its moving frames at least this often.
+_WAIT_S = 1.0
+
+
+def list_frames(
+    show_parents: Annotated[
+        bool, Option("-p", "--show-parents", help="Show in which frame each one stands.")
+    ] = False,
+    count_frames: Annotated[
+        bool, Option("-c", "--count-frames", help="Print only how many there are.")
+    ] = False,
+    wait_time: Annotated[
+        float, Option("-t", "--wait-time", help="How long to listen.", metavar="SECONDS")
+    ] = _WAIT_S,
+    as_json: AsJson = False,
+) -> None:
+    """List the frames.
+
+    Those that are broadcast while it listens, and those that stand still.
+    """
+    import time
+
+    if not 0.0 < wait_time < float("inf"):
+        raise UsageError(f"The time to listen must be positive, got {wait_time:g}")
+    buffer = Buffer()
+    with command_node() as node:
+        TransformListener(buffer, node)
+        time.sleep(wait_time)
+    known = {frame.name: frame for frame in buffer.known_frames()}
+    names = sorted(buffer.frame_names())
+    if as_json:
+        console.out_json(
+            [
+                {
+                    "name": name,
+                    "parent": known[name].parent if name in known else None,
+                    "is_static": known[name].is_static if name in known else None,
+                }
+                for name in names
+            ]
+        )
+    elif count_frames:
+        console.out(str(len(names)))
+    elif show_parents:
+        console.out_lines(
+            f"{name} [{known[name].parent}]" if name in known else name for name in names
+        )
+    else:
+        console.out_lines(names)
+
+
+def monitor(
+    source_frame: Annotated[
+        str | None,
+        Argument(
+            help="The frame in which the other is expressed; none for all frames.",
+            complete="frames",
+            metavar="SOURCE",
+        ),
+    ] = None,
+    target_frame: Annotated[
+        str | None,
+        Argument(help="The frame that is looked for.", complete="frames", metavar="TARGET"),
+    ] = None,
+    wait_time: Annotated[
+        float,
+        Option("-t", "--wait-time", help="How long to gather data first.", metavar="SECONDS"),
+    ] = GATHER_S,
+    once: Annotated[bool, Option("--once", help="Print the first results and end.")] = False,
+    as_json: Annotated[bool, Option("--json", help="Print one JSON object a line.")] = False,
+) -> None:
+    """Print the delays of transforms, and their broadcasters.
+
+    After the time to gather data it prints each second. A delay is the time from a transform's
+    stamp to its arrival, in seconds. Ctrl-C ends it.
+    """
+    if source_frame is not None and target_frame is None:
+        raise UsageError("Give two frames, or none for all")
+    if not 0.0 < wait_time < float("inf"):
+        raise UsageError(f"The time to gather data must be positive, got {wait_time:g}")
+
+    def show(results: MonitorResults) -> None:
+        if as_json:
+            console.out_json(_results_document(results), compact=True)
+        else:
+            console.out_text(results.text())
+        console.flush()
+
+    # Ctrl-C is the ordinary end of a stream
+    with contextlib.suppress(KeyboardInterrupt), command_node() as node:
+        monitor_transforms(
+            node,
+            (source_frame, target_frame) if source_frame and target_frame else None,
+            gather_s=wait_time,
+            once=once,
+            show=show,
+            say=console.note,
+            wait=console.note,
+        )
+
+
+def _results_document(results: MonitorResults) -> console.Json:
+    return {
+        "chain": results.chain,
+        "net_delay": results.net and results.net._asdict(),
+        "frames": [
+            {
+                "name": each.name,
+                "publisher": each.publisher,
+                "delay": each.delay and each.delay._asdict(),
+            }
+            for each in results.frames
+        ],
+        "broadcasters": [
+            {
+                "node": each.node,
+                "rate_hz": each.rate_hz,
+                "delay": each.delay and each.delay._asdict(),
+            }
+            for each in results.broadcasters
+        ],
+    }
+
+
+def _number(flag: str, text: str) -> Option:
+    return Option(flag, help=text, metavar="NUMBER")
+
+
+def publish_static(
+    words: Annotated[
+        list[str] | None,
+        Argument(help="ROS 2's older form.", metavar="[X Y Z YAW PITCH ROLL PARENT CHILD]"),
+    ] = None,
+    frame_id: Annotated[
+        str | None,
+        Option("--frame-id", help="The parent frame.", metavar="FRAME", complete="frames"),
+    ] = None,
+    child_frame_id: Annotated[
+        str | None, Option("--child-frame-id", help="The frame that stands in it.", metavar="FRAME")
+    ] = None,
+    x: Annotated[float | None, _number("--x", "Position in metres.")] = None,
+    y: Annotated[float | None, _number("--y", "Position in metres.")] = None,
+    z: Annotated[float | None, _number("--z", "Position in metres.")] = None,
+    roll: Annotated[float | None, _number("--roll", "Angle in radians.")] = None,
+    pitch: Annotated[float | None, _number("--pitch", "Angle in radians.")] = None,
+    yaw: Annotated[float | None, _number("--yaw", "Angle in radians.")] = None,
+    qx: Annotated[float | None, _number("--qx", "Quaternion, in place of the angles.")] = None,
+    qy: Annotated[float | None, _number("--qy", "Quaternion, in place of the angles.")] = None,
+    qz: Annotated[float | None, _number("--qz", "Quaternion, in place of the angles.")] = None,
+    qw: Annotated[float | None, _number("--qw", "Quaternion, in place of the angles.")] = None,
+) -> int:
+    """Publish where a frame stands once and for all.
+
+    The same as `run tf2_ros static_transform_publisher`. Ctrl-C ends it.
+    """
+    from teleopctl.nodes.execute import run_executable
+    from teleopctl.wire import ensure_router
+
+    given = {
+        "--frame-id": frame_id,
+        "--child-frame-id": child_frame_id,
+        "--x": x,
+        "--y": y,
+        "--z": z,
+        "--roll": roll,
+        "--pitch": pitch,
+        "--yaw": yaw,
+        "--qx": qx,
+        "--qy": qy,
+        "--qz": qz,
+        "--qw": qw,
+    }
+    arguments = [f"{flag}={value}" for flag, value in given.items() if value is not None]
+    ensure_router()
+    return run_executable(
+        "tf2_ros", "static_transform_publisher", [*(words or ()), *arguments], builtin=True
+    )
+
+
+def view(
+    wait_time: Annotated[
+        float, Option("-t", "--wait-time", help="How long to listen.", metavar="SECONDS")
+    ] = 5.0,
+    output: Annotated[
+        str | None,
+        Option("-o", "--output", help="Name of the files, without their endings.", metavar="FILE"),
+    ] = None,
+    tf_topic: Annotated[str, Option("--tf_topic", help="The topic of moving frames.")] = "/tf",
+    tf_static_topic: Annotated[
+        str, Option("--tf_static_topic", help="The topic of frames that stand still.")
+    ] = "/tf_static",
+    as_json: AsJson = False,
+) -> None:
+    """Draw the tree of frames, after a few seconds of listening.
+
+    Writes a graph for Graphviz, an SVG, and a PDF where Graphviz's program dot is installed.
+    """
+    from teleopctl.cli.listing import out_files
+    from teleopctl.nodes.tf2.view_frames import view_frames
+
+    with command_node() as node:
+        files = view_frames(
+            node,
+            output,
+            console.note,
+            wait_s=wait_time,
+            tf_topic=tf_topic,
+            tf_static_topic=tf_static_topic,
+        )
+    out_files(files, as_json=as_json)
+
+
+# A person waits for this, in seconds; a robot sends its transforms at least this often.
+_LONGEST_WAIT_S = 0.4
+
+
+def _received_frames() -> set[str]:
+    """Return the frames of the first received transforms.
+
+    Raises:
+        RouterNotRunning: No router answers.
+    """
+    import threading
+
+    from teleopctl.node import QoSProfile, qos_profile_latched
+
+    message_class = get_message("tf2_msgs/msg/TFMessage")
+    frames: set[str] = set()
+    with command_node(session_mode="client") as node:
+        heard = {
+            topic: threading.Event()
+            for topic in (TF_TOPIC, TF_STATIC_TOPIC)
+            if node.count_publishers(topic) > 0
+        }
+        for topic, event in heard.items():
+
+            def take(message: Any, event: "threading.Event" = event) -> None:
+                for transform in message.transforms:
+                    frames.update((transform.header.frame_id, transform.child_frame_id))
+                event.set()
+
+            latched = topic == TF_STATIC_TOPIC
+            qos = qos_profile_latched if latched else QoSProfile(depth=10)
+            node.create_subscription(message_class, topic, take, qos, immediate=True)
+        for event in heard.values():
+            event.wait(_LONGEST_WAIT_S)
+        return set(frames)
+
+
+def complete_frames(incomplete: str) -> list[str]:
+    """Return the frames that are broadcast within a moment."""
+    try:
+        return sorted(name for name in _received_frames() if name.startswith(incomplete))
+    except TeleopctlError:
+        return []

@@ -1,1 +1,0 @@
-"""Quality of service: the flags, the text of ``info``, and which ends do not fit."""

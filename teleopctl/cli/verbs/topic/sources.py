@@ -1,0 +1,267 @@
+"""Topics named on a command line, with their types and the QoS that suits their publishers."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from teleopctl.base.typed import TYPE_CHECKING, Any
+from teleopctl.cli import console
+from teleopctl.cli.graph_lookup import absolute_name, fitting, is_pattern, learn_type, live_graph
+from teleopctl.cli.messages import message_class_named
+from teleopctl.errors import (
+    NotFoundError,
+    RefusedError,
+    TeleopctlError,
+    UnavailableError,
+    UsageError,
+    did_you_mean,
+)
+from teleopctl.wire import Graph, RouterNotRunning
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from teleopctl.node import QoSProfile
+    from teleopctl.wire import EndpointToken, Graph
+
+
+class TopicSource:
+    """A topic with its type and publishers at the start of the verb."""
+
+    __slots__ = ("message_class", "publishers", "topic")
+
+    # Any: which class it is depends on the topic.
+    def __init__(
+        self, topic: str, message_class: type[Any], publishers: Sequence[EndpointToken]
+    ) -> None:
+        self.topic = topic
+        self.message_class = message_class
+        self.publishers = publishers
+
+    def compatible_qos(self, depth: int) -> QoSProfile:
+        """Return the QoS profile that receives the most from the publishers.
+
+        Where they differ, a line on stderr says what that costs.
+        """
+        from teleopctl.node import suited_to
+
+        offers = [publisher.qos for publisher in self.publishers]
+        _note_fallback([each.is_reliable for each in offers], "Reliability", "BEST_EFFORT")
+        _note_fallback([each.is_transient_local for each in offers], "Durability", "VOLATILE")
+        return suited_to(offers, depth)
+
+
+_BETTER = {"Reliability": "RELIABLE", "Durability": "TRANSIENT_LOCAL"}
+
+
+def _note_fallback(have_it: Sequence[bool], policy: str, lesser: str) -> None:
+    if any(have_it) and not all(have_it):
+        kind = f"QoS{policy}Policy"
+        console.note(
+            f"Some, but not all, publishers are offering {kind}.{_BETTER[policy]}. Falling back to "
+            f"{kind}.{lesser} as it will connect to all publishers"
+        )
+
+
+def graph_or_router() -> Graph:
+    """Return the graph; if no router runs, start one and return an empty graph."""
+    try:
+        return live_graph()
+    except RouterNotRunning:
+        from teleopctl.wire import ensure_router
+
+        ensure_router()
+        return Graph()
+
+
+def find_source(
+    topic: str,
+    type_name: str | None = None,
+    *,
+    graph: Graph | None = None,
+    takes_type: bool = False,
+    raw: bool = False,
+) -> TopicSource:
+    """Return the source of a topic.
+
+    Args:
+        topic: Its full name.
+        type_name: Its type, where the person gave one; the topic need not exist then.
+        graph: The graph, where the caller has it.
+        takes_type: Whether the verb has an argument for the type, to be named in an error.
+        raw: The verb takes bytes, so that the type may be unknown here.
+
+    Raises:
+        TeleopctlError: The type is unknown, or it was not given and the graph does not tell it.
+        RouterNotRunning: Likewise, because no router answers.
+    """
+    from teleopctl.interfaces import get_message
+
+    if graph is None:
+        graph = live_graph() if type_name is None else graph_or_router()
+    message_type = (
+        message_class_named(type_name, graph).TYPE_NAME
+        if type_name
+        else _only_type(graph, topic, takes_type)
+    )
+    _warn_of_other_types(topic, message_type, graph)
+    publishers = graph.publishers(topic, message_type)
+    if raw and publishers:
+        from teleopctl.node import undecoded
+
+        message_class = undecoded(message_type, publishers[0].type_hash)
+    else:
+        learn_type(message_type, graph)
+        message_class = get_message(message_type)
+    _warn_of_other_versions(topic, message_class, publishers)
+    return TopicSource(topic, message_class, publishers)
+
+
+def find_sources(
+    topics: Sequence[tuple[str, str | None]], graph: Graph, *, raw: bool = False
+) -> list[TopicSource]:
+    """Return the sources of topics; report and omit those of unknown type.
+
+    Args:
+        topics: Their full names, and their types where the person gave them.
+        graph: The graph.
+        raw: The verb takes bytes, so that their types may be unknown here.
+
+    Raises:
+        UnavailableError: None is left.
+    """
+    found = []
+    for topic, type_name in topics:
+        try:
+            found.append(find_source(topic, type_name, graph=graph, takes_type=True, raw=raw))
+        except TeleopctlError as failure:
+            if len(topics) == 1:
+                raise
+            console.warn(f"{topic}: {failure.message}")
+    if not found:
+        raise UnavailableError("None of these topics can be listened to")
+    return found
+
+
+def warn_unpublished(topic: str) -> None:
+    """Warn that a topic has no publisher, in ROS 2's words."""
+    console.warn(f"topic [{topic}] does not appear to be published yet")
+
+
+def _only_type(graph: Graph, topic: str, takes_type: bool) -> str:
+    topics = dict(graph.topic_names_and_types(include_hidden=True))
+    types = topics.get(topic, [])
+    if not types:
+        warn_unpublished(topic)
+        way_out = (
+            "Give the type to wait for the first publisher."
+            if takes_type
+            else "Start its publisher first."
+        )
+        raise NotFoundError(
+            "Could not determine the type for the passed topic",
+            hint=did_you_mean(topic, topics) or way_out,
+        )
+    if len(types) > 1:
+        raise RefusedError(
+            f"Cannot echo topic '{topic}', as it contains more than one type: [{', '.join(types)}]",
+            hint="Name the one that is meant." if takes_type else None,
+        )
+    return types[0]
+
+
+def _warn_of_other_types(topic: str, message_type: str, graph: Graph) -> None:
+    types = dict(graph.topic_names_and_types(include_hidden=True)).get(topic, [])
+    if types and message_type not in types:
+        console.warn(
+            f"topic [{topic}] has the type {', '.join(types)}: only messages of the type "
+            f"{message_type} are received"
+        )
+
+
+def _warn_of_other_versions(
+    topic: str, message_class: type[Any], publishers: Sequence[EndpointToken]
+) -> None:
+    from teleopctl.interfaces import type_hash
+
+    type_name = message_class.TYPE_NAME
+    ours = getattr(message_class, "TYPE_HASH", None) or type_hash(type_name)
+    others = sorted({p.full_name for p in publishers if p.type_hash != ours})
+    if others:
+        console.warn(
+            f"{', '.join(others)} on {topic} means another version of {type_name} than this "
+            "program knows (type hashes differ), so its messages do not arrive; does ROS_DISTRO "
+            "name its distribution?"
+        )
+
+
+class NamedTopics:
+    """Topics named on a command line.
+
+    Args:
+        words: Names of topics, each with its type behind it or not.
+
+    Attributes:
+        are_several: More than one topic is meant.
+        have_types: The type of each is given, so that none of them has to be there yet.
+    """
+
+    def __init__(self, words: Sequence[str]) -> None:
+        self._wanted: list[tuple[str, str | None]] = []
+        for position, word in enumerate(words):
+            # The second word may be anything but a topic: a type that is not one is told as such.
+            is_second = position == 1 == len(words) - 1
+            is_type = _looks_like_type(word) or (is_second and word[:1] != "/")
+            if position and is_type and self._wanted[-1][1] is None:
+                self._wanted[-1] = (self._wanted[-1][0], word)
+            else:
+                self._wanted.append((word, None))
+        self.have_types = all(type_name for _, type_name in self._wanted)
+        self.are_several = len(self._wanted) > 1 or is_pattern(self._wanted[0][0])
+
+    def only(self) -> str:
+        """Return the single topic, or raise.
+
+        Raises:
+            UsageError: There are several.
+        """
+        if self.are_several:
+            raise UsageError("Fields of one topic can be drawn, not of several")
+        return self._wanted[0][0]
+
+    def sources(self, *, raw: bool, graph: Graph | None = None) -> list[TopicSource]:
+        """Return the sources of the topics.
+
+        Args:
+            raw: The verb takes bytes, so that their types may be unknown here.
+            graph: The graph, where the caller has it.
+
+        Raises:
+            TeleopctlError: The only one, or each of them, cannot be listened to.
+        """
+        if graph is None:
+            graph = graph_or_router() if self.have_types else live_graph()
+        if not self.are_several:
+            name, type_name = self._wanted[0]
+            topic = absolute_name(name)
+            return [find_source(topic, type_name, graph=graph, takes_type=True, raw=raw)]
+        live = [name for name, _ in graph.topic_names_and_types(include_hidden=True)]
+        found = {
+            topic: type_name
+            for name, type_name in self._wanted
+            for topic in (fitting(name, live, kind="topic") if is_pattern(name) else [name])
+        }
+        topics = [(absolute_name(topic), type_name) for topic, type_name in found.items()]
+        return find_sources(topics, graph, raw=raw)
+
+
+def _looks_like_type(word: str) -> bool:
+    """Whether it is a package and a name that begins with a capital."""
+    package, slash, name = word.replace("/msg/", "/", 1).partition("/")
+    return (
+        bool(slash)
+        and package.isidentifier()
+        and package[0].islower()
+        and name.isidentifier()
+        and name[0].isupper()
+    )
