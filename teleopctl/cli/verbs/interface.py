@@ -8,7 +8,7 @@ from teleopctl.cli import console
 from teleopctl.cli.options import AsJson
 from teleopctl.cli.verb import Argument, Option, OptionSet, Verb, VerbGroup
 from teleopctl.errors import NotFoundError, UnsupportedError, UsageError, did_you_mean
-from teleopctl.interfaces import definition_lines, known_types, list_types, normalize, write_stubs
+from teleopctl.interfaces import known_types, list_types, normalize
 
 GROUP = VerbGroup(
     "Use definitions of messages, services and actions.",
@@ -155,6 +155,8 @@ def show(
 
 
 def _shown(name: str, comments: bool, *, nested_comments: bool, depth: int = 0) -> Iterator[str]:
+    from teleopctl.interfaces import definition_lines
+
     for line in definition_lines(name):
         text = line.text if comments else line.code
         if text or comments:
@@ -233,6 +235,7 @@ def stubs(
     """
     from pathlib import Path
 
+    from teleopctl.interfaces import write_stubs
     from teleopctl.packages import faults_of_search
 
     for fault in faults_of_search():

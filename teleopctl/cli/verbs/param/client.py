@@ -272,7 +272,7 @@ ServiceTimeout = Annotated[
 ]
 
 
-class NodeOptions(OptionSet):
+class ParameterServiceOptions(OptionSet):
     """Options for how nodes are found, and how long their parameter services may take."""
 
     include_hidden: Annotated[

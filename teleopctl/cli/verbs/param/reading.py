@@ -9,8 +9,8 @@ from teleopctl.cli.options import AsJson, NodeName
 from teleopctl.cli.verb import Argument, Option
 from teleopctl.cli.verbs.param.client import (
     SERVICE_TIMEOUT_S,
-    NodeOptions,
     Parameters,
+    ParameterServiceOptions,
     ServiceTimeout,
     Timeout,
     not_set,
@@ -112,7 +112,7 @@ def get_parameter(
     ] = None,
     hide_type: Annotated[bool, Option("--hide-type", help="Print only the value.")] = False,
     *,
-    options: NodeOptions,
+    options: ParameterServiceOptions,
     as_json: AsJson = False,
 ) -> int:
     """Print the values of parameters.
@@ -200,7 +200,7 @@ def describe_parameters(
         Argument(help="The parameters.", metavar="PARAMETER_NAME...", complete="parameter_names"),
     ],
     *,
-    options: NodeOptions,
+    options: ParameterServiceOptions,
     as_json: AsJson = False,
 ) -> int:
     """Describe parameters.

@@ -9,10 +9,10 @@ from teleopctl.cli.graph_lookup import is_pattern
 from teleopctl.cli.options import AsJson
 from teleopctl.cli.verb import Argument, Option
 from teleopctl.cli.verbs.param.client import (
-    NodeOptions,
     Nodes,
     ParameterName,
     Parameters,
+    ParameterServiceOptions,
     with_each,
 )
 from teleopctl.errors import NotFoundError, RefusedError, UsageError
@@ -79,7 +79,7 @@ def set_parameter(
     ] = None,
     atomic: Annotated[bool, Option("--atomic", help="Set all of them, or none.")] = False,
     *,
-    options: NodeOptions,
+    options: ParameterServiceOptions,
     as_json: AsJson = False,
 ) -> int:
     """Change parameters.
@@ -221,7 +221,7 @@ def delete_parameter(
     node_name: Nodes,
     parameter_name: ParameterName,
     *,
-    options: NodeOptions,
+    options: ParameterServiceOptions,
     as_json: AsJson = False,
 ) -> int:
     """Delete a parameter."""
@@ -265,7 +265,7 @@ NodesOrAll = Annotated[
 def dump_parameters(
     node_name: Nodes,
     *,
-    options: NodeOptions,
+    options: ParameterServiceOptions,
     as_json: AsJson = False,
 ) -> int:
     """Print a node's parameters as a file.
@@ -295,7 +295,7 @@ def save_parameters(
     parameter_file: Annotated[str, Argument(help="The file that is written.", metavar="FILE")],
     node_names: NodesOrAll = None,
     *,
-    options: NodeOptions,
+    options: ParameterServiceOptions,
     as_json: AsJson = False,
 ) -> int:
     """Write the parameters of nodes to one file.
@@ -329,7 +329,7 @@ def load_parameters(
         Option("--no-use-wildcard", help="Leave out what is meant for several nodes (/**)."),
     ] = False,
     *,
-    options: NodeOptions,
+    options: ParameterServiceOptions,
     as_json: AsJson = False,
 ) -> int:
     """Set parameters from a file.
@@ -363,7 +363,7 @@ def restore_parameters(
     ],
     node_names: NodesOrAll = None,
     *,
-    options: NodeOptions,
+    options: ParameterServiceOptions,
     as_json: AsJson = False,
 ) -> int:
     """Set the parameters of nodes from one file.
