@@ -174,8 +174,8 @@ def show_camera(page: Page) -> None:
 
 def show_frames(page: Page) -> None:
     """Switch on the TF display of the tab Scene, with the names of the frames."""
-    page.get_by_text("TF", exact=True).first.click()
-    page.locator("input[type=checkbox]:visible").first.click()
+    page.get_by_text("TF", exact=True).first.dispatch_event("click")
+    page.locator("input[type=checkbox]:visible").first.dispatch_event("click")
 
 
 TABS: dict[str, Callable[[Page], None]] = {
