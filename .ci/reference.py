@@ -28,6 +28,8 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
         for target, source in PROJECT_FILES.items():
             text = text.replace(f"({source})", f"({target})")
         files.append(File.generated(config, page, content=text))
+    style = (ROOT / ".ci" / "site.css").read_text(encoding="utf-8")
+    files.append(File.generated(config, "site.css", content=style))
     for package in dict.fromkeys(name.rpartition(".")[0] for name in PUBLIC_NAMES):
         page = f"reference/{package.removeprefix('teleopctl.')}.md"
         files.append(File.generated(config, page, content=_reference(package)))

@@ -15,7 +15,7 @@ Each name has its own help with an example, such as ``help(teleopctl.read_bag)``
 Robots and simulation:
 
     load_robot           read a URDF, xacro, SDF or MJCF file
-    Robot                links, joints, meshes, forward kinematics; MuJoCo and yourdfpy objects
+    Robot                links, joints, meshes, forward kinematics, MuJoCo model
     RobotJoint           limits, axis and mimic of a joint
     RobotMesh            a mesh file and its pose on a link
     RobotSimulation      MuJoCo physics, stepped by the program
@@ -38,7 +38,7 @@ ROS graph:
 
     open_node            start a Node, with rclpy's methods
     watch_graph          snapshots (Graph) of nodes, topics and services, after each change
-    activate             make ``import rclpy`` and message packages work
+    activate             make rclpy and message packages importable
 
 Errors:
 
