@@ -65,7 +65,7 @@ if TYPE_CHECKING:
     from teleopctl.launch.arguments import (
         argument_names as argument_names,
         describe_arguments as describe_arguments,
-        undeclared_arguments as undeclared_arguments,
+        undeclared_argument_warnings as undeclared_argument_warnings,
     )
     from teleopctl.launch.evaluation.context import (
         LaunchContext as LaunchContext,
@@ -100,7 +100,7 @@ if TYPE_CHECKING:
         duration as duration,
         find_running as find_running,
         forget_died as forget_died,
-        how_to_end as how_to_end,
+        how_to_stop as how_to_stop,
         newest_log as newest_log,
         running as running,
         started_in_background as started_in_background,
@@ -142,7 +142,7 @@ if TYPE_CHECKING:
         Step as Step,
         exposed_actions as exposed_actions,
         exposed_substitutions as exposed_substitutions,
-        look_for_strangers as look_for_strangers,
+        load_launch_extensions as load_launch_extensions,
     )
     from teleopctl.launch.model.descriptions import (
         ComponentPart as ComponentPart,
@@ -191,20 +191,20 @@ if TYPE_CHECKING:
     )
     from teleopctl.launch.recording import (
         bag_folder as bag_folder,
-        recorded as recorded,
+        with_recorder as with_recorder,
     )
     from teleopctl.launch.service_calls import (
         CallSequence as CallSequence,
     )
     from teleopctl.launch.starting import (
-        evaluated as evaluated,
-        free_name as free_name,
-        log_directory_here as log_directory_here,
-        name_of as name_of,
+        current_log_directory as current_log_directory,
+        evaluate_request as evaluate_request,
+        launch_name as launch_name,
         new_log_directory as new_log_directory,
         prepare as prepare,
         run_here as run_here,
         start_in_background as start_in_background,
+        unused_launch_name as unused_launch_name,
     )
 else:
     from teleopctl.base.lazy import attach

@@ -1,4 +1,4 @@
-"""``python -m teleopctl.launch REQUEST``: the supervisor of a launch in the background."""
+"""``python -m teleopctl.launch REQUEST``: runs a launch request as a background process."""
 
 import sys
 from pathlib import Path
@@ -11,7 +11,7 @@ from teleopctl.launch.starting import run_in_background
 
 
 def main() -> int:
-    """Run the launch request whose file is named on the command line."""
+    """Run the launch request in the file that the command line names; return the exit status."""
     try:
         interrupts.take()
         outlive_output(log_file=take_log_file())

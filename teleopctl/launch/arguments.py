@@ -1,4 +1,4 @@
-"""What ``launch --show-args`` prints: the arguments of a launch file and of those it includes."""
+"""Launch arguments of a launch file and its includes, as ``launch --show-args`` lists them."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class _Declared(NamedTuple):
 
 
 def describe_arguments(file: Path, arguments: Mapping[str, str]) -> Iterator[str]:
-    """Yield the lines that ``ros2 launch --show-args`` prints.
+    """Yield the lines of ``ros2 launch --show-args`` for a launch file and its includes.
 
     Raises:
         TeleopctlError: When the file cannot be read.
@@ -97,7 +97,7 @@ def _of_descriptions(values: Iterable[str], declared: Collection[str]) -> Iterat
 
 
 def argument_names(file: Path) -> list[str]:
-    """Return the names of the arguments of a launch file and of those it includes.
+    """Return the names of the arguments that a launch file and its includes declare.
 
     Raises:
         TeleopctlError: When the file cannot be read.
@@ -106,8 +106,8 @@ def argument_names(file: Path) -> list[str]:
     return list(dict.fromkeys(each.argument.name for each in declared))
 
 
-def undeclared_arguments(file: Path, arguments: Mapping[str, str]) -> list[str]:
-    """Return a sentence for each undeclared argument of a launch file that fails to evaluate.
+def undeclared_argument_warnings(file: Path, arguments: Mapping[str, str]) -> list[str]:
+    """Return a warning for each given argument that a launch file and its includes do not declare.
 
     For a file that can be, the plan's warnings say so.
     """

@@ -1,4 +1,4 @@
-"""Where launch files are: given by path, in a package, or among those that teleopctl brings."""
+"""Search for launch files: by path, in a package, or among teleopctl's own."""
 
 from __future__ import annotations
 
@@ -21,23 +21,23 @@ _LOOKS = (*SUFFIXES[:-1], "launch.py")
 
 
 def is_launch_file(name: str) -> bool:
-    """Return whether a file name is that of a launch file."""
+    """Return whether a file name has the ending of a launch file."""
     return name.endswith(_LOOKS) and not name.endswith("package.xml")
 
 
 def builtin_files() -> list[str]:
-    """Return the names of the built-in launch files."""
+    """Return the names of teleopctl's own launch files."""
     return sorted(path.name for path in _builtin_folder().glob("*.yaml"))
 
 
 def builtin_file(name: str) -> Path | None:
-    """Return the built-in launch file of this name, or None."""
+    """Return the path of teleopctl's own launch file of this name; None if there is none."""
     path = _builtin_folder() / name
     return path if path.is_file() else None
 
 
 def is_builtin(file: Path) -> bool:
-    """Return whether a launch file is built in."""
+    """Return whether a launch file is one of teleopctl's own."""
     return file.parent == _builtin_folder()
 
 
@@ -48,7 +48,7 @@ def _builtin_folder() -> Path:
 
 
 def find_launch_file(package: str | None, name: str) -> Path:
-    """Find a launch file.
+    """Return the absolute path of a launch file.
 
     Args:
         package: Package to look in, or None for a path or a built-in file.

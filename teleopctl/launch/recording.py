@@ -1,4 +1,4 @@
-"""``record:=true``: a launch that is recorded from its first message to its last."""
+"""Recording of a whole launch into a bag (launch argument ``record``)."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _FINISHED_WITHIN_S = 30.0
 
 
 def bag_folder(file: Path, arguments: dict[str, str]) -> Path | None:
-    """Remove the argument ``record`` and return the folder of the requested bag, or None.
+    """Remove ``record`` from the launch arguments; return the folder for the bag, or None.
 
     ``true`` is a folder in the working directory named after the launch file and the time,
     ``false`` none; everything else is the folder.
@@ -55,10 +55,10 @@ def bag_folder(file: Path, arguments: dict[str, str]) -> Path | None:
     return folder
 
 
-def recorded(
+def with_recorder(
     plan: LaunchPlan, folder: Path, file: Path, arguments: Mapping[str, str]
 ) -> LaunchPlan:
-    """Return a launch plan with a recorder that runs from before the start to the end.
+    """Return a launch plan with a recorder added, which runs from before the start to the end.
 
     Args:
         plan: What is to be started.

@@ -29,7 +29,7 @@ _numbers = itertools.count(1)
 
 
 class CallSequence:
-    """Calls services of nodes one after the other, beside the launch's processes.
+    """Base of service calls that a launch makes one after the other, on a thread.
 
     It waits for nodes that are not there yet. It is given up when the launch ends, or when the
     process that it asks has ended for good.
@@ -51,33 +51,35 @@ class CallSequence:
         """Yield lines that describe the calls, for a dry run."""
         raise NotImplementedError
 
-    def ask(self, node: Node) -> None:
-        """Make the calls, on a thread of their own; `node` is the launch's node.
+    def make_calls(self, node: Node) -> None:
+        """Make the service calls from a node of the launch; called on a thread.
 
         Raises:
-            GivenUpError: What `call` raises.
+            CallsCancelledError: What `call` raises.
         """
         raise NotImplementedError
 
-    def ended(self) -> None:
-        """Handle the end of the last call."""
+    def finish(self) -> None:
+        """Clean up after the last call; called on the thread, also after errors."""
 
     def begin(self, report: Callable[[TeleopctlError | None], None]) -> None:
-        """Start calling on a thread; report the end to the event loop."""
+        """Start to make the calls on a thread; ``report`` is called when all have ended."""
         # The launch does not wait for a thread that may wait for Zenoh.
-        threading.Thread(target=self._work, args=(report,), name="asking", daemon=True).start()
+        threading.Thread(
+            target=self._work, args=(report,), name="service_calls", daemon=True
+        ).start()
 
-    def foreseen(self) -> None:
-        """Return None: no processes follow from the calls."""
+    def dry_run(self) -> None:
+        """Return None: in a dry run no processes follow from the calls."""
 
     def answers(self, _event: object, _launch: Launch) -> bool:
-        """Return False: no other handler's events are answered."""
+        """Return False: no event leads to further steps through these calls."""
         return False
 
     def respond(self, event: object, launch: Launch) -> tuple[Step, ...]:
-        """Stop calling when the launch or the called process ends, and log the thread's lines."""
-        if isinstance(event, _Said) and event.asking is self:
-            launch.say(event.level, event.text, event.logger)
+        """Handle an event: log lines of the thread, or stop when launch or called process ends."""
+        if isinstance(event, _ThreadLog) and event.calls is self:
+            launch.log(event.level, event.text, event.logger)
         elif isinstance(event, ShutdownBegan) or (
             isinstance(event, ProcessExited)
             and event.plan.node_name == self.node_name
@@ -88,16 +90,16 @@ class CallSequence:
                 self._context.try_shutdown()
         return ()
 
-    def say(self, level: str, text: str, logger: str) -> None:
-        """Log a line of the launch."""
-        self._launch.emit(_Said(self, level, text, logger))
+    def log(self, level: str, text: str, logger: str) -> None:
+        """Log a line in the launch's log; called on the thread."""
+        self._launch.emit(_ThreadLog(self, level, text, logger))
 
     # Any: requests and responses of any service.
     def call(self, node: Node, kind: type[ServiceType[Any, Any]], name: str, request: Any) -> Any:
-        """Call a service, waiting until it is there, and return the response.
+        """Wait for a service, call the service and return the response.
 
         Raises:
-            GivenUpError: There will be none.
+            CallsCancelledError: There will be none.
         """
         from teleopctl.node import ServiceUnavailableError
 
@@ -108,13 +110,13 @@ class CallSequence:
             except ServiceUnavailableError:
                 if self._given_up.wait(_AGAIN_AFTER_S):
                     break
-        raise GivenUpError
+        raise CallsCancelledError
 
     def activate(self, node: Node, name: str) -> None:
-        """Configure and activate a lifecycle node.
+        """Call the services that configure and activate a lifecycle node.
 
         Raises:
-            GivenUpError: What `call` raises.
+            CallsCancelledError: What `call` raises.
         """
         from teleopctl.interfaces import get_service
 
@@ -124,7 +126,7 @@ class CallSequence:
             request.transition.id = number
             if not self.call(node, kind, f"{name}/change_state", request).success:
                 text = f"Failed to make transition 'TRANSITION_{label}' for LifecycleNode '{name}'"
-                self.say("ERROR", text, "launch_ros.utilities.lifecycle_event_manager")
+                self.log("ERROR", text, "launch_ros.utilities.lifecycle_event_manager")
                 return
 
     def _work(self, report: Callable[[TeleopctlError | None], None]) -> None:
@@ -145,42 +147,42 @@ class CallSequence:
                     enable_rosout=False,
                     start_parameter_services=False,
                 )
-                self.ask(node)
-        except (GivenUpError, ExternalShutdownException):
+                self.make_calls(node)
+        except (CallsCancelledError, ExternalShutdownException):
             pass
         except Exception as error:  # noqa: BLE001 -- nobody else would be told
             if not self._given_up.is_set():
-                self.say("ERROR", f"{self.node_name}: {error}", "launch")
+                self.log("ERROR", f"{self.node_name}: {error}", "launch")
         finally:
             context.try_shutdown()
-            self.ended()
+            self.finish()
             report(None)
 
 
-class GivenUpError(TeleopctlError):
-    """The called node has ended for good."""
+class CallsCancelledError(TeleopctlError):
+    """The service calls stopped because the launch or the called process ends."""
 
     def __init__(self) -> None:
         super().__init__("given up")
 
 
-class Activation(CallSequence):
-    """Configures and activates a lifecycle node."""
+class NodeActivation(CallSequence):
+    """Service calls that configure and activate a lifecycle node."""
 
     def describe(self) -> Iterable[str]:
-        """Yield lines that describe the calls, for a dry run."""
+        """Yield a line that says which node is activated, for a dry run."""
         yield f"then {self.node_name} is configured and activated"
 
-    def ask(self, node: Node) -> None:
-        """Call the services that configure and activate the node."""
+    def make_calls(self, node: Node) -> None:
+        """Call the services that configure and activate the lifecycle node."""
         self.activate(node, self.node_name)
 
 
 @dataclass(frozen=True, slots=True)
-class _Said:
+class _ThreadLog:
     """What the thread has to tell the person in front of the terminal."""
 
-    asking: CallSequence
+    calls: CallSequence
     level: str
     text: str
     logger: str
@@ -192,8 +194,8 @@ _LOGGER = "launch_ros.actions.load_composable_nodes"
 _turns: WeakKeyDictionary[Launch, dict[str, threading.Event]] = WeakKeyDictionary()
 
 
-class Loading(CallSequence):
-    """Loads components into a container, once that is there.
+class ComponentLoading(CallSequence):
+    """Service calls that load components into a container.
 
     Args:
         container: Full name of its node.
@@ -213,7 +215,7 @@ class Loading(CallSequence):
         self._is_done = turns[container] = threading.Event()
 
     def describe(self) -> Iterator[str]:
-        """Yield the components as command lines, for a dry run."""
+        """Yield each component as a command line, for a dry run."""
         for each in self.components:
             words = [each.package, each.plugin]
             if each.name:
@@ -228,8 +230,8 @@ class Loading(CallSequence):
             then = ", then configured and activated" if each.autostart else ""
             yield f"into {self.node_name}: {' '.join(words)}{then}"
 
-    def ask(self, node: Node) -> None:
-        """Load the components, after earlier loads of the container have ended."""
+    def make_calls(self, node: Node) -> None:
+        """Call the container's load service for each component, after earlier loads have ended."""
         if self._before is not None:
             self._before.wait()
         from teleopctl.interfaces import get_service
@@ -240,19 +242,19 @@ class Loading(CallSequence):
             response = self.call(node, kind, f"{self.node_name}/_container/load_node", request)
             if response.success:
                 text = f"Loaded node '{response.full_node_name}' in container '{self.node_name}'"
-                self.say("INFO", text, _LOGGER)
+                self.log("INFO", text, _LOGGER)
                 if each.autostart:
                     self.activate(node, response.full_node_name)
             else:
-                self.say(
+                self.log(
                     "ERROR",
                     f"Failed to load node '{each.name or ''}' of type '{each.plugin}' in container "
                     f"'{self.node_name}': {response.error_message}",
                     _LOGGER,
                 )
 
-    def ended(self) -> None:
-        """Let the next load request of the container start."""
+    def finish(self) -> None:
+        """Let the next sequence of loads into the same container start."""
         self._is_done.set()
 
 

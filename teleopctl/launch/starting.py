@@ -1,4 +1,4 @@
-"""A launch from the command's point of view: evaluate, then run it here or in the background."""
+"""Launch of a file for the command line: evaluate, then run here or in the background."""
 
 from __future__ import annotations
 
@@ -19,19 +19,19 @@ from teleopctl.base.background import ProcessRecord
 from teleopctl.base.start_timeouts import StartTimeouts
 from teleopctl.errors import LaunchError, TeleopctlError
 from teleopctl.launch.evaluation.context import LaunchContext
-from teleopctl.launch.evaluation.evaluation import Evaluation, evaluate, refusal
+from teleopctl.launch.evaluation.evaluation import Evaluation, evaluate, shutdown_before_start
 from teleopctl.launch.execution import status
 from teleopctl.launch.execution.running import (
     died,
     forget_died,
-    how_to_end,
+    how_to_stop,
     started_in_background,
 )
 from teleopctl.launch.execution.status import ProcessStatus
 from teleopctl.launch.frontends import read_launch_file
 from teleopctl.launch.model.plan import LaunchPlan
 from teleopctl.launch.model.request import LaunchRequest, load_request
-from teleopctl.launch.recording import recorded
+from teleopctl.launch.recording import with_recorder
 
 if TYPE_CHECKING:
     from teleopctl.launch.execution.supervisor import Supervisor
@@ -39,21 +39,21 @@ if TYPE_CHECKING:
 _log_directory: Path | None = None
 
 
-def log_directory_here() -> Path | None:
-    """Return the log folder of the launch that this process evaluates, or None."""
+def current_log_directory() -> Path | None:
+    """Return the log folder of the launch that this process evaluated last; None before that."""
     return _log_directory
 
 
 def new_log_directory() -> Path:
-    """Return a new log folder's path: date, host and process id, as in ROS 2."""
+    """Return the path of a new log folder, named after time, host and process id."""
     stamp = datetime.now().strftime("%Y-%m-%d-%H-%M-%S-%f")
     return background.logs_dir() / f"{stamp}-{socket.gethostname()}-{os.getpid()}"
 
 
-def evaluated(
+def evaluate_request(
     request: LaunchRequest, log_directory: Path, *, is_shown: bool = False
 ) -> tuple[LaunchPlan, Evaluation]:
-    """Return the evaluated plan of a launch file; nothing is started or written.
+    """Evaluate a launch request to a plan; nothing is started or written.
 
     Args:
         request: What is wanted.
@@ -81,17 +81,17 @@ def evaluated(
     evaluation.files_read = frozenset(files)
     names = _names_that_run(plan, evaluation.context)
     if plan.start.shutdown is not None and not is_shown:
-        hint = f"End it {how_to_end(names)}." if names else None
-        raise refusal(plan.start.shutdown, hint)
+        hint = f"End it {how_to_stop(names)}." if names else None
+        raise shutdown_before_start(plan.start.shutdown, hint)
     if names:
         # ROS 2 starts them, and so do we: one may be about to end. But a second
         # robot_state_publisher, say, makes a robot stand in two poses at a time.
         plan.warnings.append(
             f"Nodes of the same names run already: {', '.join(names)}. Whoever listens to their "
-            f"topics gets a mixture of both. End the others {how_to_end(names)}"
+            f"topics gets a mixture of both. End the others {how_to_stop(names)}"
         )
     if request.record_into is not None:
-        plan = recorded(plan, Path(request.record_into), file, request.arguments)
+        plan = with_recorder(plan, Path(request.record_into), file, request.arguments)
     return plan, evaluation
 
 
@@ -133,7 +133,7 @@ def _own_temporary_files() -> Iterator[None]:
 
 @_own_temporary_files()
 def run_here(request: LaunchRequest, *, on_terminal: bool = False, coloured: bool = False) -> int:
-    """Run a launch in the foreground, and return the exit status.
+    """Run a launch in the foreground until all processes have ended; return the exit status.
 
     Args:
         request: What is wanted.
@@ -147,7 +147,7 @@ def run_here(request: LaunchRequest, *, on_terminal: bool = False, coloured: boo
     from teleopctl.base.output import outlive_output
     from teleopctl.launch.execution.supervisor import Supervisor
 
-    plan, evaluation = evaluated(request, new_log_directory())
+    plan, evaluation = evaluate_request(request, new_log_directory())
     prepare(plan)
     outlive_output()
     with _findable(plan.log_directory, request):
@@ -162,7 +162,7 @@ def run_here(request: LaunchRequest, *, on_terminal: bool = False, coloured: boo
 
 @_own_temporary_files()
 def run_in_background(request_file: Path) -> int:
-    """Run a launch request in this background process, and return the exit status.
+    """Run the launch request in a file until all processes have ended; return the exit status.
 
     Who waits for it is told by files in the request's folder what the plan is, or why there is
     none.
@@ -173,7 +173,7 @@ def run_in_background(request_file: Path) -> int:
     try:
         request = load_request(request_file)
         progress.tell(progress.STARTING, f"evaluating {Path(request.file).name}")
-        plan, evaluation = evaluated(request, folder)
+        plan, evaluation = evaluate_request(request, folder)
         _write(folder, plan.write_files)
         _call_latest(folder)
     except TeleopctlError as error:
@@ -211,13 +211,13 @@ def _watched(
 def _run_on_terminal(
     plan: LaunchPlan, evaluation: Evaluation, request: LaunchRequest, *, coloured: bool
 ) -> int:
-    from teleopctl.launch.execution.readiness import NewNodes, tell_when_up
+    from teleopctl.launch.execution.readiness import NewNodes, report_when_up
     from teleopctl.launch.execution.supervisor import Supervisor
 
     supervisor = Supervisor(
         plan, evaluation, coloured=coloured, debug=request.debug, log_name=request.log_name
     )
-    with NewNodes() as new_nodes, tell_when_up(new_nodes, supervisor):
+    with NewNodes() as new_nodes, report_when_up(new_nodes, supervisor):
         return _run(supervisor, evaluation, request)
 
 
@@ -229,7 +229,7 @@ def start_in_background(
     timeouts: StartTimeouts,
     show: Callable[[str], None],
 ) -> ProcessRecord:
-    """Start a launch in a background process, and return once everything is up.
+    """Start a launch in a background process, and return its record once all is up.
 
     Args:
         request: What is wanted.
@@ -250,7 +250,7 @@ def start_in_background(
     with NewNodes() as new_nodes:
         start = partial(
             background.start,
-            free_name(name),
+            unused_launch_name(name),
             [sys.executable, "-P", "-m", "teleopctl.launch", str(request_file)],
             kind=background.LAUNCH,
             takes_interrupts=True,
@@ -260,13 +260,13 @@ def start_in_background(
     return record
 
 
-def name_of(file: Path) -> str:
-    """Return the name of a launch of a file."""
+def launch_name(file: Path) -> str:
+    """Return the name for a launch of a file: the file's name without its endings."""
     return file.stem.removesuffix(".launch")
 
 
-def free_name(name: str) -> str:
-    """Return an unused name for a launch: the given one, or with a number.
+def unused_launch_name(name: str) -> str:
+    """Return a name that no running launch has: the given one, or with a number appended.
 
     What had that name and has died is forgotten.
     """
@@ -294,7 +294,7 @@ def _findable(log_directory: Path, request: LaunchRequest) -> Iterator[None]:
     # Who cannot have one is only not found.
     with contextlib.suppress(TeleopctlError):
         record = background.record_this_process(
-            free_name(name_of(Path(request.file))),
+            unused_launch_name(launch_name(Path(request.file))),
             ["teleopctl", "launch", str(log_directory / status.REQUEST_FILE)],
             log_directory / f"{request.log_name}.log",
             kind=background.FOREGROUND_LAUNCH,
@@ -307,7 +307,7 @@ def _findable(log_directory: Path, request: LaunchRequest) -> Iterator[None]:
 
 
 def prepare(plan: LaunchPlan) -> None:
-    """Prepare the start of a plan: router, log folder and parameter files.
+    """Start the router if needed, and write the log folder and parameter files of a plan.
 
     Raises:
         TeleopctlError: Something of it cannot be made.

@@ -53,7 +53,7 @@ _is_installed = False
 
 @contextmanager
 def files_read() -> Iterator[set[Path]]:
-    """Collect the user's files that this thread reads in the block.
+    """Collect the user's files that this thread opens for reading in the ``with`` block.
 
     What the block itself writes does not count, since it would be written again with each reading.
     """
@@ -75,7 +75,7 @@ def files_read() -> Iterator[set[Path]]:
 
 
 def is_of_user(path: Path) -> bool:
-    """Return whether a file is the user's: not Python's, a library's or teleopctl's."""
+    """Return whether a file is the user's: not of Python, a library or teleopctl."""
     return path.name not in _OF_PACKAGES and not any(map(path.is_relative_to, _others()))
 
 
@@ -125,7 +125,7 @@ _DEPENDENCY = re.compile(r"<(?:depend|exec_depend|run_depend)[^>]*>\s*([\w-]+)\s
 
 
 def sources_of(plan: ProcessPlan, log_directory: Path) -> frozenset[Path]:
-    """Return the user's files that a process is made from.
+    """Return the user's files that a process depends on: program, modules, parameters, scripts.
 
     That are its program, the Python modules of the program's package and of the packages that this
     one depends on, its parameter files, and the scripts and descriptions that its command line
@@ -212,7 +212,7 @@ def _modules_below(root: Path) -> Iterator[Path]:
 
 
 class Watch:
-    """Restarts processes of a launch when their source files are saved.
+    """Watcher that restarts processes of a launch when their source files are saved.
 
     Args:
         request: What was launched.
@@ -236,11 +236,11 @@ class Watch:
         self._known: dict[Path, bytes | None] = {}
         self._files = FileWatch(
             lambda files: restarts.call(lambda: self._saved(files)),
-            lambda text: restarts.call(lambda: restarts.say("WARNING", text)),
+            lambda text: restarts.call(lambda: restarts.log("WARNING", text)),
         )
 
-    def take_in(self, plans: Iterable[ProcessPlan]) -> None:
-        """Watch the source files of further processes."""
+    def watch_sources(self, plans: Iterable[ProcessPlan]) -> None:
+        """Watch the source files of follow_up processes."""
         for plan in plans:
             self._sources[plan.name] = sources_of(plan, self._log_directory)
         files = self._read.union(*self._sources.values())
@@ -249,14 +249,14 @@ class Watch:
         self._files.watch(files)
 
     def close(self) -> None:
-        """Stop watching."""
+        """Stop watching all files."""
         self._files.close()
 
     def _saved(self, files: AbstractSet[Path]) -> None:
         changed = {file for file in files if file in self._known and self._is_new(file)}
         gone = {file for file in changed if self._known[file] is None}
         if gone:
-            self._restarts.say(
+            self._restarts.log(
                 "WARNING", f"{_list_names(gone)}: gone; what was made from it goes on"
             )
         for file in sorted(changed - gone):
@@ -271,30 +271,30 @@ class Watch:
         made_from = {
             plan.name: plan for plan in self._restarts.plans() if self._sources_have(plan, changed)
         }
-        further = FollowUp()
+        follow_up = FollowUp()
         if changed & self._read:
             try:
-                further = self._evaluate_again(changed)
+                follow_up = self._evaluate_again(changed)
             except TeleopctlError as error:
                 self._keep(changed, str(error))
-                self.take_in(())  # the mistake may stand in a file that was not read before
+                self.watch_sources(())  # the mistake may stand in a file that was not read before
                 return
-        restarts = {**made_from, **{plan.name: plan for plan in self._others(further)}}
-        self._restarts.say(
+        restarts = {**made_from, **{plan.name: plan for plan in self._others(follow_up)}}
+        self._restarts.log(
             "INFO", f"{_list_names(changed)} saved: {_named_plans(restarts) or 'nothing changes'}"
         )
         try:
-            further.write_files()
+            follow_up.write_files()
         except OSError as error:
-            self._restarts.say("ERROR", f"Cannot write {error.filename}: {error.strerror}")
+            self._restarts.log("ERROR", f"Cannot write {error.filename}: {error.strerror}")
             return
         for plan in restarts.values():
             self._restarts.restart(plan)
-        self.take_in(restarts.values())
+        self.watch_sources(restarts.values())
 
     def _keep(self, files: AbstractSet[Path], mistake: str) -> None:
         kept = "what runs goes on until the next save"
-        self._restarts.say("ERROR", f"{_list_names(files)} saved; {kept}: {mistake}")
+        self._restarts.log("ERROR", f"{_list_names(files)} saved; {kept}: {mistake}")
 
     def _is_new(self, file: Path) -> bool:
         before, self._known[file] = self._known[file], _digest(file)
@@ -306,7 +306,7 @@ class Watch:
     def _evaluate_again(self, changed: AbstractSet[Path]) -> FollowUp:
         """Return what the launch would start now."""
         _forget_modules(changed)
-        further = FollowUp()
+        follow_up = FollowUp()
         read: set[Path] = set()
         try:
             with files_read() as read, self._restarts.evaluating():
@@ -317,18 +317,18 @@ class Watch:
                     self._request,
                     again=self._evaluation,
                 )
-                further = plan.start
+                follow_up = plan.start
         finally:
             self._read |= read
-        return further
+        return follow_up
 
-    def _others(self, further: FollowUp) -> list[ProcessPlan]:
+    def _others(self, follow_up: FollowUp) -> list[ProcessPlan]:
         """The processes that would be other ones than those that are."""
-        now = {plan.name: plan for plan in further.processes}
+        now = {plan.name: plan for plan in follow_up.processes}
         return [
             now[plan.name]
             for plan in self._restarts.plans()
-            if plan.name in now and _differs(plan, now[plan.name], further.files)
+            if plan.name in now and _differs(plan, now[plan.name], follow_up.files)
         ]
 
 

@@ -16,7 +16,7 @@ from teleopctl.launch import CallSequence, LaunchPlan
 from teleopctl.launch.evaluation.evaluation import evaluate
 from teleopctl.launch.frontends import read_launch_file
 from teleopctl.launch.model.request import LaunchRequest
-from teleopctl.launch.service_calls import Loading
+from teleopctl.launch.service_calls import ComponentLoading
 
 WORDS = st.sampled_from(["alice", "bob", "left_arm", "image", "speed"])
 PLUGINS = st.sampled_from(["composition::Talker", "composition::Listener", "composition::Server"])
@@ -146,9 +146,9 @@ def planned(folder: Path, name: str, text: str, **words: Any) -> LaunchPlan:
     return evaluate(read_launch_file(path), {}, folder / "log", request)[0]
 
 
-def loads(plan: LaunchPlan) -> Iterator[Loading]:
+def loads(plan: LaunchPlan) -> Iterator[ComponentLoading]:
     for work in plan.start.works:
-        assert isinstance(work, Loading)
+        assert isinstance(work, ComponentLoading)
         yield work
 
 

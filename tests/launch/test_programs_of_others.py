@@ -10,7 +10,12 @@ from hypothesis import given, strategies as st
 from teleopctl import plugins
 from teleopctl.errors import InvalidDescriptionError, LaunchError, UsageError
 from teleopctl.launch.evaluation.evaluation import evaluate
-from teleopctl.launch.evaluation.processes import COMMANDS, find_command, line_with_ours, with_ours
+from teleopctl.launch.evaluation.processes import (
+    COMMANDS,
+    find_command,
+    replace_missing_command,
+    replace_missing_shell_command,
+)
 from teleopctl.launch.frontends import read_launch_file
 from teleopctl.node import get_logger
 from teleopctl.nodes.gazebo.bridges import Bridge, read_file, read_words
@@ -65,13 +70,15 @@ def test_ours_stands_for_a_command_that_the_path_lacks(tmp_path):
     nowhere = str(tmp_path)
     ours = [sys.executable, "-P", "-m", "teleopctl"]
     assert find_command("ros2", nowhere) == "ros2"
-    assert with_ours(["ros2", "topic", "list"], nowhere) == [*ours, "topic", "list"]
-    assert line_with_ours("ros2 topic list | wc", nowhere).endswith(" -m teleopctl topic list | wc")
+    assert replace_missing_command(["ros2", "topic", "list"], nowhere) == [*ours, "topic", "list"]
+    assert replace_missing_shell_command("ros2 topic list | wc", nowhere).endswith(
+        " -m teleopctl topic list | wc"
+    )
     installed = tmp_path / "ros2"
     installed.write_text("#!/bin/sh\n")
     installed.chmod(0o755)
     assert find_command("ros2", nowhere) == str(installed)
-    assert with_ours(["ros2", "topic"], nowhere) == ["ros2", "topic"]
+    assert replace_missing_command(["ros2", "topic"], nowhere) == ["ros2", "topic"]
     assert find_command("rostopic", nowhere) is None
 
 

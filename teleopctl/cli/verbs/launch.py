@@ -120,9 +120,9 @@ def launch(
         LaunchRequest,
         bag_folder,
         find_launch_file,
-        name_of,
+        launch_name,
         run_here,
-        undeclared_arguments,
+        undeclared_argument_warnings,
     )
 
     if launch_prefix_filter is not None and launch_prefix is None:
@@ -165,7 +165,7 @@ def launch(
                 "-d means --detach here; ROS 2's -d, for messages of the launch, is --debug. "
                 "(This is said once.)",
             )
-            _start(request, name_of(file), timeouts)
+            _start(request, launch_name(file), timeouts)
             return 0
         return run_here(
             request,
@@ -173,7 +173,7 @@ def launch(
             coloured=console.colour_enabled(sys.stdout),
         )
     except TeleopctlError:
-        for warning in undeclared_arguments(file, arguments):
+        for warning in undeclared_argument_warnings(file, arguments):
             console.warn(warning)
         raise
 
@@ -235,20 +235,20 @@ def _report(process: "ProcessStatus", node: str | None) -> None:
 
 
 def _print(request: "LaunchRequest") -> None:
-    from teleopctl.launch import evaluated, new_log_directory
+    from teleopctl.launch import evaluate_request, new_log_directory
 
-    plan, evaluation = evaluated(request, new_log_directory(), is_shown=True)
+    plan, evaluation = evaluate_request(request, new_log_directory(), is_shown=True)
     for warning in plan.warnings:
         console.warn(warning)
     _print_further(plan.start)
-    _print_foreseen(tuple(evaluation.foreseen(plan.start)))
+    _print_foreseen(tuple(evaluation.dry_run(plan.start)))
 
 
-def _print_foreseen(foreseen: "tuple[DryRun, ...]", indent: str = "") -> None:
-    for each in foreseen:
+def _print_foreseen(dry_run: "tuple[DryRun, ...]", indent: str = "") -> None:
+    for each in dry_run:
         console.out(f"{indent}{each.when}:")
         inner = f"{indent}  "
-        _print_further(each.further, inner)
+        _print_further(each.follow_up, inner)
         if each.error is not None:
             console.out(f"{inner}not known before: {each.error.message}")
         _print_foreseen(each.then, inner)

@@ -151,10 +151,10 @@ def _start_in_background(
 
     from teleopctl.base import background, progress
     from teleopctl.base.token_file import Address
-    from teleopctl.launch import NewNodes, free_name, started_in_background, wait_for_node
+    from teleopctl.launch import NewNodes, started_in_background, unused_launch_name, wait_for_node
 
     with NewNodes() as new_nodes:
-        name = free_name(executable.name.removesuffix(".py"))
+        name = unused_launch_name(executable.name.removesuffix(".py"))
         ours = command[0] == sys.executable
         start = partial(background.start, name, command, kind="node", takes_interrupts=ours)
         with started_in_background(start) as record:

@@ -458,7 +458,7 @@ def _requests(
 ) -> "tuple[list[RunRequest], dict[str, object]]":
     """What the runs are to be, and what was asked for."""
     from teleopctl.cli.verbs.launch import split
-    from teleopctl.launch import argument_names, find_launch_file, undeclared_arguments
+    from teleopctl.launch import argument_names, find_launch_file, undeclared_argument_warnings
     from teleopctl.sweep import (
         RunRequest,
         combinations,
@@ -493,7 +493,7 @@ def _requests(
         )
         for number, parameters in enumerate(combinations(grids, samples, runs or 1, seed), 1)
     ]
-    if wrong := undeclared_arguments(file, launch_arguments(requests[0])):
+    if wrong := undeclared_argument_warnings(file, launch_arguments(requests[0])):
         raise UsageError(wrong[0])
     return requests, {
         "file": str(file.absolute()),

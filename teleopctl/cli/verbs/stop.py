@@ -61,7 +61,7 @@ def stop(
                 console.note("Nothing has been stopped.")
                 return 1
     for entry in gone:
-        if entry.is_told:
+        if entry.is_death_shown:
             console.warn(f"{entry.qualified_name} {entry.ending}, as has been told")
             continue
         console.warn(f"{entry.qualified_name} {entry.ending}; its last lines:")

@@ -1,4 +1,4 @@
-"""``node_container`` and ``load_composable_node``: nodes that share a process."""
+"""Launch actions ``node_container`` and ``load_composable_node``: components in one process."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from teleopctl.launch.model.action import Action, Entity, Launch, Step
 from teleopctl.launch.model.descriptions import ComponentPart, ParameterEntry
 from teleopctl.launch.model.plan import ComponentPlan
 from teleopctl.launch.model.template import Template, literal
-from teleopctl.launch.service_calls import Loading
+from teleopctl.launch.service_calls import ComponentLoading
 from teleopctl.packages import find_component
 
 _LISTS = ("composable_node", "composable_lifecycle_node")
@@ -23,7 +23,7 @@ _RENAMED = {"ns": "namespace", "package": "pkg", "parameters": "param", "remappi
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LoadComponents(Action):
-    """``load_composable_node``: loads components into a container, once that is there.
+    """``load_composable_node``: loads components into a container once the container runs.
 
     Attributes:
         container: The container's name.
@@ -38,14 +38,14 @@ class LoadComponents(Action):
 
     @classmethod
     def parse(cls, entity: Entity) -> Self:
-        """Read a ``load_composable_node``."""
+        """Return the action that a ``load_composable_node`` entry describes."""
         components = tuple(_components(entity))
         if not components:
             entity.required_element(_LISTS[0])
         return cls(container=entity.required("target"), components=components)
 
     def evaluate(self, launch: Launch) -> None:
-        """Load the components whose conditions hold.
+        """Start the service calls that load the components whose conditions hold.
 
         Raises:
             NotFoundError: The container is one of teleopctl's, and a component is not there.
@@ -62,7 +62,7 @@ class LoadComponents(Action):
             )
         )
         if plans:
-            loading = Loading(name, plans, launch)
+            loading = ComponentLoading(name, plans, launch)
             launch.register(loading)
             launch.work(loading)
 
@@ -76,7 +76,7 @@ class _Planned(Action):
     take: Callable[[ComponentPlan], None]
 
     def evaluate(self, launch: Launch) -> None:
-        """Add the component to the launch, or refuse it."""
+        """Evaluate the component to a plan, and pass the plan to ``take``."""
         plan = launch.component(self.part)
         if self.is_looked_for:
             try:
@@ -92,7 +92,7 @@ class _Planned(Action):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class NodeContainer(Action):
-    """``node_container``: a process that components are loaded into.
+    """``node_container``: starts a component container and loads components into the container.
 
     Attributes:
         node: The process.
@@ -107,12 +107,12 @@ class NodeContainer(Action):
 
     @classmethod
     def parse(cls, entity: Entity) -> Self:
-        """Read a ``node_container``."""
+        """Return the action that a ``node_container`` entry describes."""
         entity.required_element("name")
         return cls(node=Node.parse(entity), components=tuple(_components(entity)))
 
     def evaluate(self, launch: Launch) -> Iterable[Action]:
-        """Start the container, and return the action that loads its components."""
+        """Add the container's process to the launch; return the action that loads components."""
         plan = launch.start(self.node)
         assert plan.node_name is not None, "it has a name"
         return (LoadComponents(container=literal(plan.node_name), components=self.components),)

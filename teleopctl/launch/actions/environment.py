@@ -1,4 +1,4 @@
-"""Actions that change the environment of what follows."""
+"""Launch actions that change the environment of all processes that are started after them."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ class SetEnvironment(NameAndValue):
     """``set_env``: sets an environment variable."""
 
     def evaluate(self, launch: Launch) -> None:
-        """Set the variable."""
+        """Set the environment variable for the following processes."""
         launch.scope.environment[launch.text(self.name)] = launch.text(self.value)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AppendEnvironment(Action):
-    """``append_env``: appends a value to a variable, with a separator.
+    """``append_env``: appends or prepends a value to an environment variable, with a separator.
 
     Attributes:
         name: The variable.
@@ -47,7 +47,7 @@ class AppendEnvironment(Action):
 
     @classmethod
     def parse(cls, entity: Entity) -> Self:
-        """Read an ``append_env``."""
+        """Return the action that an ``append_env`` entry describes."""
         return cls(
             name=entity.required("name"),
             value=entity.required("value"),
@@ -56,7 +56,7 @@ class AppendEnvironment(Action):
         )
 
     def evaluate(self, launch: Launch) -> None:
-        """Set the variable to both values."""
+        """Set the environment variable to its present value joined with the new one."""
         name, value = launch.text(self.name), launch.text(self.value)
         present = launch.environment_value(name)
         with values.at_key("prepend"):
@@ -77,32 +77,32 @@ class UnsetEnvironment(Action):
 
     @classmethod
     def parse(cls, entity: Entity) -> Self:
-        """Read an ``unset_env``."""
+        """Return the action that an ``unset_env`` entry describes."""
         return cls(name=entity.required("name"))
 
     def evaluate(self, launch: Launch) -> None:
-        """Remove the variable."""
+        """Remove the environment variable for the following processes."""
         launch.scope.environment[launch.text(self.name)] = None
 
 
 @dataclass(frozen=True, slots=True)
 class ResetEnvironment(Action):
-    """``reset_env``: restores the environment with which the launch was started."""
+    """``reset_env``: restores the environment in which the launch was started."""
 
     @classmethod
     def parse(cls, entity: Entity) -> Self:
-        """Read a ``reset_env``."""
+        """Return the action that a ``reset_env`` entry describes."""
         del entity
         return cls()
 
     def evaluate(self, launch: Launch) -> None:
-        """Restore the environment of the launch's start."""
+        """Drop all changes that launch actions have made to the environment."""
         launch.scope.environment.clear()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ReplaceEnvironment(Action):
-    """``rep_env``: replaces the whole environment by the given variables."""
+    """``rep_env``: replaces the environment of the following processes by the given variables."""
 
     keys = ("env",)
 
@@ -110,11 +110,11 @@ class ReplaceEnvironment(Action):
 
     @classmethod
     def parse(cls, entity: Entity) -> Self:
-        """Read a ``rep_env``."""
+        """Return the action that a ``rep_env`` entry describes."""
         return cls(variables=entity.pairs("env", "name", "value"))
 
     def evaluate(self, launch: Launch) -> None:
-        """Remove all environment variables and set the given ones."""
+        """Remove all environment variables, and set the given ones, for the following processes."""
         given = [(launch.text(name), launch.text(value)) for name, value in self.variables]
         environment = launch.scope.environment
         environment.update(dict.fromkeys((*os.environ, *environment)))
@@ -123,7 +123,7 @@ class ReplaceEnvironment(Action):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SetRosLogDirectory(Action):
-    """``set_ros_log_dir``: sets the log directory of the following nodes."""
+    """``set_ros_log_dir``: sets ``ROS_LOG_DIR`` of the following processes."""
 
     keys = ("new_log_dir",)
 
@@ -131,11 +131,11 @@ class SetRosLogDirectory(Action):
 
     @classmethod
     def parse(cls, entity: Entity) -> Self:
-        """Read a ``set_ros_log_dir``."""
+        """Return the action that a ``set_ros_log_dir`` entry describes."""
         return cls(folder=entity.required("new_log_dir"))
 
     def evaluate(self, launch: Launch) -> None:
-        """Set the log directory, relative to the present one."""
+        """Set ``ROS_LOG_DIR`` for the following processes, relative to its present value."""
         present = launch.environment_value(_LOG_DIRECTORY) or background.logs_dir()
         folder = Path(present).absolute() / launch.text(self.folder)
         launch.scope.environment[_LOG_DIRECTORY] = str(folder)
@@ -143,17 +143,17 @@ class SetRosLogDirectory(Action):
 
 @dataclass(frozen=True, slots=True)
 class PushEnvironment(Action):
-    """``push_environment``: saves the environment."""
+    """``push_environment``: saves the environment on a stack."""
 
     def evaluate(self, launch: Launch) -> None:
-        """Save the environment, for ``pop_environment``."""
-        launch.scope.remember_environment()
+        """Save the present environment on the stack, for ``pop_environment``."""
+        launch.scope.push_environment()
 
 
 @dataclass(frozen=True, slots=True)
 class PopEnvironment(Action):
-    """``pop_environment``: restores the last saved environment."""
+    """``pop_environment``: restores the environment that was saved last."""
 
     def evaluate(self, launch: Launch) -> None:
-        """Restore the environment."""
-        launch.scope.bring_back_environment()
+        """Restore the environment on top of the stack, and remove it from there."""
+        launch.scope.pop_environment()

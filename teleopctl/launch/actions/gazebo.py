@@ -1,11 +1,11 @@
-"""Actions of ``ros_gz_sim`` and ``ros_gz_bridge``: each is the launch file of its name."""
+"""Launch actions of ``ros_gz_sim`` and ``ros_gz_bridge``, each for the launch file of its name."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import ClassVar, Self
 
-from teleopctl.launch.actions.nesting import give
+from teleopctl.launch.actions.nesting import set_included_arguments
 from teleopctl.launch.model.action import Action, Entity, Launch
 from teleopctl.launch.model.template import Template, literal
 from teleopctl.packages import package_share
@@ -15,7 +15,7 @@ _COMPOSITION = ("container_name", "create_own_container", "use_composition")
 
 @dataclass(frozen=True, slots=True)
 class LaunchFileOf(Action):
-    """Base of actions that include a launch file of a package, with the keys as arguments.
+    """Base of launch actions that include a launch file of a package, with their keys as arguments.
 
     Attributes:
         arguments: Those that are given, by key.
@@ -31,14 +31,14 @@ class LaunchFileOf(Action):
 
     @classmethod
     def parse(cls, entity: Entity) -> Self:
-        """Read the keys as launch arguments."""
+        """Return the action with the keys of a launch file's entry as launch arguments."""
         needed = [(key, entity.required(key)) for key in cls.required]
         others = [(key, entity.optional(key)) for key in cls.keys if key not in cls.required]
         return cls((*needed, *((key, value) for key, value in others if value is not None)))
 
     def evaluate(self, launch: Launch) -> None:
-        """Include the launch file."""
-        give(
+        """Include the launch file of the package, with the launch arguments."""
+        set_included_arguments(
             tuple((literal(self.names.get(key, key)), value) for key, value in self.arguments),
             launch,
         )
@@ -46,7 +46,7 @@ class LaunchFileOf(Action):
 
 
 class GzServer(LaunchFileOf):
-    """``gz_server``: starts the simulator."""
+    """``gz_server``: starts the simulator without a window, as ``ros_gz_sim`` does."""
 
     __slots__ = ()
     package = "ros_gz_sim"
@@ -55,7 +55,7 @@ class GzServer(LaunchFileOf):
 
 
 class GzSpawnModel(LaunchFileOf):
-    """``gz_spawn_model``: spawns a robot in the simulator."""
+    """``gz_spawn_model``: spawns a model in the simulator, as ``ros_gz_sim`` does."""
 
     __slots__ = ()
     package = "ros_gz_sim"
@@ -68,7 +68,7 @@ class GzSpawnModel(LaunchFileOf):
 
 
 class RosGzBridge(LaunchFileOf):
-    """``ros_gz_bridge``: bridges the simulator's topics."""
+    """``ros_gz_bridge``: starts ``ros_gz_bridge``'s bridge between topics of Gazebo and ROS."""
 
     __slots__ = ()
     package = "ros_gz_bridge"

@@ -1,4 +1,4 @@
-"""``log`` and ``shutdown``."""
+"""Launch actions that log a message (``log`` and ``log_info`` and so on), and ``shutdown``."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _LOG_LEVELS = {"DEBUG", "INFO", "WARNING", "ERROR", "CRITICAL"}
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Log(Action):
-    """``log``: logs a message at a level."""
+    """``log``: logs a message at a level, DEBUG to CRITICAL."""
 
     keys: ClassVar[tuple[str, ...]] = ("level", "message")
 
@@ -26,12 +26,12 @@ class Log(Action):
 
     @classmethod
     def parse(cls, entity: Entity) -> Self:
-        """Read a ``log``."""
+        """Return the action that a ``log`` entry describes."""
         level = entity.optional("level") or _INFO
         return cls(level=level, message=entity.required("message"))
 
     def evaluate(self, launch: Launch) -> None:
-        """Log the message."""
+        """Log the evaluated message at the evaluated level."""
         level = launch.text(self.level).upper()
         if level == "WARN":
             level = "WARNING"
@@ -39,7 +39,7 @@ class Log(Action):
             raise LaunchError(
                 f"'level': expected one of {', '.join(sorted(_LOG_LEVELS))}, got '{level}'"
             )
-        launch.say(level, launch.text(self.message))
+        launch.log(level, launch.text(self.message))
 
 
 class _LogAt(Log):
@@ -51,7 +51,7 @@ class _LogAt(Log):
 
     @classmethod
     def parse(cls, entity: Entity) -> Self:
-        """Read a ``log_…``."""
+        """Return the action that a ``log_debug``, ``log_info`` and so on describes."""
         return cls(message=entity.required("message"), level=cls.fixed)
 
 
@@ -85,7 +85,7 @@ class LogError(_LogAt):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Shutdown(Action):
-    """``shutdown``: ends the launch; in the first walk, before anything is started."""
+    """``shutdown``: shuts the launch down."""
 
     keys = ("reason",)
 
@@ -93,12 +93,12 @@ class Shutdown(Action):
 
     @classmethod
     def parse(cls, entity: Entity) -> Self:
-        """Read a ``shutdown``."""
+        """Return the action that a ``shutdown`` entry describes."""
         return cls(reason=entity.optional("reason") or literal("reason not given"))
 
     def evaluate(self, launch: Launch) -> None:
-        """End the launch; in the first walk raise an error with the reason."""
+        """Request the launch's shutdown, with a reason; before the start nothing is started."""
         if isinstance(launch.event, ProcessExited):
             name = launch.event.plan.name
-            launch.say("INFO", REQUIRED.format(name=name), "launch")
+            launch.log("INFO", REQUIRED.format(name=name), "launch")
         launch.shut_down(launch.text(self.reason))

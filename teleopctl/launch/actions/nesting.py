@@ -21,7 +21,7 @@ from teleopctl.packages import resolve_uri
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Group(Action):
-    """``group``: steps under one condition, with launch settings of their own if scoped.
+    """``group``: runs actions under one condition; if scoped, their settings end with the group.
 
     Attributes:
         scoped: Whether what the steps set ends with them.
@@ -39,7 +39,7 @@ class Group(Action):
 
     @classmethod
     def parse(cls, entity: Entity) -> Self:
-        """Read a ``group``."""
+        """Return the action that a ``group`` entry describes."""
         scoped, forwarding = entity.element("scoped"), entity.element("forwarding")
         return cls(
             scoped=scoped is None or scoped.flag(),
@@ -49,7 +49,7 @@ class Group(Action):
         )
 
     def evaluate(self, launch: Launch) -> None:
-        """Run the steps."""
+        """Run the group's actions, and restore the settings afterwards if the group is scoped."""
         with launch.scoped() if self.scoped else nullcontext():
             kept = [(launch.text(name), launch.text(value)) for name, value in self.keep]
             if self.scoped and not self.forwarding:
@@ -61,7 +61,7 @@ class Group(Action):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TimedEntities(Action):
-    """``timer``: runs steps after a period.
+    """``timer``: runs actions after a period of wall time.
 
     Attributes:
         period: Seconds from now, or from the start of the launch.
@@ -79,7 +79,7 @@ class TimedEntities(Action):
 
     @classmethod
     def parse(cls, entity: Entity) -> Self:
-        """Read a ``timer``."""
+        """Return the action that a ``timer`` entry describes."""
         return cls(
             period=entity.required("period"),
             steps=entity.steps("children"),
@@ -87,12 +87,12 @@ class TimedEntities(Action):
         )
 
     def evaluate(self, launch: Launch) -> None:
-        """Start the timer."""
+        """Start the timer that runs the actions later."""
         seconds, cancel = self.settings(launch)
         launch.after(seconds, self.steps, self.is_cancelled, outlives_shutdown=not cancel)
 
     def settings(self, launch: Launch) -> tuple[float, bool]:
-        """Return the period in seconds, and whether the end of the launch cancels the timer."""
+        """Return the evaluated period in seconds, and whether a shutdown cancels the timer."""
         with values.at_key("period"):
             seconds = values.number(launch.text(self.period))
         cancel = True
@@ -104,7 +104,7 @@ class TimedEntities(Action):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Include(Action):
-    """``include``: includes another launch file, with arguments."""
+    """``include``: evaluates another launch file, with launch arguments."""
 
     keys = ("file", "arg", "let")
 
@@ -113,7 +113,7 @@ class Include(Action):
 
     @classmethod
     def parse(cls, entity: Entity) -> Self:
-        """Read an ``include``."""
+        """Return the action that an ``include`` entry describes."""
         return cls(
             file=entity.required("file"),
             arguments=(
@@ -123,27 +123,29 @@ class Include(Action):
         )
 
     def evaluate(self, launch: Launch) -> None:
-        """Include the launch file."""
+        """Set the launch arguments, and evaluate the included launch file."""
         path = included_path(launch.text(self.file), launch.file)
-        give(self.arguments, launch)
+        set_included_arguments(self.arguments, launch)
         launch.include(path)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class IncludeSteps(Action):
-    """Inclusion of steps that a program has made, as if they were a launch file."""
+    """Inclusion of a launch description that Python code built, without a file."""
 
     steps: tuple[Step, ...]
     arguments: tuple[tuple[Template, Template], ...]
 
     def evaluate(self, launch: Launch) -> None:
-        """Include the steps."""
-        give(self.arguments, launch)
+        """Set the launch arguments, and run the steps of the included launch description."""
+        set_included_arguments(self.arguments, launch)
         launch.run(self.steps)
 
 
-def give(arguments: tuple[tuple[Template, Template], ...], launch: Launch) -> None:
-    """Set the launch arguments of an included file."""
+def set_included_arguments(
+    arguments: tuple[tuple[Template, Template], ...], launch: Launch
+) -> None:
+    """Set the launch arguments that an inclusion passes to the included file."""
     values = {launch.text(name): value for name, value in arguments}
     for name, value in values.items():
         launch.scope.variables[name] = launch.text(value)
@@ -151,7 +153,7 @@ def give(arguments: tuple[tuple[Template, Template], ...], launch: Launch) -> No
 
 
 def included_path(text: str, including: Path) -> Path:
-    """Return the file that an ``include`` names.
+    """Return the path of the launch file that an ``include`` names.
 
     That is a path, a file beside the including one or in the current folder, or a built-in one; so
     a ``sim.yaml`` of one's own includes the built-in ``sim.yaml`` by its name.
@@ -166,7 +168,7 @@ def included_path(text: str, including: Path) -> Path:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class For(Action):
-    """``for``: repeats steps a number of times.
+    """``for``: runs actions a number of times.
 
     Attributes:
         length: How often.
@@ -182,7 +184,7 @@ class For(Action):
 
     @classmethod
     def parse(cls, entity: Entity) -> Self:
-        """Read a ``for``."""
+        """Return the action that a ``for`` entry describes."""
         return cls(
             length=entity.required("len"),
             name=entity.required_text("name"),
@@ -190,7 +192,7 @@ class For(Action):
         )
 
     def evaluate(self, launch: Launch) -> None:
-        """Run the steps."""
+        """Run the actions once for each index; ``$(index NAME)`` is the index, from 0."""
         with values.at_key("len"):
             length = values.integer(launch.text(self.length))
         _take(({self.name: str(turn)} for turn in range(length)), self.steps, launch)
@@ -198,7 +200,7 @@ class For(Action):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ForEach(Action):
-    """``for_each``: repeats steps for each of some sets of values.
+    """``for_each``: runs actions once for each of several sets of values.
 
     Attributes:
         sets: YAML mappings with semicolons between; ``$(for-var NAME)`` is a value of the turn's.
@@ -212,15 +214,15 @@ class ForEach(Action):
 
     @classmethod
     def parse(cls, entity: Entity) -> Self:
-        """Read a ``for_each``."""
+        """Return the action that a ``for_each`` entry describes."""
         return cls(sets=entity.required("values"), steps=entity.steps("children"))
 
     def evaluate(self, launch: Launch) -> None:
-        """Run the steps."""
+        """Run the actions once for each set of values, which ``$(for-var NAME)`` reads."""
         with values.at_key("values"):
             sets = [_mapping(text) for text in launch.text(self.sets).split(";") if text.strip()]
         if not sets:
-            launch.say("WARNING", "no input values: will not iterate")
+            launch.log("WARNING", "no input values: will not iterate")
         _take(sets, self.steps, launch)
 
 

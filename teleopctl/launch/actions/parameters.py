@@ -1,4 +1,4 @@
-"""Parameters of nodes, as ``node`` and ``set_parameter`` have them."""
+"""Readers of the parameters in ``node``, ``set_parameter`` and components of launch files."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ PARAMETER_TYPES = frozenset(
 
 
 def parameter(entity: Entity, prefix: str = "") -> ParameterEntry:
-    """Read a parameter with ``name``, ``value`` and perhaps ``type``."""
+    """Read one parameter of a launch file, with ``name``, ``value`` and perhaps ``type``."""
     type_element = entity.element("type")
     type_name = None if type_element is None else type_element.text()
     if type_element is not None and type_name not in PARAMETER_TYPES:
@@ -42,7 +42,7 @@ def parameter(entity: Entity, prefix: str = "") -> ParameterEntry:
 def parameters(
     element: Element | None, prefix: str = ""
 ) -> Iterator[ParameterEntry | ParameterFileEntry]:
-    """Yield the parameters and parameter files of a list; nothing for None."""
+    """Yield the parameters and parameter files of a launch file's ``param`` list; none for None."""
     if element is None:
         return
     for item in element.items("a list of 'name: …, value: …' or 'from: FILE'"):

@@ -1,4 +1,4 @@
-"""``node`` and ``executable``."""
+"""Launch actions that start a process: ``node``, ``lifecycle_node`` and ``executable``."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from teleopctl.launch.model import values
 from teleopctl.launch.model.action import Action, Entity, Launch
 from teleopctl.launch.model.descriptions import NodePart, ProcessPart
 from teleopctl.launch.model.template import Template, literal
-from teleopctl.launch.service_calls import Activation
+from teleopctl.launch.service_calls import NodeActivation
 
 _PROCESS_KEYS = (
     "args",
@@ -31,12 +31,12 @@ _PROCESS_KEYS = (
 
 
 class StartProcess(ProcessPart, Action):
-    """Base of ``node`` and ``executable``."""
+    """Base of the launch actions ``node`` and ``executable``: starts a process."""
 
     __slots__ = ()
 
     def evaluate(self, launch: Launch) -> None:
-        """Add the process to the launch."""
+        """Add the process to the launch, which starts the process after the evaluation."""
         launch.start(self)
 
     @classmethod
@@ -70,7 +70,7 @@ class StartProcess(ProcessPart, Action):
 
 
 class Node(StartProcess):
-    """``node``: starts a program of a package as a ROS node."""
+    """``node``: starts an executable of a package as a ROS node."""
 
     __slots__ = ()
     keys = (
@@ -101,7 +101,7 @@ class Node(StartProcess):
 
     @classmethod
     def parse(cls, entity: Entity) -> Self:
-        """Read a ``node``."""
+        """Return the action that a ``node`` entry describes."""
         node = NodePart(
             package=entity.optional("pkg"),
             executable=entity.required("exec"),
@@ -116,7 +116,7 @@ class Node(StartProcess):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LifecycleNode(Action):
-    """``lifecycle_node``: starts a node with a managed life cycle.
+    """``lifecycle_node``: starts a managed node, and activates the node if ``autostart`` is set.
 
     Attributes:
         node: Its process.
@@ -131,31 +131,31 @@ class LifecycleNode(Action):
 
     @classmethod
     def parse(cls, entity: Entity) -> Self:
-        """Read a ``lifecycle_node``."""
+        """Return the action that a ``lifecycle_node`` entry describes."""
         entity.required_element("name")
         return cls(node=Node.parse(entity), autostart=entity.optional("autostart"))
 
     def evaluate(self, launch: Launch) -> None:
-        """Add the process, and configure and activate the node if requested."""
+        """Add the node's process to the launch; with ``autostart``, activate the node later."""
         plan = launch.start(self.node)
         assert plan.node_name is not None, "it has a name"
         with values.at_key("autostart"):
             begins = self.autostart is not None and values.boolean(launch.text(self.autostart))
         if begins:
-            activation = Activation(plan.node_name, launch)
+            activation = NodeActivation(plan.node_name, launch)
             launch.register(activation)
             launch.work(activation)
 
 
 class Executable(StartProcess):
-    """``executable``: starts a command line."""
+    """``executable``: starts a command line that is no ROS node."""
 
     __slots__ = ()
     keys = ("cmd", "name", "shell", *_PROCESS_KEYS)
 
     @classmethod
     def parse(cls, entity: Entity) -> Self:
-        """Read an ``executable``."""
+        """Return the action that an ``executable`` entry describes."""
         return cls._parse(
             entity,
             process_name=entity.optional("name"),

@@ -1,4 +1,4 @@
-"""``ros_timer``: steps that are taken later, by ROS time."""
+"""Launch action ``ros_timer``: runs actions after a period of ROS time."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ _LOOK_EVERY_S = 0.2
 
 
 class RosTimer(TimedEntities):
-    """``ros_timer``: a timer in ROS time, which ``/clock`` drives if the launch uses it."""
+    """``ros_timer``: runs actions after a period of ROS time, or of wall time by default."""
 
     __slots__ = ()
 
     def evaluate(self, launch: Launch) -> None:
-        """Start the timer."""
+        """Start the timer that runs the actions later, by ``/clock`` or by wall time."""
         if not launch.scope.use_sim_time:
             super().evaluate(launch)
             return
@@ -61,19 +61,19 @@ class _SimulatedTimer:
         self._ended = threading.Event()
 
     def begin(self, report: Callable[[TeleopctlError | None], None]) -> None:
-        """Start waiting on a thread of its own."""
+        """Start to wait for the period of ``/clock``, on a thread of its own."""
         threading.Thread(target=self._wait, args=(report,), name="ros_timer", daemon=True).start()
 
-    def foreseen(self) -> tuple[str, tuple[Step, ...]]:
-        """Return a description of the timer and its steps, for a dry run."""
+    def dry_run(self) -> tuple[str, tuple[Step, ...]]:
+        """Return when the timer fires, in words, and its steps, for a dry run."""
         return f"after {self._seconds:g} s of /clock", self._steps
 
     def answers(self, event: object, launch: Launch) -> bool:  # noqa: ARG002 -- a handler's form
-        """Return whether the event is the end of the wait."""
+        """Return whether the event is the end of this timer's period, or a shutdown."""
         return event == _TimeHasCome(self) or isinstance(event, ShutdownBegan)
 
     def respond(self, event: object, launch: Launch) -> Iterable[Step]:
-        """Return the steps once the time is over; stop waiting when the launch ends."""
+        """Return the timer's steps at the end of the period; stop waiting on a shutdown."""
         if isinstance(event, ShutdownBegan) and self._ends_with_launch:
             self._ended.set()
         elif event == _TimeHasCome(self) and not self._is_cancelled():

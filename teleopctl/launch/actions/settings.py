@@ -1,4 +1,4 @@
-"""Actions that change launch configurations, namespace, parameters and remappings."""
+"""Launch actions that declare arguments or set configurations, namespace, parameters, remaps."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from teleopctl.launch.model.template import Template, literal
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class NameAndValue(Action):
-    """Base of actions with a name and a value."""
+    """Base of launch actions with the keys ``name`` and ``value``."""
 
     keys = ("name", "value")
 
@@ -25,13 +25,13 @@ class NameAndValue(Action):
 
     @classmethod
     def parse(cls, entity: Entity) -> Self:
-        """Read the name and the value."""
+        """Return the action with the ``name`` and ``value`` of an entry."""
         return cls(name=entity.required("name"), value=entity.required("value"))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DeclareArgument(Action):
-    """``arg``: declares a launch argument."""
+    """``arg``: declares a launch argument, with a default, a description and valid choices."""
 
     keys: ClassVar[tuple[str, ...]] = ("name", "default", "description", "choice")
 
@@ -42,7 +42,7 @@ class DeclareArgument(Action):
 
     @classmethod
     def parse(cls, entity: Entity) -> Self:
-        """Read an ``arg``."""
+        """Return the action that an ``arg`` entry describes."""
         choices = entity.element("choice")
         description = entity.element("description")
         return cls(
@@ -57,7 +57,7 @@ class DeclareArgument(Action):
 
     @property
     def in_words(self) -> str:
-        """Return the argument's description and choices, as ``--show-args`` prints them."""
+        """Text of the description and the choices, as ``ros2 launch --show-args`` prints them."""
         if not self.choices:
             return self.description or "no description given"
         choices = str(list(self.choices))
@@ -66,7 +66,7 @@ class DeclareArgument(Action):
         return f"{self.description.removesuffix('.')}. Valid choices are: {choices}"
 
     def evaluate(self, launch: Launch) -> None:
-        """Set the argument's default if no value was given."""
+        """Set the launch argument to its default if none was given; check the valid choices."""
         launch.declare(self.name)
         variables = launch.scope.variables
         if self.name not in variables:
@@ -94,7 +94,7 @@ class DeclareBoolean(DeclareArgument):
 
     @classmethod
     def parse(cls, entity: Entity) -> Self:
-        """Read a ``bool_arg``."""
+        """Return the action that a ``bool_arg`` entry describes."""
         return replace(super().parse(entity), choices=cls.words)
 
 
@@ -103,7 +103,7 @@ class Let(NameAndValue):
     """``let``: sets a launch configuration."""
 
     def evaluate(self, launch: Launch) -> None:
-        """Set the launch configuration."""
+        """Set the launch configuration for the following actions."""
         launch.scope.variables[launch.text(self.name)] = launch.text(self.value)
 
 
@@ -114,13 +114,13 @@ class Unset(Action):
     name: Template
 
     def evaluate(self, launch: Launch) -> None:
-        """Remove the launch configuration."""
+        """Remove the launch configuration for the following actions."""
         launch.scope.variables.pop(launch.text(self.name), None)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Reset(Action):
-    """``reset``: removes launch configurations, namespace, parameters and remappings.
+    """``reset``: removes all launch configurations, namespace, parameters and remappings.
 
     Attributes:
         keep: Variables to set afterwards, as name and value.
@@ -132,11 +132,11 @@ class Reset(Action):
 
     @classmethod
     def parse(cls, entity: Entity) -> Self:
-        """Read a ``reset``."""
+        """Return the action that a ``reset`` entry describes."""
         return cls(keep=entity.pairs("keep", "name", "value"))
 
     def evaluate(self, launch: Launch) -> None:
-        """Remove everything that is not to be kept."""
+        """Remove all settings of the following actions except those to keep."""
         kept = [(launch.text(name), launch.text(value)) for name, value in self.keep]
         launch.scope.reset()
         launch.scope.variables.update(kept)
@@ -144,7 +144,7 @@ class Reset(Action):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PushNamespace(Action):
-    """``push_ros_namespace``: sets the namespace of the following nodes."""
+    """``push_ros_namespace``: appends to the namespace of the following nodes."""
 
     keys = ("namespace",)
 
@@ -152,18 +152,18 @@ class PushNamespace(Action):
 
     @classmethod
     def parse(cls, entity: Entity) -> Self:
-        """Read a ``push_ros_namespace``."""
+        """Return the action that a ``push_ros_namespace`` entry describes."""
         return cls(namespace=entity.required("namespace"))
 
     def evaluate(self, launch: Launch) -> None:
-        """Set the namespace, below the present one."""
+        """Append to the namespace of the following nodes; an absolute one replaces it."""
         scope = launch.scope
         scope.namespace = join_namespace(scope.namespace, launch.text(self.namespace))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SetParameter(Action):
-    """``set_parameter``: sets a parameter of all following nodes."""
+    """``set_parameter``: sets one parameter of all following nodes."""
 
     keys = ("name", "value", "type")
 
@@ -171,11 +171,11 @@ class SetParameter(Action):
 
     @classmethod
     def parse(cls, entity: Entity) -> Self:
-        """Read a ``set_parameter``."""
+        """Return the action that a ``set_parameter`` entry describes."""
         return cls(parameter=parameter(entity))
 
     def evaluate(self, launch: Launch) -> None:
-        """Add the parameter, evaluated now, to the following nodes."""
+        """Evaluate the parameter, and add it to the parameters of all following nodes."""
         name = literal(launch.text(self.parameter.name))
         value = _evaluated(self.parameter.value, launch)
         launch.scope.parameters += (replace(self.parameter, name=name, value=value),)
@@ -190,7 +190,7 @@ def _evaluated(value: ParameterTree, launch: Launch) -> ParameterTree:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SetParametersFromFile(Action):
-    """``set_parameters_from_file``: sets a parameter file of all following nodes."""
+    """``set_parameters_from_file``: gives a parameter file to all following nodes."""
 
     keys = ("filename",)
 
@@ -198,17 +198,17 @@ class SetParametersFromFile(Action):
 
     @classmethod
     def parse(cls, entity: Entity) -> Self:
-        """Read a ``set_parameters_from_file``."""
+        """Return the action that a ``set_parameters_from_file`` entry describes."""
         return cls(file=entity.required("filename"))
 
     def evaluate(self, launch: Launch) -> None:
-        """Add the parameter file to the following nodes."""
+        """Add the parameter file to the parameters of all following nodes."""
         launch.scope.parameters += (ParameterFileEntry(literal(launch.text(self.file))),)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SetUseSimTime(Action):
-    """``set_use_sim_time``: sets whether ``ros_timer`` follows ``/clock``."""
+    """``set_use_sim_time``: sets whether following ``ros_timer`` actions use ``/clock``."""
 
     keys = ("value",)
 
@@ -216,18 +216,18 @@ class SetUseSimTime(Action):
 
     @classmethod
     def parse(cls, entity: Entity) -> Self:
-        """Read a ``set_use_sim_time``."""
+        """Return the action that a ``set_use_sim_time`` entry describes."""
         return cls(value=entity.required("value"))
 
     def evaluate(self, launch: Launch) -> None:
-        """Set whether the following timers use ``/clock``."""
+        """Set whether following ``ros_timer`` actions use ``/clock`` or wall time."""
         with values.at_key("value"):
             launch.scope.use_sim_time = values.flag(launch.text(self.value))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SetRemap(Action):
-    """``set_remap``: sets a remapping of all following nodes."""
+    """``set_remap``: remaps a name in all following nodes."""
 
     keys = ("from", "to")
 
@@ -236,27 +236,27 @@ class SetRemap(Action):
 
     @classmethod
     def parse(cls, entity: Entity) -> Self:
-        """Read a ``set_remap``."""
+        """Return the action that a ``set_remap`` entry describes."""
         return cls(source=entity.required("from"), target=entity.required("to"))
 
     def evaluate(self, launch: Launch) -> None:
-        """Add the remapping to the following nodes."""
+        """Add the remapping to those of all following nodes."""
         launch.scope.remaps += ((launch.text(self.source), launch.text(self.target)),)
 
 
 @dataclass(frozen=True, slots=True)
 class PushConfigurations(Action):
-    """``push_launch_configurations``: saves the launch configurations."""
+    """``push_launch_configurations``: saves the launch configurations on a stack."""
 
     def evaluate(self, launch: Launch) -> None:
-        """Save the launch configurations, for ``pop_launch_configurations``."""
-        launch.scope.remember()
+        """Save the present launch configurations on the stack."""
+        launch.scope.push_configurations()
 
 
 @dataclass(frozen=True, slots=True)
 class PopConfigurations(Action):
-    """``pop_launch_configurations``: restores the last saved launch configurations."""
+    """``pop_launch_configurations``: restores the launch configurations that were saved last."""
 
     def evaluate(self, launch: Launch) -> None:
-        """Restore the launch configurations."""
-        launch.scope.bring_back()
+        """Restore the launch configurations on top of the stack, and remove them from there."""
+        launch.scope.pop_configurations()

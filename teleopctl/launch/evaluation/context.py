@@ -1,4 +1,4 @@
-"""The state of an evaluation: launch variables, environment, namespace, current file."""
+"""State of a launch's evaluation: launch configurations, environment, namespace, current file."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ if TYPE_CHECKING:
 _SEMANTIC = re.compile("<(?:group|group_state|end_effector|virtual_joint|disable_collisions)[ />]")
 
 
-class Moment(NamedTuple):
-    """Scope and launch file at one point of an evaluation.
+class EvaluationPoint(NamedTuple):
+    """Scope and launch file at one point of a launch's evaluation, to continue from there later.
 
     Attributes:
         scope: Launch variables, environment, namespace and so on: the same object, so that what is
@@ -39,7 +39,7 @@ class Moment(NamedTuple):
 
 
 class LaunchContext:
-    """Scope, files and graph that substitutions are evaluated against.
+    """State that substitutions of launch files are evaluated with: scope, current file, ROS graph.
 
     Args:
         arguments: Launch arguments from the command line.
@@ -76,7 +76,7 @@ class LaunchContext:
         self._anonymous: dict[str, str] = {}
 
     def copy(self) -> LaunchContext:
-        """Return an independent copy, with the files read so far."""
+        """Return a copy whose scope and node names change independently, for a dry run."""
         other = copy.copy(self)
         other.scope = self.scope.copy()
         other.declared = set(self.declared)
@@ -87,7 +87,7 @@ class LaunchContext:
 
     @contextmanager
     def scoped(self) -> Iterator[None]:
-        """Restore the scope at the end of the block."""
+        """Restore the scope (configurations, environment …) at the end of the ``with`` block."""
         outer = self.scope
         self.scope = outer.copy()
         try:
@@ -97,20 +97,20 @@ class LaunchContext:
 
     @contextmanager
     def inside(self, file: Path) -> Iterator[None]:
-        """Make a file the current launch file within the block."""
+        """Make a launch file the current one within the ``with`` block."""
         outer, self.file = self.file, file
         try:
             yield
         finally:
             self.file = outer
 
-    def moment(self) -> Moment:
-        """Return the present point of the evaluation, to return to it later."""
-        return Moment(self.scope, self.file)
+    def moment(self) -> EvaluationPoint:
+        """Return the present scope and launch file, for `at`."""
+        return EvaluationPoint(self.scope, self.file)
 
     @contextmanager
-    def at(self, moment: Moment) -> Iterator[None]:
-        """Return to an earlier point of the evaluation within the block; changes stay."""
+    def at(self, moment: EvaluationPoint) -> Iterator[None]:
+        """Use the scope and launch file of an earlier point within the ``with`` block."""
         outer = self.moment()
         self.scope, self.file = moment
         try:
@@ -120,7 +120,7 @@ class LaunchContext:
 
     @contextmanager
     def answering(self, event: object) -> Iterator[None]:
-        """Set the event that substitutions refer to within the block."""
+        """Set the event that substitutions can read, within the ``with`` block."""
         outer, self.event = self.event, event
         try:
             yield
@@ -129,7 +129,7 @@ class LaunchContext:
 
     @contextmanager
     def reading(self, text: Template) -> Iterator[None]:
-        """Name the launch argument behind a text in errors raised in the block."""
+        """Prefix errors raised in the ``with`` block with the launch argument that a text reads."""
         try:
             yield
         except TeleopctlError as error:
@@ -141,18 +141,18 @@ class LaunchContext:
             raise LaunchError(message, hint=error.hint) from error
 
     def environment(self) -> dict[str, str]:
-        """Return the environment that processes will have."""
+        """Return all environment variables for a process that is started at this point."""
         merged = {**os.environ, **self.scope.environment}
         return {name: value for name, value in merged.items() if value is not None}
 
     def environment_value(self, name: str) -> str | None:
-        """Return a variable of the processes' environment, or None."""
+        """Return an environment variable for a process started at this point; None if unset."""
         if name in self.scope.environment:
             return self.scope.environment[name]
         return os.environ.get(name)  # which on Windows knows it in any letter case
 
     def count_included(self) -> None:
-        """Count a file that another one includes.
+        """Count one more included launch file; raise beyond the budget.
 
         Raises:
             LaunchError: They are too many, as of files that include each other twice.
@@ -163,12 +163,12 @@ class LaunchContext:
             raise LaunchError(f"the launch takes {error}") from error
 
     def declare(self, name: str) -> None:
-        """Declare a launch argument of the current file."""
+        """Record that the current launch file declares a launch argument."""
         self.declared.add(name)
         self._declared_in.setdefault(self.file, set()).add(name)
 
-    def passed_on(self) -> dict[str, str]:
-        """Return the given launch arguments that the current file does not declare."""
+    def forwarded_arguments(self) -> dict[str, str]:
+        """Return the given launch arguments, by name, that the current file does not declare."""
         given = self.scope.given | self.arguments.keys()
         return {
             name: self.scope.variables[name]
@@ -177,15 +177,15 @@ class LaunchContext:
         }
 
     def robot_description(self, file: Path, mappings: Mapping[str, str]) -> str:
-        """Expand a xacro file, once per combination of file and arguments.
+        """Return the URDF of a description file, expanded once per set of xacro arguments.
 
         Raises:
             TeleopctlError: When the file is missing or does not parse, or is no robot.
         """
         return self._expanded(file, mappings).text
 
-    def given_to_robot(self, file: Path, mappings: Mapping[str, str]) -> dict[str, str]:
-        """Return the launch arguments that a xacro file takes and the launch file does not declare.
+    def arguments_for_robot(self, file: Path, mappings: Mapping[str, str]) -> dict[str, str]:
+        """Return the given launch arguments that only the robot's xacro file declares, by name.
 
         Args:
             file: The xacro file.
@@ -196,13 +196,15 @@ class LaunchContext:
         """
         from teleopctl.robot import xacro_arguments
 
-        passed_on = {
-            name: value for name, value in self.passed_on().items() if name not in mappings
+        forwarded_arguments = {
+            name: value
+            for name, value in self.forwarded_arguments().items()
+            if name not in mappings
         }
-        if not passed_on:
+        if not forwarded_arguments:
             return {}
-        taken = xacro_arguments(self._expanded(file, {**passed_on, **mappings}).files)
-        given = {name: value for name, value in passed_on.items() if name in taken}
+        taken = xacro_arguments(self._expanded(file, {**forwarded_arguments, **mappings}).files)
+        given = {name: value for name, value in forwarded_arguments.items() if name in taken}
         self.declared.update(given)
         return given
 
@@ -213,7 +215,7 @@ class LaunchContext:
         return self._robots[key]
 
     def files_of_robot(self, file: Path, mappings: Mapping[str, str]) -> tuple[Path, ...]:
-        """Return the files that a robot description was made from.
+        """Return the description file and all files that it includes.
 
         Raises:
             TeleopctlError: As `robot_description`.
@@ -221,18 +223,18 @@ class LaunchContext:
         return self._expanded(file, mappings).files
 
     def node_is_running(self, name: str) -> bool:
-        """Return whether a node runs in the graph, which is queried once per launch."""
+        """Return whether a node with a full name is in the ROS graph; the graph is queried once."""
         if self._live_nodes is None:
             self._live_nodes = _query_nodes()
         return name in self._live_nodes
 
-    def take_names(self, other: LaunchContext) -> None:
-        """Copy the anonymous names and the running nodes from another context."""
+    def copy_names(self, other: LaunchContext) -> None:
+        """Copy the anonymous names and the known running nodes from another context."""
         self._anonymous = other._anonymous
         self._live_nodes = other._live_nodes
 
     def anonymous_name(self, name: str) -> str:
-        """Return a unique name for this launch; the same one for the same word."""
+        """Return the unique name that ``$(anon NAME)`` stands for in this launch."""
         if name not in self._anonymous:
             import random
             import socket
@@ -243,8 +245,8 @@ class LaunchContext:
 
 
 @contextmanager
-def located(place: Place) -> Iterator[None]:
-    """Put file and line before the message of an error raised in the block."""
+def with_location(place: Place) -> Iterator[None]:
+    """Prefix errors raised in the ``with`` block with the file and line of a launch action."""
     try:
         yield
     except TeleopctlError as error:

@@ -1,4 +1,4 @@
-"""The environment variables of this process, as what is being evaluated sees them.
+"""Temporary changes of this process's environment variables while a launch file is evaluated.
 
 ROS 2's launch changes its own environment, so that functions of a launch file, ``xacro`` and what
 else asks for a variable see what was set before. Here they see it as well, but only while they run:
@@ -11,8 +11,8 @@ import os
 from collections.abc import Mapping
 
 
-class ShownEnvironment:
-    """Changes ``os.environ`` temporarily, and restores it."""
+class EnvironmentOverlay:
+    """Changes ``os.environ`` to the launch's environment during an evaluation, and restores it."""
 
     def __init__(self) -> None:
         self._before: dict[str, str | None] = {}
@@ -21,23 +21,23 @@ class ShownEnvironment:
         self._depth = 0
 
     def show(self, changed: Mapping[str, str | None]) -> None:
-        """Set ``os.environ`` to its original state with these changes (None removes a variable)."""
+        """Set ``os.environ`` to its original state plus these changes; None removes a variable."""
         for name in self._before.keys() - changed.keys():
             self._set(name, self._before.pop(name))
         for name, value in changed.items():
             self._before.setdefault(name, os.environ.get(name))
             self._set(name, value)
 
-    def begin_calling_out(self, changed: dict[str, str | None]) -> None:
-        """Allow a launch file's own code to change ``os.environ``, until `end_calling_out`."""
+    def begin_user_code(self, changed: dict[str, str | None]) -> None:
+        """Apply changes to ``os.environ``, and record further ones by a launch file's code."""
         if self._depth:
             self._take_in(changed)
         self.show(changed)
         self._seen = dict(os.environ)
         self._depth += 1
 
-    def end_calling_out(self, changed: dict[str, str | None]) -> None:
-        """Apply the code's changes of ``os.environ`` to the launch's environment."""
+    def end_user_code(self, changed: dict[str, str | None]) -> None:
+        """Copy the changes that a launch file's code made to ``os.environ`` into ``changed``."""
         self._take_in(changed)
         self.show(changed)
         self._depth -= 1

@@ -1,4 +1,4 @@
-"""From a launch file and its arguments to what is to be done, at the start and on each event.
+"""Evaluation of a launch file and its arguments: the steps at the start, and those on each event.
 
 The whole file is walked over before the first process starts, as in ROS 2. So nearly everything
 that can go wrong goes wrong then: unknown packages, missing arguments, robot descriptions that do
@@ -22,8 +22,8 @@ from teleopctl.base.budget import (
     Tally,
 )
 from teleopctl.errors import LaunchError, NotFoundError, TeleopctlError, did_you_mean
-from teleopctl.launch.evaluation.context import LaunchContext, Moment, located
-from teleopctl.launch.evaluation.environment import ShownEnvironment
+from teleopctl.launch.evaluation.context import EvaluationPoint, LaunchContext, with_location
+from teleopctl.launch.evaluation.environment import EnvironmentOverlay
 from teleopctl.launch.evaluation.processes import ProcessBuilder
 from teleopctl.launch.evaluation.substitution import render
 from teleopctl.launch.frontends import read_launch_file
@@ -52,34 +52,34 @@ from teleopctl.launch.model.template import Template
 
 
 class DryRun(NamedTuple):
-    """Steps that an event will cause, as far as they can be evaluated in advance.
+    """Result of evaluating in advance what a timer or an event will lead to.
 
     Attributes:
         when: The event in words.
-        further: What it does then.
+        follow_up: What it does then.
         error: Why not more is known of it, or None.
         then: What that leads to.
     """
 
     when: str
-    further: FollowUp
+    follow_up: FollowUp
     error: TeleopctlError | None
     then: tuple[DryRun, ...]
 
 
-def faults(foreseen: Iterable[DryRun]) -> Iterator[TeleopctlError]:
-    """Yield what the foreseen steps lack, such as packages and programs.
+def missing_resources(dry_run: Iterable[DryRun]) -> Iterator[TeleopctlError]:
+    """Yield the errors about missing packages, programs and files in dry runs.
 
     Other errors may be none when the time has come.
     """
-    for each in foreseen:
+    for each in dry_run:
         if isinstance(each.error, NotFoundError):
             yield each.error
-        yield from faults(each.then)
+        yield from missing_resources(each.then)
 
 
 def undeclared(arguments: Iterable[str], declared: Collection[str]) -> list[str]:
-    """Return a sentence for each launch argument that no file declares."""
+    """Return a warning for each given launch argument that no launch file declares."""
     known = ", ".join(sorted(declared)) or "none"
     return [
         f"launch argument '{name}' is not declared by the launch file (declared: {known})"
@@ -98,7 +98,7 @@ def evaluate(
     again: Evaluation | None = None,
     is_shown: bool = False,
 ) -> tuple[LaunchPlan, Evaluation]:
-    """Evaluate a launch file.
+    """Evaluate a launch file to a plan of its first steps; later events go to the `Evaluation`.
 
     Args:
         file: The parsed file.
@@ -121,20 +121,20 @@ def evaluate(
     evaluation.skips_missing = request.skip_missing
     if again is not None:
         evaluation.is_trial = True
-        context.take_names(again.context)
+        context.copy_names(again.context)
     evaluation.run_file(file)
-    start = evaluation.take()
+    start = evaluation.take_follow_up()
     if start.shutdown is not None and not is_shown:
-        raise refusal(start.shutdown)
-    for fault in faults(evaluation.foreseen(start)):
+        raise shutdown_before_start(start.shutdown)
+    for fault in missing_resources(evaluation.dry_run(start)):
         raise fault
     unknown = undeclared(arguments, context.declared)
     warnings = [*context.warnings, *unknown]
     return LaunchPlan(log_directory=log_directory, start=start, warnings=warnings), evaluation
 
 
-def refusal(reason: str, hint: str | None = None) -> LaunchError:
-    """Return the error for a launch that its own file ends before the start."""
+def shutdown_before_start(reason: str, hint: str | None = None) -> LaunchError:
+    """Return the error for a launch that its own file shuts down before anything has started."""
     error = LaunchError(reason, hint=hint)
     # Whoever wrote the file knows better than its line number what the person has to know.
     error.place = ""
@@ -145,21 +145,21 @@ class _Registered(NamedTuple):
     """A handler, and where the evaluation stood when it was registered."""
 
     handler: Handler
-    moment: Moment
+    moment: EvaluationPoint
 
 
-class Later(NamedTuple):
-    """Steps that a timer runs later, with their point of the evaluation."""
+class TimedSteps(NamedTuple):
+    """Steps that a launch timer runs when it fires, with scope and file to evaluate them in."""
 
     seconds: float
     steps: tuple[Step, ...]
-    moment: Moment
+    moment: EvaluationPoint
     is_cancelled: Callable[[], bool]
     outlives_shutdown: bool
 
 
 class Evaluation:
-    """Evaluates a launch step by step: first the whole files, then event by event.
+    """Evaluation of a launch: the launch files before the start, then each event and timer.
 
     It is the `Launch` that actions work with and the `Respondent` that the supervisor asks.
 
@@ -178,7 +178,7 @@ class Evaluation:
     def __init__(self, context: LaunchContext, builder: ProcessBuilder) -> None:
         self.context = context
         context.launch = self
-        self._shown = ShownEnvironment()
+        self._shown = EnvironmentOverlay()
         self._builder = builder
         self._depth = 0
         self._trials = 0
@@ -188,14 +188,14 @@ class Evaluation:
         self.is_ending = False
         self.files_read: frozenset[Path] = frozenset()
         self._handlers: list[_Registered] = []
-        self._further = FollowUp()
+        self._follow_up = FollowUp()
         # Whose thread evaluates just now, and where events go that happen elsewhere.
         self._evaluates: int | None = None
         self._happened: Callable[[object], None] | None = None
 
     @property
     def scope(self) -> Scope:
-        """Launch configurations, environment and namespace for the next step."""
+        """Launch configurations, environment, namespace and so on for the next action."""
         return self.context.scope
 
     @property
@@ -209,117 +209,117 @@ class Evaluation:
         return self.context.event
 
     def text(self, text: Template) -> str:
-        """Evaluate the substitutions of a text."""
+        """Return the text of a template with all substitutions evaluated."""
         return render(text, self.context)
 
     def environment_value(self, name: str) -> str | None:
-        """Return a variable of the processes' environment, or None."""
+        """Return an environment variable for a process started at this point; None if unset."""
         return self.context.environment_value(name)
 
     def run_file(self, file: LaunchFile) -> None:
-        """Evaluate a launch file."""
+        """Evaluate all steps of a parsed launch file."""
         with self._evaluating(), self.context.inside(file.path):
             self.run(file.steps)
 
     def run(self, steps: tuple[Step, ...]) -> None:
-        """Evaluate steps."""
+        """Evaluate steps in order, skipping those whose conditions do not hold."""
         try:
             self._steps.add(1 + len(steps))
         except BudgetError as error:
             raise LaunchError(f"the launch takes {error}") from error
         for step in steps:
-            self.show_environment()
+            self.apply_environment()
             try:
-                with located(step.place):
+                with with_location(step.place):
                     if all(self._holds(condition) for condition in step.conditions):
-                        self.perform(step.action)
+                        self.run_action(step.action)
                         if step.done is not None:
                             step.done(self)
             except NotFoundError as error:
                 if not self.skips_missing:
                     raise
-                self.say("WARNING", f"left out: {error.message}", "launch")
+                self.log("WARNING", f"left out: {error.message}", "launch")
 
-    def show_environment(self) -> None:
-        """Set ``os.environ`` to the environment of the processes, during the evaluation."""
+    def apply_environment(self) -> None:
+        """Set ``os.environ`` to the environment of the processes that are started at this point."""
         self._shown.show(self.scope.environment)
 
-    def begin_calling_out(self) -> None:
-        """Allow a launch file's code to change ``os.environ``; `calling_out` ends this."""
-        self._shown.begin_calling_out(self.scope.environment)
+    def begin_user_code(self) -> None:
+        """Record changes of ``os.environ`` by a launch file's code, until `user_code` ends."""
+        self._shown.begin_user_code(self.scope.environment)
 
     @contextmanager
-    def calling_out(self) -> Iterator[None]:
-        """Apply a launch file's changes of ``os.environ`` in the block to the following steps."""
-        self.begin_calling_out()
+    def user_code(self) -> Iterator[None]:
+        """Add changes of ``os.environ`` within the ``with`` block to the launch's environment."""
+        self.begin_user_code()
         try:
             yield
         finally:
-            self._shown.end_calling_out(self.scope.environment)
+            self._shown.end_user_code(self.scope.environment)
 
     def _holds(self, condition: Condition) -> bool:
         text = self.text(condition.text)
         with self.context.reading(condition.text):
             return values.flag(text) == condition.expected
 
-    def perform(self, action: Action) -> None:
-        """Evaluate an action of a program, which has no place in a file."""
+    def run_action(self, action: Action) -> None:
+        """Evaluate an action, and the actions that it returns, without a place in a launch file."""
         try:
-            further = tuple(action.evaluate(self) or ())
+            follow_up = tuple(action.evaluate(self) or ())
         except TeleopctlError:
             raise
         except Exception as error:
             raise LaunchError(
                 f"{type(action).__name__} failed: {type(error).__name__}: {error}"
             ) from error
-        for one in further:
-            self.perform(one)
+        for one in follow_up:
+            self.run_action(one)
 
     def scoped(self) -> AbstractContextManager[None]:
-        """Restore the scope at the end of the block."""
+        """Restore the scope (configurations, environment …) at the end of the ``with`` block."""
         return self.context.scoped()
 
     def include(self, path: Path) -> None:
-        """Evaluate another launch file."""
+        """Read and evaluate another launch file."""
         if self._depth >= DEEPEST_INCLUDES:
             raise LaunchError(f"{path} is included more than {DEEPEST_INCLUDES} levels deep")
         self.context.count_included()
         self._depth += 1
         try:
-            with self.calling_out():
+            with self.user_code():
                 file = read_launch_file(path)
             self.run_file(file)
         finally:
             self._depth -= 1
 
     def declare(self, name: str) -> None:
-        """Declare a launch argument."""
+        """Record that the current launch file declares a launch argument."""
         self.context.declare(name)
 
-    def say(self, level: str, message: str, logger: str = "launch.user") -> None:
-        """Log a line of the launch."""
-        self._further.messages.append((level, logger, message))
+    def log(self, level: str, message: str, logger: str = "launch.user") -> None:
+        """Log a line with a level under a logger's name, once the follow-up is executed."""
+        self._follow_up.messages.append((level, logger, message))
 
     def start(self, process: ProcessPart) -> ProcessPlan:
-        """Add the process of a ``node`` or an ``executable``."""
+        """Evaluate a ``node`` or ``executable`` to a plan, and add its process to the launch."""
         plan = self._builder.build(process)
-        self._further.processes.append(plan)
+        self._follow_up.processes.append(plan)
         return plan
 
     def plan_of(self, process: ProcessPart) -> ProcessPlan:
-        """Return the plan of a process without adding the process to the launch."""
+        """Evaluate a ``node`` or ``executable`` to a plan without adding the process."""
         return self._builder.copy(self.context).build(process)
 
     def component(self, part: ComponentPart) -> ComponentPlan:
-        """Evaluate a component to load."""
+        """Evaluate a component's description to a plan for loading it."""
         return self._builder.build_component(part)
 
     def plan_of_node(self, full_name: str) -> ProcessPlan | None:
-        """Return the process with a node of this name; None if there is none so far."""
+        """Return the plan of the process that runs a node, by the node's full name; or None."""
         return self._builder.plan_of_node(full_name)
 
     def action_of(self, plan: ProcessPlan) -> ProcessPart:
-        """Return the action that a process was made from."""
+        """Return the ``node`` or ``executable`` action that a process plan was made from."""
         return self._builder.actions[plan.name]
 
     def after(
@@ -330,18 +330,18 @@ class Evaluation:
         *,
         outlives_shutdown: bool = False,
     ) -> None:
-        """Run steps after a delay, unless they are cancelled."""
+        """Run steps after a delay, in the present scope, unless they are cancelled."""
         # What they set is theirs, and what is set behind them does not reach them.
-        moment = Moment(self.scope.copy(), self.file)
-        timer = Later(max(0.0, seconds), steps, moment, is_cancelled, outlives_shutdown)
-        self._further.timers.append((timer.seconds, timer))
+        moment = EvaluationPoint(self.scope.copy(), self.file)
+        timer = TimedSteps(max(0.0, seconds), steps, moment, is_cancelled, outlives_shutdown)
+        self._follow_up.timers.append((timer.seconds, timer))
 
     def work(self, work: Work) -> None:
-        """Start work that runs beside the processes, such as service calls."""
-        self._further.works.append(work)
+        """Start work beside the processes, such as service calls; the launch waits for it."""
+        self._follow_up.works.append(work)
 
     def register(self, handler: Handler, *, last: bool = False) -> None:
-        """Register an event handler: before the present ones, or after them."""
+        """Register an event handler with the present scope, before the others or after them."""
         place = len(self._handlers) if last else 0
         self._handlers.insert(place, _Registered(handler, self.context.moment()))
 
@@ -356,30 +356,30 @@ class Evaluation:
             raise ValueError("the event handler is not registered")
         self._handlers.remove(found)
 
-    def is_awaited(self, event: object) -> bool:
-        """Return whether a handler would respond to an event."""
+    def has_handler_for(self, event: object) -> bool:
+        """Return whether any registered handler would respond to an event."""
         return any(entry.handler.answers(event, self) for entry in self._handlers)
 
     def emit(self, event: object) -> None:
-        """Queue an event for the handlers; any thread may call this."""
+        """Queue an event for the registered handlers; any thread may call this."""
         if self._happened is None or self._evaluates == threading.get_ident():
-            self._further.events.append(event)
+            self._follow_up.events.append(event)
         else:
             self._happened(event)
 
     def shut_down(self, reason: str) -> None:
-        """End the launch; any thread may call this."""
+        """Request the shutdown of the launch, with a reason; any thread may call this."""
         if self._happened is None or self._evaluates == threading.get_ident():
-            self._further.shutdown = reason
+            self._follow_up.shutdown = reason
         else:
             self._happened(ShutdownRequested(reason))
 
-    def connect(self, happened: Callable[[object], None]) -> None:
-        """Set the function to call with events of other threads."""
-        self._happened = happened
+    def connect(self, on_event: Callable[[object], None]) -> None:
+        """Set the function that takes events which other threads emit."""
+        self._happened = on_event
 
     def disconnect(self) -> None:
-        """Queue events of other threads until the next `connect`."""
+        """Keep events that other threads emit in the follow-up, until the next `connect`."""
         self._happened = None
 
     @contextmanager
@@ -398,57 +398,57 @@ class Evaluation:
 
     @property
     def wants_output(self) -> bool:
-        """Whether any handler receives the output of processes."""
+        """Whether any registered handler takes output events of processes."""
         return any(entry.handler.wants_output for entry in self._handlers)
 
-    def answer(self, event: object) -> FollowUp:
-        """Return the steps that follow from an event."""
+    def handle_event(self, event: object) -> FollowUp:
+        """Run the handlers of an event; return the steps that the supervisor is to execute."""
         if isinstance(event, ShutdownBegan):
             self.is_ending = True
         with self._evaluating(), self.context.answering(event):
             if isinstance(event, ProcessEvent) and not isinstance(event, ProcessOutput):
-                self._builder.tell(event)
+                self._builder.notify_action(event)
                 if isinstance(event, ProcessStarted) and event.was_saved:
-                    return self.take()
+                    return self.take_follow_up()
             for entry in tuple(self._handlers):
                 with self.context.at(entry.moment):
-                    self.show_environment()
+                    self.apply_environment()
                     self.run(tuple(entry.handler.respond(event, self)))
             if isinstance(event, SignalRequested):
-                self._further.signals += self._builder.signals(event)
+                self._follow_up.signals += self._builder.signals(event)
             elif isinstance(event, ShutdownRequested):
                 self.shut_down(event.reason)
-        return self.take()
+        return self.take_follow_up()
 
-    def fire(self, timer: LaunchTimer) -> FollowUp:
-        """Return the steps that follow from a timer."""
-        assert isinstance(timer, Later)
+    def handle_timer(self, timer: LaunchTimer) -> FollowUp:
+        """Run the steps of a launch timer; return the steps that the supervisor is to execute."""
+        assert isinstance(timer, TimedSteps)
         if not timer.is_cancelled():
             with self._evaluating(), self.context.at(timer.moment):
                 self.run(timer.steps)
-        return self.take()
+        return self.take_follow_up()
 
-    def take(self) -> FollowUp:
-        """Return the steps that were collected since the last call."""
-        further, self._further = self._further, FollowUp()
-        further.files, self._builder.files = self._builder.files, {}
-        return further
+    def take_follow_up(self) -> FollowUp:
+        """Return the collected follow-up (processes, timers, messages …), and begin a new one."""
+        follow_up, self._follow_up = self._follow_up, FollowUp()
+        follow_up.files, self._builder.files = self._builder.files, {}
+        return follow_up
 
-    def foreseen(self, further: FollowUp) -> Iterator[DryRun]:
-        """Evaluate the steps of timers and events in advance, as far as possible.
+    def dry_run(self, follow_up: FollowUp) -> Iterator[DryRun]:
+        """Evaluate in advance the steps of timers and handlers; yield a dry run for each.
 
         Args:
-            further: What was returned last.
+            follow_up: What was returned last.
         """
-        for _, timer in further.timers:
-            assert isinstance(timer, Later)
+        for _, timer in follow_up.timers:
+            assert isinstance(timer, TimedSteps)
             yield self._tried(f"after {timer.seconds:g} s", timer.steps, timer.moment)
         for handler, moment in self._handlers:
-            known = handler.foreseen()
+            known = handler.dry_run()
             if known is not None:
                 yield self._tried(*known, moment)
 
-    def _tried(self, when: str, steps: tuple[Step, ...], moment: Moment) -> DryRun:
+    def _tried(self, when: str, steps: tuple[Step, ...], moment: EvaluationPoint) -> DryRun:
         if self._trials >= DEEPEST_FORESIGHT:
             return DryRun(when, FollowUp(), LaunchError("so far ahead nothing is evaluated"), ())
         context = self.context.copy()
@@ -458,10 +458,10 @@ class Evaluation:
         trial._trials, trial._steps = self._trials + 1, self._steps
         trial.skips_missing = self.skips_missing
         error = None
-        with trial._evaluating(), context.at(Moment(moment.scope.copy(), moment.file)):
+        with trial._evaluating(), context.at(EvaluationPoint(moment.scope.copy(), moment.file)):
             try:
                 trial.run(steps)
             except TeleopctlError as failed:
                 error = failed
-        further = trial.take()
-        return DryRun(when, further, error, tuple(trial.foreseen(further)))
+        follow_up = trial.take_follow_up()
+        return DryRun(when, follow_up, error, tuple(trial.dry_run(follow_up)))

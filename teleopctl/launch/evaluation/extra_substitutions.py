@@ -1,4 +1,4 @@
-"""Substitutions that ROS 2 does not have.
+"""Substitutions of launch files that ROS 2 does not have: files, nodes, controllers, worlds.
 
 ``$(node-exists /name)`` asks the live graph, ``$(first-file A B …)`` is the first of some files
 that exists, ``$(file-param FILE NODE NAME DEFAULT)`` is what a parameter file says about a node,
@@ -39,8 +39,8 @@ def _first_file(arguments: Sequence[str], _: LaunchContext) -> str:
     raise LaunchError(f"there is no file {' nor '.join(arguments)}")
 
 
-def parameters_in(file: str) -> ParameterFile:
-    """Read a parameter file; its errors name that file instead of the launch file."""
+def read_parameters(file: str) -> ParameterFile:
+    """Read a parameter file; errors name the parameter file instead of the launch file."""
     from teleopctl.node import read_parameter_file
 
     path = resolve_uri(file).absolute()
@@ -53,7 +53,7 @@ def parameters_in(file: str) -> ParameterFile:
 
 def _file_parameter(arguments: Sequence[str], _: LaunchContext) -> str:
     file, node, name = arguments[:3]
-    parameters = parameters_in(file).for_node(f"/{node.lstrip('/')}")
+    parameters = read_parameters(file).for_node(f"/{node.lstrip('/')}")
     if name in parameters:
         return str(parameters[name])
     if len(arguments) > 3:
@@ -62,13 +62,13 @@ def _file_parameter(arguments: Sequence[str], _: LaunchContext) -> str:
 
 
 def file_controllers(arguments: Sequence[str], _: LaunchContext) -> str:
-    """Return the controllers whose types a parameter file sets, broadcasters first.
+    """Return the controllers that a parameter file defines, separated by spaces, in start order.
 
     A type stands below the controller manager's section or in a section of the controller's own;
     ROS 2's spawner reads both. A broadcaster only reads, so that states are seen before anything
     moves. A controller that commands another one, as the names of its joints say, comes after it.
     """
-    file = parameters_in(arguments[0])
+    file = read_parameters(arguments[0])
     namespace = arguments[1].rstrip("/") if len(arguments) > 1 else ""
     types = {
         name.removesuffix(_TYPE): str(value)
@@ -108,8 +108,8 @@ def _first_words(parameters: Mapping[str, object]) -> Iterator[str]:
                 yield text.partition("/")[0]
 
 
-def configures_any(file: ParameterFile) -> bool:
-    """Return whether a parameter file defines the type of any controller."""
+def defines_controllers(file: ParameterFile) -> bool:
+    """Return whether a parameter file sets the type of any controller."""
     return any(
         name == "type" or name.endswith(_TYPE)
         for _, parameters in file.sections
@@ -118,7 +118,7 @@ def configures_any(file: ParameterFile) -> bool:
 
 
 def namespaces_of_managers(file: ParameterFile) -> list[str]:
-    """Return the namespaces of the controller managers in a parameter file.
+    """Return the namespaces in which a parameter file has sections of controller managers.
 
     Sections with wildcards, which suit any, are not among them.
     """
@@ -127,7 +127,7 @@ def namespaces_of_managers(file: ParameterFile) -> list[str]:
 
 
 def _file_namespace(arguments: Sequence[str], _: LaunchContext) -> str:
-    return next(iter(namespaces_of_managers(parameters_in(arguments[0]))), "")
+    return next(iter(namespaces_of_managers(read_parameters(arguments[0]))), "")
 
 
 def _world_file(arguments: Sequence[str], _: LaunchContext) -> str:

@@ -1,4 +1,4 @@
-"""Parameters of a launched node: their types, and the file in which the node reads them."""
+"""Evaluation of node parameters in launch files: values, types, and generated parameter files."""
 
 from __future__ import annotations
 
@@ -35,17 +35,17 @@ def _represent_text(dumper: Any, text: str) -> yaml.ScalarNode:
 _QuotingDumper.add_representer(str, _represent_text)
 
 
-def infer(text: str) -> object:
-    """Parse a text as a YAML scalar or list of scalars; other texts stay texts.
+def infer_value(text: str) -> object:
+    """Convert a text to the YAML scalar or list that it denotes; other texts stay strings.
 
     ``24`` is an integer, ``1e-3`` a float, ``true`` a boolean, ``[1, 2]`` a list, ``'24'`` a text.
     """
     value = values.typed(text)
-    return unify(value) if isinstance(value, list) else value
+    return unify_types(value) if isinstance(value, list) else value
 
 
 def parameter_value(entry: ParameterEntry, context: LaunchContext) -> object:
-    """Evaluate the value of a parameter.
+    """Evaluate a parameter of a launch file to its typed value.
 
     Raises:
         TeleopctlError: It cannot be evaluated, is not of the type that is demanded, or is none that
@@ -61,18 +61,18 @@ def parameter_value(entry: ParameterEntry, context: LaunchContext) -> object:
 def _tree_value(tree: ParameterTree, type_name: str | None, context: LaunchContext) -> object:
     if isinstance(tree, list):
         item_type = type_name.removeprefix("list_of_") if type_name else None
-        return unify([_tree_value(item, item_type, context) for item in tree])
+        return unify_types([_tree_value(item, item_type, context) for item in tree])
     if isinstance(tree, Template):
         text = render(tree, context)
         with context.reading(tree):
-            return infer(text) if type_name is None else convert(text, type_name)
+            return infer_value(text) if type_name is None else convert(text, type_name)
     if type_name is None:
         return tree
     return convert(str(tree).lower() if isinstance(tree, bool) else str(tree), type_name)
 
 
 def convert(text: str, type_name: str) -> object:
-    """Convert a text to the type that ``type:`` names.
+    """Convert a text to the type that a parameter's ``type:`` names.
 
     Args:
         text: What the launch file says.
@@ -102,8 +102,8 @@ def convert(text: str, type_name: str) -> object:
 
 
 # Any: a parameter has one of nine types.
-def unify(items: list[Any]) -> list[Any]:
-    """Convert a list to one type: integers beside floats become floats.
+def unify_types(items: list[Any]) -> list[Any]:
+    """Convert the items of a list parameter to one type: integers beside floats become floats.
 
     Raises:
         LaunchError: When the items have types that do not go together.
@@ -118,7 +118,7 @@ def unify(items: list[Any]) -> list[Any]:
 
 
 def parameter_file(parameters: Iterable[tuple[str, object]]) -> str:
-    """Return a parameter file that applies to any node; later values override."""
+    """Return the YAML of a parameter file for any node; later parameters override earlier."""
     document = {"/**": {"ros__parameters": dict(parameters)}}
     text: str = yaml.dump(
         document, Dumper=_QuotingDumper, sort_keys=False, allow_unicode=True, width=2**20

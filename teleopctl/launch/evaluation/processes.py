@@ -1,4 +1,4 @@
-"""Process plans made from the ``node`` and ``executable`` actions of launch files."""
+"""Evaluation of ``node`` and ``executable`` actions to process plans."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from teleopctl.base.files import read_text
 from teleopctl.errors import LaunchError, TeleopctlError
 from teleopctl.launch.evaluation.context import LaunchContext
 from teleopctl.launch.evaluation.parameters import parameter_file, parameter_value
-from teleopctl.launch.evaluation.substitution import render, words_of
+from teleopctl.launch.evaluation.substitution import evaluated_words, render
 from teleopctl.launch.finding import is_builtin
 from teleopctl.launch.model import values
 from teleopctl.launch.model.descriptions import (
@@ -52,24 +52,24 @@ COMMANDS: Final[dict[str, tuple[str, ...]]] = {
 
 
 def find_command(name: str, path: str | None) -> str | None:
-    """Return the path of a program; its name if teleopctl replaces it, None if missing."""
+    """Return the path of a command; its name if teleopctl brings a replacement; None if missing."""
     return shutil.which(name, path=path) or (name if name in COMMANDS else None)
 
 
-def with_ours(words: Sequence[str], path: str | None) -> list[str]:
-    """Return a command line with teleopctl's own program, if the command is not installed."""
+def replace_missing_command(words: Sequence[str], path: str | None) -> list[str]:
+    """Return a command line; a missing Gazebo or ROS command is replaced by teleopctl's own."""
     name = words[0] if words else ""
     if name not in COMMANDS or shutil.which(name, path=path):
         return list(words)
     return [sys.executable, "-P", "-m", *COMMANDS[name], *words[1:]]
 
 
-def line_with_ours(line: str, path: str | None) -> str:
-    """Return a shell line with teleopctl's own program in its place, if it begins with one."""
+def replace_missing_shell_command(line: str, path: str | None) -> str:
+    """Return a shell line; a missing Gazebo or ROS command is replaced by teleopctl's own."""
     import shlex
 
     name, space, rest = line.lstrip().partition(" ")
-    ours = with_ours([name], path)
+    ours = replace_missing_command([name], path)
     return line if ours == [name] else f"{shlex.join(ours)}{space}{rest}"
 
 
@@ -84,7 +84,7 @@ Value = TypeVar("Value")
 
 
 class ProcessBuilder:
-    """Builds the process plans of a launch from its actions.
+    """Evaluates ``node`` and ``executable`` actions of a launch to process plans.
 
     Args:
         context: What substitutions look at.
@@ -104,7 +104,7 @@ class ProcessBuilder:
         self._request = request
 
     def copy(self, context: LaunchContext) -> ProcessBuilder:
-        """Return a builder with the same processes and another context."""
+        """Return a copy that knows the same processes and evaluates with another context."""
         other = ProcessBuilder(context, self._request)
         other.actions.update(self.actions)
         other._plans.update(self._plans)
@@ -112,7 +112,7 @@ class ProcessBuilder:
         return other
 
     def build(self, action: ProcessPart) -> ProcessPlan:
-        """Evaluate a ``node`` or ``executable`` to a process plan.
+        """Evaluate a ``node`` or ``executable`` action to a process plan.
 
         Raises:
             TeleopctlError: When the package, the program or a parameter file does not exist, or
@@ -169,7 +169,7 @@ class ProcessBuilder:
         return plan
 
     def build_component(self, part: ComponentPart) -> ComponentPlan:
-        """Evaluate a component to a plan; its parameter files are added to `files`.
+        """Evaluate a component to a plan for loading it; add its parameter files to `files`.
 
         Raises:
             TeleopctlError: A parameter file does not exist, or a value cannot be read.
@@ -198,18 +198,18 @@ class ProcessBuilder:
         )
 
     def plan_of_node(self, full_name: str) -> ProcessPlan | None:
-        """Return the process with a node of this name; None if there is none so far."""
+        """Return the plan of the process that runs a node, by the node's full name; or None."""
         return next((p for p in self._plans.values() if p.node_name == full_name), None)
 
-    def tell(self, event: ProcessEvent) -> None:
-        """Call the event callback of the action that a process was made from."""
+    def notify_action(self, event: ProcessEvent) -> None:
+        """Call the event callback of the action that an event's process was made from."""
         # A recorder is none of the launch file's.
         action = self.actions.get(event.plan.name)
         if action is not None and action.told is not None:
             action.told(event)
 
     def signals(self, event: SignalRequested) -> list[SignalPlan]:
-        """Return the signals for the processes that an event selects."""
+        """Return a signal to send to each process that a `SignalRequested` event selects."""
         return [
             SignalPlan(name, event.number)
             for name, action in self.actions.items()
@@ -237,7 +237,11 @@ class ProcessBuilder:
             raise LaunchError("'cmd': the command is empty")
         name = Path(command[0].split()[0] if shell else command[0]).name
         path = self._context.environment_value("PATH")
-        ours = [line_with_ours(command[0], path)] if shell else with_ours(command, path)
+        ours = (
+            [replace_missing_shell_command(command[0], path)]
+            if shell
+            else replace_missing_command(command, path)
+        )
         return "", name, "", ours
 
     def _ros_arguments(self, node: NodePart, process_name: str) -> tuple[list[str], str | None]:
@@ -340,7 +344,7 @@ class ProcessBuilder:
 
     def _warn(self, text: str, process_name: str) -> None:
         assert self._context.launch is not None
-        self._context.launch.say("WARNING", text, process_name)
+        self._context.launch.log("WARNING", text, process_name)
 
     def _parameter_value(self, entry: ParameterEntry) -> object:
         try:
@@ -410,7 +414,7 @@ class ProcessBuilder:
                 return [self._text(words)]
             with values.at_key(key):
                 words = split_command_line(words)
-        return [text for word in words for text in words_of(word, self._context)]
+        return [text for word in words for text in evaluated_words(word, self._context)]
 
     def _text(self, text: Template) -> str:
         return render(text, self._context)

@@ -26,10 +26,10 @@ from teleopctl.base.files import write_private
 from teleopctl.errors import InvalidDescriptionError, LaunchError, TeleopctlError, UsageError
 from teleopctl.launch.evaluation.context import LaunchContext
 from teleopctl.launch.evaluation.extra_substitutions import (
-    configures_any,
+    defines_controllers,
     file_controllers,
     namespaces_of_managers,
-    parameters_in,
+    read_parameters,
 )
 from teleopctl.launch.evaluation.substitution import Substitution, render
 from teleopctl.launch.model.template import Call, Template, TemplateError, parse
@@ -42,7 +42,7 @@ AS_DESCRIBED = "as_described"
 
 
 def file_and_mappings(words: Sequence[str]) -> tuple[Path, dict[str, str]]:
-    """Split the words of a substitution into description file and xacro arguments.
+    """Split words such as ``FILE name:=value`` into description file and xacro arguments.
 
     As on the command line of ``xacro``, the file may stand anywhere among them.
 
@@ -59,7 +59,7 @@ def file_and_mappings(words: Sequence[str]) -> tuple[Path, dict[str, str]]:
 
 
 def expand(words: Sequence[str], context: LaunchContext) -> str:
-    """Return the robot description of a xacro file with ``name:=value`` arguments.
+    """Return the URDF of a description file, expanded with ``name:=value`` arguments.
 
     Raises:
         TeleopctlError: An argument is something else, or the file cannot be expanded.
@@ -71,14 +71,14 @@ def _robot(words: Sequence[str], context: LaunchContext) -> str:
     from teleopctl.robot import with_mesh_paths
 
     file, mappings = file_and_mappings(words)
-    given = context.given_to_robot(file, mappings)
+    given = context.arguments_for_robot(file, mappings)
     return with_mesh_paths(context.robot_description(file, {**given, **mappings}), file.parent)
 
 
 def _robot_arguments(words: Sequence[str], context: LaunchContext) -> str:
     """YAML's flow list, which the parameter of the page's node is."""
     file, mappings = file_and_mappings(words)
-    arguments = {**context.given_to_robot(file, mappings), **mappings}
+    arguments = {**context.arguments_for_robot(file, mappings), **mappings}
     return json.dumps([f"{name}:={value}" for name, value in arguments.items()])
 
 
@@ -86,12 +86,12 @@ def _simulated_robot(words: Sequence[str], context: LaunchContext) -> str:
     text, remarks = with_hardware(words, context)
     if context.launch is not None:
         for remark in remarks:
-            context.launch.say("INFO", remark, "launch")
+            context.launch.log("INFO", remark, "launch")
     return text
 
 
 def with_hardware(words: Sequence[str], context: LaunchContext) -> tuple[str, tuple[str, ...]]:
-    """Return a robot description with the requested hardware, and remarks on the changes."""
+    """Return a robot's URDF with simulated or other hardware, and remarks on what was changed."""
     from teleopctl.robot import simulated
 
     file, hardware, *mappings = words
@@ -150,7 +150,7 @@ def _robot_remappings(words: Sequence[str], context: LaunchContext) -> str:
                 f"{', '.join(kept)}"
             )
         for remark in remarks:
-            context.launch.say("INFO", remark, "launch")
+            context.launch.log("INFO", remark, "launch")
     rules = _of_names(names, kept, namespace) if names else iter(kept)
     return " ".join(shlex.join(("-r", rule)) for rule in rules)
 
@@ -196,7 +196,7 @@ _COMMENT_LINE = re.compile(r"^[ \t]*#.*", re.MULTILINE)
 def _say(context: LaunchContext, *sentences: str) -> None:
     if context.launch is not None:
         for sentence in sentences:
-            context.launch.say("INFO", sentence, "launch")
+            context.launch.log("INFO", sentence, "launch")
 
 
 def _robot_controllers(words: Sequence[str], context: LaunchContext) -> str:
@@ -212,7 +212,7 @@ def _robot_controllers(words: Sequence[str], context: LaunchContext) -> str:
         if not resolve_uri(path).is_file():
             raise LaunchError(f"{robot[0]}: <plugin> of ros2_control: {_NO_FILE.format(path)}")
     own = resolve_uri(named[0]).absolute()
-    if not otherwise and not configures_any(parameters_in(str(own))):
+    if not otherwise and not defines_controllers(read_parameters(str(own))):
         # Those of the robot are loaded by launch files, from files that nothing here names.
         return str(_made_for(description, plugins, context, own))
     others = f"; not read: {', '.join(named[1:])}" if named[1:] else ""
@@ -331,7 +331,7 @@ def _arguments_of_robot(words: Sequence[str], context: LaunchContext) -> Mapping
     path, mappings = file_and_mappings(
         [file, *more] if hardware == AS_DESCRIBED else [file, f"hardware:={hardware}", *more]
     )
-    given = {**context.given_to_robot(path, mappings), **mappings}
+    given = {**context.arguments_for_robot(path, mappings), **mappings}
     taken = xacro_arguments(context.files_of_robot(path, given))
     plain = {name: value for name, value in taken.items() if value is not None and "$" not in value}
     return {**plain, **{name: given[name] for name in given if name in taken}}
@@ -345,7 +345,7 @@ def _robot_namespace(words: Sequence[str], context: LaunchContext) -> str:
     from teleopctl.robot import described_namespace
 
     *robot, controllers_file = words
-    file = parameters_in(controllers_file)
+    file = read_parameters(controllers_file)
     described = ""
     if "<namespace>" in with_hardware(robot, context)[0]:
         described = described_namespace(_described(robot, context)[0])
@@ -390,7 +390,7 @@ def _made_for(
     because, before = "No controllers_file is given or described", ""
     if own is not None:
         because, before = f"{own} configures none", f"{own.read_text('utf-8')}\n"
-        if any("update_rate" in values for _, values in parameters_in(str(own)).sections):
+        if any("update_rate" in values for _, values in read_parameters(str(own)).sections):
             del sections["/**/controller_manager"]["ros__parameters"]["update_rate"]
     text = yaml.safe_dump(sections, sort_keys=False)
     write_private(file, before + text)
@@ -402,7 +402,7 @@ def _made_for(
 def chosen_controllers(
     model: Path, arguments: Mapping[str, str], folder: Path
 ) -> ChosenControllers | None:
-    """Return a robot's controllers and parameters, as ``sim.yaml`` chooses them.
+    """Return the controllers and parameter file that ``sim.yaml`` would choose for a robot.
 
     Args:
         model: The robot's file.

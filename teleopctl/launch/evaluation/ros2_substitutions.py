@@ -1,4 +1,4 @@
-"""ROS 2's substitutions: what ``$(var x)``, ``$(find-pkg-share p)`` and so on mean.
+"""ROS 2's substitutions for launch files, such as ``$(var x)`` and ``$(find-pkg-share p)``.
 
 Their names stand in `teleopctl.plugins`; those of ours are in
 `teleopctl.launch.evaluation.extra_substitutions`.
@@ -17,7 +17,7 @@ from teleopctl.base.files import read_text
 from teleopctl.errors import LaunchError, did_you_mean
 from teleopctl.launch.evaluation.context import LaunchContext
 from teleopctl.launch.evaluation.parameters import parameter_value
-from teleopctl.launch.evaluation.processes import find_command, with_ours
+from teleopctl.launch.evaluation.processes import find_command, replace_missing_command
 from teleopctl.launch.evaluation.robot_substitutions import expand
 from teleopctl.launch.evaluation.substitution import Substitution, render
 from teleopctl.launch.model import values
@@ -134,7 +134,7 @@ def _command(arguments: Sequence[str], context: LaunchContext) -> str:
     if _is_plain_xacro(words):
         # What every launch file in the world does; it needs no xacro on the PATH here.
         return expand(words[1:], context)
-    words = with_ours(words, context.environment_value("PATH"))
+    words = replace_missing_command(words, context.environment_value("PATH"))
     on_stderr = arguments[1] if len(arguments) > 1 else "fail"
     if on_stderr not in ("fail", "ignore", "warn", "capture"):
         raise LaunchError(

@@ -1,4 +1,4 @@
-"""What ``$(name argument …)`` in a launch file means, whoever brings the substitution."""
+"""Base class of substitutions in launch files, and their evaluation."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from teleopctl.base.budget import BudgetError
 from teleopctl.base.printable import shortened
 from teleopctl.errors import LaunchError, TeleopctlError, UnknownPluginError
 from teleopctl.launch.evaluation.context import LaunchContext
-from teleopctl.launch.model.action import exposed_substitutions, look_for_strangers
+from teleopctl.launch.model.action import exposed_substitutions, load_launch_extensions
 from teleopctl.launch.model.template import Call, ComputedText, Template
 
 
 class Substitution:
-    """Base of substitutions, such as ``$(find-pkg-share …)``.
+    """Base of substitutions, such as ``$(find-pkg-share …)``: a function from arguments to text.
 
     Args:
         function: Makes the text from the evaluated arguments and the launch's context. What it
@@ -39,7 +39,7 @@ class Substitution:
         self.words = words
 
     def evaluate(self, call: Call, context: LaunchContext) -> str:
-        """Return the text of a substitution.
+        """Evaluate the arguments of a substitution's call, and return the resulting text.
 
         Raises:
             LaunchError: It has the wrong number of arguments, or fails.
@@ -54,7 +54,7 @@ class Substitution:
             raise LaunchError(f"{call.source}: {type(error).__name__}: {error}") from error
 
     def arguments(self, call: Call, context: LaunchContext) -> list[str]:
-        """Return the evaluated arguments of a substitution."""
+        """Return the arguments of a substitution's call, evaluated."""
         return [render(argument.template, context) for argument in call.arguments]
 
     def _check_count(self, call: Call) -> None:
@@ -68,7 +68,7 @@ class Substitution:
 
 
 def render(template: Template, context: LaunchContext) -> str:
-    """Evaluate a text with substitutions.
+    """Return the text of a template with all substitutions evaluated.
 
     Raises:
         TeleopctlError: When a substitution is unknown, has the wrong number of arguments or fails,
@@ -82,8 +82,8 @@ def render(template: Template, context: LaunchContext) -> str:
     return text
 
 
-def words_of(word: Template, context: LaunchContext) -> list[str]:
-    """Evaluate one word of a command line; some substitutions give several words.
+def evaluated_words(word: Template, context: LaunchContext) -> list[str]:
+    """Return the evaluated words of one word of a command line; some substitutions give several.
 
     Raises:
         TeleopctlError: As for `render`.
@@ -103,7 +103,7 @@ def _evaluate(call: Call | ComputedText, context: LaunchContext) -> str:
         substitution: Substitution = plugins.load(plugins.LAUNCH_SUBSTITUTIONS, call.name)
     except UnknownPluginError as error:
         if call.name not in exposed_substitutions:
-            look_for_strangers()
+            load_launch_extensions()
         if call.name in exposed_substitutions:
             return render(exposed_substitutions[call.name](call), context)
         raise LaunchError(

@@ -1,4 +1,4 @@
-"""One process of a launch: start, output, signals, end."""
+"""One process of a launch: start, output, signals and exit status."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _LONGEST_LINE = 1 << 16
 
 
 class OutputStream:
-    """Pipe of one output stream of a process.
+    """Pipe or pseudo-terminal for one output stream of a child process.
 
     Attributes:
         written: The file descriptor that the process gets.
@@ -37,13 +37,13 @@ class OutputStream:
         self._read: int | None = read
 
     def read(self) -> IO[bytes]:
-        """Return the read end of the pipe; the caller closes it."""
+        """Open the end from which the child's output is read; the caller closes the file."""
         assert self._read is not None
         read, self._read = self._read, None
         return os.fdopen(read, "rb")
 
     def close(self) -> None:
-        """Close the write end of the pipe, and the read end unless it was taken."""
+        """Close the child's end in this process, and the reading end unless `read` took it."""
         os.close(self.written)
         if self._read is not None:
             os.close(self._read)
@@ -51,7 +51,7 @@ class OutputStream:
 
 @contextmanager
 def stream(*, as_terminal: bool = False) -> Iterator[OutputStream]:
-    """Open a stream for the block in which the process is started."""
+    """Open a pipe, or a pseudo-terminal, for the ``with`` block in which a child is started."""
     opened = OutputStream(*_terminal()) if as_terminal else OutputStream(*os.pipe())
     try:
         yield opened
@@ -69,7 +69,7 @@ def _terminal() -> tuple[int, int]:
 
 
 def lines(pipe: IO[bytes]) -> Iterator[bytes]:
-    """Yield the lines that a process writes; very long ones in parts."""
+    """Yield the lines that a process writes to a pipe; lines beyond 64 KiB come in parts."""
     while True:
         try:
             line = pipe.readline(_LONGEST_LINE)
@@ -90,7 +90,7 @@ _ENDED_BY_TERMINATION = frozenset({128 + signal.SIGTERM, -signal.SIGTERM})
 
 
 class Child:
-    """A running or ended process of a launch.
+    """A process of a launch: not yet started, running or ended.
 
     Args:
         plan: What to start.
@@ -124,7 +124,7 @@ class Child:
 
     @property
     def pid(self) -> int | None:
-        """Process id, also after the end; None before the first start."""
+        """Process id, also after the process has ended; None before the first start."""
         return None if self._process is None else self._process.pid
 
     @property
@@ -144,25 +144,25 @@ class Child:
 
     @property
     def was_signalled(self) -> bool:
-        """Whether the launch sent the process a signal to end."""
+        """Whether the launch has sent a signal to the process since its last start."""
         return bool(self._signals_sent)
 
     @property
     def is_ready(self) -> bool:
-        """Whether the process has reported in its progress file that it is ready."""
+        """Whether the process has written to its progress file that it is ready."""
         said = progress.read(self.log_file)
         return said is not None and said.state == progress.READY
 
     @property
-    def ended_well(self) -> bool:
-        """Whether the process ended with status 0 or because it was signalled to end."""
+    def ended_cleanly(self) -> bool:
+        """Whether the process ended with status 0, by Ctrl-C, or after a signal of the launch."""
         status = self.exit_status
         if status == 0 or status in _ENDED_BY_INTERRUPT:
             return True
         return self.was_signalled and status in _ENDED_BY_TERMINATION
 
     def start(self) -> None:
-        """Start the process; its output is read from `attend` on.
+        """Start the process; its output is not read before `relay_output` is called.
 
         Raises:
             OSError: It cannot be started.
@@ -192,10 +192,10 @@ class Child:
                 **_own_group(),
             )
             self._pipes = (out.read(), err.read())
-        self._log = LogFile(self.log_file, partial(self._screen.say, "WARNING", "launch"))
+        self._log = LogFile(self.log_file, partial(self._screen.log, "WARNING", "launch"))
 
-    def attend(self) -> None:
-        """Relay the process's output until its end, on another thread."""
+    def relay_output(self) -> None:
+        """Start to relay the process's output to log and screen, until the process ends."""
         threading.Thread(
             target=self._attend,
             args=(self._process, self._log),
@@ -204,7 +204,7 @@ class Child:
         ).start()
 
     def signal(self, number: signal.Signals) -> None:
-        """Send a signal to the process group."""
+        """Send a signal to the process and its descendants, if the process is running."""
         process = self._process
         if process is None or process.poll() is not None:
             return
@@ -247,8 +247,8 @@ class Child:
         return LogFile(self.log_file.with_name(f"{self.plan.name}-{stream}.log"))
 
 
-def reason_of(error: OSError | ValueError) -> str:
-    """Return the reason why a process cannot be started."""
+def start_error_text(error: OSError | ValueError) -> str:
+    """Return in words why a process could not be started."""
     if isinstance(error, OSError) and error.strerror:
         return f"{error.strerror}: {error.filename}" if error.filename else error.strerror
     return str(error)

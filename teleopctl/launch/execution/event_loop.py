@@ -19,7 +19,7 @@ _LONGEST_WAIT_S = 0.2 if os.name == "nt" else None
 
 
 class EventLoop:
-    """Queue of functions and timers, called one after the other on one thread."""
+    """Queue of functions and timed functions that one thread calls one after the other."""
 
     def __init__(self) -> None:
         # SimpleQueue may be filled from a signal handler, other queues may not.
@@ -29,20 +29,20 @@ class EventLoop:
 
     @property
     def is_empty(self) -> bool:
-        """Return whether no function is queued; timers do not count."""
+        """Whether no function is queued; timed functions do not count."""
         return self._events.empty()
 
     def put(self, function: Callable[[], None]) -> None:
-        """Queue a function; threads and signal handlers may call this."""
+        """Queue a function; other threads and signal handlers may call this."""
         self._events.put(function)
 
     def after(self, seconds: float, function: Callable[[], None]) -> None:
-        """Call a function after a delay; only the loop's own thread may call this."""
+        """Call a function after a delay in seconds; only the loop's own thread may call this."""
         due = time.monotonic() + seconds
         heapq.heappush(self._timers, (due, next(self._numbers), function))
 
     def handle_next(self) -> None:
-        """Wait for the next function or timer and call it."""
+        """Wait for the next queued or timed function, and call the function."""
         timeout = _LONGEST_WAIT_S
         if self._timers:
             left = max(0.0, self._timers[0][0] - time.monotonic())
@@ -61,7 +61,7 @@ _SOON_S = 30.0
 
 
 class Timers:
-    """Pending timers and service calls of a launch.
+    """Pending timers and background work, such as service calls, that a launch waits for.
 
     Args:
         loop: Where their ends are told.
@@ -84,51 +84,51 @@ class Timers:
         self._numbers = itertools.count()
         # When what waits for a timer is to come, in monotonic seconds.
         self._due: dict[int, tuple[float, LaunchTimer]] = {}
-        self._works = 0
-        self._asking = 0
+        self._running_works = 0
+        self._service_calls = 0
 
     def __bool__(self) -> bool:
         """Whether there is something to wait for."""
-        self._forget(lambda timer: timer.is_cancelled())
-        return bool(self._due or self._works)
+        self._drop_timers(lambda timer: timer.is_cancelled())
+        return bool(self._due or self._running_works)
 
     def pending(self) -> int:
-        """Return the number of timers that are due soon and of pending service calls.
+        """Return how many service calls are running and how many timers fire within 30 s.
 
         Any thread may ask.
         """
         soon = time.monotonic() + _SOON_S
-        return self._asking + sum(due <= soon for due, _ in tuple(self._due.values()))
+        return self._service_calls + sum(due <= soon for due, _ in tuple(self._due.values()))
 
     def add(self, seconds: float, timer: LaunchTimer) -> None:
-        """Start a timer."""
+        """Start a timer; ``fire`` is called with the timer after a delay in seconds."""
         number = next(self._numbers)
         self._due[number] = (time.monotonic() + seconds, timer)
-        self._loop.after(seconds, partial(self._time_has_come, number))
+        self._loop.after(seconds, partial(self._timer_due, number))
 
     def begin(self, work: Work) -> None:
-        """Start work, and wait for its end."""
-        self._works += 1
-        self._asking += isinstance(work, CallSequence)
-        work.begin(lambda error: self._loop.put(partial(self._has_ended, work, error)))
+        """Start background work; ``ended`` is called on the event loop when the work ends."""
+        self._running_works += 1
+        self._service_calls += isinstance(work, CallSequence)
+        work.begin(lambda error: self._loop.put(partial(self._work_ended, work, error)))
         self._on_change()
 
     def shut_down(self) -> None:
-        """Cancel all timers that the shutdown does not wait for."""
-        self._forget(lambda timer: not timer.outlives_shutdown)
+        """Cancel all timers except those that outlive the shutdown of the launch."""
+        self._drop_timers(lambda timer: not timer.outlives_shutdown)
 
-    def _forget(self, is_forgotten: Callable[[LaunchTimer], bool]) -> None:
+    def _drop_timers(self, is_dropped: Callable[[LaunchTimer], bool]) -> None:
         self._due = {
-            number: entry for number, entry in self._due.items() if not is_forgotten(entry[1])
+            number: entry for number, entry in self._due.items() if not is_dropped(entry[1])
         }
 
-    def _time_has_come(self, number: int) -> None:
+    def _timer_due(self, number: int) -> None:
         entry = self._due.pop(number, None)
         if entry is not None:
             self._fire(entry[1])
 
-    def _has_ended(self, work: Work, error: TeleopctlError | None) -> None:
-        self._works -= 1
-        self._asking -= isinstance(work, CallSequence)
+    def _work_ended(self, work: Work, error: TeleopctlError | None) -> None:
+        self._running_works -= 1
+        self._service_calls -= isinstance(work, CallSequence)
         self._on_change()
         self._ended(error)

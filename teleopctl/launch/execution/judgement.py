@@ -1,4 +1,4 @@
-"""Which processes of a launch are up, and what has gone wrong first.
+"""Assessment of a launch's processes: which are up, which wait, and which failed first.
 
 Three things are known of a process: whether it runs, whether its node stands in the graph, and what
 it says of itself (`teleopctl.base.progress`). A node's session is not known before it speaks. Where
@@ -27,8 +27,8 @@ _TAIL_LINES = 15
 _OUTLIVES_AFTER_S = 1.0
 
 
-class Up(NamedTuple):
-    """Processes that are up, and those that wait for a topic without publishers.
+class UpProcesses(NamedTuple):
+    """Processes of a launch that are up, and those that wait for a topic without publishers.
 
     Attributes:
         names: Those that are up or have done their work, with their nodes' names where known.
@@ -40,16 +40,16 @@ class Up(NamedTuple):
 
 
 class Failure(NamedTuple):
-    """Time, process and reason of a failure."""
+    """First failure of a process: time, process name and text."""
 
     time: float
     name: str
     text: str
 
 
-def what_is_up(
+def find_up_processes(
     statuses: Sequence[ProcessStatus], new_nodes: Mapping[str, list[str]], graph: Graph
-) -> Up:
+) -> UpProcesses:
     """Return which processes are up, by their nodes in the graph and their progress files.
 
     Args:
@@ -69,7 +69,7 @@ def what_is_up(
         if words.state == progress.WAITING and not graph.publishers(words.detail):
             waiting[name] = words.detail
         del up[name]
-    return Up(up, waiting)
+    return UpProcesses(up, waiting)
 
 
 def _stays(process: ProcessStatus, said: progress.Progress | None) -> bool:
@@ -113,8 +113,8 @@ def _outlived_its_start(process: ProcessStatus) -> bool:
     return not 0.0 <= age_s < _OUTLIVES_AFTER_S  # below 0 the clock has been set
 
 
-def signs_of_progress(log_file: Path) -> object:
-    """Return a value that changes as a starting process makes progress.
+def progress_marker(log_file: Path) -> object:
+    """Return an object that differs after a starting process has made progress.
 
     A program that never reports is judged by its output. Of one that does, output tells nothing:
     it may repeat every ten seconds that it waits.
@@ -128,8 +128,8 @@ def signs_of_progress(log_file: Path) -> object:
         return said
 
 
-def present_work(log_file: Path) -> str:
-    """Return what a starting process reports that it does or waits for; empty for nothing."""
+def reported_step(log_file: Path) -> str:
+    """Return the step that a starting process reports in its progress file; empty for none."""
     said = progress.read(log_file)
     if said is None or not said.detail:
         return ""
@@ -139,7 +139,7 @@ def present_work(log_file: Path) -> str:
 
 
 def addresses(statuses: Sequence[ProcessStatus]) -> list[Address]:
-    """Return the addresses at which processes serve pages and Foxglove."""
+    """Return the addresses of web pages and Foxglove servers that processes report as ready."""
     from teleopctl.base.token_file import Address
 
     said = [progress.read(Path(process.log_file)) for process in statuses]
@@ -151,7 +151,7 @@ def addresses(statuses: Sequence[ProcessStatus]) -> list[Address]:
 
 
 def first_failure(statuses: Sequence[ProcessStatus]) -> Failure | None:
-    """Return the earliest failure of the processes; None if there is none."""
+    """Return the earliest failure among processes of a launch; None if there is none."""
     failures: list[Failure] = []
     for process in statuses:
         log_file = Path(process.log_file)
@@ -167,12 +167,12 @@ def first_failure(statuses: Sequence[ProcessStatus]) -> Failure | None:
 
 
 def refusal_text(error: TeleopctlError) -> str:
-    """Return the line with which a launch in the background is refused."""
+    """Return the log line for a launch that could not be evaluated in the background."""
     return f"[ERROR] [launch]: {error}\n"
 
 
-def how_it_ended(exit_status: int | None) -> str:
-    """Return how a process ended, such as ``exited 1`` or ``killed by SIGSEGV``."""
+def describe_exit(exit_status: int | None) -> str:
+    """Return the end of a process in words, such as ``exited 1`` or ``killed by SIGSEGV``."""
     if exit_status is None:
         return "killed"
     if exit_status >= 0:
@@ -184,7 +184,7 @@ def how_it_ended(exit_status: int | None) -> str:
 
 
 def log_tail(log_file: Path, lines: int = _TAIL_LINES) -> str:
-    """Return the last lines of a log, indented, or a note that it is empty."""
+    """Return the last lines of a log file, indented, or a note that there are none."""
     try:
         text = log_file.read_text(encoding="utf-8", errors="replace")
     except OSError as error:

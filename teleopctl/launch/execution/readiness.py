@@ -1,4 +1,4 @@
-"""Waits until what was started in the background is up, or until the first thing goes wrong."""
+"""Wait until the nodes of a background process or launch are up, or until one fails."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ from teleopctl.errors import LaunchError, TeleopctlError
 from teleopctl.launch.execution import status
 from teleopctl.launch.execution.judgement import (
     addresses,
+    find_up_processes,
     first_failure,
     log_tail,
-    present_work,
+    progress_marker,
     refusal_text,
-    signs_of_progress,
-    what_is_up,
+    reported_step,
 )
 from teleopctl.launch.execution.status import ProcessStatus
 from teleopctl.wire import Graph, GraphWatcher, close_session, open_session, query_graph
@@ -42,7 +42,7 @@ _SETTLED_AFTER_S = 0.5
 
 
 class NewNodes:
-    """Watches the graph for nodes that appear after the object was made.
+    """Watcher of the ROS graph for nodes that appear after this object was created.
 
     Raises:
         RouterNotRunning: There is no router to ask.
@@ -72,7 +72,7 @@ class NewNodes:
         close_session(self._session)
 
     def names_by_session(self, graph: Graph) -> dict[str, list[str]]:
-        """Return the full names of the new nodes for each new session."""
+        """Return the full names of new nodes in a graph, grouped by Zenoh session."""
         found: dict[str, list[str]] = {}
         for node in graph.nodes:
             if node.zid not in self._known_sessions and not node.is_hidden:
@@ -80,12 +80,12 @@ class NewNodes:
         return found
 
     def wait_for_change(self, seen: Graph) -> Graph:
-        """Wait until the graph has changed, or a moment; return it."""
+        """Wait until the graph differs from ``seen``, at most 50 ms; return the present graph."""
         self._watcher.wait_for(lambda graph: graph is not seen, timeout_s=_LOOK_EVERY_S)
         return self._watcher.snapshot()
 
     def snapshot(self) -> Graph:
-        """Return the present graph."""
+        """Return the present ROS graph."""
         return self._watcher.snapshot()
 
 
@@ -98,8 +98,8 @@ class RunningLaunch(Protocol):
     def pending(self) -> int:
         """Return the number of timers that are due soon."""
 
-    def tell(self, level: str, text: str, shown: str | None = None) -> None:
-        """Log a line; an error makes the launch fail; see `Supervisor.tell`."""
+    def log(self, level: str, text: str, shown: str | None = None) -> None:
+        """Log a line in the launch's name; level ERROR makes the launch fail."""
 
 
 class _Settled:
@@ -109,7 +109,7 @@ class _Settled:
         self._since: float | None = None
 
     def holds(self, condition: bool) -> bool:
-        """Return whether a condition has held long enough."""
+        """Return whether a condition has been true for half a second."""
         now = time.monotonic()
         if not condition:
             self._since = None
@@ -135,7 +135,7 @@ class _Wait:
         self._shown_at_s = 0.0
 
     def look(self, signs: object, pids: Iterable[int], starting: Iterable[str]) -> str:
-        """Update the progress; return the reason to stop waiting, or an empty text.
+        """Record signs of progress; return why to stop waiting, or an empty text to wait on.
 
         Args:
             signs: See `ProgressMonitor.update`.
@@ -164,7 +164,7 @@ def wait_for_node(
     timeouts: StartTimeouts,
     show: Callable[[str], None],
 ) -> list[str]:
-    """Wait until a node started in the background is up.
+    """Wait until a node started in the background is up; return the full names of its nodes.
 
     Args:
         new_nodes: Made before the start.
@@ -200,10 +200,10 @@ def wait_for_node(
         waits = state == progress.WAITING and not graph.publishers(said.detail if said else "")
         if nodes and (state in (progress.STARTED, progress.READY) or settled.holds(waits)):
             return nodes
-        work = present_work(record.log_file)
+        work = reported_step(record.log_file)
         if not work:
             work = "" if nodes else "its node has not appeared"
-        signs = (signs_of_progress(record.log_file), nodes)
+        signs = (progress_marker(record.log_file), nodes)
         if reason := wait.look(signs, [record.pid], [_with_work(record.name, work)]):
             raise LaunchError(
                 f"{reason}\n{log_tail(record.log_file)}", hint=f"It goes on. {hint} {_LONGER}"
@@ -219,7 +219,7 @@ def wait_for_launch(
     timeouts: StartTimeouts,
     show: Callable[[str], None],
 ) -> None:
-    """Wait until all nodes of a launch in the background are up.
+    """Wait until all processes of a background launch are up, and report each.
 
     Args:
         new_nodes: Made before the start.
@@ -251,7 +251,7 @@ def wait_for_launch(
                 warn(warning)
         statuses = published or []
         failure = first_failure(statuses)
-        up = what_is_up(statuses, new_nodes.names_by_session(graph), graph)
+        up = find_up_processes(statuses, new_nodes.names_by_session(graph), graph)
         names = dict(up.names)
         all_here = len(names) + len(up.waiting) == len(statuses)
         if settled.holds(all_here and bool(up.waiting) and failure is None):
@@ -261,7 +261,7 @@ def wait_for_launch(
                 reported.add(process.name)
                 on_up(process, names[process.name])
         if failure is not None:
-            status.mark_told(folder, failure.name)
+            status.mark_death_shown(folder, failure.name)
             rest = f"The rest of the launch goes on; `teleopctl stop {record.name}` ends it."
             raise LaunchError(failure.text, hint=None if launch_ended else rest)
         pending = status.pending(folder)
@@ -309,9 +309,9 @@ def _signs(
 ) -> object:
     """What differs after a launch has got on."""
     if published is None:
-        return signs_of_progress(record.log_file)
+        return progress_marker(record.log_file)
     states = [(process.name, process.pid, process.state) for process in published]
-    return states, pending, [signs_of_progress(Path(process.log_file)) for process in starting]
+    return states, pending, [progress_marker(Path(process.log_file)) for process in starting]
 
 
 def _workers(
@@ -339,12 +339,12 @@ def _what_starts(
                 process.name,
                 f"nobody publishes {waiting[process.name]}"
                 if process.name in waiting
-                else present_work(Path(process.log_file)),
+                else reported_step(Path(process.log_file)),
             )
             for process in starting
         ]
     rest = "timers of the launch file, or components to be loaded"
-    return [_with_work(record.name, rest if pending else present_work(record.log_file))]
+    return [_with_work(record.name, rest if pending else reported_step(record.log_file))]
 
 
 def _with_work(name: str, work: str) -> str:
@@ -352,8 +352,8 @@ def _with_work(name: str, work: str) -> str:
 
 
 @contextmanager
-def tell_when_up(new_nodes: NewNodes, launch: RunningLaunch) -> Iterator[None]:
-    """Report once, while the block runs, what is up or what keeps it from being up.
+def report_when_up(new_nodes: NewNodes, launch: RunningLaunch) -> Iterator[None]:
+    """While the block runs, log once that the launch is up, or which process failed.
 
     Args:
         new_nodes: Made before the start.
@@ -367,12 +367,12 @@ def tell_when_up(new_nodes: NewNodes, launch: RunningLaunch) -> Iterator[None]:
         while not ended.is_set():
             now = launch.statuses()
             failure = first_failure(now)
-            up = what_is_up(now, new_nodes.names_by_session(graph), graph)
+            up = find_up_processes(now, new_nodes.names_by_session(graph), graph)
             complete = len(up.names) + len(up.waiting) == len(now)
             if failure is not None:
                 # A death has been told by the launch itself.
                 if not any(process.state == "died" for process in now):
-                    launch.tell("ERROR", failure.text)
+                    launch.log("ERROR", failure.text)
                 return
             if complete and not launch.pending() and (not up.waiting or settled.holds(True)):
                 running = [process for process in now if process.state == "running"]
@@ -380,7 +380,7 @@ def tell_when_up(new_nodes: NewNodes, launch: RunningLaunch) -> Iterator[None]:
                     text, pages = _what_is_up_now(running), addresses(running)
                     lines = [f"  The robot in your browser: {each.url}" for each in pages]
                     shown = [f"  {each.announcement}" for each in pages]
-                    launch.tell("INFO", "\n".join([text, *lines]), "\n".join([text, *shown]))
+                    launch.log("INFO", "\n".join([text, *lines]), "\n".join([text, *shown]))
                 return
             graph = new_nodes.wait_for_change(graph)
 

@@ -1,4 +1,4 @@
-"""Processes that are started again because what they are made from was saved."""
+"""Restarts of a launch's processes after a change of their source files (``launch --watch``)."""
 
 from __future__ import annotations
 
@@ -11,21 +11,21 @@ from teleopctl.launch.execution import status
 from teleopctl.launch.execution.child import Child
 from teleopctl.launch.execution.event_loop import EventLoop
 from teleopctl.launch.execution.screen import Screen
-from teleopctl.launch.execution.termination import Ending, Interrupts
+from teleopctl.launch.execution.termination import LaunchSignals, ProcessTerminator
 from teleopctl.launch.model.plan import ProcessPlan
 
 _LAUNCH = "launch"
 
 
 class Watcher(Protocol):
-    """Interface of the watcher that requests restarts when sources are saved."""
+    """Interface of a watcher that restarts processes when their source files are saved."""
 
-    def take_in(self, plans: Iterable[ProcessPlan]) -> None:
+    def watch_sources(self, plans: Iterable[ProcessPlan]) -> None:
         """Watch the source files of further processes."""
 
 
 class Restarts:
-    """Restarts processes without exit events, so that ``respawn`` and handlers do not act.
+    """Restarts processes of a launch after a change of their source files.
 
     So neither ``respawn`` nor ``on_exit`` nor a handler of the launch file answers a restart. What
     dies after one waits for the next save, since the last one may have broken it.
@@ -36,7 +36,7 @@ class Restarts:
         loop: The loop on which all this is called, but for `call`.
         screen: Where it is said what happens.
         interrupts: The signals that end the launch.
-        ending: Makes processes end.
+        terminator: Terminates processes.
         start: Starts one.
     """
 
@@ -47,8 +47,8 @@ class Restarts:
         *,
         loop: EventLoop,
         screen: Screen,
-        interrupts: Interrupts,
-        ending: Ending,
+        interrupts: LaunchSignals,
+        terminator: ProcessTerminator,
         start: Callable[[Child], None],
     ) -> None:
         self._children = children
@@ -56,48 +56,48 @@ class Restarts:
         self._loop = loop
         self._screen = screen
         self._interrupts = interrupts
-        self._ending = ending
+        self._terminator = terminator
         self._start = start
         self._watcher: Watcher | None = None
-        # What is ending, with what comes in its place, and what has come so.
+        # The processes that end for a restart, with their new plans, and those restarted so far.
         self._due: dict[Child, ProcessPlan] = {}
         self._made: set[Child] = set()
         self._said_what_it_waits_for = False
 
     def watch(self, watcher: Watcher) -> None:
-        """Watch the processes' source files; the launch then does not end by itself."""
+        """Start to watch the processes' source files; the launch then runs until a shutdown."""
         self._watcher = watcher
-        self.take_in(self.plans())
+        self.watch_sources(self.plans())
 
-    def take_in(self, plans: Iterable[ProcessPlan]) -> None:
-        """Watch the source files of further processes."""
+    def watch_sources(self, plans: Iterable[ProcessPlan]) -> None:
+        """Watch the source files of further processes, if source files are watched."""
         if self._watcher is not None:
-            self._watcher.take_in(plans)
+            self._watcher.watch_sources(plans)
 
     def close(self) -> None:
-        """Stop restarting, because the launch ends."""
+        """Stop watching and restarting, because the launch shuts down."""
         self._watcher = None
         self._due.clear()
         self._made.clear()
 
     def call(self, function: Callable[[], None]) -> None:
-        """Call a function on the event loop while the launch runs; any thread may call this."""
+        """Call a function on the event loop, unless the launch shuts down; thread-safe."""
         self._loop.put(lambda: None if self._watcher is None else function())
 
-    def say(self, level: str, text: str) -> None:
+    def log(self, level: str, text: str) -> None:
         """Log a line in the launch's name."""
-        self._screen.say(level, _LAUNCH, text)
+        self._screen.log(level, _LAUNCH, text)
 
     def evaluating(self) -> AbstractContextManager[None]:
-        """Allow a signal to leave the block, in which a launch file's own code runs."""
-        return self._interrupts.stopping_what_takes_long()
+        """Let signals interrupt the ``with`` block, in which code of a launch file runs."""
+        return self._interrupts.interruptible()
 
     def plans(self) -> list[ProcessPlan]:
-        """Return the plans of the launch's processes."""
+        """Return the plans of all processes of the launch."""
         return [child.plan for child in self._children]
 
     def restart(self, plan: ProcessPlan) -> None:
-        """Restart a process with a new plan.
+        """End a process, and start it again with a new plan.
 
         One that has ended is started, one that a person has stopped stays so.
         """
@@ -106,32 +106,32 @@ class Restarts:
             return
         if child.is_running:
             self._due[child] = plan
-            self._ending.ask(child)
+            self._terminator.terminate(child)
         else:
             self._begin(child, plan)
 
-    def answers_end_of(self, child: Child) -> bool:
-        """Start a process again if it ended for a restart; return whether that is so."""
+    def restart_ended(self, child: Child) -> bool:
+        """Start a process again if it ended for a restart; return whether that was so."""
         plan = self._due.pop(child, None)
         if plan is None:
             return False
         self._begin(child, plan)
         return True
 
-    def keeps_dead(self, child: Child) -> bool:
-        """Return whether a dead process waits for the next save."""
+    def waits_for_save(self, child: Child) -> bool:
+        """Return whether a process that died after a restart waits for the next save."""
         if child not in self._made:
             return False
-        self.say("INFO", f"{child.plan.name} waits for the next save")
+        self.log("INFO", f"{child.plan.name} waits for the next save")
         return True
 
-    def keep_launch(self) -> bool:
-        """Return whether the launch continues, to wait for saved sources, with no process left."""
+    def keeps_launch_alive(self) -> bool:
+        """Return whether the launch continues without processes, to wait for a save."""
         if self._watcher is None:
             return False
         if not self._said_what_it_waits_for:
             self._said_what_it_waits_for = True
-            self.say("INFO", "everything has ended; what is saved starts again, Ctrl-C ends this")
+            self.log("INFO", "everything has ended; what is saved starts again, Ctrl-C ends this")
         return True
 
     def _begin(self, child: Child, plan: ProcessPlan) -> None:

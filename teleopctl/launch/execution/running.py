@@ -1,4 +1,4 @@
-"""Everything that runs in the background: single nodes, launches, and what the launches started."""
+"""Nodes, launches and processes of launches in the background: list, find and stop them."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from teleopctl.base import background, interrupts, progress
 from teleopctl.base.background import ProcessRecord
 from teleopctl.errors import NotFoundError, did_you_mean
 from teleopctl.launch.execution import status
-from teleopctl.launch.execution.judgement import how_it_ended
+from teleopctl.launch.execution.judgement import describe_exit
 
 # In seconds, before each harder signal.
 _PATIENCE_S = 5.0
@@ -21,7 +21,7 @@ _LAUNCH_PATIENCE_S = 12.0
 
 
 class Running(NamedTuple):
-    """A background process with its record.
+    """A process in the background or of a launch, with its record and state.
 
     Attributes:
         record: Name, pid, start time, command and log file.
@@ -29,7 +29,7 @@ class Running(NamedTuple):
         node_name: Full name of its node where a launch file gives it, or None.
         is_alive: Whether it still runs; what a launch started is kept while the launch runs.
         ending: How and when it ended where `died` found it, such as ``exited 1, 3 s ago``.
-        is_told: Whether the command that started it has told why it died.
+        is_death_shown: Whether the command that started it has told why it died.
     """
 
     record: ProcessRecord
@@ -37,18 +37,18 @@ class Running(NamedTuple):
     node_name: str | None = None
     is_alive: bool = True
     ending: str = ""
-    is_told: bool = False
+    is_death_shown: bool = False
 
     @property
     def qualified_name(self) -> str:
-        """Name of the process, with the launch's name if it has one."""
+        """Name of the process, after the launch's name and a slash if a launch started it."""
         return f"{self.launch.name}/{self.record.name}" if self.launch else self.record.name
 
 
 def running(
     folder: Path | None = None, *, include_ended: bool = False, include_foreground: bool = False
 ) -> list[Running]:
-    """Return the background processes, each launch before its processes.
+    """Return the processes in the background, each launch followed by its processes.
 
     Args:
         folder: The runtime folder that has their records; by default the user's.
@@ -71,7 +71,7 @@ def running(
 
 
 def died(folder: Path | None = None) -> list[Running]:
-    """Return the background processes that died since they were up.
+    """Return processes in the background that ended unexpectedly after they were up.
 
     That is nodes of their own, and those of launches that still run or that ended with them.
     """
@@ -90,7 +90,7 @@ def died(folder: Path | None = None) -> list[Running]:
             process.node_name,
             is_alive=False,
             ending=_ending(process.exit_status, process.ended_at),
-            is_told=status.is_told(status.folder_of(launch), process.name),
+            is_death_shown=status.is_death_shown(status.folder_of(launch), process.name),
         )
         for launch in launches.values()
         for process in status.read(status.folder_of(launch)) or ()
@@ -99,7 +99,7 @@ def died(folder: Path | None = None) -> list[Running]:
 
 
 def forget_died(entry: Running) -> None:
-    """Remove the records of an ended process or launch."""
+    """Remove the record of an ended process, or of its launch if that has ended too."""
     record = entry.launch or entry.record
     if not background.is_alive(record):
         background.forget(record)
@@ -108,16 +108,16 @@ def forget_died(entry: Running) -> None:
 def _ending_of(record: ProcessRecord) -> str:
     said = progress.read(record.log_file)
     if said is None or said.exit_status is None:
-        return how_it_ended(None)
+        return describe_exit(None)
     return _ending(said.exit_status, said.time)
 
 
 def _ending(exit_status: int | None, ended_at: float) -> str:
-    return f"{how_it_ended(exit_status)}, {duration(time.time() - ended_at)} ago"
+    return f"{describe_exit(exit_status)}, {duration(time.time() - ended_at)} ago"
 
 
 def duration(seconds: float) -> str:
-    """Return a duration for display: ``3 s``, ``2m05s``, ``1h02m``."""
+    """Return a duration in words: ``3 s``, ``2m05s``, ``1h02m``."""
     whole = max(0, int(seconds))
     minutes, hours = whole // 60, whole // 3600
     if hours:
@@ -138,8 +138,10 @@ def _orphans(folder: Path | None) -> list[Running]:
             if process.state == "running" and background.is_alive(process.record())
         ]
         # Whoever watched a launch has seen what died in it.
-        is_told = launch.kind == background.FOREGROUND_LAUNCH
-        if not alive and (is_told or not any(process.state == "died" for process in statuses)):
+        is_death_shown = launch.kind == background.FOREGROUND_LAUNCH
+        if not alive and (
+            is_death_shown or not any(process.state == "died" for process in statuses)
+        ):
             background.forget(launch)
         found.extend(alive)
     return found
@@ -148,7 +150,7 @@ def _orphans(folder: Path | None) -> list[Running]:
 def find_running(
     name: str, *, include_ended: bool = False, include_foreground: bool = False
 ) -> list[Running]:
-    """Find background processes by name.
+    """Return the processes in the background with a name: of the record, node or executable.
 
     A name is that of a record, ``exec-N`` or ``launch/exec-N`` of what a launch started, its
     executable's, or its node's.
@@ -169,8 +171,8 @@ def find_running(
     raise NotFoundError(f"Nothing named '{name}' runs in the background", hint=hint)
 
 
-def how_to_end(node_names: Collection[str]) -> str:
-    """Return how running nodes can be stopped, as the end of a sentence."""
+def how_to_stop(node_names: Collection[str]) -> str:
+    """Return the end of a sentence that says how to stop the processes of running nodes."""
     owners = {
         owner.pid: owner
         for entry in running(include_foreground=True)
@@ -194,14 +196,14 @@ def _ctrl_c(launch: ProcessRecord) -> str:
 
 
 def stop_running(record: ProcessRecord) -> None:
-    """Stop a background process: SIGINT, then harder signals."""
+    """Stop a background process by SIGINT, then by SIGTERM and SIGKILL if needed."""
     is_launch = record.kind == background.LAUNCH
     background.stop(record, patience_s=_LAUNCH_PATIENCE_S if is_launch else _PATIENCE_S)
 
 
 @contextmanager
 def started_in_background(start: Callable[[], ProcessRecord]) -> Iterator[ProcessRecord]:
-    """Start a process in the background, and stop it again on Ctrl-C in the block.
+    """Start a process in the background; on Ctrl-C in the ``with`` block, stop it again.
 
     Args:
         start: Starts it and returns at once.
@@ -222,7 +224,7 @@ def started_in_background(start: Callable[[], ProcessRecord]) -> Iterator[Proces
 
 
 def newest_log(name: str) -> Path | None:
-    """Return the last log of an ended background process, or None."""
+    """Return the newest log file of a background process by its name; None if there is none."""
     if not name or any(character in name for character in "/\\*?["):
         return None
     logs = background.logs_dir().glob(f"{name}-[0-9]*.log")

@@ -1,4 +1,4 @@
-"""Lines that a launch writes to the terminal and to its log: format, colours, prefixes."""
+"""Lines that a launch writes to the terminal and to its log file: formats, colours, prefixes."""
 
 from __future__ import annotations
 
@@ -33,8 +33,8 @@ _RESET = b"\x1b[0m"
 _OF_PROCESSES = (30, 133, 64, 63, 130, 31, 163, 28, 98, 29)
 
 
-def own_line(level: str, name: str, text: str) -> bytes:
-    """Return a line of the launch itself, ``[INFO] [camera-4]: …``, coloured.
+def launch_line(level: str, name: str, text: str) -> bytes:
+    """Return a coloured line that the launch itself logs, ``[INFO] [camera-4]: …``.
 
     Args:
         level: Its level.
@@ -50,8 +50,8 @@ def own_line(level: str, name: str, text: str) -> bytes:
     )
 
 
-def relayed_line(name: str, line: bytes) -> bytes:
-    """Return a line of a process, with the process's name in front, coloured."""
+def process_line(name: str, line: bytes) -> bytes:
+    """Return a line of a process with the process's name in front, coloured."""
     text = line.removesuffix(b"\n")
     match = _LOG_LINE.match(text)
     if match is not None:
@@ -80,7 +80,7 @@ _LEVELS = {"DEBUG": 10, "INFO": 20, "WARNING": 30, "ERROR": 40, "CRITICAL": 50}
 
 
 class LineFormat:
-    """Format of log lines: ROS 2's, unless an environment variable sets another.
+    """Format of a launch's log lines, which an environment variable can override.
 
     Args:
         names: Formats that have a name; the first is ``default``.
@@ -93,7 +93,7 @@ class LineFormat:
         self.reset()
 
     def reset(self) -> None:
-        """Restore the default format."""
+        """Set the default format, or that of the environment variable."""
         self._text = self._names["default"]
         self._formatter: Formatter | None = None
         if os.environ.get(self._variable):
@@ -101,11 +101,11 @@ class LineFormat:
 
     @property
     def is_default(self) -> bool:
-        """Whether the format is the default."""
+        """Whether the format is ROS 2's default."""
         return self._text == self._names["default"]
 
     def choose(self, text: str, style: Style | None = None) -> None:
-        """Set the format.
+        """Set the format by name or as a format string; the environment variable has precedence.
 
         Args:
             text: One that has a name, or one of Python's ``logging``.
@@ -124,11 +124,11 @@ class LineFormat:
         self._formatter = None if self.is_default else _formatter(self._text, style or "{")
 
     def formatter(self) -> Formatter:
-        """Return the format as a formatter of Python's logging."""
+        """Return the format as a formatter for Python's ``logging``."""
         return self._formatter or _formatter(self._text, "{")
 
     def line(self, level: str, name: str, message: str) -> str:
-        """Return a formatted line, without line break."""
+        """Return a log line in this format, without line break."""
         if self._formatter is None:
             return self._text.format(
                 levelname=level, name=name, message=message, created=time.time()
@@ -160,7 +160,7 @@ _BEGIN = 60
 
 
 class Screen:
-    """Writes lines to the terminal and the log file; thread-safe.
+    """Writer of a launch's lines to the terminal and the log file; thread-safe.
 
     A screen that is full or gone costs lines and nothing else, see
     `teleopctl.base.output.outlive_output`.
@@ -175,8 +175,8 @@ class Screen:
         self._lock = threading.Lock()
         self._log = None if log_file is None else LogFile(log_file)
 
-    def say(self, level: str, name: str, text: str, *, in_short: str | None = None) -> None:
-        """Write a line of the launch itself, ``[INFO] [launch]: …``.
+    def log(self, level: str, name: str, text: str, *, in_short: str | None = None) -> None:
+        """Write a line of the launch itself, ``[INFO] [launch]: …``, to the log and the terminal.
 
         Args:
             level: Its level.
@@ -189,12 +189,12 @@ class Screen:
             self._log.write(f"{LOG_FORMAT.line(level, name, text)}\n".encode(errors="replace"))
             text = in_short or text
         if self._coloured and SCREEN_FORMAT.is_default:
-            self._write(own_line(level, name, text))
+            self._write(launch_line(level, name, text))
         else:
             self._write(f"{SCREEN_FORMAT.line(level, name, text)}\n".encode(errors="replace"))
 
     def relay(self, name: str, line: bytes, *, shown: bool, kept: bool) -> None:
-        """Write a line of a process, as ROS 2's launch does.
+        """Write a line of a process to the log and the terminal, as selected, with a prefix.
 
         Args:
             name: The process.
@@ -205,7 +205,7 @@ class Screen:
         if kept and self._log is not None:
             self._log.write(f"{time.time():.7f} ".encode() + _prefixed(name, line))
         if shown:
-            self._write(relayed_line(name, line) if self._coloured else _prefixed(name, line))
+            self._write(process_line(name, line) if self._coloured else _prefixed(name, line))
 
     def close(self) -> None:
         """Close the log file."""
@@ -219,7 +219,7 @@ class Screen:
 
 
 def in_short(argument: str) -> str:
-    """Return an argument of a command line, shortened if it is as long as a robot description."""
+    """Return a command-line argument, shortened if longer than 300 characters."""
     if len(argument) <= _LONGEST_ARGUMENT:
         return argument
     begin = " ".join(argument[:_BEGIN].split())

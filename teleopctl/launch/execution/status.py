@@ -1,4 +1,4 @@
-"""Status files by which a launch reports the state of its processes.
+"""Status files of a launch: state of each process, warnings, and why a launch was refused.
 
 They lie beside the launch's plan. ``ps``, ``logs`` and ``stop`` read them, and so does the command
 that started the launch while it waits for the nodes.
@@ -33,7 +33,7 @@ State = Literal["waiting", "running", "finished", "stopped", "died"]
 
 
 class ProcessStatus(NamedTuple):
-    """State of one process of a launch, as its status file has it.
+    """State of one process of a launch, as stored in the status file.
 
     Attributes:
         name: ``exec-N``.
@@ -63,7 +63,7 @@ class ProcessStatus(NamedTuple):
     ends_by_itself: bool
 
     def record(self) -> ProcessRecord:
-        """Return the process as a background record."""
+        """Return name, pid, command and log file of the process as a background record."""
         return ProcessRecord(
             self.name,
             self.pid,
@@ -75,13 +75,13 @@ class ProcessStatus(NamedTuple):
 
 
 def status_of(child: Child, start: StartTime) -> ProcessStatus:
-    """Return the state of a child process."""
+    """Return the present state of a child process."""
     state: State = "waiting"
     if child.is_running:
         state = "running"
     elif child.exit_status is not None:
         state = "died"
-        if child.ended_well:
+        if child.ended_cleanly:
             state = "stopped" if child.was_signalled else "finished"
     return ProcessStatus(
         name=child.plan.name,
@@ -99,7 +99,7 @@ def status_of(child: Child, start: StartTime) -> ProcessStatus:
 
 
 def write(folder: Path, statuses: Iterable[ProcessStatus], pending: int) -> None:
-    """Replace the status file of a launch atomically.
+    """Replace the status file in a launch's log folder atomically.
 
     Args:
         folder: The launch's log folder.
@@ -115,7 +115,7 @@ def write(folder: Path, statuses: Iterable[ProcessStatus], pending: int) -> None
 
 
 def read(folder: Path) -> list[ProcessStatus] | None:
-    """Read the status file of a launch; None if there is none yet."""
+    """Return the processes in a launch's status file; None if there is no valid file."""
     try:
         entries = _document(folder)["processes"]
         return [
@@ -126,7 +126,7 @@ def read(folder: Path) -> list[ProcessStatus] | None:
 
 
 def pending(folder: Path) -> int:
-    """Read the number of a launch's timers that are due soon."""
+    """Return the number of due timers and service calls in a launch's status file."""
     try:
         return int(_document(folder)["pending"])
     except (OSError, ValueError, LookupError, TypeError):
@@ -140,12 +140,12 @@ def _document(folder: Path) -> dict[str, Any]:
 
 
 def write_warnings(folder: Path, warnings: list[str]) -> None:
-    """Write the warnings of a launch's evaluation for the command that waits for the launch."""
+    """Write warnings about a launch file, for the command that waits for the launch."""
     write_private(folder / _WARNINGS_FILE, json.dumps(warnings))
 
 
 def read_warnings(folder: Path) -> list[str]:
-    """Read the warnings of a launch's evaluation."""
+    """Return the warnings that `write_warnings` has written; empty without a file."""
     try:
         warnings: list[str] = json.loads((folder / _WARNINGS_FILE).read_text(encoding="utf-8"))
     except (OSError, ValueError):
@@ -154,7 +154,7 @@ def read_warnings(folder: Path) -> list[str]:
 
 
 def write_refusal(folder: Path, error: TeleopctlError) -> None:
-    """Write the reason why a launch cannot be evaluated, for the command that waits for it."""
+    """Write the error of a launch that cannot be evaluated, for the command that waits for it."""
     told = {
         "class": type(error).__name__,
         "message": error.message,
@@ -166,7 +166,7 @@ def write_refusal(folder: Path, error: TeleopctlError) -> None:
 
 
 def read_refusal(folder: Path) -> TeleopctlError | None:
-    """Read the reason why a launch cannot be evaluated; None if it can."""
+    """Return the error that `write_refusal` has written; None without a file."""
     try:
         told = json.loads((folder / _REFUSAL_FILE).read_text(encoding="utf-8"))
         kind: type[TeleopctlError] = getattr(errors, told["class"], TeleopctlError)
@@ -179,34 +179,34 @@ def read_refusal(folder: Path) -> TeleopctlError | None:
 
 
 def folder_of(launch: ProcessRecord) -> Path:
-    """Return the log folder of a launch in the background."""
+    """Return the log folder of a launch from its background record."""
     return Path(launch.command[-1]).parent
 
 
 def mark_stopped(folder: Path, name: str) -> None:
-    """Mark a process as stopped by the user, so that it is not restarted."""
+    """Record that the user stopped a process, so that ``respawn`` does not restart it."""
     with contextlib.suppress(OSError):
         (folder / f"{_STOP_PREFIX}{name}").touch()
 
 
 def is_marked_stopped(folder: Path, name: str) -> bool:
-    """Return whether a user stopped a process."""
+    """Return whether the user stopped a process."""
     return (folder / f"{_STOP_PREFIX}{name}").exists()
 
 
-def mark_told(folder: Path, name: str) -> None:
-    """Mark that the user has seen why a process died."""
+def mark_death_shown(folder: Path, name: str) -> None:
+    """Record that the reason of a process's death was shown to the user."""
     with contextlib.suppress(OSError):
         (folder / f"{_TOLD_PREFIX}{name}").touch()
 
 
-def is_told(folder: Path, name: str) -> bool:
-    """Return whether the user has seen why a process died."""
+def is_death_shown(folder: Path, name: str) -> bool:
+    """Return whether the reason of a process's death was shown to the user."""
     return (folder / f"{_TOLD_PREFIX}{name}").exists()
 
 
 def command_text(command: Iterable[str]) -> str:
-    """Return a command line with shell quoting."""
+    """Return a command line as one text with shell quoting."""
     return shlex.join(command)
 
 
@@ -214,18 +214,18 @@ def command_text(command: Iterable[str]) -> str:
 _TRY_AGAIN_AFTER_S = 1.0
 
 
-class Launched(Protocol):
-    """Interface of a running launch, for its status file."""
+class LaunchStatus(Protocol):
+    """Interface of a running launch whose status file is written."""
 
     def statuses(self) -> list[ProcessStatus]:
-        """Return the state of each process."""
+        """Return the state of each process of the launch."""
 
     def pending(self) -> int:
-        """Return the number of timers that are due soon."""
+        """Return how many service calls are running and how many timers fire soon."""
 
 
-class PublishedStatus:
-    """Writes the status file of one launch.
+class StatusWriter:
+    """Writer of a launch's status file, which tries again later if the disk is full.
 
     Args:
         folder: The launch's log folder.
@@ -233,14 +233,14 @@ class PublishedStatus:
         launch: Is asked for what to write.
     """
 
-    def __init__(self, folder: Path, loop: EventLoop, launch: Launched) -> None:
+    def __init__(self, folder: Path, loop: EventLoop, launch: LaunchStatus) -> None:
         self._folder = folder
         self._loop = loop
         self._launch = launch
         self._is_late = False
 
     def publish(self) -> None:
-        """Write the status file, now or soon."""
+        """Write the launch's present state to the status file, or try again after a second."""
         try:
             write(self._folder, self._launch.statuses(), self._launch.pending())
         except OSError:

@@ -1,4 +1,4 @@
-"""Starts the processes of a plan, relays what they write, and stops them in order.
+"""Supervisor of a launch: starts processes, relays their output, handles events, shuts down.
 
 One thread decides: everything that happens reaches it through a queue, in the order in which it
 happened. Ctrl-C becomes SIGINT for each process, SIGTERM after 5 s and SIGKILL after another 5 s.
@@ -14,12 +14,12 @@ from functools import partial
 from teleopctl.base.background import StartTime, start_of
 from teleopctl.errors import TeleopctlError
 from teleopctl.launch.execution import status
-from teleopctl.launch.execution.child import Child, reason_of
+from teleopctl.launch.execution.child import Child, start_error_text
 from teleopctl.launch.execution.event_loop import EventLoop, Timers
 from teleopctl.launch.execution.restarts import Restarts
 from teleopctl.launch.execution.screen import Screen, in_short
-from teleopctl.launch.execution.status import ProcessStatus, PublishedStatus
-from teleopctl.launch.execution.termination import STEPS, Ending, Interrupts
+from teleopctl.launch.execution.status import ProcessStatus, StatusWriter
+from teleopctl.launch.execution.termination import STEPS, LaunchSignals, ProcessTerminator
 from teleopctl.launch.model.events import (
     ProcessExited,
     ProcessOutput,
@@ -41,7 +41,7 @@ _LOOK_EVERY_S = 0.02
 
 
 class Supervisor:
-    """Runs the processes of a launch plan.
+    """Runs the processes of a launch plan until all have ended or a shutdown is requested.
 
     Args:
         plan: What to start; its log folder and files have been written.
@@ -50,7 +50,7 @@ class Supervisor:
             alone.
         coloured: Whether levels and names of processes are coloured on the screen.
         debug: Whether to say which events come.
-        log_name: Name of the file with all output, without its ending.
+        log_name: Name of the file with all output, without its suffix.
 
     Attributes:
         restarts: Starts again what is saved, where somebody watches that.
@@ -70,14 +70,14 @@ class Supervisor:
         self._plan = plan
         self._respondent = respondent
         self._loop = EventLoop()
-        self._published = PublishedStatus(plan.log_directory, self._loop, self)
+        self._published = StatusWriter(plan.log_directory, self._loop, self)
         self._timers = Timers(
-            self._loop, self._published.publish, self._time_has_come, self._work_ended
+            self._loop, self._published.publish, self._timer_fired, self._work_ended
         )
         log_file = None if in_background else plan.log_directory / f"{log_name}.log"
         self._screen = Screen(log_file, coloured=coloured)
-        self._ending = Ending(self._loop, self._screen)
-        self._interrupts = Interrupts(self._loop, self._asked_to_end, self._hurry)
+        self._terminator = ProcessTerminator(self._loop, self._screen)
+        self._interrupts = LaunchSignals(self._loop, self._shutdown_requested, self._send_to_all)
         self._children: list[Child] = []
         self.restarts = Restarts(
             self._children,
@@ -85,7 +85,7 @@ class Supervisor:
             loop=self._loop,
             screen=self._screen,
             interrupts=self._interrupts,
-            ending=self._ending,
+            terminator=self._terminator,
             start=self._start_again,
         )
         # Those of which something is still to come, and of these those whose process was started.
@@ -103,42 +103,42 @@ class Supervisor:
         self._failed = self._failed_itself = False
 
     def statuses(self) -> list[ProcessStatus]:
-        """Return the state of each process; any thread may call this."""
+        """Return the state of each process of the launch; any thread may call this."""
         return [
             status.status_of(child, self._starts.get(index, StartTime()))
             for index, child in enumerate(tuple(self._children))
         ]
 
     def pending(self) -> int:
-        """Return the number of timers that are due soon; any thread may call this."""
+        """Return how many service calls are running and how many timers fire soon."""
         return self._timers.pending()
 
-    def tell(self, level: str, text: str, shown: str | None = None) -> None:
-        """Log a line in the launch's name; any thread may call this. An error makes it fail.
+    def log(self, level: str, text: str, shown: str | None = None) -> None:
+        """Log a line in the launch's name; level ERROR makes the launch fail; thread-safe.
 
         Args:
             level: Its level.
             text: What the log keeps.
             shown: What the screen shows, such as an address with its token; by default the same.
         """
-        self._loop.put(lambda: self._told(level, text, shown))
+        self._loop.put(lambda: self._log_now(level, text, shown))
 
-    def _told(self, level: str, text: str, shown: str | None) -> None:
+    def _log_now(self, level: str, text: str, shown: str | None) -> None:
         self._failed = self._failed or level == "ERROR"
         if not self._shutting_down:
             self._say(level, text, shown=shown)
 
     def run(self) -> int:
-        """Run until every process has ended.
+        """Run the launch until every process has ended, and return the exit status.
 
         Returns:
             What became of it, as an exit status: 1 when a process died, 128 and the number of the
             signal that ended it, such as 130 after Ctrl-C, otherwise 0.
         """
         try:
-            with self._interrupts.heard():
+            with self._interrupts.handling():
                 self._start()
-                while self._is_going_on() or self._has_come_to_rest():
+                while self._has_work() or self._becomes_idle():
                     self._loop.handle_next()
         except BaseException:
             # Nobody else would end them.
@@ -154,7 +154,7 @@ class Supervisor:
 
     @property
     def ros2_exit_status(self) -> int:
-        """Exit status as of ``ros2 launch``, which does not depend on its processes.
+        """Exit status of ``ros2 launch``: 0 also when processes died or after Ctrl-C, else 1.
 
         1 when the launch itself failed, or a signal other than Ctrl-C ended it; otherwise 0.
         """
@@ -183,7 +183,7 @@ class Supervisor:
                 log_file,
                 self._screen,
                 lambda child: self._loop.put(lambda: self._exited(child)),
-                self._wrote,
+                self._output_written,
             )
         )
         self._expected.add(index)
@@ -191,10 +191,10 @@ class Supervisor:
             self._companions.add(index)
         return index
 
-    def _is_going_on(self) -> bool:
-        return bool(self._expected or self._timers) or self.restarts.keep_launch()
+    def _has_work(self) -> bool:
+        return bool(self._expected or self._timers) or self.restarts.keeps_launch_alive()
 
-    def _has_come_to_rest(self) -> bool:
+    def _becomes_idle(self) -> bool:
         """Tell those who wait for the end that nothing is left; return whether that led to more."""
         if self._loop.is_empty and not self._shutting_down:
             self._shut_down("idle")
@@ -211,7 +211,7 @@ class Supervisor:
         for index in range(len(self._children)):
             if index not in self._companions:
                 self._start_child(index)
-        self._go_on(replace(self._plan.start, messages=[], files={}, processes=[]))
+        self._execute(replace(self._plan.start, messages=[], files={}, processes=[]))
 
     def _start_again(self, child: Child) -> None:
         index = self._children.index(child)
@@ -230,21 +230,21 @@ class Supervisor:
         except (OSError, ValueError) as error:
             self._failed = True
             self._expected.discard(index)
-            text = f"process failed to start: {reason_of(error)}"
-            self._screen.say("ERROR", child.plan.name, text)
+            text = f"process failed to start: {start_error_text(error)}"
+            self._screen.log("ERROR", child.plan.name, text)
             if child.plan.shutdown_on_exit:
                 self._required_ended(child)
-            self._lost_before_the_others(index)
+            self._companion_lost(index)
         else:
-            self._screen.say("INFO", child.plan.name, f"process started with pid [{child.pid}]")
-            child.attend()
+            self._screen.log("INFO", child.plan.name, f"process started with pid [{child.pid}]")
+            child.relay_output()
             self._live.add(index)
             assert child.pid is not None
             self._starts[index] = start_of(child.pid)
             self._respond(ProcessStarted(child.plan, child.pid, was_saved))
         self._published.publish()
 
-    def _wrote(self, child: Child, line: bytes, is_stdout: bool) -> None:
+    def _output_written(self, child: Child, line: bytes, is_stdout: bool) -> None:
         """Tell those who want to know it what a process has written; on that one's threads."""
         if self._respondent is not None and self._respondent.wants_output:
             event = ProcessOutput(child.plan, child.pid or 0, line, is_stdout)
@@ -254,11 +254,11 @@ class Supervisor:
         if self._debug:
             self._say("DEBUG", f"processing event: '{event}'")
         if self._respondent is not None:
-            self._take_further(partial(self._respondent.answer, event))
+            self._execute_follow_up(partial(self._respondent.handle_event, event))
 
-    def _time_has_come(self, timer: LaunchTimer) -> None:
+    def _timer_fired(self, timer: LaunchTimer) -> None:
         if self._respondent is not None:
-            self._take_further(partial(self._respondent.fire, timer))
+            self._execute_follow_up(partial(self._respondent.handle_timer, timer))
         self._end_companions()
         self._published.publish()
 
@@ -267,72 +267,72 @@ class Supervisor:
             self._fail(str(error))
         self._end_companions()
 
-    def _take_further(self, ask: Callable[[], FollowUp]) -> None:
-        further = None
+    def _execute_follow_up(self, ask: Callable[[], FollowUp]) -> None:
+        follow_up = None
         try:
-            with self._interrupts.stopping_what_takes_long():
-                further = ask()
+            with self._interrupts.interruptible():
+                follow_up = ask()
         except TeleopctlError as error:
             self._fail(str(error))
-        if further is not None:
-            self._go_on(further)
+        if follow_up is not None:
+            self._execute(follow_up)
 
     def _fail(self, text: str) -> None:
         self._failed = self._failed_itself = True
         self._say("ERROR", f"Caught exception in launch: {text}")
         self._shut_down(text)
 
-    def _show(self, further: FollowUp) -> None:
-        for level, logger, message in further.messages:
-            self._screen.say(level, logger, message)
+    def _show(self, follow_up: FollowUp) -> None:
+        for level, logger, message in follow_up.messages:
+            self._screen.log(level, logger, message)
 
-    def _go_on(self, further: FollowUp) -> None:
+    def _execute(self, follow_up: FollowUp) -> None:
         """Do what an event has led to."""
-        self._show(further)
+        self._show(follow_up)
         try:
-            further.write_files()
+            follow_up.write_files()
         except OSError as error:
             self._fail(f"Cannot write {error.filename}: {error.strerror}")
             return
-        for event in further.events:
+        for event in follow_up.events:
             self._loop.put(partial(self._respond, event))
-        for request in further.signals:
+        for request in follow_up.signals:
             for child in self._children:
                 if child.plan.name == request.process and child.is_running:
-                    self._ending.send(request, child)
+                    self._terminator.send(request, child)
         if not self._shutting_down:
             # All of them are known before the first one starts, whose start may lead to more.
-            indices = [self._add(process) for process in further.processes]
-            self.restarts.take_in(further.processes)
+            indices = [self._add(process) for process in follow_up.processes]
+            self.restarts.watch_sources(follow_up.processes)
             for index in indices:
                 self._start_child(index)
-            for seconds, timer in further.timers:
+            for seconds, timer in follow_up.timers:
                 self._timers.add(seconds, timer)
-            for work in further.works:
+            for work in follow_up.works:
                 self._timers.begin(work)
-        if further.shutdown is not None:
-            self._shut_down(further.shutdown)
+        if follow_up.shutdown is not None:
+            self._shut_down(follow_up.shutdown)
 
     def _exited(self, child: Child) -> None:
         index = self._children.index(child)
         self._live.discard(index)
-        if self.restarts.answers_end_of(child):
+        if self.restarts.restart_ended(child):
             return
-        if child.ended_well:
-            self._screen.say(
+        if child.ended_cleanly:
+            self._screen.log(
                 "INFO", child.plan.name, f"process has finished cleanly [pid {child.pid}]"
             )
         else:
             # Of those that were made to end, some have their own way of doing so.
             self._failed = self._failed or self._interrupts.first is None
             died = f"process has died [pid {child.pid}, exit code {child.exit_status}, cmd '%s']."
-            self._screen.say(
+            self._screen.log(
                 "ERROR",
                 child.plan.name,
                 died % " ".join(child.plan.command),
                 in_short=died % " ".join(map(in_short, child.plan.command)),
             )
-            if self.restarts.keeps_dead(child):
+            if self.restarts.waits_for_save(child):
                 self._expected.discard(index)
                 self._end_companions()
                 self._published.publish()
@@ -346,11 +346,11 @@ class Supervisor:
             self._expected.discard(index)
             if child.plan.shutdown_on_exit and not self._shutting_down:
                 self._required_ended(child)
-            self._lost_before_the_others(index)
+            self._companion_lost(index)
         self._end_companions()
         self._published.publish()
 
-    def _lost_before_the_others(self, index: int) -> None:
+    def _companion_lost(self, index: int) -> None:
         """Start nothing that somebody wants to be accompanied and that cannot be."""
         if index in self._companions and not self._others_were_started:
             self._shut_down(f"{self._children[index].plan.name} has ended")
@@ -359,7 +359,7 @@ class Supervisor:
         """Ask those that accompany the others to end, once there is nobody left to accompany."""
         if self._expected <= self._companions and not self._timers:
             for index in sorted(self._companions & self._live):
-                self._ending.ask(self._children[index])
+                self._terminator.terminate(self._children[index])
 
     def _respawns(self, child: Child) -> bool:
         plan = child.plan
@@ -374,14 +374,14 @@ class Supervisor:
         self._say("INFO", text)
         self._shut_down(text)
 
-    def _asked_to_end(self, reason: str, by_interrupt: bool) -> bool:
+    def _shutdown_requested(self, reason: str, by_interrupt: bool) -> bool:
         if self._shutting_down:
             return False
         self._say("WARNING", reason)
         self._shut_down(reason, by_interrupt=by_interrupt)
         return True
 
-    def _hurry(self, reason: str, number: signal.Signals) -> None:
+    def _send_to_all(self, reason: str, number: signal.Signals) -> None:
         self._say("WARNING", reason)
         for child in self._children:
             child.signal(number)
@@ -397,9 +397,9 @@ class Supervisor:
         # What waits for its start, or for its next one, is not started any more.
         self._expected &= self._live
         for index in sorted(self._live - self._companions):
-            self._ending.ask(self._children[index])
+            self._terminator.terminate(self._children[index])
         self._end_companions()
         self._published.publish()
 
     def _say(self, level: str, text: str, *, shown: str | None = None) -> None:
-        self._screen.say(level, _LAUNCH, text, in_short=shown)
+        self._screen.log(level, _LAUNCH, text, in_short=shown)

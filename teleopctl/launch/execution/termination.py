@@ -1,4 +1,4 @@
-"""Termination of a launch: signals that it receives, and those that it sends to processes."""
+"""Termination of a launch: signals that it receives, and those that it sends to its processes."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ STEPS = (signal.SIGINT, signal.SIGTERM, getattr(signal, "SIGKILL", signal.SIGTER
 """The signals, each harder than the one before."""
 
 
-class Ending:
-    """Ends processes by signals of increasing force.
+class ProcessTerminator:
+    """Terminator of child processes: SIGINT, and after timeouts SIGTERM and SIGKILL.
 
     Args:
         loop: The loop on which this is called.
@@ -32,8 +32,8 @@ class Ending:
         self._loop = loop
         self._screen = screen
 
-    def ask(self, child: Child) -> None:
-        """Send a process SIGINT, and SIGTERM and SIGKILL if it does not end in time."""
+    def terminate(self, child: Child) -> None:
+        """Send SIGINT to a process, and later SIGTERM and SIGKILL while the process still runs."""
         if not child.was_signalled:
             child.signal(STEPS[0])
             self._loop.after(
@@ -44,7 +44,7 @@ class Ending:
         if not child.is_running or child.pid != pid:
             return  # or it has been started again since
         waited = child.plan.sigterm_timeout if step == 1 else child.plan.sigkill_timeout
-        self._screen.say(
+        self._screen.log(
             "ERROR",
             child.plan.name,
             f"process[{child.plan.name}] failed to terminate '{waited:g}' seconds after receiving "
@@ -56,13 +56,13 @@ class Ending:
             self._loop.after(child.plan.sigkill_timeout, harder)
 
     def send(self, request: SignalPlan, child: Child) -> None:
-        """Send a process the signal that an event requests."""
+        """Send a process the signal of a plan; without a number, terminate the process."""
         if request.number is None:
-            self.ask(child)
+            self.terminate(child)
             return
         number = signal.Signals(request.number)
         name = child.plan.name
-        self._screen.say("INFO", name, f"sending signal '{number.name}' to process[{name}]")
+        self._screen.log("INFO", name, f"sending signal '{number.name}' to process[{name}]")
         child.signal(number)
 
 
@@ -70,14 +70,14 @@ class Ending:
 _SAME_REQUEST_S = 1.0
 
 
-class Interrupts:
-    """Turns the first signal into a shutdown of the launch, and later ones into faster ends.
+class LaunchSignals:
+    """Signal handlers of a launch: the first signal shuts it down, later ones kill processes.
 
     Args:
         loop: Where the functions below are called.
         end: Called with the reason and whether it was Ctrl-C; returns False where the launch was
-            ending already.
-        press: Called with a reason and the signal that the processes are to get now, for somebody
+            shutting down already.
+        hurry: Called with a reason and the signal that the processes are to get now, for somebody
             who does not want to wait for the deadlines.
 
     Attributes:
@@ -88,20 +88,20 @@ class Interrupts:
         self,
         loop: EventLoop,
         end: Callable[[str, bool], bool],
-        press: Callable[[str, signal.Signals], None],
+        hurry: Callable[[str, signal.Signals], None],
     ) -> None:
         self.first: signal.Signals | None = None
         self._loop = loop
         self._end = end
-        self._press = press
+        self._hurry = hurry
         self._step = 0
-        self._asked_at = 0.0
+        self._requested_at = 0.0
         # Whether a launch file's own code may be running.
-        self._is_asking = False
+        self._is_interruptible = False
 
     @contextmanager
-    def heard(self) -> Iterator[None]:
-        """Handle signals within the block; only in the main thread."""
+    def handling(self) -> Iterator[None]:
+        """Install the signal handlers for the ``with`` block, if this is the main thread."""
         numbers = [signal.SIGINT, signal.SIGTERM]
         if hasattr(signal, "SIGHUP") and signal.getsignal(signal.SIGHUP) != signal.SIG_IGN:
             # Whoever began with `nohup` wants the launch to outlive the terminal.
@@ -118,23 +118,23 @@ class Interrupts:
                 signal.signal(number, before)
 
     @contextmanager
-    def stopping_what_takes_long(self) -> Iterator[None]:
-        """Allow a signal to leave the block, in which a launch file's own code runs."""
+    def interruptible(self) -> Iterator[None]:
+        """Let a signal interrupt the ``with`` block, in which code of a launch file runs."""
         try:
-            self._is_asking = True
+            self._is_interruptible = True
             yield
         except KeyboardInterrupt:
             pass  # by the handler; what is to be done is in the loop
         finally:
-            self._is_asking = False
+            self._is_interruptible = False
 
     def _on_signal(self, number: int, _: FrameType | None) -> None:
-        self._loop.put(lambda: self._came(signal.Signals(number)))
-        if self._is_asking:
-            self._is_asking = False
+        self._loop.put(lambda: self._handle_signal(signal.Signals(number)))
+        if self._is_interruptible:
+            self._is_interruptible = False
             raise KeyboardInterrupt
 
-    def _came(self, number: signal.Signals) -> None:
+    def _handle_signal(self, number: signal.Signals) -> None:
         is_interrupt = number == signal.SIGINT
         reason = f"asked to end by {number.name}"
         if is_interrupt:
@@ -142,7 +142,7 @@ class Interrupts:
         self.first = self.first or number
         now = time.monotonic()
         if self._end(reason, is_interrupt):
-            self._asked_at = now
-        elif now - self._asked_at >= _SAME_REQUEST_S and self._step + 1 < len(STEPS):
+            self._requested_at = now
+        elif now - self._requested_at >= _SAME_REQUEST_S and self._step + 1 < len(STEPS):
             self._step += 1
-            self._press(f"{reason} again, sending {STEPS[self._step].name}", STEPS[self._step])
+            self._hurry(f"{reason} again, sending {STEPS[self._step].name}", STEPS[self._step])

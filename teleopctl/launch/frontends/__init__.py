@@ -1,4 +1,4 @@
-"""Readers of launch files: each turns one language into `teleopctl.launch.model`."""
+"""Readers of launch files: one per language, each produces steps with actions."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from teleopctl.launch.model.element import Element
 
 
 def read_launch_file(path: Path) -> LaunchFile:
-    """Read a launch file in the language of its suffix.
+    """Read a launch file with the reader that is registered for its suffix.
 
     Raises:
         TeleopctlError: It cannot be read or does not follow the vocabulary. The message names file
@@ -30,7 +30,7 @@ def read_launch_file(path: Path) -> LaunchFile:
 
 
 def parse_text(text: str, path: Path, language: str) -> tuple[str, Element]:
-    """Parse a launch description; return its outermost entry's name and content.
+    """Parse the text of a launch description; return the outermost entry's name and content.
 
     Args:
         text: The text.

@@ -1,4 +1,4 @@
-"""From the elements of a launch file to its steps, whichever language it is written in.
+"""Conversion of a launch file's elements to steps with actions, for XML and YAML alike.
 
 The vocabulary is that of ROS 2's XML and YAML front ends; names with hyphens and with underscores
 are the same. A key that does not belong is an error, since a misspelled one would silently do
@@ -18,14 +18,14 @@ from teleopctl.launch.model.action import (
     LaunchFile,
     Step,
     exposed_actions,
-    look_for_strangers,
+    load_launch_extensions,
 )
 from teleopctl.launch.model.element import Element
 from teleopctl.launch.model.template import literal
 
 
 def launch_file(path: Path, actions: Element, deprecated: Element | None = None) -> LaunchFile:
-    """Return a launch file made of actions.
+    """Return the steps of a launch file from its parsed list of actions.
 
     Args:
         path: The file.
@@ -50,7 +50,7 @@ def _steps(element: Element) -> tuple[Step, ...]:
 
 
 def read_step(name: str, content: Element) -> Step:
-    """Read one entry of a launch file.
+    """Return the action of one launch file entry, with its conditions and place.
 
     Args:
         name: The name of its action.
@@ -62,7 +62,7 @@ def read_step(name: str, content: Element) -> Step:
     known = plugins.find(plugins.LAUNCH_ACTIONS, name.replace("-", "_"))
     if known is None:
         if name not in exposed_actions:
-            look_for_strangers()
+            load_launch_extensions()
         if name in exposed_actions:
             return exposed_actions[name](name, content)
     action = _action_class(name, content)

@@ -1,4 +1,4 @@
-"""XML launch files: tags with line numbers, and a refusal of launch files of ROS 1.
+"""Reader of XML launch files: tags with line numbers; launch files of ROS 1 are refused.
 
 Read with expat: it is there in 2 ms where lxml takes 50, and knows the line on which a tag begins,
 where lxml knows that on which it ends.
@@ -27,13 +27,13 @@ _SEPARATOR = "-sep"
 
 
 class Attribute(Element):
-    """Attribute of a tag, with its place."""
+    """XML attribute as a launch file element, with its file and line."""
 
     __slots__ = ()
     noun = "attribute"
 
     def items(self, what: str) -> Iterator[Element]:
-        """Return the value as a list; see `Element.items`."""
+        """Yield the items of an attribute that ``NAME-sep`` splits; raise for other attributes."""
         del what  # which is in the words of YAML
         if not isinstance(self.value, list):
             name = self.path.rpartition(".")[2]
@@ -41,7 +41,7 @@ class Attribute(Element):
         yield from self.value
 
     def typed(self) -> Element:
-        """Return the attribute's text parsed as YAML, as ROS 2 does."""
+        """Return the attribute's text parsed as YAML: number, boolean, list or string."""
         if isinstance(self.value, list):
             return Element([item.typed() for item in self.value], self.place, self.path)
         value = values.typed(self.value)
@@ -50,7 +50,7 @@ class Attribute(Element):
         return Element(value, self.place, self.path)
 
     def flag(self) -> bool:
-        """Return the value as a truth value, also for 1 and 0."""
+        """Return the attribute as a boolean; ``1`` and ``0`` are accepted too."""
         if self.value in ("1", "0"):
             return bool(self.value == "1")
         return super().flag()
@@ -58,7 +58,7 @@ class Attribute(Element):
 
 @dataclass(frozen=True, slots=True)
 class XmlTag(Element):
-    """XML tag with its attributes, children and place.
+    """XML tag as a launch file element, with attributes, nested tags, file and line.
 
     Attributes:
         name: Its name.
@@ -73,7 +73,7 @@ class XmlTag(Element):
     nested: list[XmlTag]
 
     def fields(self, keys: Sequence[str]) -> Mapping[str, Element]:
-        """Return attributes and nested tags by key.
+        """Return attributes and nested tags by key; tags named like a key form a list.
 
         Tags that have the name of a key are a list of that key; the others are ``children`` where
         there may be such.
@@ -98,11 +98,11 @@ class XmlTag(Element):
         return fields
 
     def action(self) -> tuple[str, Element]:
-        """Return the name and content of an action."""
+        """Return the tag's name as the action's name, and the tag as its content."""
         return self.name, self
 
     def describe(self) -> str:
-        """Return a description of the tag, for messages."""
+        """Return ``a tag <NAME>``, for error messages."""
         return f"a tag <{self.name}>"
 
 
@@ -113,7 +113,7 @@ class _Tags(Element):
     noun = "tag"
 
     def describe(self) -> str:
-        """Return a description of the tags, for messages."""
+        """Return ``a tag <NAME>``, for error messages."""
         return f"a tag <{self.path.rpartition('.')[2]}>"
 
 
@@ -128,7 +128,7 @@ def _load(path: Path) -> XmlTag:
 
 
 def parse_xml(text: str, path: Path) -> XmlTag:
-    """Parse the text of an XML file and return its root tag.
+    """Parse the text of an XML file, and return its root tag.
 
     Raises:
         LaunchError: The text is not XML or declares entities; the message has the line.
@@ -266,7 +266,7 @@ class _Sign(NamedTuple):
 
 
 def refuse_ros1(root: XmlTag) -> None:
-    """Refuse a launch file of ROS 1.
+    """Raise an error if an XML launch file is one of ROS 1.
 
     Raises:
         LaunchError: It is one; the message names the first line and what it would be in ROS 2.
@@ -316,7 +316,7 @@ def _is_of_ros_2(tag: XmlTag) -> bool:
 
 
 def parse_file(path: Path) -> LaunchFile:
-    """Parse an XML launch file.
+    """Read an XML launch file, and return its steps.
 
     Attributes of ``<launch>`` itself say nothing, as in ROS 2, but for ``deprecated``.
 

@@ -1,4 +1,4 @@
-"""YAML launch files: values with line numbers."""
+"""Reader of YAML launch files: values with line numbers."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def _load(path: Path) -> Element:
 
 
 def parse_yaml(text: str, path: Path) -> Element:
-    """Parse the text of a YAML file and return its root value with line numbers.
+    """Parse the text of a YAML file, and return its root value with line numbers.
 
     Raises:
         LaunchError: The text is not YAML; the message has the line.
@@ -67,7 +67,7 @@ def _element(loader: Any, node: yaml.Node, file: Path, path: str, depth: int) ->
 
 
 def parse_file(path: Path) -> LaunchFile:
-    """Parse a YAML launch file.
+    """Read a YAML launch file, and return its steps.
 
     Raises:
         TeleopctlError: When it cannot be read or does not follow the vocabulary. The message

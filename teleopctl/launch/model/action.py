@@ -1,4 +1,4 @@
-"""Base class of launch actions, and the interfaces that actions work with."""
+"""Base class of launch actions, and interfaces of the launch and of event handlers for them."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _NO_NAMES: Mapping[str, str] = MappingProxyType({})
 
 
 class Entity:
-    """Attributes and children of an action, read by known keys.
+    """Keys of a launch file's entry, for `Action.parse`; unknown keys raise errors.
 
     Args:
         element: What stands below the action's name, or is the action's tag.
@@ -59,11 +59,11 @@ class Entity:
             self._fields[name] = value
 
     def element(self, key: str) -> Element | None:
-        """Return the value of a key, or None."""
+        """Return the element of a key; None if the key is missing."""
         return self._fields.get(key)
 
     def required_element(self, key: str) -> Element:
-        """Return the value of a key.
+        """Return the element of a key; raise if the key is missing.
 
         Raises:
             TeleopctlError: When the key is missing.
@@ -73,20 +73,20 @@ class Entity:
         return self._fields[key]
 
     def required(self, key: str) -> Template:
-        """Return the text of a key; raise if it is missing or malformed."""
+        """Return the text of a key as a template of substitutions; raise if the key is missing."""
         return self.required_element(key).template()
 
     def required_text(self, key: str) -> str:
-        """Return the unevaluated text of a key."""
+        """Return the text of a key as written, without substitutions; raise if missing."""
         return self.required_element(key).text()
 
     def optional(self, key: str) -> Template | None:
-        """Return the text of a key, or None if the key is missing."""
+        """Return the text of a key as a template of substitutions; None if the key is missing."""
         element = self._fields.get(key)
         return None if element is None else element.template()
 
     def pairs(self, key: str, first: str, second: str) -> tuple[tuple[Template, Template], ...]:
-        """Return the pairs of a list of mappings with two keys; empty if the key is missing."""
+        """Return the template pairs in a list of mappings with two keys; empty without the key."""
         element = self._fields.get(key)
         if element is None:
             return ()
@@ -97,7 +97,7 @@ class Entity:
         return tuple((entity.required(first), entity.required(second)) for entity in entities)
 
     def conditions(self) -> tuple[Condition, ...]:
-        """Return the ``if`` and ``unless`` conditions."""
+        """Return the entry's conditions ``if`` and ``unless``."""
         return tuple(
             Condition(text, expected)
             for key, expected in (("if", True), ("unless", False))
@@ -105,13 +105,13 @@ class Entity:
         )
 
     def steps(self, key: str) -> tuple[Step, ...]:
-        """Return the actions of a key; raise if the key is missing."""
+        """Return the steps of a key that lists actions; raise if the key is missing."""
         assert self._read_steps is not None
         return self._read_steps(self.required_element(key))
 
 
 class Action:
-    """Base of launch actions; there is a subclass for each kind of entry.
+    """Base of launch actions: one subclass for each kind of entry in launch files.
 
     An action is plain data with unevaluated texts. A text front end reads it by `parse`, a Python
     launch file makes it by its constructor; neither is known to `evaluate`.
@@ -136,7 +136,7 @@ class Action:
         raise NotImplementedError
 
     def evaluate(self, launch: Launch) -> Iterable[Action] | None:
-        """Execute the action: change the scope, add processes, run further steps.
+        """Execute the action: change the launch's scope, add processes, or run follow_up steps.
 
         Returns:
             Actions to evaluate in its place, or None.
@@ -149,7 +149,7 @@ class Action:
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """An action with its place and conditions.
+    """A launch action with its conditions and its place in a launch file.
 
     Attributes:
         place: Where it stands.
@@ -166,7 +166,7 @@ class Step:
 
 @dataclass(frozen=True, slots=True)
 class LaunchFile:
-    """A parsed launch file.
+    """A parsed launch file: its path and steps.
 
     Attributes:
         path: The file.
@@ -178,11 +178,11 @@ class LaunchFile:
 
 
 class Launch(Protocol):
-    """Interface of a launch that is being evaluated, for actions."""
+    """Interface of the evaluation of a launch, for actions and event handlers."""
 
     @property
     def scope(self) -> Scope:
-        """Launch configurations, environment and namespace for the next step."""
+        """Launch configurations, environment, namespace and so on for the next action."""
 
     @property
     def file(self) -> Path:
@@ -190,51 +190,51 @@ class Launch(Protocol):
 
     @property
     def is_trial(self) -> bool:
-        """Whether this is a dry run, which has no effects outside."""
+        """Whether this is a dry run, which must have no effects outside the evaluation."""
 
     @property
     def is_ending(self) -> bool:
-        """Whether the launch ends: nothing is started any more."""
+        """Whether the launch shuts down, so that nothing is started any more."""
 
     @property
     def event(self) -> object | None:
-        """The event being handled; None during the first walk over the files."""
+        """The event that is being handled; None while the launch files are evaluated."""
 
     def text(self, text: Template) -> str:
-        """Evaluate the substitutions of a text."""
+        """Return the text of a template with all substitutions evaluated."""
 
     def environment_value(self, name: str) -> str | None:
-        """Return a variable of the processes' environment, or None."""
+        """Return an environment variable for a process started at this point; None if unset."""
 
     def run(self, steps: tuple[Step, ...]) -> None:
-        """Evaluate steps."""
+        """Evaluate steps in order, skipping those whose conditions do not hold."""
 
-    def perform(self, action: Action) -> None:
-        """Evaluate an action of a program, which has no place in a file."""
+    def run_action(self, action: Action) -> None:
+        """Evaluate an action, and the actions that it returns, without a place in a launch file."""
 
     def scoped(self) -> AbstractContextManager[None]:
-        """Restore the scope at the end of the block."""
+        """Restore the scope (configurations, environment …) at the end of the ``with`` block."""
 
     def include(self, path: Path) -> None:
-        """Evaluate another launch file."""
+        """Read and evaluate another launch file."""
 
     def declare(self, name: str) -> None:
-        """Declare a launch argument."""
+        """Record that the current launch file declares a launch argument."""
 
-    def say(self, level: str, message: str, logger: str = "launch.user") -> None:
-        """Log a line of the launch."""
+    def log(self, level: str, message: str, logger: str = "launch.user") -> None:
+        """Log a line with a level under a logger's name."""
 
     def start(self, process: ProcessPart) -> ProcessPlan:
-        """Add the process of a ``node`` or an ``executable``."""
+        """Evaluate a ``node`` or ``executable`` to a plan, and add its process to the launch."""
 
     def component(self, part: ComponentPart) -> ComponentPlan:
-        """Evaluate a component to load."""
+        """Evaluate a component's description to a plan for loading it."""
 
     def plan_of_node(self, full_name: str) -> ProcessPlan | None:
-        """Return the process with a node of this name; None if there is none so far."""
+        """Return the plan of the process that runs a node, by the node's full name; or None."""
 
     def action_of(self, plan: ProcessPlan) -> ProcessPart:
-        """Return the action that a process was made from."""
+        """Return the ``node`` or ``executable`` action that a process plan was made from."""
 
     def after(
         self,
@@ -244,13 +244,13 @@ class Launch(Protocol):
         *,
         outlives_shutdown: bool = False,
     ) -> None:
-        """Run steps after a delay, unless they are cancelled."""
+        """Run steps after a delay, in the present scope, unless they are cancelled."""
 
     def work(self, work: Work) -> None:
-        """Start work that runs beside the processes, such as service calls."""
+        """Start work beside the processes, such as service calls; the launch waits for it."""
 
     def register(self, handler: Handler, *, last: bool = False) -> None:
-        """Register an event handler: before the present ones, or after them."""
+        """Register an event handler with the present scope, before the others or after them."""
 
     def unregister(self, handler: Handler) -> None:
         """Unregister an event handler.
@@ -259,18 +259,18 @@ class Launch(Protocol):
             ValueError: It is not registered.
         """
 
-    def is_awaited(self, event: object) -> bool:
-        """Return whether a handler would respond to an event."""
+    def has_handler_for(self, event: object) -> bool:
+        """Return whether any registered handler would respond to an event."""
 
     def emit(self, event: object) -> None:
-        """Queue an event for the handlers; any thread may call this."""
+        """Queue an event for the registered handlers; any thread may call this."""
 
     def shut_down(self, reason: str) -> None:
-        """End the launch; any thread may call this."""
+        """Request the shutdown of the launch, with a reason; any thread may call this."""
 
 
 class Handler(Protocol):
-    """Base of event handlers.
+    """Interface of event handlers of a launch.
 
     Attributes:
         wants_output: Whether it wants to be told of what processes write.
@@ -278,16 +278,16 @@ class Handler(Protocol):
 
     @property
     def wants_output(self) -> bool:
-        """Whether the handler receives the output of processes."""
+        """Whether the handler takes output events of processes."""
 
-    def foreseen(self) -> tuple[str, tuple[Step, ...]] | None:
-        """Return when the handler acts and its steps, for a dry run; None if unknown."""
+    def dry_run(self) -> tuple[str, tuple[Step, ...]] | None:
+        """Return in words when the handler acts, with its steps, for a dry run; None if unknown."""
 
     def answers(self, event: object, launch: Launch) -> bool:
         """Return whether the handler responds to an event."""
 
     def respond(self, event: object, launch: Launch) -> Iterable[Step]:
-        """Return the steps that follow from an event; none if it does not concern the handler."""
+        """Handle an event, and return the steps to run; none for events of others."""
 
 
 exposed_actions: dict[str, Callable[[str, Element], Step]] = {}
@@ -298,8 +298,8 @@ exposed_substitutions: dict[str, Callable[[Call], Template]] = {}
 
 
 @cache
-def look_for_strangers() -> None:
-    """Load, once, the launch extensions of installed distributions.
+def load_launch_extensions() -> None:
+    """Load the launch extensions of installed distributions, once per process.
 
     It takes tens of milliseconds to look for them, so that is done when a name is not known.
     """

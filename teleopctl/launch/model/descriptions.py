@@ -1,4 +1,4 @@
-"""What a launch file says, read but not yet evaluated: plain data with unevaluated texts."""
+"""Content of a launch file before evaluation: conditions, parameters, nodes, processes."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -10,7 +10,7 @@ from teleopctl.launch.model.template import Template
 
 @dataclass(frozen=True, slots=True)
 class Place:
-    """File and line of a launch description's part.
+    """File and line of an entry in a launch file.
 
     Attributes:
         file: The launch file.
@@ -26,7 +26,7 @@ class Place:
 
 @dataclass(frozen=True, slots=True)
 class Condition:
-    """Condition ``if:`` or ``unless:`` of an action.
+    """Condition ``if`` or ``unless`` of a launch action.
 
     Attributes:
         text: Has to evaluate to ``true``, ``1``, ``false`` or ``0``.
@@ -43,7 +43,7 @@ ParameterTree = Template | bool | int | float | str | list["ParameterTree"]
 
 @dataclass(frozen=True, slots=True)
 class ParameterEntry:
-    """Parameter of a node: ``param: - name: …, value: …``.
+    """Parameter of a node in a launch file: name, value and type, not yet evaluated.
 
     Attributes:
         name: Dotted name.
@@ -59,7 +59,7 @@ class ParameterEntry:
 
 @dataclass(frozen=True, slots=True)
 class ParameterFileEntry:
-    """Parameter file of a node: ``param: - from: FILE``.
+    """Parameter file of a node in a launch file, not yet evaluated.
 
     Attributes:
         path: The file.
@@ -76,7 +76,7 @@ Words = Template | tuple[Template, ...]
 
 @dataclass(frozen=True, slots=True)
 class NodePart:
-    """The attributes of ``node`` beyond those of ``executable``.
+    """Attributes of a ``node`` action that an ``executable`` lacks, not yet evaluated.
 
     Attributes:
         package: Package that offers the program; None where ``executable`` is a command.
@@ -99,7 +99,7 @@ class NodePart:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ComponentPart:
-    """Component of a container.
+    """Component to load into a container, as a launch file describes it, not yet evaluated.
 
     Attributes:
         place: Where it stands.
@@ -128,7 +128,7 @@ class ComponentPart:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ProcessPart:
-    """Attributes of a ``node`` or ``executable``.
+    """Attributes of a ``node`` or ``executable`` action, not yet evaluated.
 
     Attributes:
         node: The node's part, or None for an ``executable``.

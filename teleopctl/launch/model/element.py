@@ -1,4 +1,4 @@
-"""Values of a launch file with the places where they stand: what a text front end reads."""
+"""Elements of XML and YAML launch files: values with file, line and key."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from teleopctl.launch.model.descriptions import Place
 
 @dataclass(frozen=True, slots=True)
 class Element:
-    """Value of a launch file, with its file, line and key.
+    """Value in a launch file: scalar, list or mapping, with its file, line and key.
 
     What differs between the languages of launch files is in `fields`, `action` and `typed`; nothing
     else behind a front end knows them apart.
@@ -33,12 +33,12 @@ class Element:
     path: str
 
     def error(self, message: str, hint: str | None = None) -> TeleopctlError:
-        """Return an error that begins with file, line and key."""
+        """Return an error whose message begins with the element's file, line and key."""
         where = f" '{self.path}':" if self.path else ""
         return LaunchError(f"{self.place}:{where} {message}", hint=hint)
 
     def fields(self, keys: Sequence[str]) -> Mapping[str, Element]:
-        """Return the values of an action's keys.
+        """Return the elements of an entry by key; a plain list is the key ``children``.
 
         Args:
             keys: Those that may stand there; others may be in the answer.
@@ -54,7 +54,7 @@ class Element:
         return self.mapping(f"a mapping with {', '.join(keys)}")
 
     def action(self) -> tuple[str, Element]:
-        """Return the name and content of an action.
+        """Return the name and the content of the only action in a mapping.
 
         Raises:
             TeleopctlError: It is something else.
@@ -68,11 +68,11 @@ class Element:
         return next(iter(fields.items()))
 
     def typed(self) -> Element:
-        """Return the value as the YAML type it has."""
+        """Return the element with its value as YAML types it; XML parses the text first."""
         return self
 
     def flag(self) -> bool:
-        """Return the value as a truth value.
+        """Return the value as a boolean; raise for anything else.
 
         Raises:
             TeleopctlError: It is something else.
@@ -83,7 +83,7 @@ class Element:
         return value
 
     def mapping(self, what: str) -> dict[str, Element]:
-        """Return the value as a mapping.
+        """Return the value as a mapping; raise for anything else.
 
         Raises:
             TeleopctlError: When it is something else.
@@ -93,7 +93,7 @@ class Element:
         return self.value
 
     def items(self, what: str) -> Iterator[Element]:
-        """Return the value as a list.
+        """Yield the items of the value as a list; raise for anything else.
 
         Raises:
             TeleopctlError: When it is something else.
@@ -103,7 +103,7 @@ class Element:
         yield from self.value
 
     def text(self) -> str:
-        """Return a scalar as text; booleans as ``true`` and ``false``.
+        """Return the value as a string; booleans as ``true`` and ``false``.
 
         Raises:
             TeleopctlError: When it is a list or a mapping.
@@ -115,7 +115,7 @@ class Element:
         raise self.error(f"expected a text, got {self.describe()}")
 
     def template(self) -> template.Template:
-        """Return a scalar as a template of substitutions.
+        """Parse the value as a template of substitutions.
 
         Raises:
             TeleopctlError: When it is no scalar or its substitutions are malformed.
@@ -128,7 +128,7 @@ class Element:
             raise self.error(str(error)) from error
 
     def describe(self) -> str:
-        """Return a description of the value, for messages."""
+        """Return a description of the value, for error messages."""
         if isinstance(self.value, dict):
             return "a mapping with " + (", ".join(self.value) or "nothing in it")
         if isinstance(self.value, list):

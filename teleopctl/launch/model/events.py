@@ -1,4 +1,4 @@
-"""What happens while a launch runs, as its handlers see it."""
+"""Events of a launch: of processes, shutdown and signals."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from teleopctl.launch.model.plan import ProcessPlan
 
 @dataclass(frozen=True, slots=True)
 class ProcessEvent:
-    """Base of events of a process.
+    """Base of the events of one process of a launch.
 
     Attributes:
         plan: What was started.
@@ -25,7 +25,7 @@ class ProcessEvent:
 
 @dataclass(frozen=True, slots=True)
 class ProcessStarted(ProcessEvent):
-    """A process was started.
+    """Event: a process was started.
 
     Attributes:
         was_saved: Whether it was started again because its source had been saved, which no handler
@@ -37,7 +37,7 @@ class ProcessStarted(ProcessEvent):
 
 @dataclass(frozen=True, slots=True)
 class ProcessExited(ProcessEvent):
-    """A process has ended, and all of its output was handled.
+    """Event: a process has ended, and all of its output was read.
 
     Attributes:
         exit_status: What it ended with; negative for a signal.
@@ -48,7 +48,7 @@ class ProcessExited(ProcessEvent):
 
 @dataclass(frozen=True, slots=True)
 class ProcessOutput(ProcessEvent):
-    """A process has written output.
+    """Event: a process has written a line to stdout or stderr.
 
     Attributes:
         text: A line with its ending, as it came.
@@ -61,7 +61,7 @@ class ProcessOutput(ProcessEvent):
 
 @dataclass(frozen=True, slots=True)
 class ShutdownBegan:
-    """The shutdown of the launch has begun.
+    """Event: the shutdown of the launch has begun.
 
     Attributes:
         reason: Why.
@@ -74,7 +74,7 @@ class ShutdownBegan:
 
 @dataclass(frozen=True, slots=True)
 class ShutdownRequested:
-    """A request, from outside the launch's steps, to end the launch.
+    """Event: another thread requests the shutdown of the launch.
 
     Attributes:
         reason: Why.
@@ -85,7 +85,7 @@ class ShutdownRequested:
 
 @dataclass(frozen=True, slots=True)
 class SignalRequested:
-    """A request to send a signal to some of the processes.
+    """Event: a signal is requested for those processes that ``matches`` selects.
 
     Attributes:
         matches: Tells of a process whether it is meant.

@@ -1,4 +1,4 @@
-"""Where the output of a process goes, in the words of ROS 2's launch.
+"""Destinations of a process's output: screen, log and own log, as ROS 2's launch names them.
 
 Each process has a log with all that it writes anyway, which is what ``own_log`` means for both
 streams together.
@@ -20,7 +20,7 @@ _DESTINATIONS = frozenset({"screen", "log", "own_log"})
 
 
 class Output(NamedTuple):
-    """Destinations of one output stream of a process, beside the process's log.
+    """Destinations of one output stream of a process, besides the log of the process itself.
 
     Attributes:
         screen: Whether the person in front of the terminal sees it.
@@ -54,7 +54,7 @@ _ALIASES: dict[str, Mapping[str, frozenset[str]]] = {
 
 
 def output_alias(name: str) -> tuple[Output, Output]:
-    """Return the destinations of stdout and stderr for ``output: NAME``.
+    """Return the destinations of stdout and stderr for a word such as ``screen`` or ``both``.
 
     Raises:
         LaunchError: There is no such name.
@@ -65,7 +65,7 @@ def output_alias(name: str) -> tuple[Output, Output]:
 
 
 def output_table(destinations: Mapping[str, frozenset[str]]) -> tuple[Output, Output]:
-    """Return the destinations of stdout and stderr for a table of destinations.
+    """Return the destinations of stdout and stderr for a mapping from streams to destinations.
 
     Raises:
         LaunchError: There is no such source or destination.

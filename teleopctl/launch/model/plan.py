@@ -1,4 +1,4 @@
-"""What a launch is going to do: processes with everything decided.
+"""Plan of a launch: processes, components, timers and so on, fully evaluated, as plain data.
 
 A plan is plain data, so that it can be printed. What a launch does beyond it, on events, is asked
 for when they happen.
@@ -21,7 +21,7 @@ REQUIRED = "process[{name}] was required: shutting down launched system"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ProcessPlan:
-    """A process to start, fully evaluated.
+    """A process to start, with all values evaluated.
 
     Attributes:
         name: Name in the output, ``exec-N``.
@@ -69,7 +69,7 @@ class ProcessPlan:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ComponentPlan:
-    """A component to load, fully evaluated.
+    """A component to load into a container, with all values evaluated.
 
     Attributes:
         package: Package that offers it.
@@ -94,7 +94,7 @@ class ComponentPlan:
 
 @dataclass(frozen=True, slots=True)
 class SignalPlan:
-    """A signal to send to a process.
+    """A signal to send to a process of the launch.
 
     Attributes:
         process: Its name.
@@ -107,27 +107,27 @@ class SignalPlan:
 
 
 class LaunchTimer(Protocol):
-    """A timer of a launch."""
+    """Interface of a timer whose steps the launch runs later."""
 
     @property
     def is_cancelled(self) -> Callable[[], bool]:
-        """Function that returns whether the timer is cancelled."""
+        """Function that returns whether the timer was cancelled."""
 
     @property
     def outlives_shutdown(self) -> bool:
-        """Whether the end of the launch waits for the timer."""
+        """Whether a shutdown waits for the timer instead of cancelling it."""
 
 
 class Work(Protocol):
-    """Work beside the processes, such as a coroutine; the launch waits for its end."""
+    """Interface of work beside the processes, such as service calls, that a launch waits for."""
 
     def begin(self, report: Callable[[TeleopctlError | None], None]) -> None:
-        """Start the work; its end is reported, from any thread."""
+        """Start the work; ``report`` is called at its end with the error or None, by any thread."""
 
 
 @dataclass(slots=True, kw_only=True)
 class FollowUp:
-    """The next steps of a launch: processes, files, timers, messages.
+    """Steps of a launch that evaluation decided: processes, files, timers, messages, signals.
 
     Attributes:
         messages: Lines for the person in front of the terminal, as level, logger and text.
@@ -135,7 +135,7 @@ class FollowUp:
         processes: What to start, in order.
         timers: What is to be asked again, and after how many seconds.
         works: What is to go on beside the processes.
-        events: What has happened by the launch's own doing, and is to be answered.
+        events: What has on_event by the launch's own doing, and is to be answered.
         signals: Signals to send.
         shutdown: Why the launch has to end, or None.
     """
@@ -150,7 +150,7 @@ class FollowUp:
     shutdown: str | None = None
 
     def write_files(self) -> None:
-        """Write the parameter files.
+        """Write the generated parameter files.
 
         Raises:
             OSError: One cannot be written.
@@ -161,7 +161,7 @@ class FollowUp:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LaunchPlan:
-    """Evaluated launch: the first steps, and the respondent for later events.
+    """Evaluated launch file: the steps at the start, log folder and warnings.
 
     Attributes:
         log_directory: Folder for logs and parameter files; it need not exist yet.
@@ -175,31 +175,31 @@ class LaunchPlan:
 
     @property
     def processes(self) -> list[ProcessPlan]:
-        """Processes to start at the beginning, in order."""
+        """Plans of the processes that are started first, in order."""
         return self.start.processes
 
     def write_files(self) -> None:
-        """Create the log folder and the parameter files."""
+        """Create the log folder, and write the generated parameter files."""
         self.log_directory.mkdir(parents=True, exist_ok=True)
         self.start.write_files()
 
 
 class Respondent(Protocol):
-    """Interface that returns the steps for an event or a timer."""
+    """Interface of an evaluation that returns the steps for an event or a timer."""
 
     @property
     def wants_output(self) -> bool:
-        """Whether any handler receives the output of processes."""
+        """Whether any registered handler takes output events of processes."""
 
-    def connect(self, happened: Callable[[object], None]) -> None:
-        """Set the function to call with events of other threads."""
+    def connect(self, on_event: Callable[[object], None]) -> None:
+        """Set the function that takes events which other threads emit."""
 
-    def answer(self, event: object) -> FollowUp:
-        """Return the steps that follow from an event.
+    def handle_event(self, event: object) -> FollowUp:
+        """Run the handlers of an event; return the steps that the supervisor is to execute.
 
         Raises:
             TeleopctlError: It cannot be evaluated; the message has file and line.
         """
 
-    def fire(self, timer: LaunchTimer) -> FollowUp:
-        """Return the steps that follow from a timer; raises as `answer` does."""
+    def handle_timer(self, timer: LaunchTimer) -> FollowUp:
+        """Run the steps of a launch timer; return the steps that the supervisor is to execute."""

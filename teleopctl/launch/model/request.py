@@ -1,4 +1,4 @@
-"""What somebody wants launched, as one process hands it to another."""
+"""Request to launch a file: arguments and options, saved as JSON for a background process."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from teleopctl.base.files import write_private
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LaunchRequest:
-    """A launch file, its arguments and options.
+    """A launch file to launch, with its arguments and options.
 
     Attributes:
         file: Absolute path of the launch file.
@@ -47,7 +47,7 @@ class LaunchRequest:
     required: list[str] = field(default_factory=list)
 
     def save(self, path: Path) -> None:
-        """Write the request to a file.
+        """Write the request as JSON to a file.
 
         Raises:
             OSError: It cannot be written.
@@ -56,5 +56,5 @@ class LaunchRequest:
 
 
 def load_request(path: Path) -> LaunchRequest:
-    """Read a request from a file."""
+    """Return the launch request that `LaunchRequest.save` wrote to a file."""
     return LaunchRequest(**json.loads(path.read_text(encoding="utf-8")))

@@ -1,4 +1,4 @@
-"""What an action leaves to those that follow it."""
+"""Scope of a launch: settings that an action leaves to the actions after it."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _NAMESPACE = "ros_namespace"
 
 @dataclass(slots=True)
 class Scope:
-    """Settings that a scoped group restores at its end.
+    """Settings that launch actions change for the actions after them; a scoped group restores them.
 
     Attributes:
         variables: Launch variables (arguments and ``let``) by name, and the namespace.
@@ -24,8 +24,8 @@ class Scope:
         use_sim_time: Whether the launch's own timers follow ``/clock``.
         loop_values: What the loops around give, by name.
         given: Names of the launch arguments that the including file gave.
-        remembered: What is to come back, the last one first, but for the environment.
-        remembered_environments: Likewise for the environment.
+        configuration_stack: What is to come back, the last one first, but for the environment.
+        environment_stack: Likewise for the environment.
     """
 
     variables: dict[str, str] = field(default_factory=dict)
@@ -35,12 +35,12 @@ class Scope:
     use_sim_time: bool = False
     loop_values: Mapping[str, str] = field(default_factory=dict)
     given: frozenset[str] = frozenset()
-    remembered: tuple[Scope, ...] = ()
-    remembered_environments: tuple[dict[str, str | None], ...] = ()
+    configuration_stack: tuple[Scope, ...] = ()
+    environment_stack: tuple[dict[str, str | None], ...] = ()
 
     @property
     def namespace(self) -> str:
-        """Namespace of the following nodes."""
+        """Namespace of the following nodes, absolute."""
         return join_namespace("/", self.variables.get(_NAMESPACE, ""))
 
     @namespace.setter
@@ -49,54 +49,54 @@ class Scope:
 
     @property
     def has_namespace(self) -> bool:
-        """Return whether a namespace was set."""
+        """Whether a namespace was pushed or set."""
         return _NAMESPACE in self.variables
 
     def copy(self) -> Scope:
-        """Return an independent copy."""
+        """Return a copy whose configurations and environment change independently."""
         return replace(self, variables=dict(self.variables), environment=dict(self.environment))
 
     def reset(self) -> None:
-        """Remove the launch configurations: all but the environment and loops."""
+        """Remove launch configurations, namespace, parameters and remappings."""
         self.variables.clear()
         self.parameters = ()
         self.remaps = ()
 
-    def remember(self) -> None:
-        """Save the launch configurations."""
-        self.remembered += (self.copy(),)
+    def push_configurations(self) -> None:
+        """Save the launch configurations, parameters and remappings on the stack."""
+        self.configuration_stack += (self.copy(),)
 
-    def bring_back(self) -> None:
-        """Restore the last saved launch configurations.
+    def pop_configurations(self) -> None:
+        """Restore what `push_configurations` saved last, and remove it from the stack.
 
         Raises:
             LaunchError: Nothing was.
         """
-        if not self.remembered:
+        if not self.configuration_stack:
             raise LaunchError("launch_configurations stack unexpectedly empty")
-        *others, last = self.remembered
-        self.remembered = tuple(others)
+        *others, last = self.configuration_stack
+        self.configuration_stack = tuple(others)
         self.variables = dict(last.variables)
         self.parameters, self.remaps = last.parameters, last.remaps
 
-    def remember_environment(self) -> None:
-        """Save the environment."""
-        self.remembered_environments += (dict(self.environment),)
+    def push_environment(self) -> None:
+        """Save the environment on the stack."""
+        self.environment_stack += (dict(self.environment),)
 
-    def bring_back_environment(self) -> None:
-        """Restore the last saved environment.
+    def pop_environment(self) -> None:
+        """Restore the environment that was saved last, and remove it from the stack.
 
         Raises:
             LaunchError: None was.
         """
-        if not self.remembered_environments:
+        if not self.environment_stack:
             raise LaunchError("environment stack unexpectedly empty")
-        *others, self.environment = self.remembered_environments
-        self.remembered_environments = tuple(others)
+        *others, self.environment = self.environment_stack
+        self.environment_stack = tuple(others)
 
 
 def join_namespace(outer: str, inner: str) -> str:
-    """Return a namespace below another one; an absolute one is unchanged."""
+    """Return an inner namespace below an outer one; an absolute inner namespace stays as it is."""
     if inner.startswith("/"):
         return "/" + inner.strip("/")
     return "/" + f"{outer}/{inner}".strip("/").replace("//", "/")

@@ -19,12 +19,12 @@ _QUOTES = frozenset("'\"")
 
 
 class TemplateError(ValueError):
-    """A text violates the grammar of substitutions."""
+    """Text that violates the grammar of substitutions."""
 
 
 @dataclass(frozen=True, slots=True)
 class SubstitutionArgument:
-    """One argument of a substitution.
+    """One argument of a substitution's call, with its quotation mark.
 
     Attributes:
         template: Its text.
@@ -37,7 +37,7 @@ class SubstitutionArgument:
 
 @dataclass(frozen=True, slots=True)
 class Call:
-    """A call of a substitution: name and arguments.
+    """Call of a substitution in a launch file, ``$(name argument …)``, not yet evaluated.
 
     Attributes:
         name: The word after ``$(``.
@@ -51,20 +51,20 @@ class Call:
 
 
 class ComputedText(Protocol):
-    """Interface of substitutions that evaluate themselves."""
+    """Interface of substitutions of Python launch files, which evaluate themselves."""
 
     @property
     def source(self) -> str:
-        """Source text of the substitution, for messages."""
+        """Description of the substitution, for error messages."""
 
     # object: the evaluation's context, which stands above this file.
     def evaluate(self, context: object) -> str:
-        """Return the substitution's text."""
+        """Return the substitution's text in a launch context."""
 
 
 @dataclass(frozen=True, slots=True)
 class Template:
-    """A text with substitutions.
+    """Text of a launch file with substitutions, parsed and not yet evaluated.
 
     Attributes:
         parts: Literal texts and substitutions, in order.
@@ -75,7 +75,7 @@ class Template:
     source: str
 
     def render(self, substitute: Callable[[Call | ComputedText], str]) -> str:
-        """Return the text with each substitution replaced by a function's result.
+        """Return the text, with each substitution replaced by what a function returns for it.
 
         Raises:
             BudgetError: It is too long.
@@ -84,12 +84,12 @@ class Template:
 
     @property
     def is_literal(self) -> bool:
-        """Return whether the text has no substitution."""
+        """Whether the text has no substitution."""
         return all(isinstance(part, str) for part in self.parts)
 
     @property
     def variable(self) -> str | None:
-        """Name of the launch argument, if the whole text is ``$(var NAME)``; else None."""
+        """Name of the launch configuration if the text is just ``$(var NAME)``; else None."""
         match self.parts:
             case (Call("var", (SubstitutionArgument(name), *_)),) if name.is_literal:
                 return name.source
@@ -97,7 +97,7 @@ class Template:
 
 
 def parse(text: str) -> Template:
-    """Parse a text with substitutions.
+    """Parse a text with ``$(…)`` substitutions to a template.
 
     Raises:
         TemplateError: When a substitution is not closed, has no name, or a quote is left open.
@@ -106,7 +106,7 @@ def parse(text: str) -> Template:
 
 
 def literal(text: str) -> Template:
-    """Return a template without substitutions."""
+    """Return a template that stands for a fixed text, whatever characters are in it."""
     return Template(parts=(text,) if text else (), source=text)
 
 

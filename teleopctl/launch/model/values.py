@@ -1,4 +1,4 @@
-"""Evaluated texts of a launch file, parsed as flags, numbers and command lines."""
+"""Conversion of evaluated texts of launch files to booleans, numbers and command lines."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _FALSE = frozenset({"false", "no", "off", "0"})
 
 @contextmanager
 def at_key(key: str) -> Iterator[None]:
-    """Name a key in errors raised in the block."""
+    """Prefix errors raised in the ``with`` block with the key of a launch file."""
     try:
         yield
     except TeleopctlError as error:
@@ -29,7 +29,7 @@ def at_key(key: str) -> Iterator[None]:
 
 
 def flag(text: str) -> bool:
-    """Parse a condition.
+    """Convert a condition's text, ``true``, ``1``, ``false`` or ``0``, to a boolean.
 
     Raises:
         LaunchError: When it is neither ``true`` or ``1`` nor ``false`` or ``0``.
@@ -43,7 +43,7 @@ def flag(text: str) -> bool:
 
 
 def boolean(text: str) -> bool:
-    """Parse a truth value of YAML, or 1 or 0.
+    """Convert a text to a boolean: YAML's words for true and false, or 1 or 0.
 
     Raises:
         LaunchError: It is something else.
@@ -57,7 +57,7 @@ def boolean(text: str) -> bool:
 
 
 def number(text: str) -> float:
-    """Parse a finite number.
+    """Convert a text to a finite float.
 
     Raises:
         LaunchError: When it is something else.
@@ -72,7 +72,7 @@ def number(text: str) -> float:
 
 
 def integer(text: str) -> int:
-    """Parse an integer.
+    """Convert a text to an integer.
 
     Raises:
         LaunchError: When it is something else.
@@ -85,7 +85,7 @@ def integer(text: str) -> int:
 
 # object: a scalar, or a list of them.
 def typed(text: str) -> object:
-    """Parse a text as YAML; return it unchanged unless it is a scalar or a list of them."""
+    """Convert a text to the YAML scalar or list of scalars that it denotes, else return it."""
     # A robot description is long and never a scalar: it is not worth a parser's time.
     if "\n" in text.strip():
         return text
@@ -103,7 +103,7 @@ def typed(text: str) -> object:
 
 
 def words(text: str) -> list[str]:
-    """Split a command line as a shell does.
+    """Split a command line into words as a shell does.
 
     Raises:
         LaunchError: When a quotation is left open.
@@ -119,7 +119,7 @@ _PRIVATE = [chr(code) for code in range(0xE000, 0xF8FF)]
 
 
 def split_command_line(text: Template) -> tuple[Template, ...]:
-    """Split a command line as a shell does; a substitution's value is never split.
+    """Split a template into words as a shell does, without splitting substitutions' values.
 
     ``-r $(var rate) 'my $(var file)'`` are three words, whatever the substitutions give: a path
     with blanks in it stays one, as in ROS 2.

@@ -73,6 +73,6 @@ def test_functions_see_what_was_set_and_what_they_set_reaches_as_far_as_they_do(
     }
     assert [text for _, _, text in plan.start.messages] == ["False"]
     if scoped:
-        (message,) = evaluation.answer(ShutdownBegan("")).messages
+        (message,) = evaluation.handle_event(ShutdownBegan("")).messages
         assert message[2] == "a:b a:b a:b"
         assert dict(os.environ) == before

@@ -8,7 +8,7 @@ from launch.frontend.parse_substitution import parse_substitution
 from launch.substitutions import EnvironmentVariable, TextSubstitution
 
 from teleopctl.errors import TeleopctlError
-from teleopctl.launch import LaunchRequest, evaluated
+from teleopctl.launch import LaunchRequest, evaluate_request
 from tests.compat.activated import output
 from tests.distributions import install
 
@@ -53,7 +53,7 @@ XML = """<launch>
 
 def said(path, text):
     path.write_text(text, encoding="utf-8")
-    plan, _ = evaluated(LaunchRequest(file=str(path)), path.parent)
+    plan, _ = evaluate_request(LaunchRequest(file=str(path)), path.parent)
     return [message for _, _, message in plan.start.messages]
 
 
@@ -129,9 +129,9 @@ def test_installed_distributions_bring_actions_and_substitutions(tmp_path):
     read = f"""
 import warnings
 from pathlib import Path
-from teleopctl.launch import LaunchRequest, evaluated
+from teleopctl.launch import LaunchRequest, evaluate_request
 with warnings.catch_warnings(record=True) as caught:
-    plan, _ = evaluated(LaunchRequest(file={str(path)!r}), Path("log"))
+    plan, _ = evaluate_request(LaunchRequest(file={str(path)!r}), Path("log"))
 print([text for _, _, text in plan.start.messages], *(each.message for each in caught))
 """
     told = output(read, tmp_path / "site")

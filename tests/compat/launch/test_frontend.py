@@ -83,10 +83,10 @@ def leaves_behind(actions):
     context = LaunchContext()
     launch: Evaluation = context.launch
     launch.run(actions)
-    further = launch.take()
+    further = launch.take_follow_up()
     later = []
     for seconds, timer in further.timers:
-        messages = launch.fire(timer).messages
+        messages = launch.handle_timer(timer).messages
         later.append((seconds, messages))
     environment = {name: value for name, value in os.environ.items() if name[:2] in ("E_", "RO")}
     told = further.processes, further.files, further.messages, further.shutdown, later

@@ -9,7 +9,7 @@ from launch.launch_description_sources import (
     get_launch_description_from_python_launch_file,
 )
 
-from teleopctl.launch import LaunchRequest, evaluated
+from teleopctl.launch import LaunchRequest, evaluate_request
 
 OUTER = """
 from launch import LaunchDescription
@@ -50,7 +50,7 @@ def test_a_python_launch_file_includes_those_of_every_language(tmp_path):
     (tmp_path / "a.yaml").write_text("launch:\n- log: {message: $(var word)}\n", encoding="utf-8")
     (tmp_path / "a.launch.py").write_text(INNER, encoding="utf-8")
     (tmp_path / "outer.launch.py").write_text(OUTER, encoding="utf-8")
-    plan, _ = evaluated(LaunchRequest(file=str(tmp_path / "outer.launch.py")), tmp_path)
+    plan, _ = evaluate_request(LaunchRequest(file=str(tmp_path / "outer.launch.py")), tmp_path)
     said = [message for _, _, message in plan.start.messages]
     assert said == [
         *("xml", "yaml", "any"),

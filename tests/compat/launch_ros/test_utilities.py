@@ -167,6 +167,6 @@ def test_nodes_of_the_same_name_are_counted_and_told():
     add_node_name(context, "/ns/me")
     assert get_node_name_count(context, "/ns/me") == 3
     assert get_node_name_count(context, "/alone") == 0
-    (message,) = context.launch.take().messages
+    (message,) = context.launch.take_follow_up().messages
     assert message[0] == "WARNING"
     assert "at least 2 nodes with the name /ns/me" in message[2]

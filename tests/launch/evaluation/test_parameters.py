@@ -5,7 +5,7 @@ from hypothesis import given, strategies as st
 
 from teleopctl.base import ros_yaml
 from teleopctl.errors import TeleopctlError
-from teleopctl.launch.evaluation.parameters import convert, infer, parameter_file, unify
+from teleopctl.launch.evaluation.parameters import convert, infer_value, parameter_file, unify_types
 
 
 @pytest.mark.parametrize(
@@ -26,7 +26,7 @@ from teleopctl.launch.evaluation.parameters import convert, infer, parameter_fil
     ],
 )
 def test_texts_get_the_type_that_yaml_gives_them(text, value):
-    result = infer(text)
+    result = infer_value(text)
     assert result == value
     assert type(result) is type(value)
 
@@ -58,7 +58,7 @@ def test_a_value_of_another_type_is_refused(text, type_name):
 
 def test_a_list_of_mixed_types_is_refused():
     with pytest.raises(TeleopctlError, match="int, str"):
-        unify([1, "a"])
+        unify_types([1, "a"])
 
 
 plain = st.one_of(

@@ -7,7 +7,7 @@ import sys
 
 import pytest
 
-from teleopctl.launch.execution.screen import own_line, relayed_line
+from teleopctl.launch.execution.screen import launch_line, process_line
 from teleopctl.testing import LONGEST_WAIT_S
 
 LINE = b"[WARN] [1795251189.877707557] [head]: too hot\n"
@@ -18,17 +18,17 @@ YELLOW, RED, RESET = b"\x1b[33m", b"\x1b[31m", b"\x1b[0m"
 def test_a_warning_is_coloured_whole_and_the_name_like_its_process():
     prefix = TEAL + b"[head-1]" + RESET + b" "
     warning = prefix + YELLOW + LINE.rstrip() + RESET + b"\n"
-    assert relayed_line("head-1", LINE) == warning
+    assert process_line("head-1", LINE) == warning
     in_colour_already = YELLOW + LINE.rstrip() + RESET + b"\n"
-    assert relayed_line("head-1", in_colour_already) == warning
+    assert process_line("head-1", in_colour_already) == warning
     info = LINE.replace(b"WARN", b"INFO")
-    assert relayed_line("head-1", info) == prefix + info
+    assert process_line("head-1", info) == prefix + info
     died = RED + b"[ERROR] " + RESET + ORCHID + b"[arm-2]" + RESET + RED + b": died" + RESET
-    assert own_line("ERROR", "arm-2", "died") == died + b"\n"
+    assert launch_line("ERROR", "arm-2", "died") == died + b"\n"
 
 
 def test_a_colour_that_a_process_leaves_on_ends_with_its_line():
-    assert relayed_line("talker-1", b"\x1b[35mmine\n").endswith(b" \x1b[35mmine\x1b[0m\n")
+    assert process_line("talker-1", b"\x1b[35mmine\n").endswith(b" \x1b[35mmine\x1b[0m\n")
 
 
 def luminance(colour: int) -> float:
@@ -41,7 +41,7 @@ def luminance(colour: int) -> float:
 
 
 def test_the_colours_of_processes_can_be_read_on_black_and_on_white():
-    shown = {relayed_line(f"talker-{number}", b"\n") for number in range(1, 30)}
+    shown = {process_line(f"talker-{number}", b"\n") for number in range(1, 30)}
     colours = {int(line.partition(b";5;")[2].partition(b"m")[0]) for line in shown}
     assert len(colours) == 10
     for colour in colours:

@@ -152,14 +152,14 @@ def done(further):
     return further.messages, further.files, further.processes, further.shutdown
 
 
-def foretold(foreseen):
-    return [(one.when, done(one.further), foretold(one.then)) for one in foreseen]
+def foretold(dry_run):
+    return [(one.when, done(one.further), foretold(one.then)) for one in dry_run]
 
 
 def result(path):
     try:
         plan, evaluation = evaluate(read_launch_file(path), {}, Path("log"))
-        return done(plan.start), plan.warnings, foretold(evaluation.foreseen(plan.start))
+        return done(plan.start), plan.warnings, foretold(evaluation.dry_run(plan.start))
     except TeleopctlError as error:
         return error.message.rpartition(f"{path}:")[2].partition(":")[2]
 

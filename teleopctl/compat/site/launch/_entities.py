@@ -73,7 +73,7 @@ class _Visited(model.Action):
             return
         try:
             context = LaunchContext.with_launch(launch)
-            with context.launch.calling_out():
+            with context.launch.user_code():
                 further = steps(self.entity.visit(context))
         except Exception as error:
             raise blamed(error, repr(self.entity)) from error

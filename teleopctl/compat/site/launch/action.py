@@ -67,8 +67,8 @@ class Action(LaunchDescriptionEntity):
     def execute(self, context: LaunchContext) -> list[LaunchDescriptionEntity] | None:
         """Do it, and return what is to be visited in its place."""
         try:
-            with context.launch.calling_out():
-                context.launch.perform(self.model_action())
+            with context.launch.user_code():
+                context.launch.run_action(self.model_action())
         except TeleopctlError as error:
             if error.__cause__ is not None and not isinstance(error.__cause__, TeleopctlError):
                 raise error.__cause__ from error

@@ -125,7 +125,7 @@ class _ModelHandler:
         """Whether it may answer what processes write."""
         return self._handler.wants_output
 
-    def foreseen(self) -> tuple[str, tuple[model.Step, ...]] | None:
+    def dry_run(self) -> tuple[str, tuple[model.Step, ...]] | None:
         """Say when it acts and what it does then, as far as that is known before."""
         _, entities = self._handler.describe()
         return (self._handler.in_words(), steps(entities)) if entities else None
@@ -143,7 +143,7 @@ class _ModelHandler:
             if not self._handler.matches(told):
                 return ()
             context = LaunchContext.with_launch(launch)
-            with context.locals_kept(), context.launch.calling_out():
+            with context.locals_kept(), context.launch.user_code():
                 return steps(self._handler.handle(told, context))
         except Exception as error:
             raise blamed(error, self._handler.describe()[0]) from error

@@ -58,7 +58,7 @@ class LaunchContext:
         builder = ProcessBuilder(state, LaunchRequest(file=""))
         self.begin(Evaluation(state, builder), list(argv or ()), noninteractive)
         # Whoever has it does with the environment what it likes, between its calls.
-        self.launch.begin_calling_out()
+        self.launch.begin_user_code()
 
     def begin(self, launch: Evaluation, argv: list[str], noninteractive: bool) -> None:
         """Stand for a launch."""
@@ -144,18 +144,18 @@ class LaunchContext:
         self._locals = self._outer_locals.pop()
 
     def _push_launch_configurations(self) -> None:
-        self.launch.scope.remember()
+        self.launch.scope.push_configurations()
 
     def _pop_launch_configurations(self) -> None:
-        self._bring_back(self.launch.scope.bring_back)
+        self._bring_back(self.launch.scope.pop_configurations)
 
     def _push_environment(self) -> None:
-        with self.launch.calling_out():
-            self.launch.scope.remember_environment()
+        with self.launch.user_code():
+            self.launch.scope.push_environment()
 
     def _pop_environment(self) -> None:
-        self._bring_back(self.launch.scope.bring_back_environment)
-        self.launch.show_environment()
+        self._bring_back(self.launch.scope.pop_environment)
+        self.launch.apply_environment()
 
     def _bring_back(self, bring_back: Callable[[], None]) -> None:
         try:
@@ -209,7 +209,7 @@ class LaunchContext:
 
     def would_handle_event(self, event: Event) -> bool:
         """Tell whether a handler would answer an event."""
-        return self.launch.is_awaited(event)
+        return self.launch.has_handler_for(event)
 
     def register_event_handler(self, event_handler: _EventHandler, append: bool = False) -> None:
         """Let a handler answer events: before those that are there, or after them."""

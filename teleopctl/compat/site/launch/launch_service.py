@@ -132,7 +132,7 @@ class LaunchService:
             self._runs = True
         try:
             self._evaluation.is_ending = False
-            start = self._evaluation.take()
+            start = self._evaluation.take_follow_up()
             if not shutdown_when_idle:
                 start.works.append(self._stay)
             plan = LaunchPlan(log_directory=self._log_directory, start=start)

@@ -56,7 +56,7 @@ class LifecycleLink:
         self._ending = Flag()
         self._requests: SimpleQueue[int | None] = SimpleQueue()
 
-    def foreseen(self) -> None:
+    def dry_run(self) -> None:
         """Say nothing: what nodes do is not known before."""
 
     def answers(self, event: object, _launch: Launch) -> bool:
@@ -71,7 +71,7 @@ class LifecycleLink:
             self._ending.set()
             self._requests.put(None)
         elif isinstance(event, _Failed) and event.link is self:
-            launch.say("ERROR", event.text, "launch_ros")
+            launch.log("ERROR", event.text, "launch_ros")
         elif self.answers(event, launch):
             assert isinstance(event, ChangeState)
             self._requests.put(event.transition_id)

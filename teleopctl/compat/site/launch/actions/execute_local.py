@@ -199,9 +199,9 @@ class ExecuteLocal(Action):
         if self._log_cmd:
             words = " ".join(word for word in plan.command if word.strip())
             about = f"cmd='{words}', cwd='{plan.working_directory}', custom_env?=True"
-            launch.say("INFO", f"process details: {about}", plan.name)
+            launch.log("INFO", f"process details: {about}", plan.name)
         if self._has_format:
-            launch.say(
+            launch.log(
                 "WARNING", "output_format is without effect: lines are '[NAME] …'", plan.name
             )
         if self._written is not None:

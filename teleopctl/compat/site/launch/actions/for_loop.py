@@ -60,7 +60,7 @@ class ForEach(Action):
         text = perform_substitutions(context, self._input_values)
         sets = [ros_yaml.safe_load(each) for each in text.split(self.SEPARATOR) if each.strip()]
         if not sets:
-            context.launch.say("WARNING", "no input values: will not iterate", "launch")
+            context.launch.log("WARNING", "no input values: will not iterate", "launch")
         return [
             entity
             for values in sets

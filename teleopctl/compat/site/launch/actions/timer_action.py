@@ -113,7 +113,7 @@ class _Came(model.Action):
     def evaluate(self, launch: model.Launch) -> None:
         """Tell those who want to know."""
         event = TimerEvent(timer_action=self.timer)
-        if not launch.is_trial and launch.is_awaited(event):
+        if not launch.is_trial and launch.has_handler_for(event):
             launch.emit(event)
 
 

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any, ClassVar, TextIO
 
 from teleopctl.errors import TeleopctlError
-from teleopctl.launch import look_for_strangers, parse_text, read_step
+from teleopctl.launch import load_launch_extensions, parse_text, read_step
 
 from ..action import Action
 from ..conditions import IfCondition, UnlessCondition
@@ -47,7 +47,7 @@ class Parser:
     @classmethod
     def load_launch_extensions(cls) -> None:
         """Let installed distributions expose their actions and substitutions, once."""
-        look_for_strangers()
+        load_launch_extensions()
 
     @classmethod
     def load_parser_implementations(cls) -> None:

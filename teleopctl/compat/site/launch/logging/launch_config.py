@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from teleopctl.base.files import open_private
-from teleopctl.launch import LOG_FORMAT, SCREEN_FORMAT, log_directory_here, new_log_directory
+from teleopctl.launch import LOG_FORMAT, SCREEN_FORMAT, current_log_directory, new_log_directory
 
 from .handlers import PerLoggerFormatting
 
@@ -65,7 +65,7 @@ class LaunchConfig:
     def log_dir(self) -> str:
         """The folder of the launch's logs, which is there as soon as something is started."""
         if self._log_dir is None:
-            here = log_directory_here()
+            here = current_log_directory()
             self._log_dir, self._is_taken_over = here or new_log_directory(), here is not None
         return str(self._log_dir)
 
