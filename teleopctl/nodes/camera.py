@@ -197,7 +197,7 @@ class CameraNode(Node):
     def _on_graph(self) -> None:
         with self._changed:
             for channel in self._channels:
-                channel.look()
+                channel.on_graph_change()
             self._changed.notify_all()
 
     def _on_state(self, message: Any) -> None:
@@ -296,9 +296,9 @@ class CameraNode(Node):
         if now_ns < self._last_ns:
             # Another simulator, which has begun at zero.
             for channel in self._channels:
-                channel.beat.restart()
+                channel.schedule.restart()
         self._last_ns = now_ns
-        due = [channel for channel in self._channels if channel.beat.take(now_ns)]
+        due = [channel for channel in self._channels if channel.schedule.poll(now_ns)]
         drawing = [channel for channel in due if channel.draws]
         renderer = self._up_to_date_renderer(drawing) if drawing else None
         if renderer is not None:

@@ -304,7 +304,7 @@ SENSORS = Kind(
         "gps": f"{_SENSORS}.navsat:NavSat",
         "imu": f"{_SENSORS}.imu:Imu",
         "magnetometer": f"{_SENSORS}.magnetometer:Magnetometer",
-        "mujoco": "teleopctl.sim.mjcf:AsItIs",
+        "mujoco": "teleopctl.sim.mjcf:MjcfSensor",
         "navsat": f"{_SENSORS}.navsat:NavSat",
         "rangefinder": "teleopctl.sim.mjcf:Rangefinder",
         "touch": "teleopctl.sim.mjcf:Touch",

@@ -20,8 +20,11 @@ if TYPE_CHECKING:
         choose_backend as choose_backend,
     )
     from teleopctl.sim.node import MujocoSim as MujocoSim
-    from teleopctl.sim.pacing import Beat as Beat
-    from teleopctl.sim.replay import Rerun as Rerun, run_in_lockstep as run_in_lockstep
+    from teleopctl.sim.pacing import PeriodicSchedule as PeriodicSchedule
+    from teleopctl.sim.replay import (
+        SimulationReplay as SimulationReplay,
+        run_in_lockstep as run_in_lockstep,
+    )
     from teleopctl.sim.sensors.base import Sensor as Sensor
     from teleopctl.sim.sensors.imu import Imu as Imu
     from teleopctl.sim.sensors.settings import (

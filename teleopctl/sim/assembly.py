@@ -1,4 +1,4 @@
-"""A simulator's parameters, and what is made of them: simulation, topics, sensors and loop.
+"""Assembly of a simulator from a node's parameters: simulation, topics, sensors and loop.
 
 `MujocoSim` is made so on a node of the graph, and a recorded run once more in memory.
 """
@@ -44,7 +44,7 @@ _LEAST_TIMESTEP_S = 1e-5
 
 
 def declare_parameters(node: Node) -> None:
-    """Declare the simulator's parameters, except ``gravity``.
+    """Declare the simulator's parameters on a node, except ``gravity``.
 
     Raises:
         InvalidParameterError: A number is out of its range.
@@ -73,7 +73,7 @@ def declare_parameters(node: Node) -> None:
 
 
 def number_of(node: Node, name: str) -> float:
-    """Return a numeric parameter of a node.
+    """Return the value of one of the simulator's numeric parameters, checked against its range.
 
     Raises:
         InvalidParameterError: It is something else, or out of its range.
@@ -82,7 +82,7 @@ def number_of(node: Node, name: str) -> float:
 
 
 def checked_number(parameter: Parameter) -> float:
-    """Return the number of a parameter that is not yet set.
+    """Return the value of a numeric parameter that is about to be set, checked against its range.
 
     Raises:
         InvalidParameterError: It is something else, or out of its range.
@@ -101,7 +101,7 @@ def checked_number(parameter: Parameter) -> float:
 
 
 class Assembly(NamedTuple):
-    """A simulation with its publishers and sensors.
+    """A robot's simulation with the objects that publish its state and its sensors.
 
     Attributes:
         robot: The robot, its model and the simulation.
@@ -114,7 +114,7 @@ class Assembly(NamedTuple):
     sensors: SensorPublisher
 
     def loop(self, node: Node, ports: Ports | None = None) -> LockstepLoop:
-        """Return the loop that runs the simulation in lockstep.
+        """Return the loop that runs the simulation in lockstep, set up by a node's parameters.
 
         Args:
             node: Has the parameters.
@@ -133,7 +133,7 @@ class Assembly(NamedTuple):
 
 
 def build_robot(node: Node, urdf: str) -> SimulatedRobot:
-    """Build the simulation of a robot from a node's parameters.
+    """Build the simulation of a robot from its URDF and the simulator's parameters.
 
     Raises:
         InvalidDescriptionError: The robot or the world cannot be simulated.
@@ -154,7 +154,7 @@ def build_robot(node: Node, urdf: str) -> SimulatedRobot:
 
 
 def assemble(node: Node, robot: SimulatedRobot) -> Assembly:
-    """Make the publishers of a simulation, and set its gravity.
+    """Create the publishers of a simulation on a node, and set the gravity from its parameter.
 
     Args:
         node: Publishes, and has the parameters.

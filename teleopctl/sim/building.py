@@ -1,4 +1,4 @@
-"""From a robot description, and perhaps a world, to a simulation that can be stepped."""
+"""Construction of a simulation from a robot description and a world."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 class SimulatedRobot(NamedTuple):
-    """A simulation with the description, model and sensors that it was built from.
+    """A simulation with the description, model, sensors and world that it was built from.
 
     Attributes:
         description: The robot, as its URDF says.
@@ -54,7 +54,7 @@ def simulate(
     gps_origin: Sequence[float] = (),
     warn: Callable[[str], object] = lambda _: None,
 ) -> SimulatedRobot:
-    """Build a simulation of a robot from URDF text.
+    """Build a simulation of a robot, and of a world around it, from URDF text.
 
     Args:
         urdf: The robot description.
@@ -112,5 +112,5 @@ def simulate(
     )
     simulation.movers = movers
     return SimulatedRobot(
-        description, model, simulation, sensors, interfaces.kept(measuring), surroundings
+        description, model, simulation, sensors, interfaces.only(measuring), surroundings
     )

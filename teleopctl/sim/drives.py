@@ -1,4 +1,4 @@
-"""The drives of a simulated robot: commands in, set-points and gains of MuJoCo's actuators out.
+"""Joint drives of a simulated robot: commands to set-points and gains of MuJoCo's actuators.
 
 How a drive works is told in `teleopctl.mujoco_model.drives`, which builds the actuators; here
 they are switched between positions, velocities and efforts, and led from period to period.
@@ -19,11 +19,11 @@ import numpy.typing as npt
 from teleopctl.mujoco_model import DRIVE_RAD_S, compensated_bodies, drive_name, motor_name
 from teleopctl.robot import cut_command
 from teleopctl.sim.state.set_points import (
-    fed_speed,
-    kept_lead,
-    lost_distance,
-    way_there,
-    within_stops,
+    feedforward_speed,
+    lag_distance,
+    limited_lead,
+    position_speed,
+    speed_within_limits,
 )
 from teleopctl.sim.state.tuning import MovedInertia, drive_rates
 
@@ -64,7 +64,7 @@ _ARRIVED = 1e-9
 
 
 class Drives:
-    """Position and velocity drives of a robot's joints.
+    """Position, velocity and effort drives of a robot's joints.
 
     Args:
         model: The ``mujoco.MjModel``, whose gains change while running.
@@ -152,7 +152,7 @@ class Drives:
         )
 
     def reset(self) -> None:
-        """Hold the joints at their present positions, without commands."""
+        """Make all drives hold the joints at their present positions, without commands."""
         self.settled = False
         nothing = [0.0] * len(self._drive)
         actual = self._d.qpos[self._qpos]
@@ -168,8 +168,10 @@ class Drives:
         self._stiffness: list[float] = self._gain[:, 0].tolist()
         self._apply_modes()
 
-    def moved_to(self, model: mujoco.MjModel, data: mujoco.MjData, others: Iterable[str]) -> Drives:
-        """Return these drives with their state, for another model of the same robot.
+    def transferred_to(
+        self, model: mujoco.MjModel, data: mujoco.MjData, others: Iterable[str]
+    ) -> Drives:
+        """Return drives with this state for another compiled model of the same robot.
 
         Args:
             model: The other ``mujoco.MjModel``, whose gains change while running.
@@ -177,7 +179,7 @@ class Drives:
             others: See `Drives`.
         """
         moved = Drives(model, data, self._joints, self._period_s, others)
-        moved.leave_alone(self._m.body(body).name for body in self._weightless)
+        moved.remove_gravity(self._m.body(body).name for body in self._weightless)
         for name in _STATE:
             setattr(moved, name, getattr(self, name))
         moved.cut, moved._told = self.cut, self._told
@@ -186,11 +188,11 @@ class Drives:
         return moved
 
     def save(self) -> dict[str, Array]:
-        """Return the internal state of the drives, by name."""
+        """Return the internal state of all drives, as arrays by name."""
         return {f"drives{name}": np.array(getattr(self, name), float) for name in _STATE}
 
     def restore(self, saved: Mapping[str, Array]) -> None:
-        """Restore the state that `save` returned."""
+        """Set the internal state of all drives to what `save` returned."""
         for name in _STATE:
             setattr(self, name, saved[f"drives{name}"].tolist())
         self._mode = [int(mode) for mode in self._mode]
@@ -205,7 +207,7 @@ class Drives:
         velocity: Sequence[float] = (),
         effort: Sequence[float] = (),
     ) -> None:
-        """Apply commands for the control period that begins now.
+        """Set joint commands for the control period that begins now.
 
         Position wins over velocity, velocity over effort, where a joint is commanded more than
         one. A joint without a finite command holds where it is. What a joint cannot do is cut.
@@ -253,12 +255,12 @@ class Drives:
             self.cut.append(cut_command(joint, interface, asked, possible, limits, interface))
 
     def hold(self) -> None:
-        """Hold every joint at its present or last commanded position, without commands."""
+        """Switch all drives to position mode at the present or last commanded position."""
         self.settled = False
         self._set_modes([_POSITION] * len(self._mode))
 
     def commandable(self, name: str) -> bool:
-        """Return whether a joint accepts commands."""
+        """Return whether a joint has a drive that accepts commands."""
         return name in self._drive_of
 
     def _apply_gains(self) -> None:
@@ -270,7 +272,7 @@ class Drives:
 
     @property
     def changing(self) -> bool:
-        """Return whether any set-point changes its speed in this control period."""
+        """Whether any set-point's speed differs from that in the period before."""
         return self._setpoint_speed != self._speed_before
 
     def _index_command(self, names: list[str]) -> None:
@@ -350,8 +352,8 @@ class Drives:
         carried[self._weightless] = 1.0
         self._m.body_gravcomp[self._own] = carried[self._own]
 
-    def leave_alone(self, links: Iterable[str]) -> None:
-        """Set the links without gravity, before the first reset.
+    def remove_gravity(self, links: Iterable[str]) -> None:
+        """Remove gravity from links, before the first `reset`.
 
         A joint that moves nothing else carries nothing. One that moves others too counts what lifts
         these links among the effort that it can exert.
@@ -366,7 +368,7 @@ class Drives:
                 m.jnt_actgravcomp[joint] = 0
 
     def plan_period(self) -> None:
-        """Compute the path of every set-point for the control period that begins."""
+        """Write the set-points of all drives for the control period that begins now."""
         period_s, settled = self._period_s, True
         setpoints, drawn, stiffness = self._setpoint, self._drawn, self._stiffness
         fed_forward, speeds, speeds_before = (
@@ -386,10 +388,10 @@ class Drives:
                 if abs(away) < _ARRIVED:
                     setpoint, away = target, 0.0
                 most, more = self._max_speed[row], self._acceleration[row]
-                speed = way_there(away, before, fresh, most, more, period_s)
+                speed = position_speed(away, before, fresh, most, more, period_s)
                 if fresh and abs(away - speed * period_s) <= 1e-6 * abs(away):
                     expected, more = 2.0 * before - speeds_before[row], self._speed_step[row]
-                    fed = fed_speed(speed, fed_forward[row], expected, more)
+                    fed = feedforward_speed(speed, fed_forward[row], expected, more)
             elif mode == _VELOCITY:
                 speed = fed = self._wanted_within_stops(row)
                 setpoint = self._led(row, setpoint, speed - before)
@@ -411,14 +413,14 @@ class Drives:
         _, _, place, dof = self._places[row]
         pull = self._damping[row] * (self._setpoint_speed[row] - self._speeds[dof])
         actual: float = self._positions[place]
-        lead = kept_lead(setpoint - actual, pull, self._effort[row], self._stiffness[row])
+        lead = limited_lead(setpoint - actual, pull, self._effort[row], self._stiffness[row])
         # A change of speed asks for no distance to be made up.
-        lead -= lost_distance(change, self._speed_lag_s[row], self._acceleration[row])
+        lead -= lag_distance(change, self._speed_lag_s[row], self._acceleration[row])
         return actual + lead
 
     def _wanted_within_stops(self, row: int) -> float:
         _, _, place, dof = self._places[row]
         rest = self._positions[place] + self._speeds[dof] * self._speed_lag_s[row]
         stops = self._lower[row] - rest, self._upper[row] - rest
-        speed: float = within_stops(self._wanted_speed[row], *stops, self._period_s)
+        speed: float = speed_within_limits(self._wanted_speed[row], *stops, self._period_s)
         return speed

@@ -1,4 +1,4 @@
-"""Where links are; where free bodies are, and how they are put elsewhere."""
+"""Poses of links, and poses and velocities of free bodies."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class LinkPose:
 
 
 class FreeBodies:
-    """Free bodies of a simulation, in the order of ``bodies``.
+    """Poses and velocities of a simulation's free bodies.
 
     Args:
         model: The ``mujoco.MjModel``.
@@ -54,16 +54,16 @@ class FreeBodies:
         self._row = {body.link: row for row, body in enumerate(bodies)}
 
     def index(self, link: str) -> int | None:
-        """Return the index of a link among the free bodies, or None."""
+        """Return a link's number among the free bodies; None if the link is none of them."""
         return self._row.get(link)
 
     def pose(self, index: int) -> Array:
-        """Return a body's position in the world (m) and rotation (w x y z), (7,)."""
+        """Return a free body's position (m) and quaternion w x y z in the world, (7,)."""
         start = self._qpos[index]
         return np.array(self._d.qpos[start : start + 7])
 
     def twist(self, index: int) -> Array:
-        """Return a body's velocity (m/s) and angular velocity (rad/s) in the world, (6,)."""
+        """Return a free body's linear (m/s) and angular (rad/s) velocity in the world, (6,)."""
         start = self._dof[index]
         twist = np.array(self._d.qvel[start : start + 6])
         # MuJoCo has the linear part in the world's frame, the angular one in the body's.
@@ -71,7 +71,7 @@ class FreeBodies:
         return twist
 
     def put(self, index: int, pose: Array, twist: Array | None = None) -> None:
-        """Set a body's pose and velocity.
+        """Set a free body's pose and velocity in the world.
 
         Args:
             index: Its number.

@@ -22,7 +22,7 @@ _BODY = mujoco.mjtObj.mjOBJ_XBODY
 
 
 class OdometrySensor(Sensor):
-    """Publishes a link's true pose and velocity as ``nav_msgs/msg/Odometry``.
+    """Sensor that publishes a link's true pose and velocity as ``nav_msgs/msg/Odometry``.
 
     Args:
         truth: Which link's, and how it is told.
@@ -48,7 +48,7 @@ class OdometrySensor(Sensor):
         self._random = np.random.default_rng(0)
 
     def add_to(self, spec: mujoco.MjSpec) -> None:
-        """Check that the links exist.
+        """Check that the links of the odometry are in the model.
 
         Raises:
             InvalidDescriptionError: One of them is not.
@@ -59,7 +59,7 @@ class OdometrySensor(Sensor):
 
     # Any: as the base class has it.
     def read(self, model: mujoco.MjModel, data: mujoco.MjData, message: Any) -> None:
-        """Fill an Odometry message."""
+        """Fill an Odometry message with the link's true pose and velocity."""
         truth = self._truth
         message.child_frame_id = truth.child_frame_id
         position, quaternion, linear, angular = self._state(model, data)
@@ -105,7 +105,7 @@ class OdometrySensor(Sensor):
 
 
 class OdometryTransformSensor(OdometrySensor):
-    """Publishes a link's true pose as a transform on /tf.
+    """Sensor that publishes a link's true pose as a transform on ``/tf``.
 
     Args:
         truth: Which link's, and how it is told.
@@ -118,7 +118,7 @@ class OdometryTransformSensor(OdometrySensor):
 
     # Any: as the base class has it.
     def headers(self, message: Any) -> Sequence[Any]:
-        """Return the header of the message's only transform."""
+        """Add the transform to a new TFMessage, and return its header."""
         from teleopctl.interfaces import get_message
 
         transform = get_message("geometry_msgs/msg/TransformStamped")
@@ -127,7 +127,7 @@ class OdometryTransformSensor(OdometrySensor):
 
     # Any: as the base class has it.
     def read(self, model: mujoco.MjModel, data: mujoco.MjData, message: Any) -> None:
-        """Fill a transform message."""
+        """Fill a TFMessage with the link's true pose."""
         position, quaternion, _, _ = self._state(model, data)
         transform = message.transforms[0].transform
         place, turn = transform.translation, transform.rotation
@@ -136,7 +136,7 @@ class OdometryTransformSensor(OdometrySensor):
 
 
 def ground_truth(truths: Sequence[GroundTruth]) -> list[Sensor]:
-    """Return the sensors that publish the true odometry requested by plug-ins.
+    """Return the sensors that publish the true odometry which Gazebo plug-ins request.
 
     Args:
         truths: What they ask for.
@@ -177,7 +177,7 @@ _AXES = ((0, "x"), (1, "y"), (5, "yaw"))
 
 
 class PlanarMove:
-    """Moves a free base by velocities along x and y and about z.
+    """Gazebo's planar-move plug-in: moves a free base by velocities in x, y and yaw.
 
     Gazebo's plug-in sets the base's velocity again and again. Here motors hold it, as strong as
     they need to be.
@@ -190,12 +190,12 @@ class PlanarMove:
     def __init__(self, topic: str, link: str) -> None:
         self.topic = topic
         self._link = link
-        self.forget()
+        self.stop()
         # Any: the ``mujoco.MjModel`` that the motors are tuned to.
         self._tuned: Any = None
 
     def add_to(self, spec: mujoco.MjSpec) -> None:
-        """Add the base's actuators to a spec.
+        """Add the base's velocity actuators to a MuJoCo spec.
 
         Raises:
             InvalidDescriptionError: The base stands still.
@@ -218,18 +218,18 @@ class PlanarMove:
 
     # Any: a message, whose class is made at run time.
     def receive(self, message: Any) -> None:
-        """Set the commanded velocity, in the base's frame; called on the transport's thread."""
+        """Set the commanded velocity from a Twist message; called on the transport's thread."""
         wanted = (message.linear.x, message.linear.y, message.angular.z)
         if all(map(math.isfinite, wanted)):
             self._wanted = wanted
 
-    def forget(self) -> None:
-        """Stop until the next command."""
+    def stop(self) -> None:
+        """Drop the commanded velocity, so that the base stops."""
         self._wanted = (0.0, 0.0, 0.0)
         self._more = np.zeros(3)
 
     def plan_period(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
-        """Set the actuators for the control period that begins now.
+        """Set the actuators' controls for the control period that begins now.
 
         Args:
             model: The ``mujoco.MjModel``, on which the motors are tuned.
@@ -259,7 +259,7 @@ class PlanarMove:
 def add_movers(
     spec: mujoco.MjSpec, movers: list[PlanarMove], warn: Callable[[str], object]
 ) -> None:
-    """Add the planar movers to a robot's spec; those that cannot be added are removed."""
+    """Add planar-move plug-ins to a MuJoCo spec; remove from the list those that fail."""
     for mover in list(movers):
         try:
             mover.add_to(spec)

@@ -16,13 +16,13 @@ from teleopctl.sim.entities.entity import SimulatedEntity, entities, move
 from teleopctl.sim.entities.poses import (
     fill_pose,
     fill_twist,
-    no_sense,
+    invalid_number_reason,
     pose_in_world,
     twist_in_world,
 )
 from teleopctl.sim.entities.pushes import Push
-from teleopctl.sim.entities.service_base import NO_ROBOT, FindStage, Refusal, told
-from teleopctl.sim.entities.spawn_services import name_for
+from teleopctl.sim.entities.service_base import NO_ROBOT, FindRunning, Refusal, failure_text
+from teleopctl.sim.entities.spawn_services import choose_name
 from teleopctl.wire import EntityKind
 
 if TYPE_CHECKING:
@@ -38,7 +38,7 @@ _WORLD = ("", "world", "map", "/map")
 
 
 def link_of(simulation: Simulation, name: str) -> str:
-    """Return the link for a link's name, an entity's name or ``entity::link``.
+    """Return the link that Gazebo's name means: a link, an entity, or ``entity::link``.
 
     Returns:
         The link; empty for a robot that stands in the world.
@@ -65,7 +65,7 @@ def link_of(simulation: Simulation, name: str) -> str:
 
 
 def entity_of(simulation: Simulation, name: str) -> SimulatedEntity:
-    """Return the entity for its name or that of its topmost link.
+    """Return the entity that has a name, or whose topmost link has the name.
 
     Raises:
         NotFoundError: There is none.
@@ -78,7 +78,7 @@ def entity_of(simulation: Simulation, name: str) -> SimulatedEntity:
 
 
 def motion_of_link(simulation: Simulation, link: str) -> tuple[Array, Array]:
-    """Return the pose of a link and the velocity of its frame's origin, in the world.
+    """Return the pose and velocity of a link's frame in the world.
 
     Args:
         simulation: Where it is.
@@ -100,7 +100,7 @@ def motion_of_link(simulation: Simulation, link: str) -> tuple[Array, Array]:
 
 
 def frame_link(simulation: Simulation, name: str) -> str:
-    """Return the link of a reference frame; empty for the world.
+    """Return the link that a reference frame names; empty for the world.
 
     Raises:
         NotFoundError: There is none.
@@ -116,28 +116,28 @@ def _is_alone(simulation: Simulation, thing: str) -> bool:
 
 # Any, here and below: messages, whose classes are made at run time.
 def get_model_list(
-    stage: RunningSimulation, request: Any, response: Any, warn: Callable[[str], None]
+    running: RunningSimulation, request: Any, response: Any, warn: Callable[[str], None]
 ) -> None:
-    """List the entities."""
+    """Handle ``get_model_list``: return the names of all entities."""
     del request, warn
 
     def look() -> None:
-        set_stamp(response.header.stamp, stage.simulation.time_ns)
-        response.model_names = list(entities(stage.simulation))
+        set_stamp(response.header.stamp, running.simulation.time_ns)
+        response.model_names = list(entities(running.simulation))
 
-    stage.ask(look)
+    running.call(look)
 
 
 async def spawn_entity(
-    stage: RunningSimulation, request: Any, response: Any, warn: Callable[[str], None]
+    running: RunningSimulation, request: Any, response: Any, warn: Callable[[str], None]
 ) -> None:
-    """Spawn a model from URDF or SDF text."""
+    """Handle ``spawn_entity``: spawn an entity from URDF or SDF text."""
     world = read_world_text(request.xml, "xml")
     # Without a name it gets another one where its own is taken.
-    name = name_for(stage, world, request.name, renames=not request.name)
-    pose = stage.ask(
+    name = choose_name(running, world, request.name, renames=not request.name)
+    pose = running.call(
         lambda: pose_in_world(
-            request.initial_pose, _frame(stage.simulation, request.reference_frame)
+            request.initial_pose, _frame(running.simulation, request.reference_frame)
         )
     )
     if request.robot_namespace:
@@ -145,7 +145,7 @@ async def spawn_entity(
             f"the namespace {request.robot_namespace} is without effect: '{name}' has no "
             "interfaces of its own"
         )
-    thing = await stage.spawn(world, name, pose[:3], pose[3:], own_pose=True)
+    thing = await running.spawn(world, name, pose[:3], pose[3:], own_pose=True)
     assert thing is not None  # only what is cancelled has no result
     for remark in thing.warnings:
         warn(f"'{name}': {remark}")
@@ -153,22 +153,22 @@ async def spawn_entity(
 
 
 def delete_entity(
-    stage: RunningSimulation, request: Any, response: Any, warn: Callable[[str], None]
+    running: RunningSimulation, request: Any, response: Any, warn: Callable[[str], None]
 ) -> None:
-    """Remove an entity."""
+    """Handle ``delete_entity``: remove an entity."""
     del warn
-    stage.delete(request.name)
+    running.delete(request.name)
     response.status_message = f"Successfully deleted entity [{request.name}]"
 
 
 def get_entity_state(
-    stage: RunningSimulation, request: Any, response: Any, warn: Callable[[str], None]
+    running: RunningSimulation, request: Any, response: Any, warn: Callable[[str], None]
 ) -> None:
-    """Return the pose and twist of an entity or link, relative to a frame."""
+    """Handle ``get_entity_state``: return the pose and twist of an entity or link in a frame."""
     del warn
 
     def look() -> None:
-        simulation = stage.simulation
+        simulation = running.simulation
         pose, twist = motion_of_link(simulation, link_of(simulation, request.name))
         if link := frame_link(simulation, request.reference_frame):
             frame = simulation.link_pose(link)
@@ -183,24 +183,24 @@ def get_entity_state(
         fill_pose(response.state.pose, pose)
         fill_twist(response.state.twist, twist)
 
-    stage.ask(look)
+    running.call(look)
 
 
 def set_entity_state(
-    stage: RunningSimulation, request: Any, response: Any, warn: Callable[[str], None]
+    running: RunningSimulation, request: Any, response: Any, warn: Callable[[str], None]
 ) -> None:
-    """Set the pose and twist of an entity."""
+    """Handle ``set_entity_state``: set the pose and twist of an entity."""
     del response, warn
     state = request.state
 
     def change() -> None:
-        simulation = stage.simulation
+        simulation = running.simulation
         entity = entity_of(simulation, state.name)
         frame = _frame(simulation, state.reference_frame)
         pose, twist = pose_in_world(state.pose, frame), twist_in_world(state.twist, frame)
         move(simulation, entity, pose, twist)
 
-    stage.change(change)
+    running.call_and_publish(change)
 
 
 def _frame(simulation: Simulation, name: str) -> LinkPose | None:
@@ -224,31 +224,31 @@ _ENDLESS = 1 << 62
 
 # Any, here and below: messages, whose classes are made at run time.
 def apply_link_wrench(
-    stage: RunningSimulation, request: Any, response: Any, warn: Callable[[str], None]
+    running: RunningSimulation, request: Any, response: Any, warn: Callable[[str], None]
 ) -> None:
-    """Apply a force and a torque to a link for a duration."""
+    """Handle ``apply_link_wrench``: apply a force and torque to a link for a duration."""
     del warn
 
     def apply() -> bool:
-        push = _push(stage.simulation, request)
+        push = _push(running.simulation, request)
         if push is not None:
-            stage.simulation.push(push)
+            running.simulation.push(push)
         return push is not None
 
-    if not stage.ask(apply):
+    if not running.call(apply):
         response.status_message = "The duration is 0: nothing is done"
 
 
 def clear_link_wrenches(
-    stage: RunningSimulation, request: Any, response: Any, warn: Callable[[str], None]
+    running: RunningSimulation, request: Any, response: Any, warn: Callable[[str], None]
 ) -> None:
-    """End the wrenches on a link."""
+    """Handle ``clear_link_wrenches``: end all external wrenches on a link."""
     del response
 
     def clear() -> bool:
-        return stage.simulation.end_pushes(link_of(stage.simulation, request.link_name))
+        return running.simulation.end_pushes(link_of(running.simulation, request.link_name))
 
-    if not stage.ask(clear):
+    if not running.call(clear):
         warn(f"No applied wrenches on [{request.link_name}]")
 
 
@@ -258,7 +258,7 @@ def _push(simulation: Simulation, request: Any) -> Push | None:
         raise NotFoundError(f"'{request.link_name}' stands in the world: name one of its links")
     parts = request.wrench.force, request.wrench.torque, request.reference_point
     force, torque, point = (np.array([part.x, part.y, part.z]) for part in parts)
-    if reason := no_sense([force, torque, point]):
+    if reason := invalid_number_reason([force, torque, point]):
         raise InvalidMessageError(f"A number of the wrench on '{link}' {reason}")
     if to_nanoseconds(request.start_time) > simulation.time_ns:
         raise RefusedError("start_time is to come: a wrench acts from now on")
@@ -280,35 +280,35 @@ def _push(simulation: Simulation, request: Any) -> Push | None:
 
 # Any, here and below: messages, whose classes are made at run time.
 def pause_physics(
-    stage: RunningSimulation, request: Any, response: Any, warn: Callable[[str], None]
+    running: RunningSimulation, request: Any, response: Any, warn: Callable[[str], None]
 ) -> None:
-    """Pause the simulation."""
+    """Handle ``pause_physics``: pause the simulation."""
     del request, response, warn
-    stage.pause()
+    running.pause()
 
 
 def unpause_physics(
-    stage: RunningSimulation, request: Any, response: Any, warn: Callable[[str], None]
+    running: RunningSimulation, request: Any, response: Any, warn: Callable[[str], None]
 ) -> None:
-    """Resume the simulation."""
+    """Handle ``unpause_physics``: resume the simulation."""
     del request, response, warn
-    stage.play()
+    running.play()
 
 
 def reset_simulation(
-    stage: RunningSimulation, request: Any, response: Any, warn: Callable[[str], None]
+    running: RunningSimulation, request: Any, response: Any, warn: Callable[[str], None]
 ) -> None:
-    """Reset everything including time; spawned entities stay, as in Gazebo."""
+    """Handle ``reset_simulation``: reset time and states; spawned entities stay."""
     del request, response, warn
-    stage.reset(time=True, state=True, spawned=False)
+    running.reset(time=True, state=True, spawned=False)
 
 
 def reset_world(
-    stage: RunningSimulation, request: Any, response: Any, warn: Callable[[str], None]
+    running: RunningSimulation, request: Any, response: Any, warn: Callable[[str], None]
 ) -> None:
-    """Reset the states of all entities; time continues."""
+    """Handle ``reset_world``: reset the states of all entities; time continues."""
     del request, response, warn
-    stage.reset(time=False, state=True, spawned=False)
+    running.reset(time=False, state=True, spawned=False)
 
 
 # Any, here and below: messages, whose classes are made at run time. Warnings go to the last one.
@@ -338,7 +338,7 @@ _WHEN_ASKED_FOR: dict[str, tuple[str, Handler]] = {
 
 
 class GazeboServices:
-    """Offers the services of gazebo_ros.
+    """Services of Gazebo classic's gazebo_ros on the simulator's node.
 
     Those whose names are also names of simulation_interfaces are offered once a program asks for
     them by Gazebo's type, and nobody else answers it: tools that know one type of a name, which is
@@ -346,11 +346,11 @@ class GazeboServices:
 
     Args:
         node: Whose they are.
-        find_stage: See `FindStage`.
+        find_running: See `FindRunning`.
     """
 
-    def __init__(self, node: Node, find_stage: FindStage) -> None:
-        self._node, self._find_stage = node, find_stage
+    def __init__(self, node: Node, find_running: FindRunning) -> None:
+        self._node, self._find_stage = node, find_running
         self._waiting = dict(_WHEN_ASKED_FOR)
         for name, (type_name, handler) in _ALWAYS.items():
             self._offer(name, type_name, handler)
@@ -378,16 +378,16 @@ class GazeboServices:
         async def answer(request: Any, response: Any) -> Any:
             text, done = "", False
             try:
-                stage = self._find_stage()
-                if stage is None:
+                running = self._find_stage()
+                if running is None:
                     raise RefusedError(NO_ROBOT)
-                if (outcome := handler(stage, request, response, warn)) is not None:
+                if (outcome := handler(running, request, response, warn)) is not None:
                     await outcome
                 done = True
             except Refusal as refusal:
                 text = str(refusal)
             except Exception as error:  # noqa: BLE001 - no request ends the simulation
-                text = told(self._node, error)
+                text = failure_text(self._node, error)
             if not done:
                 logger.error(f"{name}: {text}")
             if hasattr(response, "success"):

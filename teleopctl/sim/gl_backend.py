@@ -1,4 +1,4 @@
-"""Which OpenGL mujoco draws with, decided before mujoco is imported.
+"""Choice of MuJoCo's OpenGL backend for rendering without a window.
 
 mujoco reads ``MUJOCO_GL`` once, at import. On Linux rendering needs no display: EGL draws on a
 GPU or with Mesa's software rasteriser, OSMesa in software only. Elsewhere nothing is needed.
@@ -21,7 +21,7 @@ INSTALL_HINT = (
 
 
 def choose_backend() -> str:
-    """Set ``MUJOCO_GL`` for rendering without a window, unless the user has set it.
+    """Set ``MUJOCO_GL`` to an installed backend unless the user has set it; return its name.
 
     Returns:
         The backend: ``egl``, ``osmesa`` or whatever the user asked for; empty where the
@@ -41,7 +41,7 @@ def choose_backend() -> str:
 
 
 def missing_library(reason: object) -> TeleopctlError:
-    """Return the error for a machine without a graphics library.
+    """Return the error for a machine on which no OpenGL library can be used.
 
     Args:
         reason: What failed, in the words of whoever noticed.
@@ -54,7 +54,7 @@ def missing_library(reason: object) -> TeleopctlError:
 
 
 def check_drawing() -> None:
-    """Import mujoco with the chosen backend and open a context, to check that it works.
+    """Create an OpenGL context with the chosen backend, to check that rendering works.
 
     Importing it is not enough: a library without a driver is only found out by a context.
 

@@ -1,4 +1,4 @@
-"""Links of a robot that overlap at the start touch again once they have come apart."""
+"""Links that overlap at the start: their contacts are disabled until they have come apart."""
 
 from __future__ import annotations
 
@@ -38,16 +38,16 @@ class InitialOverlaps:
         self._waiting: deque[_Pair] = deque()
 
     def reset(self) -> None:
-        """Disable the contacts of all pairs, as at the start."""
+        """Disable the contacts of all pairs, as at the start of the simulation."""
         self._waiting = deque(self._pairs)
         self._m.exclude_signature[:] = self._excluded
 
     def save(self) -> npt.NDArray[np.float64]:
-        """Return the numbers of the pairs still overlapping."""
+        """Return the numbers of the pairs whose contacts are still disabled."""
         return np.array([self._pairs.index(pair) for pair in self._waiting], float)
 
     def restore(self, waiting: npt.NDArray[np.float64]) -> None:
-        """Restore the waiting pairs whose numbers `save` returned."""
+        """Set which pairs have disabled contacts, by the numbers that `save` returned."""
         self.reset()
         numbers = dict.fromkeys(int(number) for number in waiting)
         self._waiting = deque(self._pairs[n] for n in numbers if 0 <= n < len(self._pairs))
@@ -57,11 +57,11 @@ class InitialOverlaps:
 
     @property
     def waits(self) -> bool:
-        """Whether pairs are waiting to be apart."""
+        """Whether any pair has disabled contacts."""
         return bool(self._waiting)
 
-    def moved_to(self, model: mujoco.MjModel, data: mujoco.MjData) -> InitialOverlaps:
-        """Return the same pairs in another model of the robot, with their states.
+    def transferred_to(self, model: mujoco.MjModel, data: mujoco.MjData) -> InitialOverlaps:
+        """Return these pairs with their state for another compiled model of the robot.
 
         Args:
             model: The other ``mujoco.MjModel``, whose excluded pairs are changed.
@@ -78,7 +78,7 @@ class InitialOverlaps:
         return moved
 
     def check(self) -> None:
-        """Enable contacts of the next pair if its shapes are apart."""
+        """Check the next pair in turn, and enable its contacts if its shapes are apart."""
         # Where the shapes are now: they are a physics step old, unless somebody asked.
         mujoco.mj_kinematics(self._m, self._d)
         pair = self._waiting.popleft()
@@ -111,7 +111,7 @@ class _Pair:
         ]
 
     def overlaps(self, model: mujoco.MjModel, data: mujoco.MjData) -> bool:
-        """Return whether any two shapes of the pair are not yet apart."""
+        """Return whether any two shapes of the pair are closer than 0.1 mm."""
         for number, (one, other) in enumerate(self._geoms):
             # MuJoCo answers with the longest distance of interest for all beyond.
             if mujoco.mj_geomDistance(model, data, one, other, _APART_M, None) < _APART_M:

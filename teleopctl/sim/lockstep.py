@@ -1,4 +1,4 @@
-"""The simulator's main loop: physics, wall clock and controller in step with one another.
+"""Main loop of the simulator: physics, wall clock and controller in lockstep.
 
 At each control tick the loop publishes the state of that very time, waits (bounded, in wall
 time) for the command computed from it, applies it, and steps to the next tick. Without a
@@ -15,13 +15,13 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Protocol
 
-from teleopctl.sim.pacing import Beat, Pacer
+from teleopctl.sim.pacing import Pacer, PeriodicSchedule
 from teleopctl.sim.simulation import Simulation
 
 
 @dataclass(frozen=True)
 class Command:
-    """Joint commands of a controller; see `Simulation.apply`.
+    """Joint commands of a controller for one control period.
 
     Attributes:
         stamp_ns: The time of the state that it answers; 0 for a sender that keeps no step.
@@ -39,8 +39,8 @@ class Command:
 
 
 @dataclass(eq=False)
-class Steps:
-    """Requested physics steps.
+class StepRequest:
+    """Request for a number of physics steps while the simulation is paused.
 
     Attributes:
         left: How many are still to be made.
@@ -52,47 +52,47 @@ class Steps:
 
 
 class Ports(Protocol):
-    """Interface of the loop's outputs. Called on the loop's thread."""
+    """Interface of the lockstep loop's outputs; called on the loop's thread."""
 
     def publish_clock(self, time_ns: int) -> None:
         """Publish the simulated time."""
 
     def publish_state(self, time_ns: int) -> None:
-        """Publish the joint states of a control tick, for the controller."""
+        """Publish the joint states of a control tick, which the controller answers."""
 
     def publish_view(self, time_ns: int) -> None:
-        """Publish the states for viewers."""
+        """Publish the joint states and body poses for viewers."""
 
     def controller_lost(self, time_ns: int, waited_s: float) -> None:
-        """Report that the controller did not answer the state of a time."""
+        """Report that no command came for the state of a time."""
 
     def controller_back(self, time_ns: int) -> None:
-        """Report that the controller answers again."""
+        """Report that the controller answers again after it was lost."""
 
     def fell_behind(self, seconds: float, factor: float) -> None:
-        """Report lost wall time, with the real-time factor of the last second."""
+        """Report how much wall time the simulation lost, and the real-time factor it reached."""
 
     def diverged(self, time_ns: int) -> None:
         """Report that the robot's physics became unstable and was reset."""
 
     def commands_cut(self, sentences: Sequence[str]) -> None:
-        """Report commands that exceed joints' limits for the first time, a sentence each."""
+        """Report commands beyond joint limits, one sentence for each joint's first."""
 
-    def put_back(self, time_ns: int, things: Sequence[str]) -> None:
-        """Report that the physics of objects became unstable, and that these were reset."""
+    def objects_reset(self, time_ns: int, things: Sequence[str]) -> None:
+        """Report objects whose physics became unstable and which were reset."""
 
 
 class Sampler(Protocol):
-    """Interface of sensors, which measure at times of their own. Called on the loop's thread."""
+    """Interface of sensors, which the loop samples at their own times; on the loop's thread."""
 
     def next_ns(self) -> int | None:
-        """Return the simulated time of the next measurement; None if there is none."""
+        """Return the simulated time of the next measurement; None without subscribers."""
 
     def sample(self, time_ns: int) -> None:
-        """Publish the measurements that are due at a time."""
+        """Publish the measurements that are due at a simulated time."""
 
     def show(self, time_ns: int) -> None:
-        """Publish the present state again, after a change or on request."""
+        """Publish again the sensors that report state, after a change while paused."""
 
 
 _CLOCK_RATE_HZ = 100.0
@@ -103,7 +103,7 @@ _COAST_NS = 50_000_000
 
 
 class LockstepLoop:
-    """Runs a simulation in lockstep with a controller; thread-safe.
+    """Loop that runs a simulation in lockstep with a controller; thread-safe.
 
     Args:
         simulation: What to step; nobody else may touch it while the loop runs.
@@ -134,15 +134,15 @@ class LockstepLoop:
         self._ports = ports
         self._timeout_s = lockstep_timeout_s
         self._pacer = Pacer(real_time_factor)
-        self._clock_beat = Beat(_CLOCK_RATE_HZ)
-        self._view_beat = Beat(view_rate_hz)
+        self._clock_schedule = PeriodicSchedule(_CLOCK_RATE_HZ)
+        self._view_schedule = PeriodicSchedule(view_rate_hz)
         self._changed = threading.Condition()
         # Whether `_ready` has anything to look at: at 1 kHz each lock that is not taken counts.
         self._called = True
         self._stopped = False
         self._paused = paused
         self._parked = False
-        self._steps: deque[Steps] = deque()
+        self._steps: deque[StepRequest] = deque()
         self._requests: deque[Callable[[], None]] = deque()
         self._partner = False
         self._viewed = False
@@ -160,7 +160,7 @@ class LockstepLoop:
     # --- called from outside ----------------------------------------------------------------
 
     def offer(self, command: Command) -> None:
-        """Pass a received command to the loop."""
+        """Pass a received joint command to the loop."""
         with self._changed:
             if command.stamp_ns == 0 and self._simulation.time_ns != 0:
                 self._unstamped = command
@@ -168,19 +168,19 @@ class LockstepLoop:
                 self._command = command
             self._changed.notify_all()
 
-    def set_partner(self, present: bool) -> None:
-        """Set whether there is a controller to wait for."""
+    def set_controller_present(self, present: bool) -> None:
+        """Set whether there is a controller whose commands the loop waits for."""
         with self._changed:
             self._partner = present
             self._changed.notify_all()
 
     def set_viewed(self, viewed: bool) -> None:
-        """Set whether the pose has subscribers."""
+        """Set whether topics for viewers have subscribers."""
         with self._changed:
             self._viewed = viewed
 
-    def set_heard(self, *, clock: bool, ticks: bool) -> None:
-        """Set which outputs have subscribers; all of them by default.
+    def set_subscribed(self, *, clock: bool, ticks: bool) -> None:
+        """Set whether the clock and the states of control ticks have subscribers.
 
         Args:
             clock: Whether the simulated time is to be told.
@@ -192,7 +192,7 @@ class LockstepLoop:
             self._attended = ticks
 
     def set_paused(self, paused: bool, timeout_s: float) -> bool:
-        """Pause at the next control tick, or resume; pending steps are cancelled.
+        """Pause at the next control tick, or resume; requested steps are cancelled.
 
         Returns:
             Whether the loop has got there within ``timeout_s``.
@@ -208,17 +208,17 @@ class LockstepLoop:
 
     @property
     def paused(self) -> bool:
-        """Whether the simulation is paused."""
+        """Whether the simulation is paused or about to pause."""
         with self._changed:
             return self._paused
 
     @property
     def reached_factor(self) -> float:
-        """Real-time factor over the last second; 0 while paused."""
-        return 0.0 if self.paused else self._pacer.reached.of(self._simulation.time_ns)
+        """Measured real-time factor over the last second; 0 while paused."""
+        return 0.0 if self.paused else self._pacer.reached.at(self._simulation.time_ns)
 
     def step(self, count: int, on_end: Callable[[bool], None]) -> None:
-        """Advance a paused simulation by physics steps, with the exchange of control ticks.
+        """Request physics steps of a paused simulation; ``on_end`` is called when they are done.
 
         Args:
             count: How many, at least one; those that others have asked for come first.
@@ -226,7 +226,7 @@ class LockstepLoop:
                 time is to go on, or to stand still at once, and when the loop ends.
         """
         with self._changed:
-            self._steps.append(Steps(count, on_end))
+            self._steps.append(StepRequest(count, on_end))
             self._called = True
             self._changed.notify_all()
             stopped = self._stopped
@@ -235,11 +235,11 @@ class LockstepLoop:
 
     @property
     def stepping(self) -> bool:
-        """Whether requested steps are pending."""
+        """Whether requested physics steps are still to be made."""
         return bool(self._steps)
 
     def call(self, request: Callable[[], None], timeout_s: float) -> bool:
-        """Call a function on the loop's thread between two steps, and return its result.
+        """Call a function on the loop's thread between two steps; return whether it ran in time.
 
         Returns:
             Whether it has been run within ``timeout_s``; otherwise it will not be.
@@ -263,28 +263,28 @@ class LockstepLoop:
         return done.wait()  # what has begun is seen to its end
 
     def post(self, request: Callable[[], None]) -> None:
-        """Queue a function that the loop's thread calls between two steps."""
+        """Queue a function that the loop's thread calls between two steps; return at once."""
         with self._changed:
             self._requests.append(request)
             self._called = True
             self._changed.notify_all()
 
     def set_real_time_factor(self, factor: float) -> None:
-        """Set the real-time factor; takes effect within one block of steps."""
+        """Set the requested real-time factor, effective from the next block of steps on."""
         self.post(lambda: self._pacer.set_factor(factor, self._simulation.time_ns))
 
     def restart(self) -> None:
-        """Restart at the simulation's present time; called on the loop's thread, by a request."""
+        """Restart schedules and pace at the simulation's present time; on the loop's thread."""
         now = self._simulation.time_ns
-        for beat in (self._clock_beat, self._view_beat):
-            beat.restart()
+        for schedule in (self._clock_schedule, self._view_schedule):
+            schedule.restart()
         self._pacer.resume(now)
         self._command = self._unstamped = None
         self._lost = False
         self._began_anew, self._exchanged = True, False
 
     def show(self) -> None:
-        """Publish the state while the simulation is paused; on the loop's thread, by a request.
+        """Publish the present state if the simulation is paused; on the loop's thread.
 
         For what somebody has changed, and for whoever subscribes only now. After a reset the
         controllers get it too, and what they answer at a control tick is not asked for again.
@@ -305,7 +305,7 @@ class LockstepLoop:
                 self._sampler.show(now)
 
     def stop(self) -> None:
-        """End `run`."""
+        """Make `run` return after the present block of steps; any thread may call this."""
         with self._changed:
             self._stopped = self._called = True
             self._changed.notify_all()
@@ -320,7 +320,7 @@ class LockstepLoop:
     # --- the loop -------------------------------------------------------------------------
 
     def run(self) -> None:
-        """Advance the simulation until it is stopped or has reached its end."""
+        """Run the simulation until `stop` is called or its end time is reached."""
         simulation = self._simulation
         self._pacer.resume(simulation.time_ns)
         while self._ready():
@@ -349,7 +349,7 @@ class LockstepLoop:
             if steps.left == 0:
                 self._end(steps)
 
-    def _end(self, steps: Steps) -> None:
+    def _end(self, steps: StepRequest) -> None:
         with self._changed:
             if steps not in self._steps:
                 return  # they were given up meanwhile
@@ -362,7 +362,7 @@ class LockstepLoop:
 
     @property
     def at_end(self) -> bool:
-        """Return whether the simulation has reached its end."""
+        """Whether the simulation has reached its end time."""
         return self._end_ns is not None and self._simulation.time_ns >= self._end_ns
 
     def _ready(self) -> bool:
@@ -403,7 +403,7 @@ class LockstepLoop:
             self._simulation.reset_state()
             self._ports.diverged(now)
         if self._simulation.put_back:
-            self._ports.put_back(now, self._simulation.put_back)
+            self._ports.objects_reset(now, self._simulation.put_back)
             self._simulation.put_back = []
         self._resets_seen, self._began_anew = self._simulation.resets, False
         # Controllers take their time from the state; everybody else's clock may be coarser, which
@@ -463,7 +463,7 @@ class LockstepLoop:
         command = self._command
         return command if command is not None and command.stamp_ns == now else None
 
-    def _block(self, steps: Steps | None) -> int:
+    def _block(self, steps: StepRequest | None) -> int:
         """Physics steps until something has to be done, those that were asked for among that."""
         simulation = self._simulation
         count = simulation.steps_to_tick
@@ -472,9 +472,9 @@ class LockstepLoop:
         if steps is None and not self._attended:
             count = max(count, simulation.steps_until(simulation.time_ns + _COAST_NS))
         if self._clocked:
-            count = min(count, simulation.steps_until(self._clock_beat.next_ns) or count)
+            count = min(count, simulation.steps_until(self._clock_schedule.next_ns) or count)
         if self._viewed:
-            count = min(count, simulation.steps_until(self._view_beat.next_ns) or 1)
+            count = min(count, simulation.steps_until(self._view_schedule.next_ns) or 1)
         if self._sampler is not None and (due_ns := self._sampler.next_ns()) is not None:
             count = min(count, simulation.steps_until(due_ns) or 1)
         if self._end_ns is not None:
@@ -484,14 +484,14 @@ class LockstepLoop:
         return count
 
     def _clock_due(self, now: int) -> bool:
-        return self._clock_beat.take(now) and self._clocked
+        return self._clock_schedule.poll(now) and self._clocked
 
     def _wait_until_due(self, now: int) -> None:
         if self._pacer.real_time_factor <= 0.0:
-            self._pacer.reached.note(now)
+            self._pacer.reached.record(now)
             return
-        if (lag := self._pacer.give_up_lag(now)) > 0.0 and not self._lost:
-            self._ports.fell_behind(lag, self._pacer.reached.of(now))
+        if (lag := self._pacer.drop_lag(now)) > 0.0 and not self._lost:
+            self._ports.fell_behind(lag, self._pacer.reached.at(now))
         with self._changed:
             while (remaining := self._pacer.remaining_s(now)) > 0.0:
                 if self._stopped or self._paused or self._requests:
@@ -502,7 +502,7 @@ class LockstepLoop:
         """What else is due at this time, between ticks as well as at them."""
         if not self._simulation.at_tick and (self._clock_due(now) or force):
             self._ports.publish_clock(now)
-        if self._viewed and (self._view_beat.take(now) or force):
+        if self._viewed and (self._view_schedule.poll(now) or force):
             self._simulation.read()
             self._ports.publish_view(now)
         if self._sampler is not None:

@@ -1,4 +1,4 @@
-"""Parts of MJCF files that URDF lacks: ball joints, actuators and sensors of the file."""
+"""Ball joints, actuators and sensors that only robots in MJCF files have."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _NEARLY_UPRIGHT = 1e-6
 
 
 class BallJoints:
-    """Ball joints of a simulation, as three rotation joints each.
+    """Ball joints of a simulation, which ROS sees as three revolute joints each.
 
     Args:
         joints: The robot's movable joints; three after one another are a ball joint.
@@ -42,7 +42,7 @@ class BallJoints:
 
     # Any stands for MuJoCo's types, which have no static ones.
     def read(self, data: Any, positions: Array, velocities: Array) -> None:
-        """Write the rotation angles and velocities of the ball joints into arrays."""
+        """Write the three angles and velocities of each ball joint into arrays."""
         rotation = np.zeros(9)
         for ball, row in self._rows.items():
             joint = data.joint(ball)
@@ -56,7 +56,7 @@ class BallJoints:
             velocities[row : row + 3] = first, sin(c) * x + cos(c) * y, z - sin(b) * first
 
     def put(self, data: Any, given: Mapping[str, float]) -> None:
-        """Set ball joints from rotation angles; missing angles are 0."""
+        """Set the ball joints' rotations from joint angles by name; missing angles are 0."""
         for ball, row in self._rows.items():
             turns = self._names[row : row + 3]
             if any(turn in given for turn in turns):
@@ -99,8 +99,8 @@ class FileActuators:
     def __contains__(self, joint: object) -> bool:
         return joint in self._parts
 
-    def hold_here(self) -> None:
-        """Set the actuators that can hold a joint to its present position."""
+    def hold_present(self) -> None:
+        """Set position actuators to the present positions of their joints."""
         for joint, parts in self._parts.items():
             position = float(self._d.joint(joint).qpos[0])
             for interface, number, actuator in parts:
@@ -118,7 +118,7 @@ class FileActuators:
         velocity: Sequence[float],
         effort: Sequence[float],
     ) -> None:
-        """Apply commands for the control period that begins now; see `Drives.apply`."""
+        """Set the actuators' controls from joint commands for the control period that begins."""
         given = [
             values if len(values) == len(names) else () for values in (position, velocity, effort)
         ]
@@ -137,7 +137,7 @@ class FileActuators:
                     self._d.ctrl[number] = _control(actuator, 0.0)
 
     def hold(self) -> None:
-        """Stop actuators without commands; position actuators keep their targets."""
+        """Set velocity and effort actuators to zero; position actuators keep their targets."""
         self.apply((), (), (), ())
 
 
@@ -149,7 +149,7 @@ class _OfFile(Sensor):
     """A sensor of an MJCF file, with the noise that the file says."""
 
     def add_to(self, spec: mujoco.MjSpec) -> None:
-        """Find the MuJoCo sensor of the file."""
+        """Look up the MuJoCo sensor of the file, and make it measure without delay."""
         kind = self.description.type
         self._sensor = self.description.texts.get(f"{kind}/sensor", "")
         sensor = spec.sensor(self._sensor)
@@ -164,23 +164,23 @@ class _OfFile(Sensor):
         return np.array(data.sensor(self._sensor).data)
 
     def _disturbed(self, values: Array, data: mujoco.MjData) -> Array:
-        return self.noise(self.description.type).disturb(values, float(data.time))
+        return self.noise(self.description.type).add_noise(values, float(data.time))
 
 
 class Touch(_OfFile):
-    """Touch sensor: sum of the normal contact forces within its site, in N."""
+    """Touch sensor of an MJCF file: sum of the normal contact forces within its site, in N."""
 
     message_type = "std_msgs/msg/Float64"
 
     # Any: as the base class has it.
     def read(self, model: mujoco.MjModel, data: mujoco.MjData, message: Any) -> None:
-        """Fill the message with the force."""
+        """Fill a Float64 message with the force."""
         del model
         message.data = float(self._disturbed(self._values(data), data)[0])
 
 
 class Rangefinder(_OfFile):
-    """Range finder: distance along a ray to the nearest shape.
+    """Range finder of an MJCF file: distance along a ray to the nearest shape.
 
     What meets nothing, or nothing until the cutoff, is infinite (REP 117).
     """
@@ -189,7 +189,7 @@ class Rangefinder(_OfFile):
 
     # Any: as the base class has it.
     def read(self, model: mujoco.MjModel, data: mujoco.MjData, message: Any) -> None:
-        """Fill the message with the distance; -1 of MuJoCo means none."""
+        """Fill a Range message with the distance; infinite if the ray meets nothing."""
         cutoff = float(model.sensor(self._sensor).cutoff[0])
         message.radiation_type = 1  # infrared
         message.max_range = cutoff or math.inf
@@ -198,8 +198,8 @@ class Rangefinder(_OfFile):
         message.range = max(0.0, float(self._disturbed(value, data)[0])) if met else math.inf
 
 
-class AsItIs(_OfFile):
-    """Sensor that publishes the values of a MuJoCo sensor of an MJCF file.
+class MjcfSensor(_OfFile):
+    """Any other sensor of an MJCF file, whose values are published in a message of a given type.
 
     Args:
         description: What the tag says; its ``<message>`` is the type of the message.
@@ -213,7 +213,7 @@ class AsItIs(_OfFile):
 
     # Any: as the base class has it.
     def read(self, model: mujoco.MjModel, data: mujoco.MjData, message: Any) -> None:
-        """Copy the sensor's values."""
+        """Fill the message with the values of the MuJoCo sensor."""
         del model
         values = self._disturbed(self._values(data), data)
         _FILLS[self.message_type](message, values)

@@ -1,4 +1,4 @@
-"""The simulator's node: physics on one side, topics, services and parameters on the other."""
+"""Node ``mujoco_sim``: parameters, topics and services around the simulation."""
 
 from __future__ import annotations
 
@@ -46,11 +46,11 @@ _READ_AT_START = {
     *("joint_states_topic", "joint_commands_topic", "robot_description"),
 }
 # How long a service waits for the loop, in seconds of wall time, beside a lockstep timeout.
-_PATIENCE_S = 10.0
+_TIMEOUT_S = 10.0
 
 
 class MujocoSim(Node):
-    """Node ``mujoco_sim``. Physics runs on a thread of its own, services on the executor's."""
+    """Node ``mujoco_sim``; physics runs on a thread of its own, services on the executor's."""
 
     def __init__(self) -> None:
         progress.tell(progress.STARTING)
@@ -65,10 +65,10 @@ class MujocoSim(Node):
         self.add_on_set_parameters_callback(self._check_parameters)
         self.add_post_set_parameters_callback(self._follow_parameters)
         mujoco.set_mju_user_warning(self._on_mujoco_warning)
-        self._stage: RunningSimulation | None = None
-        MujocoServices(self, lambda: self._stage)
-        offer_standard_services(self, lambda: self._stage)
-        GazeboServices(self, lambda: self._stage)
+        self._running: RunningSimulation | None = None
+        MujocoServices(self, lambda: self._running)
+        offer_standard_services(self, lambda: self._running)
+        GazeboServices(self, lambda: self._running)
         given = str(self.get_parameter("robot_description").value)
         if given:
             self._start(given)
@@ -167,10 +167,10 @@ class MujocoSim(Node):
         self._ports = ports
         self._markers = WorldMarkers(self, model)
         self._shown = ModelPublisher(self)
-        self._stage = RunningSimulation(
+        self._running = RunningSimulation(
             simulation,
             self._loop,
-            patience_s=self._patience_s,
+            timeout_s=self._timeout_s,
             world=robot.world,
             on_change=self._on_change,
             on_restart=self._sensors.restart,
@@ -199,10 +199,10 @@ class MujocoSim(Node):
         assert self._loop is not None
         before, self._commanders = self._commanders, self._commands.get_publisher_count()
         heard, commanded = self._ports.has_controller(), self._commanders > 0
-        self._loop.set_partner(heard and commanded)
-        self._loop.set_heard(clock=self._ports.has_clock(), ticks=heard or commanded)
+        self._loop.set_controller_present(heard and commanded)
+        self._loop.set_subscribed(clock=self._ports.has_clock(), ticks=heard or commanded)
         self._loop.set_viewed(self._ports.is_viewed())
-        self._sensors.look()
+        self._sensors.on_graph_change()
         before_now, self._subscriptions = (
             self._subscriptions,
             {
@@ -213,8 +213,8 @@ class MujocoSim(Node):
         if any(now > before_now.get(topic, 0) for topic, now in self._subscriptions.items()):
             # While time stands still nothing else would show them the state.
             self._loop.post(self._loop.show)
-        self._markers.look()
-        self._shown.look()
+        self._markers.on_graph_change()
+        self._shown.on_graph_change()
         if self._commanders > max(before, 1):
             topic = self._commands.topic_name
             names = sorted(info.node_name for info in self.get_publishers_info_by_topic(topic))
@@ -246,8 +246,8 @@ class MujocoSim(Node):
     def _on_change(self) -> None:
         """Show what has come or gone; called on the loop's thread."""
         self._ports.bodies_changed()
-        self._markers.renew(self._simulation.present_model)
-        self._shown.renew(self._simulation.present_model)
+        self._markers.replace_model(self._simulation.present_model)
+        self._shown.replace_model(self._simulation.present_model)
         if self.get_parameter("gravity").value != self._simulation.gravity:
             # Another world has its own.
             self.set_parameters([Parameter("gravity", value=self._simulation.gravity)])
@@ -256,11 +256,11 @@ class MujocoSim(Node):
     # --- services -------------------------------------------------------------------------
 
     @property
-    def _patience_s(self) -> float:
-        return _PATIENCE_S + number_of(self, "lockstep_timeout")
+    def _timeout_s(self) -> float:
+        return _TIMEOUT_S + number_of(self, "lockstep_timeout")
 
     def destroy_node(self) -> None:
-        """Stop the simulation, and destroy the node."""
+        """Stop the simulation's thread, and destroy the node."""
         if self._loop is not None:
             self._loop.stop()
         # Ctrl-C may have come while the thread was being started.

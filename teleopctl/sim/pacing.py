@@ -1,4 +1,4 @@
-"""When simulated time is due on the wall clock, and when something periodic is due in it."""
+"""Pace of simulated time on the wall clock, and periodic schedules in simulated time."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ _LONGEST_WAIT_S = 60.0
 _MEASURED_S, _LOOK_S = 1.0, 0.05
 
 
-class ReachedFactor:
-    """Measures the real-time factor over the last second of wall time; thread-safe."""
+class RealTimeFactorMeter:
+    """Meter of the real-time factor over the last second of wall time; thread-safe."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
@@ -26,12 +26,12 @@ class ReachedFactor:
         self._marks: deque[tuple[float, int]] = deque()
 
     def restart(self) -> None:
-        """Drop the past measurements, as when time resumes after a pause."""
+        """Drop the past measurements, because time was paused or set."""
         with self._lock:
             self._marks.clear()
 
-    def note(self, sim_ns: int) -> None:
-        """Record the present simulated time."""
+    def record(self, sim_ns: int) -> None:
+        """Record that a simulated time is reached now."""
         now = time.monotonic()
         if not self._marks or now >= self._marks[-1][0] + _LOOK_S:
             with self._lock:
@@ -39,8 +39,8 @@ class ReachedFactor:
                 while len(self._marks) > 1 and self._marks[1][0] <= now - _MEASURED_S:
                     self._marks.popleft()
 
-    def of(self, sim_ns: int) -> float:
-        """Return the real-time factor at a simulated time; 0 without records."""
+    def at(self, sim_ns: int) -> float:
+        """Return the real-time factor up to a simulated time reached now; 0 without records."""
         now = time.monotonic()
         with self._lock:
             began_s, began_ns = next(
@@ -52,7 +52,7 @@ class ReachedFactor:
 
 
 class Pacer:
-    """Maps simulated times to deadlines on the wall clock.
+    """Mapping from simulated times to deadlines on the wall clock.
 
     Args:
         real_time_factor: Simulated seconds per second of wall time; 0 for as fast as possible.
@@ -63,7 +63,7 @@ class Pacer:
 
     def __init__(self, real_time_factor: float) -> None:
         self._factor = real_time_factor
-        self.reached = ReachedFactor()
+        self.reached = RealTimeFactorMeter()
         self._wall_s = 0.0
         self._sim_ns = 0
         self.anchor(0)
@@ -74,23 +74,23 @@ class Pacer:
         return self._factor
 
     def set_factor(self, real_time_factor: float, sim_ns: int) -> None:
-        """Set the real-time factor from a simulated time on."""
+        """Set the requested real-time factor, from a simulated time on."""
         self._factor = real_time_factor
         self.anchor(sim_ns)
 
     def anchor(self, sim_ns: int) -> None:
-        """Make a simulated time due now, and all later ones relative to it."""
+        """Map a simulated time to the present wall time; later times follow from there."""
         self._wall_s = time.monotonic()
         self._sim_ns = sim_ns
 
     def resume(self, sim_ns: int) -> None:
-        """Restart the pace at a simulated time, after a pause or a jump."""
+        """Map a simulated time to now and restart the measurement, after a pause or jump."""
         self.anchor(sim_ns)
         self.reached.restart()
-        self.reached.note(sim_ns)
+        self.reached.record(sim_ns)
 
     def remaining_s(self, sim_ns: int) -> float:
-        """Return the seconds of wall time until a simulated time is due, at most a minute.
+        """Return the wall time until a simulated time is due, in seconds, at most a minute.
 
         Not positive when it is due.
         """
@@ -99,9 +99,9 @@ class Pacer:
         due = self._wall_s + (sim_ns - self._sim_ns) * 1e-9 / self._factor
         return min(due - time.monotonic(), _LONGEST_WAIT_S)
 
-    def give_up_lag(self, sim_ns: int) -> float:
-        """Restart the pace here if it is hopelessly late; return the seconds given up, or 0."""
-        self.reached.note(sim_ns)
+    def drop_lag(self, sim_ns: int) -> float:
+        """Map the time to now if it is more than 0.25 s late; return the lost seconds, or 0."""
+        self.reached.record(sim_ns)
         lag = -self.remaining_s(sim_ns)
         if lag < _GIVE_UP_S:
             return 0.0
@@ -109,8 +109,8 @@ class Pacer:
         return lag
 
 
-class Beat:
-    """A period of simulated time, whose multiples are due.
+class PeriodicSchedule:
+    """Schedule in simulated time: due at each multiple of a period.
 
     Args:
         rate_hz: How often per simulated second.
@@ -122,20 +122,20 @@ class Beat:
 
     @property
     def next_ns(self) -> int:
-        """Simulated time of the next beat."""
+        """Simulated time at which the schedule is due next, in nanoseconds."""
         return self._count * self._period_ns
 
     def restart(self) -> None:
-        """Restart at time zero."""
+        """Make the schedule due at simulated time zero."""
         self._count = 0
 
-    def take(self, now_ns: int) -> bool:
-        """Return whether a beat is due, and move to the next one after ``now_ns``."""
+    def poll(self, now_ns: int) -> bool:
+        """Return whether the schedule is due at a time; if so, move to the next multiple."""
         if now_ns < self.next_ns:
             return False
         self._count = now_ns // self._period_ns + 1
         return True
 
     def skip_to(self, now_ns: int) -> None:
-        """Skip all beats before ``now_ns``."""
+        """Skip all multiples of the period before a time."""
         self._count = -(-now_ns // self._period_ns)

@@ -1,4 +1,4 @@
-"""The lockstep loop's ports as ROS topics."""
+"""Outputs of the lockstep loop as ROS topics and log lines."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def _standing(base: FixedBase) -> Any:
 
 
 def reported_joints(model: RobotModel) -> npt.NDArray[np.intp]:
-    """Return the indices of the joints that control ticks report, (n,)."""
+    """Return the indices of the joints whose states go to the controller, (n,)."""
     reported = [
         index
         for index, joint in enumerate(model.joints)
@@ -52,7 +52,7 @@ def reported_joints(model: RobotModel) -> npt.NDArray[np.intp]:
 
 
 class TopicPorts:
-    """Publishes a simulation's outputs; implements `teleopctl.sim.lockstep.Ports`.
+    """Publishers of a simulation's clock, joint states and free bodies.
 
     Messages are made once; what changes is written into their bytes each time.
 
@@ -93,45 +93,45 @@ class TopicPorts:
         self.bodies_changed()
 
     def bodies_changed(self) -> None:
-        """Update the publishers of free bodies after some were added or removed."""
+        """Update the published free bodies after some were spawned or deleted."""
         if self._bodies is not None:
-            self._bodies.renew()
+            self._bodies.update_bodies()
         elif self._simulation.free_bodies.bodies:
             self._bodies = FreeBodyPorts(self._node, self._simulation)
 
     def show_base(self, shown: bool) -> None:
-        """Set whether the robot's free root link is among the transforms."""
+        """Set whether the robot's free root link is published on ``/tf``."""
         if self._bodies is not None:
             self._bodies.show_base(shown)
 
     def has_controller(self) -> bool:
-        """Return whether the states of control ticks have a subscriber."""
+        """Return whether the joint states of control ticks have a subscriber."""
         return self._state_publisher.get_subscription_count() > 0
 
     def has_clock(self) -> bool:
-        """Return whether /clock has a subscriber."""
+        """Return whether ``/clock`` has a subscriber."""
         return self._clock_publisher.get_subscription_count() > 0
 
     def is_viewed(self) -> bool:
-        """Return whether a topic with poses has a subscriber."""
+        """Return whether a topic for viewers has a subscriber."""
         if self._view_publisher.get_subscription_count() > 0:
             return True
         return self._bodies is not None and self._bodies.is_viewed()
 
     def subscriptions(self) -> dict[str, int]:
-        """Return the numbers of subscriptions of the state topics, but for the controller's."""
+        """Return the subscription count of each state topic, except the controller's."""
         publishers = [self._clock_publisher, self._view_publisher]
         if self._bodies is not None:
             publishers += self._bodies.publishers()
         return {each.topic_name: each.get_subscription_count() for each in publishers}
 
     def publish_clock(self, time_ns: int) -> None:
-        """Publish the simulated time."""
+        """Publish a simulated time on ``/clock``."""
         set_stamp(self._time.clock, time_ns)
         self._clock_publisher.publish(self._time)
 
     def publish_state(self, time_ns: int) -> None:
-        """Publish the joint states of a control tick."""
+        """Publish the joint states of a control tick, which the controller answers."""
         simulation = self._simulation
         reset = simulation.resets != self._resets
         message = self._state_after_reset if reset else self._state
@@ -141,13 +141,13 @@ class TopicPorts:
         self._state_publisher.publish(message.at(time_ns))
 
     def publish_view(self, time_ns: int) -> None:
-        """Publish the joint states and free bodies for viewers."""
+        """Publish the joint states and body poses for viewers."""
         if self._bodies is not None:
             self._bodies.publish(time_ns)
         self._view_publisher.publish(self._view.at(time_ns))
 
     def controller_lost(self, time_ns: int, waited_s: float) -> None:
-        """Log that the controller did not answer."""
+        """Log that no command came for the state of a time."""
         what = (
             f"No command for the state of {to_seconds(time_ns):.3f} s came within {waited_s:g} s"
             if waited_s > 0.0
@@ -160,7 +160,7 @@ class TopicPorts:
         self._logger.info(f"The controller answers again at {to_seconds(time_ns):.3f} s")
 
     def fell_behind(self, seconds: float, factor: float) -> None:
-        """Log that the real-time factor could not be held."""
+        """Log how much wall time the simulation lost, at most every 10 s."""
         self._logger.warning(
             f"The simulation is slower than its real_time_factor and lost {seconds:.2f} s; it "
             f"reached {factor:.2f} in the last second",
@@ -168,7 +168,7 @@ class TopicPorts:
         )
 
     def diverged(self, time_ns: int) -> None:
-        """Log that the physics became unstable."""
+        """Log that the robot's physics became unstable and was reset."""
         self._logger.error(
             f"Physics became unstable before {to_seconds(time_ns):.3f} s and was reset; check "
             "masses and inertias, or use a smaller timestep",
@@ -176,12 +176,12 @@ class TopicPorts:
         )
 
     def commands_cut(self, sentences: Sequence[str]) -> None:
-        """Log commands that exceed joints' limits."""
+        """Log a warning for each joint whose command first exceeded its limits."""
         for sentence in sentences:
             self._logger.warning(sentence)
 
-    def put_back(self, time_ns: int, things: Sequence[str]) -> None:
-        """Report that the physics of objects became unstable, and that these were reset."""
+    def objects_reset(self, time_ns: int, things: Sequence[str]) -> None:
+        """Log the objects whose physics became unstable and which were reset."""
         names = ", ".join(f"'{thing}'" for thing in dict.fromkeys(things))
         self._logger.error(
             f"Physics of {names} became unstable before {to_seconds(time_ns):.3f} s: put back to "
@@ -233,7 +233,7 @@ class _JointStates:
         ]
 
     def at(self, time_ns: int) -> bytearray:
-        """Return the serialized message of a time, valid until the next call."""
+        """Return the serialized JointState message of a time, valid until the next call."""
         self._message.set_stamp(time_ns)
         for source, taken in self._taken:
             source.take(self._joints, out=taken, mode="clip")
@@ -246,7 +246,7 @@ class _JointStates:
 
 
 class FreeBodyPorts:
-    """Publishes poses of free bodies, as messages and transforms.
+    """Publishers of the free bodies' poses, as FreeJointStateArray and on ``/tf``.
 
     The robot's own root link is among the transforms only when that is asked for: mostly somebody
     else says where it is, such as odometry, and a frame has one parent.
@@ -262,10 +262,10 @@ class FreeBodyPorts:
         self._broadcaster: TransformBroadcaster | None = None
         self._publisher = node.create_publisher(_FreeJointStateArray, FREE_BODIES_TOPIC, 10)
         self._base_shown = False
-        self.renew()
+        self.update_bodies()
 
-    def renew(self) -> None:
-        """Restart with the bodies that the simulation has now."""
+    def update_bodies(self) -> None:
+        """Set the published bodies to those that the simulation has now."""
         self._bodies = bodies = self._simulation.free_bodies
         self._states = _FreeJointStateArray(
             free_joints=[_FreeJointState(name=body.link) for body in bodies.bodies]
@@ -281,7 +281,7 @@ class FreeBodyPorts:
         self.show_base(self._base_shown)
 
     def show_base(self, shown: bool) -> None:
-        """Set whether the robot's root link is among the transforms."""
+        """Set whether the robot's free root link is published on ``/tf``."""
         self._base_shown = shown
         # It is the first of the free bodies.
         self._shown = self._transforms[1 if self._has_base and not shown else 0 :]
@@ -289,18 +289,18 @@ class FreeBodyPorts:
             self._broadcaster = TransformBroadcaster(self._node)
 
     def is_viewed(self) -> bool:
-        """Return whether any of the topics has a subscriber."""
+        """Return whether any topic with body poses has a subscriber."""
         return any(publisher.get_subscription_count() > 0 for publisher in self.publishers())
 
     # Any: messages, whose classes are made at run time.
     def publishers(self) -> list[Publisher[Any]]:
-        """Return the publishers of the bodies' poses."""
+        """Return the publishers of the free bodies' poses."""
         if self._shown and self._broadcaster is not None:
             return [self._publisher, self._broadcaster.pub_tf]
         return [self._publisher]
 
     def publish(self, time_ns: int) -> None:
-        """Publish the pose and velocity of every free body, in the world."""
+        """Publish the pose and velocity of every free body in the world."""
         set_stamp(self._states.header.stamp, time_ns)
         for index, transform in enumerate(self._transforms):
             x, y, z, qw, qx, qy, qz = map(float, self._bodies.pose(index))

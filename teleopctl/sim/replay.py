@@ -1,4 +1,4 @@
-"""The simulator in memory: its loop with any that answer, or all of it on recorded commands."""
+"""Simulation in memory, without a graph: in lockstep with a function, or on recorded commands."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 _NODE = "mujoco_sim"
 
 
-class Rerun:
-    """Runs a recorded simulation again, and passes all determined messages to a function.
+class SimulationReplay:
+    """A recorded simulation, run again from its parameters with the recorded commands.
 
     It is made as `MujocoSim` is, from the same parameters, and runs as fast as the machine allows.
 
@@ -60,7 +60,7 @@ class Rerun:
         self._loop.set_real_time_factor(0.0)
         self._loop.set_viewed(True)
         self._loop.set_paused(False, 0.0)
-        made.sensors.look()
+        made.sensors.on_graph_change()
         WorldMarkers(node, robot.model)
         self.topics: Mapping[str, str] = memory.topics
         self.inputs = {mover.topic for mover in robot.simulation.movers}
@@ -72,7 +72,7 @@ class Rerun:
         end_ns: int,
         on_tick: Callable[[int], object] = lambda _: None,
     ) -> None:
-        """Run the simulation from the start.
+        """Run the simulation from time zero to an end time with recorded commands.
 
         Where a state has no command, nobody answered it, and the joints hold as they did then.
 
@@ -85,7 +85,7 @@ class Rerun:
         def answer(time_ns: int) -> None:
             on_tick(time_ns)
             command = commands.get(time_ns)
-            self._loop.set_partner(command is not None)
+            self._loop.set_controller_present(command is not None)
             if command is not None:
                 self._loop.offer(_command_of(time_ns, command))
             if time_ns > end_ns:
@@ -96,7 +96,7 @@ class Rerun:
 
     @property
     def moving_frames(self) -> set[str]:
-        """Return the frames of freely moving bodies, which are published on ``/tf``."""
+        """Names of the frames of free bodies, which the simulator publishes on ``/tf``."""
         assert self._simulation is not None
         return {body.link for body in self._simulation.free_bodies.bodies}
 
@@ -109,7 +109,7 @@ def run_in_lockstep(
     answer: Callable[[int, JointState], JointState | None],
     goes_on: Callable[[int], bool],
 ) -> None:
-    """Run a simulation in lockstep with a function that answers its states, at full speed.
+    """Run a simulation at full speed; a function returns the command for each state.
 
     Args:
         simulation: At its start.
@@ -151,7 +151,7 @@ class _SilentPorts:
     def commands_cut(self, sentences: Sequence[str]) -> None:
         """Do nothing: it was reported during the recording."""
 
-    def put_back(self, time_ns: int, things: Sequence[str]) -> None:
+    def objects_reset(self, time_ns: int, things: Sequence[str]) -> None:
         """Do nothing: the states show it."""
 
 
@@ -172,7 +172,7 @@ class _AnsweredTopics(_SilentPorts):
         self.on_state: Callable[[int], object] = lambda _: None
 
     def publish_state(self, time_ns: int) -> None:
-        """Publish the state, and apply the recorded command."""
+        """Publish the joint states, and call ``on_state``, which passes the recorded command on."""
         self._topics.publish_state(time_ns)
         self.on_state(time_ns)
 
@@ -253,14 +253,14 @@ class _Ports(_SilentPorts):
         self._state: JointState = get_message("sensor_msgs/msg/JointState")(name=names)
 
     def publish_state(self, time_ns: int) -> None:
-        """Update the state message and apply the answer's command."""
+        """Pass the joint states to the function, and its command to the loop."""
         state, simulation = self._state, self._simulation
         set_stamp(state.header.stamp, time_ns)
         state.position = simulation.positions[self._reported]
         state.velocity = simulation.velocities[self._reported]
         state.effort = simulation.efforts[self._reported]
         command = self._answer(time_ns, state)
-        self.loop.set_partner(command is not None)
+        self.loop.set_controller_present(command is not None)
         if command is not None:
             self.loop.offer(_command_of(time_ns, command))
         if not self._goes_on(time_ns):

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class Logger(Protocol):
-    """Interface of the log methods that are used."""
+    """Interface of a logger with levels INFO and WARN."""
 
     def info(self, message: str, /) -> object:
         """Log at level INFO."""
@@ -29,7 +29,7 @@ class Logger(Protocol):
 
 
 def report_robot(logger: Logger, description: RobotDescription, model: RobotModel) -> None:
-    """Log a robot's command and state interfaces, as ROS 2's simulators do at their start.
+    """Log a robot's joints, interfaces and root link, as gz_ros2_control does at its start.
 
     Args:
         logger: Who says it.
@@ -97,7 +97,7 @@ _PERIOD_S = 1.0
 
 
 class PerformancePublisher:
-    """Publishes the measured real-time factor, while it has subscribers.
+    """Publisher of the measured real-time factor on ``/performance_metrics``, as Gazebo has it.
 
     Args:
         node: Who publishes.

@@ -1,4 +1,4 @@
-"""Physics of one robot: commands in, time forward, joint states out. Knows nothing of ROS.
+"""PhysicsStepper simulation of a robot, without ROS: commands in, time forward, joint states out.
 
 Time is counted in control periods and physics steps, both integers, so a run is the same each
 time: the same commands at the same ticks give the same bits.
@@ -23,10 +23,10 @@ from teleopctl.sim.gazebo_plugins import PlanarMove
 from teleopctl.sim.initial_overlaps import InitialOverlaps
 from teleopctl.sim.mjcf import FileActuators
 from teleopctl.sim.state.divergence_recovery import DivergenceRecovery
-from teleopctl.sim.state.friction_directions import Directions
+from teleopctl.sim.state.friction_directions import FrictionDirections
 from teleopctl.sim.state.joint_states import JointStates
 from teleopctl.sim.state.physics import physics_state, put_physics_state, scale_model, wake
-from teleopctl.sim.state.slip_correction import Physics, drives_by_sliding
+from teleopctl.sim.state.slip_correction import PhysicsStepper, drives_by_sliding
 from teleopctl.sim.state.state_observer import StateObserver
 
 Array = npt.NDArray[np.float64]
@@ -36,7 +36,7 @@ _PARTING_NS = 10_000_000
 
 
 class Simulation:
-    """Physics simulation of a robot and its world.
+    """PhysicsStepper simulation of a robot and its world.
 
     Args:
         model: The robot.
@@ -54,8 +54,8 @@ class Simulation:
         free_bodies: What moves freely.
         movers: What moves the robot as topics ask.
         control_period_ns: Time between two control ticks.
-        steps_per_period: Physics steps in one control period.
-        standing_moves: How often something that stands in the world has been put elsewhere.
+        steps_per_period: PhysicsStepper steps in one control period.
+        static_moves: How often something that stands in the world has been put elsewhere.
         resets: How often it was put back to its start, or elsewhere.
         put_back: Things whose physics broke down, and which alone began anew; for whoever tells it.
     """
@@ -77,11 +77,11 @@ class Simulation:
         self.joint_names = states.names
         self.positions, self.velocities, self.efforts = states.values
         self._bind(model)
-        self._steps = self.resets = self.standing_moves = 0
+        self._steps = self.resets = self.static_moves = 0
         self.put_back: list[str] = []
         self._pushes = Pushes()
         self._drives = Drives(self._m, self._d, joints, control_period_ns * 1e-9, self._others)
-        self._drives.leave_alone(model.weightless)
+        self._drives.remove_gravity(model.weightless)
         self._file_actuators = FileActuators(self._m, self._d, joints)
         self.movers: list[PlanarMove] = []
         self._parting = InitialOverlaps(self._m, self._d, model.excluded)
@@ -96,16 +96,18 @@ class Simulation:
         retime(self._m, self.control_period_ns * 1e-9 / self.steps_per_period)
         scale_model(self._m, *self._scales)
         self._d: Any = mujoco.MjData(self._m)
-        directions = Directions(self._m, model.directed, self._scales[1])
-        self._physics = Physics(self._m, slides=drives_by_sliding(model), directions=directions)
+        directions = FrictionDirections(self._m, model.directed, self._scales[1])
+        self._physics = PhysicsStepper(
+            self._m, slides=drives_by_sliding(model), directions=directions
+        )
         self._observer = StateObserver(self._m, self._physics)
         self._breakdowns = DivergenceRecovery(model, self._m, self._d, self._physics)
         self._states.bind(self._m, self._d)
         self.free_bodies = FreeBodies(self._m, self._d, model.free_bodies)
         self._others = [thing.name for thing in model.things]
 
-    def take(self, model: RobotModel) -> None:
-        """Replace the model, keeping the states of all parts that both models have.
+    def replace_model(self, model: RobotModel) -> None:
+        """Replace the MuJoCo model; all parts that both models have keep their state.
 
         Args:
             model: With more around the robot than the one so far, or with less.
@@ -114,42 +116,42 @@ class Simulation:
         self._bind(model)
         carry_over(m, d, self._m, self._d)
         self._physics.restore(physics.save())
-        self._drives = self._drives.moved_to(self._m, self._d, self._others)
+        self._drives = self._drives.transferred_to(self._m, self._d, self._others)
         self._file_actuators = FileActuators(self._m, self._d, model.joints)
-        self._parting = self._parting.moved_to(self._m, self._d)
+        self._parting = self._parting.transferred_to(self._m, self._d)
         self.refresh()
 
     # --- time -----------------------------------------------------------------------------
 
     @property
     def time_ns(self) -> int:
-        """Simulated time since the last reset, in nanoseconds."""
+        """Simulated time since the last reset of time, in nanoseconds."""
         return self._steps * self.control_period_ns // self.steps_per_period
 
     @property
     def timestep_s(self) -> float:
-        """Physics step in seconds."""
+        """Length of a physics step, in seconds."""
         return float(self._m.opt.timestep)
 
     @property
     def at_tick(self) -> bool:
-        """Whether a control period begins now."""
+        """Whether a control period begins at the present time."""
         return self._steps % self.steps_per_period == 0
 
     @property
     def steps_to_tick(self) -> int:
-        """Number of physics steps until the next control tick, at least one."""
+        """Number of physics steps until the next control period begins, at least one."""
         return self.steps_per_period - self._steps % self.steps_per_period
 
     def steps_until(self, time_ns: int) -> int:
-        """Return the number of physics steps until a time; 0 if it has passed."""
+        """Return the number of physics steps until a simulated time; 0 if it has passed."""
         tick, rest = divmod(time_ns, self.control_period_ns)
         within = -(-rest * self.steps_per_period // self.control_period_ns)
         wanted = tick * self.steps_per_period + within
         return max(0, wanted - self._steps)
 
     def step(self, count: int) -> None:
-        """Advance by a number of physics steps."""
+        """Advance the simulation by a number of physics steps."""
         while count > 0:
             to_tick = self.steps_per_period - self._steps % self.steps_per_period
             if to_tick == self.steps_per_period:
@@ -166,7 +168,7 @@ class Simulation:
             self._steps += block
 
     def coast(self, count: int) -> None:
-        """Advance by physics steps across control ticks that change nothing.
+        """Advance by physics steps without a stop at control ticks, while drives stand still.
 
         The bits are those of `step`. It ends early, at a control tick, where the drives have
         something to do, and at the one that would have found that physics broke down.
@@ -191,7 +193,7 @@ class Simulation:
 
     def _advance(self, count: int) -> None:
         for thing in self._breakdowns.step(count):
-            self._pushes.forget(thing, self._d)
+            self._pushes.end(thing, self._d)
             self.put_back.append(thing)
 
     def _begin_period(self) -> None:
@@ -206,16 +208,16 @@ class Simulation:
         self._physics.begin_period(changing=changing)
 
     def step_to(self, time_ns: int) -> None:
-        """Advance to the first physics step at or after a time."""
+        """Advance to the first physics step at or after a simulated time."""
         self.step(self.steps_until(time_ns))
 
     def reset(self) -> None:
-        """Reset to time zero and the initial positions, without commands."""
+        """Reset time to zero and all states to the initial ones, without commands."""
         self.reset_state()
         self.reset_time()
 
     def reset_time(self) -> None:
-        """Reset the time to zero; states stay."""
+        """Set the simulated time to zero; all states stay."""
         self._steps = 0
 
     def reset_state(
@@ -224,7 +226,7 @@ class Simulation:
         velocities: Mapping[str, float] | None = None,
         keyframe: str = "",
     ) -> None:
-        """Reset positions and velocities, without commands; the time stays.
+        """Reset all positions and velocities, and drop commands; the time stays.
 
         Args:
             positions: Where joints are to be instead (rad or m), by name.
@@ -247,15 +249,15 @@ class Simulation:
         self._physics.begin_period(changing=True)
         self._drives.reset()
         for mover in self.movers:
-            mover.forget()
+            mover.stop()
         start = self.model.keyframes.get(keyframe, self.model.start)
         if positions or (start is not None and not start.controls):
-            self._file_actuators.hold_here()
+            self._file_actuators.hold_present()
         self._parting.reset()
         self.refresh()
 
     def save(self) -> dict[str, Array]:
-        """Return the complete state of the simulation, without that of topics that move bodies."""
+        """Return the complete state as arrays by name, for `restore`."""
         return {
             **physics_state(self._m, self._d),
             **self._drives.save(),
@@ -266,7 +268,7 @@ class Simulation:
         }
 
     def restore(self, saved: Mapping[str, Array]) -> None:
-        """Restore a state from `save`; the models must have the same parts; time restarts.
+        """Set the complete state to what `save` returned for a model with the same parts.
 
         Raises:
             RefusedError: A push makes no sense; nothing is changed.
@@ -279,7 +281,7 @@ class Simulation:
         self._parting.restore(saved["waiting"])
         self._physics.restore(saved["sliding"])
         put_physics_state(self._m, self._d, saved)
-        self.standing_moves += 1
+        self.static_moves += 1
         wake(self._m, self._d)
         # Looking around has moved where the solver starts.
         put_physics_state(self._m, self._d, saved)
@@ -288,7 +290,7 @@ class Simulation:
         self.read()
 
     def refresh(self) -> None:
-        """Recompute what depends on positions and velocities that were set."""
+        """Recompute all quantities that depend on changed positions and velocities."""
         mujoco.mj_forward(self._m, self._d)
         self.read()
 
@@ -301,18 +303,18 @@ class Simulation:
         velocity: Sequence[float] = (),
         effort: Sequence[float] = (),
     ) -> None:
-        """Apply commands for the control period that begins now; see `Drives.apply`."""
+        """Set joint commands for the control period that begins now."""
         self._drives.apply(names, position, velocity, effort)
         if self._file_actuators:
             self._file_actuators.apply(names, position, velocity, effort)
 
     def take_cut_commands(self) -> list[str]:
-        """Return a sentence for each joint whose command first exceeded its limits."""
+        """Return, once, a sentence for each joint whose command first exceeded its limits."""
         cut, self._drives.cut = self._drives.cut, []
         return cut
 
     def hold(self) -> None:
-        """Hold every joint at its present or last commanded position, without commands."""
+        """Hold all joints at their present or last commanded positions, without commands."""
         self._drives.hold()
         self._file_actuators.hold()
 
@@ -323,11 +325,11 @@ class Simulation:
     # --- state ----------------------------------------------------------------------------
 
     def read(self) -> None:
-        """Copy the joint states into `positions`, `velocities` and `efforts`."""
+        """Copy the present joint states into `positions`, `velocities` and `efforts`."""
         self._states.read(moving=not self._drives.settled)
 
     def observe(self) -> tuple[mujoco.MjModel, mujoco.MjData]:
-        """Return MuJoCo's model and a copy of its data, with sensor values of this time.
+        """Return MuJoCo's model and a copy of its data with present sensor values.
 
         Both are of MuJoCo's own types, which have no static ones. They are good until the next
         step.
@@ -336,16 +338,16 @@ class Simulation:
         return self._m, self._observer.observe(self._d, self.time_ns * 1e-9, moving=moving)
 
     def has_link(self, name: str) -> bool:
-        """Return whether there is a link of this name."""
+        """Return whether the robot or the world has a link of this name."""
         return bool(mujoco.mj_name2id(self._m, mujoco.mjtObj.mjOBJ_BODY, name) >= 0)
 
     @property
     def present_model(self) -> RobotModel:
-        """The model, with static objects at their present poses."""
+        """The model with static objects at their present instead of their initial poses."""
         return replace(self.model, mj_model=self._m)
 
-    def put_standing(self, body: str, pose: Array) -> None:
-        """Set the pose of a static object, until the next reset.
+    def set_static_pose(self, body: str, pose: Array) -> None:
+        """Set the pose of a static object, until the next reset of states.
 
         Args:
             body: Its topmost body.
@@ -354,7 +356,7 @@ class Simulation:
         number, turn = self._m.body(body).id, np.array(pose[3:])
         mujoco.mju_normalize4(turn)
         self._m.body_pos[number], self._m.body_quat[number] = pose[:3], turn
-        self.standing_moves += 1
+        self.static_moves += 1
         wake(self._m, self._d)
 
     def _restore_standing(self) -> None:
@@ -364,40 +366,40 @@ class Simulation:
             self._m.body_quat, start.body_quat
         ):
             self._m.body_pos[:], self._m.body_quat[:] = start.body_pos, start.body_quat
-            self.standing_moves += 1
+            self.static_moves += 1
             wake(self._m, self._d)
 
     def push(self, push: Push) -> None:
-        """Apply a force and a torque to a body for a duration."""
+        """Apply an external force and torque to a body for a number of steps."""
         self._pushes.add(push)
         wake(self._m, self._d)
 
     def end_pushes(self, body: str) -> bool:
-        """End the pushes of a body; return whether there were any."""
-        return self._pushes.forget(body, self._d)
+        """End the external wrenches on a body; return whether there were any."""
+        return self._pushes.end(body, self._d)
 
     @property
     def gravity(self) -> list[float]:
-        """Gravity in the world, (3,), in m/s²."""
+        """Gravity vector in the world, (3,), in m/s²."""
         return [float(part) for part in self._m.opt.gravity]
 
     def set_gravity(self, gravity: Array | Sequence[float]) -> None:
-        """Set the gravity in the world, (3,), in m/s²."""
+        """Set the gravity vector in the world, (3,), in m/s²."""
         self._m.opt.gravity[:] = gravity
         wake(self._m, self._d)
 
-    def begin_world(self) -> None:
-        """Reset the states, and set the gravity of the world; time continues."""
+    def reset_world_state(self) -> None:
+        """Reset all states, and set the gravity of the model; called for a new world."""
         self.set_gravity(self.model.mj_model.opt.gravity)
         self.reset_state()
 
     def link_pose(self, link: str) -> LinkPose:
-        """Return the pose of a link's frame in the world."""
+        """Return the present pose of a link's frame in the world."""
         mujoco.mj_kinematics(self._m, self._d)
         body = self._d.body(link)
         return LinkPose(np.array(body.xpos), np.array(body.xquat), body.xmat.reshape(3, 3).copy())
 
     @property
     def diverged(self) -> bool:
-        """Whether the robot's physics has become unstable since the last reset."""
+        """Whether the robot's physics has become unstable since the last reset of states."""
         return self._breakdowns.broken

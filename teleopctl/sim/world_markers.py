@@ -1,4 +1,4 @@
-"""What the world around a robot looks like, as markers for RViz and the page.
+"""Markers of the world's shapes, for RViz and the web page.
 
 Sent once, and moved by ``/tf``: what stands still is locked to the frame at the world's origin, and
 what moves to its own.
@@ -36,7 +36,7 @@ _UNSET_RGBA = np.array([0.5, 0.5, 0.5, 1.0], np.float32)
 
 
 class WorldMarkers:
-    """Publishes the world's shapes as markers, while there are any.
+    """Publisher of the world's shapes as a latched MarkerArray.
 
     Args:
         node: Who publishes.
@@ -51,8 +51,8 @@ class WorldMarkers:
         if markers:
             self._publish(markers)
 
-    def renew(self, model: RobotModel) -> None:
-        """Replace the published world."""
+    def replace_model(self, model: RobotModel) -> None:
+        """Replace the published markers by those of another model."""
         self._publish([_Marker(action=_Marker.DELETEALL), *world_markers(model)])
 
     def _publish(self, markers: list[Any]) -> None:
@@ -63,8 +63,8 @@ class WorldMarkers:
         self._message = _MarkerArray(markers=markers)
         self._publisher.publish(self._message)
 
-    def look(self) -> None:
-        """Publish the markers again if there are new subscribers."""
+    def on_graph_change(self) -> None:
+        """Publish the markers again if there are new subscribers; called when the graph changed."""
         if self._publisher is None:
             return
         before, self._readers = self._readers, self._publisher.get_subscription_count()
@@ -73,7 +73,7 @@ class WorldMarkers:
 
 
 def world_markers(model: RobotModel) -> list[Any]:
-    """Return markers of the shapes of a model's world, except the ground.
+    """Return markers of all shapes of a model's world, except the ground.
 
     Args:
         model: Robot and world.

@@ -108,7 +108,7 @@ class Silence:
     def commands_cut(self, sentences: Sequence[str]) -> None:
         raise AssertionError(sentences)
 
-    def put_back(self, time_ns: int, things: Sequence[str]) -> None:
+    def objects_reset(self, time_ns: int, things: Sequence[str]) -> None:
         raise AssertionError(things)
 
 
@@ -135,7 +135,7 @@ def loop_seconds(
     end = End()
     simulation.reset_time()
     end.loop = LockstepLoop(simulation, ports or Silence(), real_time_factor=0.0, sampler=end)
-    end.loop.set_heard(clock=ticks, ticks=ticks)
+    end.loop.set_subscribed(clock=ticks, ticks=ticks)
     start = time.process_time()
     end.loop.run()
     return time.process_time() - start

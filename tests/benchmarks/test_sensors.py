@@ -95,7 +95,7 @@ def test_the_tutorials_camera_costs_little_more_than_mujocos_renderer(
         channel = CameraChannel(node, camera, (), lambda name: None)
         floor_publisher = node.create_publisher(image, "/floor", 1)
         while channel.wanted != {"image"} or not floor_publisher.get_subscription_count():
-            channel.look()
+            channel.on_graph_change()
         raw = mujoco.Renderer(model.mj_model, camera.height, camera.width)
         for flag in (mujoco.mjtRndFlag.mjRND_SHADOW, mujoco.mjtRndFlag.mjRND_REFLECTION):
             raw.scene.flags[flag] = False
@@ -163,7 +163,7 @@ def test_what_each_sensor_costs(shared_ros, figures: list[Figure]) -> None:
                 message, sensor.topic, lambda data: None, 1, raw=True, immediate=True
             )
             while publisher.next_ns() is None:
-                publisher.look()
+                publisher.on_graph_change()
                 publisher.sample(0)
             times = iter(range(10**9, 10**15, 10**9))
             seconds = processor_seconds(functools.partial(sample, publisher, times), 100)

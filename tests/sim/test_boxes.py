@@ -10,7 +10,7 @@ import pytest
 from teleopctl.interfaces import get_message
 from teleopctl.mujoco_model.model import RobotModel, build_model
 from teleopctl.sim.cameras import renderer as quality
-from teleopctl.sim.cameras.messages import boxes_of, draw_boxes, fill_boxes, new_boxes
+from teleopctl.sim.cameras.messages import draw_boxes, fill_boxes, label_boxes, new_boxes
 from teleopctl.sim.cameras.renderer import CameraRenderer
 from tests.sim.robots import box, joint, link, robot
 
@@ -51,7 +51,7 @@ def labels(scene: RobotModel) -> Iterator[np.ndarray]:
 
 def detections(scene: RobotModel, labels: np.ndarray) -> dict[str, Any]:
     message = new_boxes("eye_optical")
-    fill_boxes(message, list(boxes_of(labels)))
+    fill_boxes(message, list(label_boxes(labels)))
     names = [scene.mj_model.body(number).name for number in range(scene.mj_model.nbody)]
     return {names[int(d.results[0].hypothesis.class_id)]: d for d in message.detections}
 
@@ -76,7 +76,7 @@ def test_each_body_has_a_box_around_what_is_seen_of_it(
 
 def test_boxes_are_drawn_into_the_picture_of_them(labels: np.ndarray) -> None:
     picture = np.zeros((HEIGHT, WIDTH, 3), np.uint8)
-    boxes = list(boxes_of(labels))
+    boxes = list(label_boxes(labels))
     draw_boxes(picture, boxes)
 
     for _, left, top, right, bottom in boxes:

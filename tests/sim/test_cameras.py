@@ -14,7 +14,7 @@ from teleopctl.mujoco_model import CameraModel
 from teleopctl.mujoco_model.model import RobotModel, build_model
 from teleopctl.pictures import depths_of
 from teleopctl.sim.cameras import renderer as quality
-from teleopctl.sim.cameras.lens import distorted, view_of
+from teleopctl.sim.cameras.lens import camera_projection, distorted
 from teleopctl.sim.cameras.messages import Rectifier, compress_depths, new_compressed, new_points
 from teleopctl.sim.cameras.model_topic import model_from_message
 from teleopctl.sim.cameras.renderer import CameraRenderer
@@ -181,7 +181,7 @@ def test_each_pixel_of_a_lens_is_taken_from_where_the_lens_puts_it(
     lens_: tuple[float, float, float, float, float],
 ) -> None:
     camera = CameraModel("c", "l", "f", 200, 150, 1.4, 30.0, distortion=lens_)
-    view = view_of(camera)
+    view = camera_projection(camera)
     assert view.pixels is not None
     seen = view.pixels < view.width * view.height
     row, column = np.divmod(view.pixels[seen], view.width)

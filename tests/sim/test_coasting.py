@@ -159,7 +159,7 @@ def test_a_base_at_rest_takes_the_steps_of_mujoco_alone(
 def test_a_loop_without_listeners_tells_nothing_and_goes_the_same_way() -> None:
     ports, simulation = Recorder(), Simulation(ROBOT, control_period_ns=1_000_000)
     loop = LockstepLoop(simulation, ports, real_time_factor=0.0)
-    loop.set_heard(clock=False, ticks=False)
+    loop.set_subscribed(clock=False, ticks=False)
     thread = threading.Thread(target=loop.run)
     thread.start()
     try:
@@ -169,13 +169,13 @@ def test_a_loop_without_listeners_tells_nothing_and_goes_the_same_way() -> None:
         assert not ports.times("clock")
         assert not ports.times("state")
 
-        loop.set_heard(clock=True, ticks=False)
+        loop.set_subscribed(clock=True, ticks=False)
         # The first one may come between two of its times: the loop was on its way.
         _, first, second = ports.wait_for("clock", 3)
         assert second - first == 10_000_000
         assert not ports.times("state")
 
-        loop.set_heard(clock=True, ticks=True)
+        loop.set_subscribed(clock=True, ticks=True)
         first, second = ports.wait_for("state", 2)
         assert second - first == 1_000_000
         assert loop.set_paused(True, LONGEST_WAIT_S)

@@ -273,10 +273,10 @@ def test_what_slides_is_looked_for_at_each_step_only_while_it_does(
     def looked(contacts: slip_correction._Contacts, data: object) -> float:
         nonlocal looks
         looks += 1
-        return keep_down(contacts, data)
+        return correct_slip(contacts, data)
 
-    keep_down = slip_correction._Contacts.keep_down
-    monkeypatch.setattr(slip_correction._Contacts, "keep_down", looked)
+    correct_slip = slip_correction._Contacts.correct_slip
+    monkeypatch.setattr(slip_correction._Contacts, "correct_slip", looked)
     cart = sliding_base()
     seen = []
     for x, angular in ((0.5, 0.0), (0.0, math.pi / 4.0)):

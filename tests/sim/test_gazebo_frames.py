@@ -36,7 +36,7 @@ def simulation() -> Simulation:
     made = Simulation(build_model(rod(), fixed_base=True), control_period_ns=10_000_000)
     things = [(BLOCK, "turned", 10.0, LEFT), (BLOCK, "other", 11.0, [1.0, 0, 0, 0])]
     things.append((CHAIN, "chain", 20.0, [1.0, 0, 0, 0]))
-    made.take(
+    made.replace_model(
         with_things(
             made.model,
             [

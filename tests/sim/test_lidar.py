@@ -70,13 +70,15 @@ def test_what_comes_is_seen_where_it_is_and_no_more_when_it_has_left(kind: str) 
     post = read_world_text("things: {post: {shape: box, size: [0.2, 0.2, 4]}}", "text")
     for x in (1.0, 0.6):
         place, turn = np.array([x, 0.0, 1.0]), np.array([1.0, 0.0, 0.0, 0.0])
-        simulation.take(with_things(simulation.model, [Coming(post, f"post{x}", place, turn)]))
+        simulation.replace_model(
+            with_things(simulation.model, [Coming(post, f"post{x}", place, turn)])
+        )
         assert list(read(measured).ranges)[1] == pytest.approx(x - 0.1, abs=1e-6)
     # What stood there is put elsewhere, out of its way.
-    simulation.put_standing("post0.6", np.array([-4.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0]))
+    simulation.set_static_pose("post0.6", np.array([-4.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0]))
     simulation.refresh()
     assert list(read(measured).ranges)[1] == pytest.approx(0.9, abs=1e-6)
-    simulation.take(without_things(simulation.model, ["post1.0", "post0.6"]))
+    simulation.replace_model(without_things(simulation.model, ["post1.0", "post0.6"]))
     assert list(read(measured).ranges)[1] == pytest.approx(2.0, abs=1e-6)
 
 
@@ -189,30 +191,30 @@ def test_a_lidar_without_rays_or_with_far_too_many_is_refused_in_words() -> None
 def test_noise_has_its_deviation_and_repeats_with_the_seed_whoever_has_listened() -> None:
     noise = Noise(mean=0.5, stddev=0.02)
     source = NoiseSource(noise, 7, "lidar", 0.1)
-    values = source.disturb(np.full(20_000, 3.0), 1.0)
+    values = source.add_noise(np.full(20_000, 3.0), 1.0)
 
     assert values.mean() == pytest.approx(3.5, abs=6e-4)
     assert values.std() == pytest.approx(0.02, rel=0.02)
-    late = NoiseSource(noise, 7, "lidar", 0.1).disturb(np.full(20_000, 3.0), 1.0)
+    late = NoiseSource(noise, 7, "lidar", 0.1).add_noise(np.full(20_000, 3.0), 1.0)
     assert np.array_equal(values, late)
     for other in (NoiseSource(noise, 8, "lidar", 0.1), NoiseSource(noise, 7, "sonar", 0.1)):
-        assert not np.array_equal(values, other.disturb(np.full(20_000, 3.0), 1.0))
-    assert not np.array_equal(values, source.disturb(np.full(20_000, 3.0), 1.1))
+        assert not np.array_equal(values, other.add_noise(np.full(20_000, 3.0), 1.0))
+    assert not np.array_equal(values, source.add_noise(np.full(20_000, 3.0), 1.1))
 
 
 def test_a_wandering_bias_has_its_deviation_and_is_the_same_for_who_begins_late() -> None:
     noise = Noise(dynamic_bias_stddev=0.3, dynamic_bias_correlation_time=0.5)
     source = NoiseSource(noise, 1, "gyro", 0.01)
     zero = np.zeros(3)
-    walk = np.array([source.disturb(zero, 0.01 * step) for step in range(20_001)])
+    walk = np.array([source.add_noise(zero, 0.01 * step) for step in range(20_001)])
 
     assert walk.std() == pytest.approx(0.3, rel=0.1)
     correlation = (walk[50:] * walk[:-50]).mean() / walk.var()
     assert correlation == pytest.approx(math.exp(-1.0), abs=0.08)
     late = NoiseSource(noise, 1, "gyro", 0.01)
-    assert np.array_equal(late.disturb(zero, 200.0), walk[-1])
+    assert np.array_equal(late.add_noise(zero, 200.0), walk[-1])
     # A reset begins anew.
-    assert np.array_equal(source.disturb(zero, 0.05), walk[5])
+    assert np.array_equal(source.add_noise(zero, 0.05), walk[5])
 
 
 def test_noise_on_a_scan_stays_within_its_range_and_where_nothing_is() -> None:

@@ -54,7 +54,7 @@ class Recorder:
     def commands_cut(self, sentences: Sequence[str]) -> None:
         self.cut = [*sentences]
 
-    def put_back(self, time_ns: int, things: Sequence[str]) -> None:
+    def objects_reset(self, time_ns: int, things: Sequence[str]) -> None:
         self._add(f"put back {', '.join(things)}", time_ns)
 
     def times(self, event: str) -> list[int]:
@@ -130,7 +130,7 @@ def test_fast_control_does_not_flood_the_clock(make) -> None:
 
 def test_a_command_acts_in_the_period_of_the_state_that_it_answers(make) -> None:
     bench = make(paused=True)
-    bench.loop.set_partner(True)
+    bench.loop.set_controller_present(True)
     bench.answer(0.1)
     bench.start()
 
@@ -142,7 +142,7 @@ def test_a_command_acts_in_the_period_of_the_state_that_it_answers(make) -> None
 
 def test_the_loop_waits_for_the_answer(make) -> None:
     bench = make(lockstep_timeout_s=LONGEST_WAIT_S)
-    bench.loop.set_partner(True)
+    bench.loop.set_controller_present(True)
     bench.start()
     bench.ports.wait_for("state", 1)
 
@@ -155,7 +155,7 @@ def test_the_loop_waits_for_the_answer(make) -> None:
 
 def test_a_silent_controller_is_lost_once_and_comes_back_with_a_right_stamp(make) -> None:
     bench = make()
-    bench.loop.set_partner(True)
+    bench.loop.set_controller_present(True)
     bench.start()
     assert bench.ports.wait_for("lost", 1) == [0]
     bench.ports.wait_for("state", 30)
@@ -169,31 +169,31 @@ def test_a_silent_controller_is_lost_once_and_comes_back_with_a_right_stamp(make
 
 def test_a_controller_that_leaves_is_missed_at_once_and_the_next_one_is_new(make) -> None:
     bench = make(lockstep_timeout_s=LONGEST_WAIT_S)
-    bench.loop.set_partner(True)
+    bench.loop.set_controller_present(True)
     bench.answer(0.3)
     bench.start()
     bench.ports.wait_for("state", 10)
 
     bench.ports.on_state = lambda time_ns: None
-    bench.loop.set_partner(False)
+    bench.loop.set_controller_present(False)
     bench.ports.wait_for("gone", 1)
     bench.ports.wait_for("state", 40)
 
     bench.answer(0.0)
-    bench.loop.set_partner(True)
+    bench.loop.set_controller_present(True)
     bench.ports.wait_for("state", len(bench.ports.times("state")) + 20)
     assert [name for name, _ in bench.ports.events if name in ("gone", "lost", "back")] == ["gone"]
 
 
 def test_a_lost_controller_leaves_no_joint_running(make) -> None:
     bench = make(lockstep_timeout_s=LONGEST_WAIT_S)
-    bench.loop.set_partner(True)
+    bench.loop.set_controller_present(True)
     bench.ports.on_state = lambda time_ns: bench.loop.offer(
         Command(time_ns, ["hinge"], velocity=[0.5])
     )
     bench.start()
     bench.ports.wait_for("state", 5)
-    bench.loop.set_partner(False)
+    bench.loop.set_controller_present(False)
     bench.ports.on_state = lambda time_ns: None
     bench.ports.wait_for("gone", 1)
     bench.ports.wait_for("state", len(bench.ports.times("state")) + 10)
@@ -352,10 +352,10 @@ def test_a_thing_that_breaks_down_is_reported_and_set_back_alone(make) -> None:
     ball = read_world_text(
         "things: {ball: {shape: sphere, radius: 0.1, at: [3, 0, 1], mass: 1}}", ""
     )
-    bench.simulation.take(in_world(bench.simulation.model, ball))
+    bench.simulation.replace_model(in_world(bench.simulation.model, ball))
     bench.start()
     bench.answer(0.5)
-    bench.loop.set_partner(True)
+    bench.loop.set_controller_present(True)
     bench.step(100)
 
     def break_it() -> None:
@@ -372,7 +372,7 @@ def test_a_thing_that_breaks_down_is_reported_and_set_back_alone(make) -> None:
 
 def test_a_stop_ends_the_loop_while_it_waits_for_a_command(make) -> None:
     bench = make(lockstep_timeout_s=LONGEST_WAIT_S)
-    bench.loop.set_partner(True)
+    bench.loop.set_controller_present(True)
     bench.start()
     bench.ports.wait_for("state", 1)
 
@@ -381,7 +381,7 @@ def test_a_stop_ends_the_loop_while_it_waits_for_a_command(make) -> None:
 
 def test_a_reset_while_time_stands_still_is_exchanged_at_once_and_only_once(make) -> None:
     bench = make(paused=True)
-    bench.loop.set_partner(True)
+    bench.loop.set_controller_present(True)
     bench.answer(0.1)
     bench.start()
     bench.step(100)
@@ -400,7 +400,7 @@ def test_what_nobody_answered_at_a_reset_is_exchanged_again(make) -> None:
     bench = make(paused=True)
     bench.start()
     assert bench.loop.call(lambda: reset(bench), LONGEST_WAIT_S)
-    bench.loop.set_partner(True)
+    bench.loop.set_controller_present(True)
     bench.answer(0.1)
 
     bench.step(1)
@@ -410,7 +410,7 @@ def test_what_nobody_answered_at_a_reset_is_exchanged_again(make) -> None:
 
 def test_a_reset_between_control_ticks_is_shown_and_commands_wait_for_the_next_one(make) -> None:
     bench = make(paused=True)
-    bench.loop.set_partner(True)
+    bench.loop.set_controller_present(True)
     bench.answer(0.1)
     bench.start()
     bench.step(3)

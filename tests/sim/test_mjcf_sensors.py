@@ -11,7 +11,7 @@ from teleopctl.interfaces import get_message
 from teleopctl.mujoco_model import CameraModel
 from teleopctl.robot import Joints, RobotDescription, SegmentTree, read_model
 from teleopctl.sim.building import SimulatedRobot, simulate
-from teleopctl.sim.cameras.lens import view_of
+from teleopctl.sim.cameras.lens import camera_projection
 from teleopctl.tf import Transform
 
 PERIOD_NS = 10_000_000
@@ -157,7 +157,7 @@ def test_a_camera_sees_what_mujocos_own_sees(head: Simulated) -> None:
             head.model, head.data, mujoco.MjvOption(), mujoco.MjvPerturb(), look,
             mujoco.mjtCatBit.mjCAT_ALL, scene,
         )  # fmt: skip
-        eye, view = scene.camera[0], view_of(camera)
+        eye, view = scene.camera[0], camera_projection(camera)
         near = float(eye.frustum_near)
         half = eye.frustum_width or eye.frustum_top * camera.width / camera.height
         edges = [eye.frustum_bottom, eye.frustum_top]

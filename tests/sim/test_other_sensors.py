@@ -128,11 +128,11 @@ def test_a_gps_is_on_the_earth_where_the_world_is_and_its_plugin_tells_the_veloc
 
 def test_places_on_the_earth_are_moved_by_metres() -> None:
     home = GeoPoint(47.0, 8.0, 400.0)
-    assert home.moved(0, 0, 0) == pytest.approx(home, abs=1e-9)
+    assert home.offset(0, 0, 0) == pytest.approx(home, abs=1e-9)
     # Along the equator 1 degree is 111319.49 m; a quarter of the meridian is 10001965.7 m long.
-    assert GeoPoint().moved(0, 0, 10.0) == pytest.approx((0, 0, 10.0), abs=1e-6)
-    assert GeoPoint(0, 0, 0).moved(111.31949, 0, 0).longitude == pytest.approx(1e-3, abs=1e-9)
-    assert GeoPoint(90, 0, 0).moved(0, 0, 5.0).altitude_m == pytest.approx(5.0, abs=1e-6)
+    assert GeoPoint().offset(0, 0, 10.0) == pytest.approx((0, 0, 10.0), abs=1e-6)
+    assert GeoPoint(0, 0, 0).offset(111.31949, 0, 0).longitude == pytest.approx(1e-3, abs=1e-9)
+    assert GeoPoint(90, 0, 0).offset(0, 0, 5.0).altitude_m == pytest.approx(5.0, abs=1e-6)
 
 
 def test_gazebo_classics_plugin_of_forces_is_a_sensor() -> None:

@@ -3,7 +3,7 @@
 import pytest
 from hypothesis import given, strategies as st
 
-from teleopctl.sim.pacing import Beat, Pacer, ReachedFactor
+from teleopctl.sim.pacing import Pacer, PeriodicSchedule, RealTimeFactorMeter
 
 
 @pytest.fixture
@@ -30,28 +30,28 @@ def test_a_factor_of_zero_never_waits(wall: list[float]) -> None:
 def test_small_lags_are_caught_up_and_large_ones_given_up(wall: list[float]) -> None:
     pacer = Pacer(1.0)
     wall[0] += 0.1
-    assert pacer.give_up_lag(0) == 0.0
+    assert pacer.drop_lag(0) == 0.0
     wall[0] += 5.0
-    assert pacer.give_up_lag(0) == pytest.approx(5.1)
+    assert pacer.drop_lag(0) == pytest.approx(5.1)
     assert pacer.remaining_s(1_000_000_000) == pytest.approx(1.0)
 
 
 def test_the_factor_that_is_reached_is_that_of_the_last_second(wall: list[float]) -> None:
-    reached = ReachedFactor()
-    assert reached.of(0) == 0.0
+    reached = RealTimeFactorMeter()
+    assert reached.at(0) == 0.0
     sim_ns = 0
     for pace in (2.0, 0.5):
         for _ in range(20):
-            reached.note(sim_ns)
+            reached.record(sim_ns)
             wall[0] += 0.1
             sim_ns += round(pace * 1e8)
-        assert reached.of(sim_ns) == pytest.approx(pace)
+        assert reached.at(sim_ns) == pytest.approx(pace)
     wall[0] += 9.0
-    assert reached.of(sim_ns) < 0.01, "it has stood still for 9 s"
+    assert reached.at(sim_ns) < 0.01, "it has stood still for 9 s"
     reached.restart()
-    reached.note(sim_ns)
+    reached.record(sim_ns)
     wall[0] += 0.1
-    assert reached.of(sim_ns + 100_000_000) == pytest.approx(1.0)
+    assert reached.at(sim_ns + 100_000_000) == pytest.approx(1.0)
 
 
 @given(
@@ -59,19 +59,19 @@ def test_the_factor_that_is_reached_is_that_of_the_last_second(wall: list[float]
     moments=st.lists(st.integers(0, 10**10), max_size=50).map(sorted),
 )
 def test_a_beat_comes_at_most_once_per_period(rate: float, moments: list[int]) -> None:
-    beat = Beat(rate)
+    schedule = PeriodicSchedule(rate)
     period = round(1e9 / rate)
 
-    taken = [moment for moment in moments if beat.take(moment)]
+    taken = [moment for moment in moments if schedule.poll(moment)]
 
     assert [moment // period for moment in taken] == sorted(
         {moment // period for moment in moments}
     )
-    assert beat.next_ns > max(moments, default=-1)
+    assert schedule.next_ns > max(moments, default=-1)
 
 
 def test_a_beat_can_begin_again() -> None:
-    beat = Beat(10.0)
-    assert beat.take(10**12) and not beat.take(0)
-    beat.restart()
-    assert beat.take(0)
+    schedule = PeriodicSchedule(10.0)
+    assert schedule.poll(10**12) and not schedule.poll(0)
+    schedule.restart()
+    assert schedule.poll(0)

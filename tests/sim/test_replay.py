@@ -47,7 +47,7 @@ def run_live(answered):
 
     def answer(time_ns):
         states.append((list(live.positions), list(live.velocities), list(live.efforts)))
-        loop.set_partner(time_ns in answered)
+        loop.set_controller_present(time_ns in answered)
         if time_ns in answered:
             message = command(time_ns)
             given = Command(time_ns, list(message.name), list(message.position))

@@ -66,7 +66,7 @@ def test_what_goes_on_from_a_file_gives_the_same_bits(model: RobotModel, tmp_pat
 
 def test_what_stood_elsewhere_stands_there_again(model: RobotModel) -> None:
     simulation = moving(model)
-    simulation.put_standing("wall", np.array([5.0, 0.0, 0.1, 1.0, 0.0, 0.0, 0.0]))
+    simulation.set_static_pose("wall", np.array([5.0, 0.0, 0.1, 1.0, 0.0, 0.0, 0.0]))
     state = SavedState.of(simulation)
     simulation.reset()
     state.put(simulation)
@@ -102,7 +102,7 @@ def test_a_state_of_another_model_is_refused_and_changes_nothing(
     alone, joined = moving(model), begun(model)
     block = read_world_text("things: {block: {shape: box, size: [1, 1, 1], mass: 1}}", "text")
     coming = Coming(block, "block", np.array([4.0, 0, 1]), np.array([1.0, 0, 0, 0]))
-    joined.take(with_things(model, [coming]))
+    joined.replace_model(with_things(model, [coming]))
     before = after(alone, 0)
     with pytest.raises(RefusedError, match="another model: it has the body 'block'"):
         SavedState.of(joined).put(alone)

@@ -269,18 +269,18 @@ def test_a_sensor_is_read_at_its_rate_and_only_while_somebody_listens() -> None:
     measured = pendulum("<update_rate>50</update_rate>")
     node = FakeNode()
     publisher = SensorPublisher(cast(Node, node), measured.simulation, measured.sensors)
-    publisher.look()
+    publisher.on_graph_change()
     publisher.sample(0)
     assert publisher.next_ns() is None
     node.listeners = 1
-    publisher.look()
+    publisher.on_graph_change()
     publisher.sample(33_000_000)
     assert publisher.next_ns() == 40_000_000
     for time_ns in (39_000_000, 40_000_000, 60_000_000, 61_000_000):
         publisher.sample(time_ns)
     assert node.published == [(40_000_000, "rod"), (60_000_000, "rod")]
     node.listeners = 0
-    publisher.look()
+    publisher.on_graph_change()
     publisher.sample(80_000_000)
     assert publisher.next_ns() is None
     assert len(node.published) == 2
@@ -298,7 +298,7 @@ def test_a_sensor_that_fails_is_reported_once_and_read_no_more() -> None:
     node.listeners = 1
     sensors = [Broken(measured.sensors[0].description), *measured.sensors]
     publisher = SensorPublisher(cast(Node, node), measured.simulation, sensors)
-    publisher.look()
+    publisher.on_graph_change()
     for time_ns in (0, 10_000_000):
         publisher.sample(time_ns)
     assert node.errors == ["Sensor 'sensor' is read no more: ValueError: no echo"]

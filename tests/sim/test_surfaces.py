@@ -130,7 +130,7 @@ def test_a_robots_link_bounces_on_what_was_spawned(tmp_path: Path) -> None:
     file.write_text(f"<sdf version='1.9'>{block}</sdf>")
     coming = Coming(read_world(file), "block", np.array([0.0, 0.0, 0.1]), np.array([1.0, 0, 0, 0]))
     simulation = Simulation(built, control_period_ns=1_000_000)
-    simulation.take(with_things(built, [coming]))
+    simulation.replace_model(with_things(built, [coming]))
     found = [height - 2 * RADIUS for height in heights(simulation, "ball", 0.8)]
     assert rises(found) == pytest.approx(0.49, rel=0.01, abs=5e-3)
 

@@ -73,7 +73,7 @@ class Way(NamedTuple):
         return f"ahead {self.ahead:.3f} of {asked:.2g} m, {turned}"
 
 
-def ways_by_topic(robot: SimulatedRobot) -> dict[str, Way]:
+def planar_move_motions(robot: SimulatedRobot) -> dict[str, Way]:
     """Return the motion of a robot by each velocity topic of a planar-move plug-in.
 
     Args:
@@ -95,6 +95,6 @@ def ways_by_topic(robot: SimulatedRobot) -> dict[str, Way]:
             mover.receive(twist)
             simulation.step_to(simulation.time_ns + round(MOVING_S * 1e9))
             places.append(place_of(simulation, base.body.link))
-        mover.forget()
+        mover.stop()
         ways[mover.topic] = Way.between(places[0], places[1], places[2])
     return ways

@@ -20,7 +20,7 @@ from teleopctl.control import (
 )
 from teleopctl.errors import InvalidParameterError, TeleopctlError
 from teleopctl.node import read_parameter_file
-from teleopctl.nodes.checking.bases import ways_by_topic
+from teleopctl.nodes.checking.bases import planar_move_motions
 from teleopctl.nodes.checking.motions import MotionResult, Trier
 from teleopctl.robot import COMMANDS_TOPIC, STATES_TOPIC
 
@@ -95,7 +95,7 @@ def drive(robot: SimulatedRobot, given: ChosenControllers | None) -> Driven | No
         What became of it; None for one that nothing moves.
     """
     driven = Driven(given is not None and given.own)
-    for topic, way in ways_by_topic(robot).items():
+    for topic, way in planar_move_motions(robot).items():
         driven.own = True
         driven.motions.append(MotionResult(topic, PLANAR_MOVE, way.is_enough, way.told))
     if given is None:

@@ -133,7 +133,7 @@ class _Run:
         tolerance: float,
         on_message: OnMessage,
     ) -> None:
-        from teleopctl.sim import Rerun
+        from teleopctl.sim import SimulationReplay
 
         self.verdict = Verdict(tolerance)
         self.remarks: list[str] = []
@@ -145,7 +145,7 @@ class _Run:
         self._streams: dict[str, ComparedStream] = {}
         self._frames_stream: ComparedStream | None = None
         self._bodies_stream: ComparedStream | None = None
-        self._rerun = Rerun(session.robot_description, parameters, self._publish)
+        self._rerun = SimulationReplay(session.robot_description, parameters, self._publish)
         self._period_ns = self._rerun.control_period_ns
         self._broadcasters = Broadcasters(
             session.robot_description,

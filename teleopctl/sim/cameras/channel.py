@@ -1,4 +1,4 @@
-"""What one camera publishes, drawn only as far as somebody wants it."""
+"""Publishers of one camera: images, depths, points, labels and camera_info."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from teleopctl.mujoco_model import CameraModel
 from teleopctl.node import QoSProfile, qos_profile_latched
 from teleopctl.sim.cameras.messages import (
     Rectifier,
-    boxes_of,
     compress,
     compress_depths,
     draw_boxes,
     fill_boxes,
+    label_boxes,
     new_boxes,
     new_compressed,
     new_image,
@@ -25,7 +25,7 @@ from teleopctl.sim.cameras.messages import (
     new_points,
     pixels_of,
 )
-from teleopctl.sim.pacing import Beat
+from teleopctl.sim.pacing import PeriodicSchedule
 from teleopctl.sim.sensors.noise import NoiseSource
 
 if TYPE_CHECKING:
@@ -58,7 +58,7 @@ _GOLDEN = 0.618034
 
 
 class CameraChannel:
-    """One camera with its publishers.
+    """Publishers of one camera, which render only what has subscribers.
 
     Args:
         node: Who publishes.
@@ -69,7 +69,7 @@ class CameraChannel:
 
     Attributes:
         camera: Which camera.
-        beat: When it is due.
+        schedule: When it is due.
         wanted: What somebody subscribes to; see `CameraModel`, with ``image/compressed`` and
             ``depth/compressedDepth``.
     """
@@ -84,7 +84,7 @@ class CameraChannel:
         seed: int = 0,
     ) -> None:
         self.camera = camera
-        self.beat = Beat(camera.rate_hz)
+        self.schedule = PeriodicSchedule(camera.rate_hz)
         self.wanted: frozenset[str] = frozenset()
         self._setting = setting
         self._noise = NoiseSource(camera.noise, seed, camera.name, 1.0 / camera.rate_hz)
@@ -106,7 +106,7 @@ class CameraChannel:
         self.name_bodies(bodies)
 
     def name_bodies(self, bodies: tuple[str, ...]) -> None:
-        """Set the names of the bodies of a new model."""
+        """Set the body names of the model, and publish which label stands for which body."""
         self._label_type: type[np.generic] = np.uint8 if len(bodies) <= 256 else np.uint16
         self._palette = palette(len(bodies))
         self._messages.pop("labels", None)
@@ -116,11 +116,11 @@ class CameraChannel:
 
     @property
     def draws(self) -> bool:
-        """Whether a subscribed topic needs a rendered picture."""
+        """Whether any subscribed topic needs a rendered image."""
         return not self.wanted <= _INFOS
 
-    def look(self) -> None:
-        """Update the subscribed topics; called when the graph has changed."""
+    def on_graph_change(self) -> None:
+        """Update which topics have subscribers; called when the ROS graph has changed."""
         self.wanted = frozenset(
             what
             for what, publisher in self._publishers.items()
@@ -128,7 +128,7 @@ class CameraChannel:
         )
 
     def publish(self, renderer: CameraRenderer | None, time_ns: int) -> None:
-        """Render and publish the subscribed topics for a simulated time.
+        """Render the subscribed topics, and publish them with a simulated time as stamp.
 
         Args:
             renderer: In the pose of that time; None where nothing has to be drawn.
@@ -167,7 +167,7 @@ class CameraChannel:
         if self.camera.noise is not None:
             # One number for a pixel, the same on its colours, as in Gazebo.
             grey = np.zeros(picture.shape[:2])
-            disturbed = 255.0 * self._noise.disturb(grey, time_ns * 1e-9)[..., None]
+            disturbed = 255.0 * self._noise.add_noise(grey, time_ns * 1e-9)[..., None]
             np.clip(np.rint(picture + disturbed), 0, 255, out=picture, casting="unsafe")
         if "image" in wanted:
             message = self._message("image")
@@ -217,7 +217,7 @@ class CameraChannel:
             message = self._message("coloured")
             pixels_of(message, np.uint8, 3)[:] = self._palette[labels]
             self._send("coloured", message, time_ns)
-        boxes = list(boxes_of(labels)) if self.camera.sees("boxes") else []
+        boxes = list(label_boxes(labels)) if self.camera.sees("boxes") else []
         if "boxes" in wanted:
             message = self._message("boxes")
             set_stamp(message.header.stamp, time_ns)
@@ -267,7 +267,7 @@ class CameraChannel:
 
 
 def palette(count: int) -> npt.NDArray[np.uint8]:
-    """Return a colour for each label, (count, 3); black for the background."""
+    """Return a distinct RGB colour for each label number, (count, 3); black for number 0."""
     hue = (np.arange(count) * _GOLDEN % 1.0)[:, None] * 6.0
     phases = hue + np.array([0.0, 4.0, 2.0])
     colours = np.clip(np.abs(phases % 6.0 - 3.0) - 1.0, 0.0, 1.0)

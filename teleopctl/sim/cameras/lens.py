@@ -1,4 +1,4 @@
-"""What a lens does to a picture: the model ``plumb_bob`` of sensor_msgs/CameraInfo.
+"""Lens distortion of camera images: the model ``plumb_bob`` of sensor_msgs/CameraInfo.
 
 A point of the scene at (X, Y, Z) in the optical frame is at x = X/Z, y = Y/Z without a lens. With
 one it is, with r² = x² + y², at
@@ -44,7 +44,7 @@ _LARGEST = 2.0
 def distorted(
     x: Array, y: Array, lens: tuple[float, float, float, float, float]
 ) -> tuple[Array, Array]:
-    """Return the image coordinates of points X/Z, Y/Z after distortion by k1, k2, p1, p2, k3."""
+    """Apply plumb_bob distortion (k1, k2, p1, p2, k3) to normalized image coordinates."""
     k1, k2, p1, p2, k3 = lens
     r2 = x * x + y * y
     radial = 1.0 + r2 * (k1 + r2 * (k2 + r2 * k3))
@@ -56,7 +56,7 @@ def distorted(
 
 @dataclass(frozen=True)
 class Projection:
-    """Projection in which a camera is rendered, before the lens.
+    """Frustum in which a camera is rendered, and the mapping of its pixels through the lens.
 
     Attributes:
         width: In pixels, as for ``height``.
@@ -82,13 +82,13 @@ class Projection:
 
     @property
     def drawn(self) -> Sequence[Projection | Face]:
-        """The rendered pictures."""
+        """Images to render: faces of a cube for wide-angle lenses, else this projection."""
         return self.faces or (self,)
 
 
 @dataclass(frozen=True)
 class Face:
-    """One of the rendered faces of a wide-angle camera.
+    """Frustum of one face of the cube that a wide-angle camera is rendered on.
 
     Attributes:
         ahead: Where it looks, in the optical frame.
@@ -111,8 +111,8 @@ class Face:
     top: float
 
 
-def view_of(camera: CameraModel) -> Projection:
-    """Return the projection with which a camera is rendered."""
+def camera_projection(camera: CameraModel) -> Projection:
+    """Return the projection in which a camera is to be rendered so that its lens can be applied."""
     if camera.lens is not None:
         return _cube(camera, camera.lens)
     fx, _, cx, _, fy, cy, *_ = camera.intrinsics
@@ -168,7 +168,7 @@ def _cube(camera: CameraModel, lens: Lens) -> Projection:
 
 
 def directions(camera: CameraModel, lens: Lens) -> Array:
-    """Return the unit vector of each pixel of a wide-angle camera, in the optical frame.
+    """Return the unit vectors that a wide-angle camera's pixels look along, in the optical frame.
 
     Returns:
         (height, width, 3); no numbers where nothing is seen.
@@ -195,7 +195,7 @@ def _side_of_faces(camera: CameraModel, lens: Lens) -> int:
 
 
 def fisheye_coefficients(camera: CameraModel, lens: Lens) -> tuple[float, float, float, float]:
-    """Return k1 to k4 of CameraInfo's ``equidistant`` model, fitted to a lens.
+    """Return k1 to k4 of the ``equidistant`` model in CameraInfo, fitted to a wide-angle lens.
 
     A direction theta from the axis is at theta (1 + k1 theta² + k2 theta⁴ + k3 theta⁶ + k4 theta⁸)
     focal lengths from the middle.
@@ -221,7 +221,7 @@ def _edges(width: int, height: int, fx: float, fy: float, cx: float, cy: float) 
 
 
 def undistorted(camera: CameraModel) -> tuple[Array, Array, npt.NDArray[np.bool_]]:
-    """Return the coordinates X/Z, Y/Z of each pixel and whether it has any, by Newton's method."""
+    """Return x = X/Z, y = Y/Z of each pixel without distortion, and whether the pixel has any."""
     fx, _, cx, _, fy, cy, *_ = camera.intrinsics
     columns, rows = np.meshgrid(np.arange(float(camera.width)), np.arange(float(camera.height)))
     wanted_x, wanted_y = (columns - cx) / fx, (rows - cy) / fy

@@ -34,7 +34,7 @@ _MOST_UINT16 = 65535
 
 # Any, here and below: classes that are made from their definitions.
 def new_image(camera: CameraModel, encoding: str, pixel_bytes: int) -> Any:
-    """Return a reusable black image message of a camera."""
+    """Return a black sensor_msgs/Image of a camera's size and frame, to be filled repeatedly."""
     step = pixel_bytes * camera.width
     image = _Image(height=camera.height, width=camera.width, encoding=encoding, step=step)
     image.header.frame_id = camera.frame_id
@@ -43,7 +43,7 @@ def new_image(camera: CameraModel, encoding: str, pixel_bytes: int) -> Any:
 
 
 def pixels_of(image: Any, kind: type[np.generic], parts: int = 1) -> npt.NDArray[Any]:
-    """Return the pixels of an image message as an array view."""
+    """Return a writable array view of an Image message's pixels."""
     shape = (image.height, image.width, parts) if parts > 1 else (image.height, image.width)
     return np.frombuffer(image.data, kind).reshape(shape)
 
@@ -65,14 +65,14 @@ def new_info(camera: CameraModel) -> Any:
 
 
 def new_compressed(camera: CameraModel) -> Any:
-    """Return a reusable compressed image message."""
+    """Return an empty sensor_msgs/CompressedImage in a camera's frame."""
     message = _CompressedImage()
     message.header.frame_id = camera.frame_id
     return message
 
 
 def compress(message: Any, picture: npt.NDArray[np.uint8], how: str, jpeg_quality: int) -> None:
-    """Compress an image as image_transport's plug-in `compressed` does.
+    """Write an RGB image into a CompressedImage, as image_transport's ``compressed`` does.
 
     Args:
         message: The CompressedImage to fill.
@@ -91,7 +91,7 @@ def compress(message: Any, picture: npt.NDArray[np.uint8], how: str, jpeg_qualit
 
 
 def compress_depths(message: Any, depths: npt.NDArray[np.float32]) -> None:
-    """Compress a depth image as image_transport's plug-in `compressedDepth` does.
+    """Write a depth image into a CompressedImage, as ``compressedDepth`` does.
 
     Args:
         message: The CompressedImage to fill.
@@ -117,7 +117,7 @@ def compress_depths(message: Any, depths: npt.NDArray[np.float32]) -> None:
 
 
 def new_points(camera: CameraModel) -> Any:
-    """Return a reusable point cloud message with one coloured point per pixel."""
+    """Return a sensor_msgs/PointCloud2 with one coloured point per pixel, to be filled."""
     names = ("x", "y", "z", "rgb")
     cloud = _PointCloud2(
         height=camera.height,
@@ -136,7 +136,7 @@ def new_points(camera: CameraModel) -> Any:
 
 
 class Rectifier:
-    """Viewing directions of a camera's pixels.
+    """Directions X/Z and Y/Z of a camera's pixels, to compute points from depths.
 
     Args:
         camera: Which camera.
@@ -154,7 +154,7 @@ class Rectifier:
     def fill(
         self, cloud: Any, depths: npt.NDArray[np.float32], picture: npt.NDArray[np.uint8]
     ) -> None:
-        """Fill a point cloud from a depth image; metres in the optical frame, NaN for gaps."""
+        """Fill a PointCloud2 from depths and colours; metres in the optical frame, NaN for none."""
         points = np.frombuffer(cloud.data, np.float32).reshape(*depths.shape, 4)
         z = np.where(np.isfinite(depths), depths, np.float32(np.nan))
         np.multiply(self.x, z, out=points[..., 0])
@@ -169,7 +169,7 @@ _GREEN = (0, 255, 0)
 
 
 class PixelBox(NamedTuple):
-    """Pixel box of one label, inclusive."""
+    """Bounding box of one label in an image, in pixels, edges included."""
 
     label: int
     left: int
@@ -178,8 +178,8 @@ class PixelBox(NamedTuple):
     bottom: int
 
 
-def boxes_of(labels: npt.NDArray[np.uint16]) -> Iterator[PixelBox]:
-    """Return the bounding box of each label in a picture.
+def label_boxes(labels: npt.NDArray[np.uint16]) -> Iterator[PixelBox]:
+    """Yield the bounding box of each label in a label image.
 
     Args:
         labels: The number of the body that each pixel shows, (height, width); 0 for the background.
@@ -193,14 +193,14 @@ def boxes_of(labels: npt.NDArray[np.uint16]) -> Iterator[PixelBox]:
 
 # Any, here and below: classes that are made from their definitions.
 def new_boxes(frame_id: str) -> Any:
-    """Return a reusable detection message without boxes."""
+    """Return an empty vision_msgs/Detection2DArray in a frame."""
     message = get_message("vision_msgs/msg/Detection2DArray")()
     message.header.frame_id = frame_id
     return message
 
 
 def fill_boxes(message: Any, boxes: list[PixelBox]) -> None:
-    """Fill a Detection2DArray; pixel (0, 0) is the centre of the upper left pixel."""
+    """Set the detections of a Detection2DArray from pixel boxes."""
     detection = get_message("vision_msgs/msg/Detection2D")
     result = get_message("vision_msgs/msg/ObjectHypothesisWithPose")
     message.detections = []
@@ -216,7 +216,7 @@ def fill_boxes(message: Any, boxes: list[PixelBox]) -> None:
 
 
 def draw_boxes(picture: npt.NDArray[np.uint8], boxes: list[PixelBox]) -> None:
-    """Draw the boxes into a picture, (height, width, 3), one pixel wide."""
+    """Draw the outlines of boxes into an RGB image, one pixel wide."""
     for _, left, top, right, bottom in boxes:
         picture[[top, bottom], left : right + 1] = _GREEN
         picture[top : bottom + 1, [left, right]] = _GREEN

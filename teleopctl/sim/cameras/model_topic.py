@@ -1,4 +1,4 @@
-"""The simulator's model on a topic: cameras, processes of their own, draw what comes and goes.
+"""Topic of the simulator's compiled model, from which camera processes render spawned entities.
 
 The message is MuJoCo's own form of a model (MJB), as it is after the last change; an empty one says
 that nothing has changed since the start, so that it is as the robot and the world are described.
@@ -30,7 +30,7 @@ _Bytes = get_message("std_msgs/msg/UInt8MultiArray")
 
 
 class ModelPublisher:
-    """Publishes the compiled model, for camera processes.
+    """Publisher of the simulation's compiled MuJoCo model, for camera processes.
 
     Args:
         node: Who publishes.
@@ -43,14 +43,14 @@ class ModelPublisher:
         # The loop's thread and the graph's publish: what is sent last is the newest.
         self._sending = threading.Lock()
 
-    def renew(self, model: RobotModel) -> None:
-        """Replace the published model."""
+    def replace_model(self, model: RobotModel) -> None:
+        """Replace the model, and publish the new one if there are subscribers."""
         self._model = model
         if self._publisher.get_subscription_count() > 0:
             self._publish()
 
-    def look(self) -> None:
-        """Publish the model again if there are new subscribers."""
+    def on_graph_change(self) -> None:
+        """Publish the model again if there are new subscribers; called when the graph changed."""
         before, self._readers = self._readers, self._publisher.get_subscription_count()
         if self._readers > before:
             self._publish()
@@ -68,7 +68,7 @@ class ModelPublisher:
 
 # Any: a message, whose class is made at run time.
 def model_from_message(message: Any, described: RobotModel) -> RobotModel:
-    """Return the model in a message.
+    """Return the model in a message; the initial model if the message is empty.
 
     Args:
         message: A UInt8MultiArray.

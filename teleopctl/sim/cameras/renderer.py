@@ -20,7 +20,7 @@ import numpy.typing as npt
 
 from teleopctl.errors import UnavailableError
 from teleopctl.mujoco_model import CameraModel, RobotModel
-from teleopctl.sim.cameras.lens import Face, Projection, view_of
+from teleopctl.sim.cameras.lens import Face, Projection, camera_projection
 from teleopctl.sim.gl_backend import missing_library
 from teleopctl.sim.mjcf import BallJoints
 
@@ -34,7 +34,7 @@ _SKY = 0.7
 
 @dataclass(frozen=True)
 class Quality:
-    """Rendering quality: antialiasing, shadows and reflections.
+    """Rendering quality: samples per pixel, shadow map and reflections.
 
     Attributes:
         name: What it is called in the log.
@@ -67,7 +67,7 @@ class _Camera:
 
 
 class CameraRenderer:
-    """Renders the cameras of a model. All use is bound to the thread that makes it.
+    """Renderer of a model's cameras with one OpenGL context, bound to the creating thread.
 
     Pictures are upright, (height, width) of the camera and as its lens shows them.
 
@@ -87,7 +87,7 @@ class CameraRenderer:
         self.quality = quality
         self._m: Any = model.mj_model
         self._d: Any = mujoco.MjData(self._m)
-        views = {camera.name: view_of(camera) for camera in cameras}
+        views = {camera.name: camera_projection(camera) for camera in cameras}
         offscreen = self._m.vis.global_
         drawn = [part for view in views.values() for part in view.drawn]
         offscreen.offwidth = max(part.width for part in drawn)
@@ -126,7 +126,7 @@ class CameraRenderer:
         positions: Mapping[str, float],
         bodies: Mapping[str, Sequence[float]] = MappingProxyType({}),
     ) -> None:
-        """Set the robot's joint positions and the poses of free bodies.
+        """Set the joint positions and the poses of free bodies for the next images.
 
         Args:
             positions: Joint positions (rad or m) by name; unknown names are passed over and
@@ -148,7 +148,7 @@ class CameraRenderer:
         mujoco.mj_camlight(self._m, self._d)
 
     def colours(self, camera: str, image: Picture) -> None:
-        """Render a camera's colour image, (height, width, 3)."""
+        """Render a camera's colour image into an array, (height, width, 3)."""
         found = self._cameras[camera]
         flat, start = found.colours.reshape(-1, 3), 0
         for part in found.view.drawn:
@@ -159,7 +159,7 @@ class CameraRenderer:
         _through_lens(found, found.colours, image)
 
     def colours_and_depths(self, camera: str, image: Picture) -> Depths:
-        """Render a camera's colour image and depths along the optical axis.
+        """Render a camera's colours into an array, and return depths along the optical axis.
 
         Returns:
             Metres, (height, width); infinite where nothing is.
@@ -178,7 +178,7 @@ class CameraRenderer:
         return depths
 
     def labels(self, camera: str) -> Labels:
-        """Return the body number of each pixel, (height, width); 0 for the background."""
+        """Render and return the body number that each pixel shows; 0 for the background."""
         found, flags = self._cameras[camera], self._scene.flags
         before = flags.copy()
         flags[mujoco.mjtRndFlag.mjRND_SEGMENT] = True
@@ -199,7 +199,7 @@ class CameraRenderer:
         return labels
 
     def close(self) -> None:
-        """Free the graphics resources."""
+        """Free the OpenGL context."""
         self._gl.make_current()
         self._context.free()
         self._gl.free()
@@ -286,7 +286,7 @@ def make_renderer(
     quality: str,
     clock: Callable[[], float] = time.perf_counter,
 ) -> tuple[CameraRenderer, str]:
-    """Return a renderer of a named quality; for ``auto``, frames are timed.
+    """Return a renderer of a named quality, and a sentence about it; ``auto`` times frames.
 
     Args:
         model: The robot.

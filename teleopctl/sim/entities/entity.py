@@ -27,7 +27,7 @@ _TOLD = 30
 
 @dataclass(frozen=True)
 class SimulatedEntity:
-    """A named thing of the simulation: the robot, or an object of the world.
+    """An entity of the simulation: the robot, or an object of the world.
 
     Attributes:
         name: What it is called.
@@ -45,7 +45,7 @@ class SimulatedEntity:
 
 
 class Motion(NamedTuple):
-    """Pose, velocity and acceleration of a frame in the world.
+    """Pose, velocity and acceleration of an entity's frame in the world.
 
     Attributes:
         pose: Position (m) and rotation (w x y z), (7,).
@@ -75,7 +75,7 @@ def entities(simulation: Simulation) -> dict[str, SimulatedEntity]:
 
 
 def find(simulation: Simulation, name: str) -> SimulatedEntity:
-    """Return the entity of a name.
+    """Return the entity of a simulation that has a name; raise if there is none.
 
     Raises:
         NotFoundError: There is none.
@@ -93,7 +93,7 @@ def find(simulation: Simulation, name: str) -> SimulatedEntity:
 def motion_of(
     simulation: Simulation, entity: SimulatedEntity, seen: Observed | None = None
 ) -> Motion:
-    """Return the motion of an entity.
+    """Return the present pose, velocity and acceleration of an entity in the world.
 
     Args:
         simulation: Where it is.
@@ -118,7 +118,7 @@ def motion_of(
 def move(
     simulation: Simulation, entity: SimulatedEntity, pose: Array | None, twist: Array | None
 ) -> None:
-    """Set the pose or the velocity of an entity.
+    """Set the pose, the velocity or both of an entity.
 
     Args:
         simulation: Where it is.
@@ -143,7 +143,7 @@ def move(
             f"The robot '{entity.name}' stands in the world: it cannot be put elsewhere"
         )
     elif pose is not None:
-        simulation.put_standing(entity.body, pose)
+        simulation.set_static_pose(entity.body, pose)
     simulation.refresh()
 
 
@@ -159,7 +159,7 @@ _CORNERS = np.array(list(itertools.product((-1.0, 1.0), repeat=3)))
 
 
 class BoundingBox(NamedTuple):
-    """An axis-aligned box.
+    """Axis-aligned box between two corners, in metres.
 
     Attributes:
         low: Its corner with the smallest coordinates, (3,), in metres.
@@ -170,7 +170,7 @@ class BoundingBox(NamedTuple):
     high: Array
 
     def overlaps(self, other: BoundingBox) -> bool:
-        """Return whether two boxes intersect."""
+        """Return whether this box and another one intersect."""
         return bool((self.low <= other.high).all() and (other.low <= self.high).all())
 
     def touches(self, center: Array, radius: float) -> bool:
@@ -186,7 +186,7 @@ def bounds_of(
     *,
     in_world: bool = False,
 ) -> BoundingBox | None:
-    """Return the bounding box of an entity's shapes, along its own axes or the world's.
+    """Return the bounding box of an entity's shapes, in its own frame or the world's; or None.
 
     Args:
         simulation: Where it is.

@@ -21,7 +21,7 @@ from teleopctl.sim.entities.entity import (
     motion_of,
     move,
 )
-from teleopctl.sim.entities.name_filter import matching
+from teleopctl.sim.entities.name_filter import matching_names
 from teleopctl.sim.entities.poses import (
     fill_pose,
     fill_twist,
@@ -43,50 +43,50 @@ _Vector3 = get_message("geometry_msgs/msg/Vector3")
 _INVALID_POSE = get_service("simulation_interfaces/srv/SetEntityState").Response.INVALID_POSE
 
 
-def offer_entity_services(desk: SimulationServices) -> None:
-    """Offer the services that list entities and get or set their states.
+def offer_entity_services(services: SimulationServices) -> None:
+    """Create the services that list entities, and get or set their states and infos.
 
     Args:
-        desk: Where they are offered.
+        services: Where they are offered.
     """
-    desk.offer("GetEntities", "get_entities", _list)
-    desk.offer("GetEntitiesStates", "get_entities_states", _list_states)
-    desk.offer("GetEntityState", "get_entity_state", _get_state)
-    desk.offer("SetEntityState", "set_entity_state", _set_state)
-    desk.offer("GetEntityInfo", "get_entity_info", _get_info)
-    desk.offer("SetEntityInfo", "set_entity_info", _set_info)
-    desk.offer("GetEntityBounds", "get_entity_bounds", _get_bounds)
+    services.offer("GetEntities", "get_entities", _list)
+    services.offer("GetEntitiesStates", "get_entities_states", _list_states)
+    services.offer("GetEntityState", "get_entity_state", _get_state)
+    services.offer("SetEntityState", "set_entity_state", _set_state)
+    services.offer("GetEntityInfo", "get_entity_info", _get_info)
+    services.offer("SetEntityInfo", "set_entity_info", _set_info)
+    services.offer("GetEntityBounds", "get_entity_bounds", _get_bounds)
 
 
 # Any, here and below: messages, whose classes are made at run time.
-async def _list(stage: RunningSimulation, request: Any, response: Any) -> None:
-    names = await _named(stage, request.filters)
-    chosen = stage.ask(lambda: _chosen(stage, names, request.filters))
+async def _list(running: RunningSimulation, request: Any, response: Any) -> None:
+    names = await _named(running, request.filters)
+    chosen = running.call(lambda: _chosen(running, names, request.filters))
     response.entities = [entity.name for entity in chosen]
 
 
-async def _list_states(stage: RunningSimulation, request: Any, response: Any) -> None:
-    names = await _named(stage, request.filters)
+async def _list_states(running: RunningSimulation, request: Any, response: Any) -> None:
+    names = await _named(running, request.filters)
 
     def look() -> None:
-        seen = stage.simulation.observe()
-        for entity in _chosen(stage, names, request.filters):
+        seen = running.simulation.observe()
+        for entity in _chosen(running, names, request.filters):
             response.entities.append(entity.name)
             state = _EntityState()
-            _fill_state(state, stage, entity, seen)
+            _fill_state(state, running, entity, seen)
             response.states.append(state)
 
-    stage.ask(look)
+    running.call(look)
 
 
-def _get_state(stage: RunningSimulation, request: Any, response: Any) -> None:
+def _get_state(running: RunningSimulation, request: Any, response: Any) -> None:
     def look() -> None:
-        _fill_state(response.state, stage, find(stage.simulation, request.entity))
+        _fill_state(response.state, running, find(running.simulation, request.entity))
 
-    stage.ask(look)
+    running.call(look)
 
 
-def _set_state(stage: RunningSimulation, request: Any, response: Any) -> None:
+def _set_state(running: RunningSimulation, request: Any, response: Any) -> None:
     del response
     # Before simulation_interfaces 2.1 there was no choice: all of the state is set.
     with_pose = getattr(request, "set_pose", True)
@@ -98,7 +98,7 @@ def _set_state(stage: RunningSimulation, request: Any, response: Any) -> None:
         )
 
     def change() -> None:
-        simulation, state = stage.simulation, request.state
+        simulation, state = running.simulation, request.state
         entity = find(simulation, request.entity)
         frame = frame_of(simulation, state.header.frame_id)
         twist = twist_in_world(state.twist, frame) if with_twist else None
@@ -108,30 +108,32 @@ def _set_state(stage: RunningSimulation, request: Any, response: Any) -> None:
             raise Refusal(_INVALID_POSE, error.message) from error
         move(simulation, entity, pose, twist)
 
-    stage.change(change)
+    running.call_and_publish(change)
 
 
-def _get_info(stage: RunningSimulation, request: Any, response: Any) -> None:
-    response.info = _info(stage, stage.ask(lambda: find(stage.simulation, request.entity)))
+def _get_info(running: RunningSimulation, request: Any, response: Any) -> None:
+    response.info = _info(running, running.call(lambda: find(running.simulation, request.entity)))
 
 
-def _set_info(stage: RunningSimulation, request: Any, response: Any) -> None:
+def _set_info(running: RunningSimulation, request: Any, response: Any) -> None:
     del response
-    entity = stage.ask(lambda: find(stage.simulation, request.entity))
-    stage.infos[entity.name] = request.info
+    entity = running.call(lambda: find(running.simulation, request.entity))
+    running.infos[entity.name] = request.info
 
 
-def _get_bounds(stage: RunningSimulation, request: Any, response: Any) -> None:
-    box = stage.ask(lambda: bounds_of(stage.simulation, find(stage.simulation, request.entity)))
+def _get_bounds(running: RunningSimulation, request: Any, response: Any) -> None:
+    box = running.call(
+        lambda: bounds_of(running.simulation, find(running.simulation, request.entity))
+    )
     if box is not None:
         response.bounds.type = _Bounds.TYPE_BOX
         # The upper right corner comes first.
         response.bounds.points = [_point(box.high), _point(box.low)]
 
 
-def _info(stage: RunningSimulation, entity: SimulatedEntity) -> Any:
-    if entity.name in stage.infos:
-        return stage.infos[entity.name]
+def _info(running: RunningSimulation, entity: SimulatedEntity) -> Any:
+    if entity.name in running.infos:
+        return running.infos[entity.name]
     category = _Category.CATEGORY_STATIC_OBJECT
     if entity.is_robot:
         category = _Category.CATEGORY_ROBOT
@@ -140,32 +142,34 @@ def _info(stage: RunningSimulation, entity: SimulatedEntity) -> Any:
     return _EntityInfo(category=_Category(category=category))
 
 
-async def _named(stage: RunningSimulation, filters: Any) -> frozenset[str]:
+async def _named(running: RunningSimulation, filters: Any) -> frozenset[str]:
     """The names that pass a filter."""
-    names = stage.ask(lambda: list(entities(stage.simulation)))
-    return frozenset(await matching(filters.filter, names))
+    names = running.call(lambda: list(entities(running.simulation)))
+    return frozenset(await matching_names(filters.filter, names))
 
 
-def _chosen(stage: RunningSimulation, names: Container[str], filters: Any) -> list[SimulatedEntity]:
+def _chosen(
+    running: RunningSimulation, names: Container[str], filters: Any
+) -> list[SimulatedEntity]:
     """The entities of some names that pass the rest of a filter."""
     categories = {category.category for category in filters.categories}
-    chosen, seen = [], stage.simulation.observe() if filters.bounds.type else None
-    for entity in entities(stage.simulation).values():
-        info = _info(stage, entity)
+    chosen, seen = [], running.simulation.observe() if filters.bounds.type else None
+    for entity in entities(running.simulation).values():
+        info = _info(running, entity)
         if (
             entity.name in names
             and (not categories or info.category.category in categories)
             and has_tags(info.tags, filters.tags)
-            and _is_within(stage, entity, filters.bounds, seen)
+            and _is_within(running, entity, filters.bounds, seen)
         ):
             chosen.append(entity)
     return chosen
 
 
 def _fill_state(
-    state: Any, stage: RunningSimulation, entity: SimulatedEntity, seen: Observed | None = None
+    state: Any, running: RunningSimulation, entity: SimulatedEntity, seen: Observed | None = None
 ) -> None:
-    simulation = stage.simulation
+    simulation = running.simulation
     motion = motion_of(simulation, entity, seen)
     state.header.frame_id = simulation.model.world_frame
     set_stamp(state.header.stamp, simulation.time_ns)
@@ -175,7 +179,7 @@ def _fill_state(
 
 
 def _is_within(
-    stage: RunningSimulation, entity: SimulatedEntity, bounds: Any, seen: Observed | None
+    running: RunningSimulation, entity: SimulatedEntity, bounds: Any, seen: Observed | None
 ) -> bool:
     points = [np.array([point.x, point.y, point.z]) for point in bounds.points]
     if bounds.type == _Bounds.TYPE_EMPTY:
@@ -186,7 +190,7 @@ def _is_within(
         )
     if len(points) != 2 or not np.isfinite(points).all():
         raise Refusal(Result.RESULT_OPERATION_FAILED, "The bounds are not two finite points")
-    box = bounds_of(stage.simulation, entity, seen, in_world=True)
+    box = bounds_of(running.simulation, entity, seen, in_world=True)
     if box is None:
         return False
     if bounds.type == _Bounds.TYPE_SPHERE:
@@ -203,19 +207,19 @@ _NamedPose = get_message("simulation_interfaces/msg/NamedPose")
 
 
 class PoseServices:
-    """Offers the services for named poses.
+    """Services that list the named poses of the world, and their bounds.
 
     Args:
-        desk: Where they are offered.
+        services: Where they are offered.
     """
 
-    def __init__(self, desk: SimulationServices) -> None:
-        desk.offer("GetNamedPoses", "get_named_poses", self._list)
-        desk.offer("GetNamedPoseBounds", "get_named_pose_bounds", self._get_bounds)
+    def __init__(self, services: SimulationServices) -> None:
+        services.offer("GetNamedPoses", "get_named_poses", self._list)
+        services.offer("GetNamedPoseBounds", "get_named_pose_bounds", self._get_bounds)
 
     # Any, here and below: messages, whose classes are made at run time.
-    def _list(self, stage: RunningSimulation, request: Any, response: Any) -> None:
-        for place in named_poses(stage):
+    def _list(self, running: RunningSimulation, request: Any, response: Any) -> None:
+        for place in named_poses(running):
             if has_tags(list(place.tags), request.tags):
                 found = _NamedPose(
                     name=place.name, description=place.description, tags=list(place.tags)
@@ -224,8 +228,8 @@ class PoseServices:
                 fill_pose(found.pose, np.array([*place.pose.translation, w, x, y, z]))
                 response.poses.append(found)
 
-    def _get_bounds(self, stage: RunningSimulation, request: Any, response: Any) -> None:
-        known = {place.name: place for place in named_poses(stage)}
+    def _get_bounds(self, running: RunningSimulation, request: Any, response: Any) -> None:
+        known = {place.name: place for place in named_poses(running)}
         if request.name not in known:
             there_is = f"; there is {', '.join(known)}" if known else ""
             raise NotFoundError(f"There is no named pose '{request.name}'{there_is}")
@@ -237,13 +241,13 @@ class PoseServices:
             response.bounds.points = [_Vector3(x=x, y=y, z=z), _Vector3(x=-x, y=-y, z=-z)]
 
 
-def named_poses(stage: RunningSimulation) -> list[ScenePose]:
-    """Return the named poses of the world: ``poses`` of YAML, frames of SDF, sites of MJCF."""
-    if stage.world is None:
+def named_poses(running: RunningSimulation) -> list[ScenePose]:
+    """Return the named poses of the present world, from its YAML, SDF or MJCF file."""
+    if running.world is None:
         return []
-    if stage.world.scene is not None:
-        return list(stage.world.scene.poses)
-    m = stage.simulation.model.mj_model
+    if running.world.scene is not None:
+        return list(running.world.scene.poses)
+    m = running.simulation.model.mj_model
     found = []
     for number in np.flatnonzero(m.site_bodyid == 0):
         name = m.site(int(number)).name

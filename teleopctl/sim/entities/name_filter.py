@@ -1,4 +1,4 @@
-"""Which names a regular expression of somebody else matches, without holding the simulator up.
+"""Filter of entity names by a client's regular expression, with a time limit.
 
 Python's own take exponentially long for some (``(a+)+$``), and nothing else runs meanwhile. So all
 but the simplest are looked for by a process of their own, which is ended when it takes too long.
@@ -51,8 +51,10 @@ except (re.error, OverflowError, RecursionError) as error:
 """
 
 
-async def matching(pattern: str, names: Sequence[str], longest_s: float = _LONGEST_S) -> list[str]:
-    """Return the names that a regular expression matches, within a time limit.
+async def matching_names(
+    pattern: str, names: Sequence[str], longest_s: float = _LONGEST_S
+) -> list[str]:
+    """Return the names that a regular expression matches; raise beyond a time limit.
 
     Args:
         pattern: As Python has them, and with the classes of POSIX.

@@ -1,4 +1,4 @@
-"""Poses and velocities of messages, in the world's frame."""
+"""Conversion between Pose and Twist messages and arrays in the world's frame."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ _LARGEST = 1e9
 _LENGTH_ERROR = 1e-2
 
 
-def no_sense(numbers: npt.ArrayLike) -> str:
-    """Return why numbers of a request are invalid; empty if they are valid."""
+def invalid_number_reason(numbers: npt.ArrayLike) -> str:
+    """Return why numbers of a request are invalid (not finite, too large); empty if valid."""
     values = np.asarray(numbers, float)
     if not np.isfinite(values).all():
         return "is not finite"
@@ -31,7 +31,7 @@ def no_sense(numbers: npt.ArrayLike) -> str:
 
 
 def frame_of(simulation: Simulation, name: str) -> LinkPose | None:
-    """Return the pose of a frame in the world; None for the world itself.
+    """Return the world pose of the link that a message's ``frame_id`` names; None for the world.
 
     Raises:
         NotFoundError: There is no link of that name.
@@ -45,14 +45,14 @@ def frame_of(simulation: Simulation, name: str) -> LinkPose | None:
 
 # Any, here and below: messages, whose classes are made at run time.
 def pose_in_world(message: Any, frame: LinkPose | None) -> Array:
-    """Return the pose (m; w x y z) of a Pose message in the world, (7,).
+    """Return a Pose message as position (m) and quaternion w x y z in the world, (7,).
 
     Raises:
         InvalidMessageError: It is none.
     """
     p, q = message.position, message.orientation
     place, turn = np.array([p.x, p.y, p.z]), np.array([q.w, q.x, q.y, q.z])
-    if reason := no_sense([*place, *turn]):
+    if reason := invalid_number_reason([*place, *turn]):
         raise InvalidMessageError(f"A number of the pose {reason}")
     length = float(np.linalg.norm(turn))
     if abs(length - 1.0) > _LENGTH_ERROR:
@@ -66,14 +66,14 @@ def pose_in_world(message: Any, frame: LinkPose | None) -> Array:
 
 
 def twist_in_world(message: Any, frame: LinkPose | None) -> Array:
-    """Return the velocity (m/s) and angular velocity (rad/s) of a Twist in the world, (6,).
+    """Return a Twist message as linear (m/s) and angular (rad/s) velocity in the world, (6,).
 
     Raises:
         InvalidMessageError: It is none.
     """
     v, w = message.linear, message.angular
     twist = np.array([v.x, v.y, v.z, w.x, w.y, w.z])
-    if reason := no_sense(twist):
+    if reason := invalid_number_reason(twist):
         raise InvalidMessageError(f"A number of the velocity {reason}")
     if frame is not None:
         twist = np.concatenate([frame.rotation @ twist[:3], frame.rotation @ twist[3:]])
@@ -81,7 +81,7 @@ def twist_in_world(message: Any, frame: LinkPose | None) -> Array:
 
 
 def fill_pose(message: Any, pose: Array) -> None:
-    """Set a Pose message from position and quaternion (w x y z), (7,)."""
+    """Set a Pose message from position and quaternion w x y z, (7,)."""
     p, q = message.position, message.orientation
     p.x, p.y, p.z, q.w, q.x, q.y, q.z = map(float, pose)
 

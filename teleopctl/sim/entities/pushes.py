@@ -1,4 +1,4 @@
-"""Forces and torques from outside that act on bodies for a while."""
+"""External wrenches on bodies, applied for a number of physics steps."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _ROW = 12
 
 @dataclass
 class Push:
-    """Force and torque on a body, for a number of physics steps.
+    """External force and torque on a body, for a number of physics steps.
 
     Attributes:
         body: The body.
@@ -39,7 +39,7 @@ class Push:
 
 
 class Pushes:
-    """Active pushes of a simulation, applied as their sum."""
+    """All external wrenches of a simulation that are still active."""
 
     def __init__(self) -> None:
         self._active: list[Push] = []
@@ -48,24 +48,24 @@ class Pushes:
         return bool(self._active)
 
     def add(self, push: Push) -> None:
-        """Apply a push from the next physics step on."""
+        """Add an external wrench, which acts from the next physics step on."""
         self._active.append(push)
 
     # Any stands for MuJoCo's model and data, which have no types.
-    def forget(self, body: str, data: Any) -> bool:
-        """End the pushes of a body; return whether there were any."""
+    def end(self, body: str, data: Any) -> bool:
+        """End all external wrenches on a body; return whether there were any."""
         before, self._active = self._active, [push for push in self._active if push.body != body]
         if not self._active:
             data.xfrc_applied[:] = 0.0
         return len(self._active) < len(before)
 
     def clear(self, data: Any) -> None:
-        """End all pushes."""
+        """End all external wrenches."""
         self._active = []
         data.xfrc_applied[:] = 0.0
 
     def save(self, model: Any) -> Array:
-        """Return the pushes as one array of numbers."""
+        """Return all active wrenches as one array, for `read_pushes`."""
         rows = []
         for push in self._active:
             body = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, push.body)
@@ -74,7 +74,7 @@ class Pushes:
         return np.array(rows, float).ravel()
 
     def begin_step(self, model: Any, data: Any) -> None:
-        """Set the applied forces of the physics step that begins.
+        """Write the sum of the wrenches into MuJoCo's data for the physics step that begins.
 
         Args:
             model: The ``mujoco.MjModel``; of bodies that have left it nothing is pushed.
@@ -94,7 +94,7 @@ class Pushes:
             push.steps -= 1
 
     def end_step(self, data: Any) -> None:
-        """Remove expired pushes."""
+        """Remove the wrenches whose last step is over."""
         self._active = [push for push in self._active if push.steps > 0]
         if not self._active:
             data.xfrc_applied[:] = 0.0
@@ -102,7 +102,7 @@ class Pushes:
 
 # Any: likewise.
 def read_pushes(model: Any, saved: Array) -> list[Push]:
-    """Return the pushes of an array that `Pushes.save` returned.
+    """Return the wrenches in an array that `Pushes.save` returned.
 
     Raises:
         RefusedError: They are none.

@@ -1,4 +1,4 @@
-"""simulation_interfaces: how the simulation runs: played, paused, stepped, reset, ended."""
+"""Services of simulation_interfaces that play, pause, step, reset and quit the simulation."""
 
 from __future__ import annotations
 
@@ -55,22 +55,22 @@ _FORMATS = ("sdf", "urdf", "mjcf")
 
 
 class RunServices:
-    """Offers the services that play, pause, step and reset the simulation.
+    """Services and action that play, pause, step, reset and quit the simulation.
 
     Args:
-        desk: Where they are offered.
+        services: Where they are offered.
         quit_simulator: Ends the simulator once the answer is sent.
     """
 
-    def __init__(self, desk: SimulationServices, quit_simulator: Callable[[], None]) -> None:
-        self._desk = desk
+    def __init__(self, services: SimulationServices, quit_simulator: Callable[[], None]) -> None:
+        self._services = services
         self._quit = quit_simulator
-        node = desk.node
+        node = services.node
         node.create_service(_GetFeatures, "get_simulator_features", self._tell_features)
-        desk.offer("GetSimulationState", "get_simulation_state", self._get_state)
-        desk.offer("SetSimulationState", "set_simulation_state", self._set_state)
-        desk.offer("ResetSimulation", "reset_simulation", self._reset)
-        desk.offer("StepSimulation", "step_simulation", self._step)
+        services.offer("GetSimulationState", "get_simulation_state", self._get_state)
+        services.offer("SetSimulationState", "set_simulation_state", self._set_state)
+        services.offer("ResetSimulation", "reset_simulation", self._reset)
+        services.offer("StepSimulation", "step_simulation", self._step)
         self._action = ActionServer(node, _SimulateSteps, "simulate_steps", self._simulate)
 
     # Any, here and below: messages, whose classes are made at run time.
@@ -81,54 +81,54 @@ class RunServices:
         response.features.custom_info = "teleopctl: MuJoCo, one robot, physics in lockstep"
         return response
 
-    def _get_state(self, stage: RunningSimulation, request: Any, response: Any) -> None:
+    def _get_state(self, running: RunningSimulation, request: Any, response: Any) -> None:
         del request
-        response.state.state = self._state(stage)
+        response.state.state = self._state(running)
 
-    def _state(self, stage: RunningSimulation) -> int:
-        if not stage.loop.paused:
+    def _state(self, running: RunningSimulation) -> int:
+        if not running.loop.paused:
             return int(_State.STATE_PLAYING)
-        return int(_State.STATE_STOPPED if stage.stopped else _State.STATE_PAUSED)
+        return int(_State.STATE_STOPPED if running.stopped else _State.STATE_PAUSED)
 
-    def _set_state(self, stage: RunningSimulation, request: Any, response: Any) -> None:
+    def _set_state(self, running: RunningSimulation, request: Any, response: Any) -> None:
         del response
         wanted = request.state.state
         if wanted == _State.STATE_QUITTING:
             self._quit()
-        elif wanted == self._state(stage) and not stage.loop.stepping:
+        elif wanted == self._state(running) and not running.loop.stepping:
             raise Refusal(_Set.ALREADY_IN_TARGET_STATE, "The simulation is in that state already")
         elif wanted == _State.STATE_STOPPED:
-            stage.stop()
+            running.stop()
         elif wanted == _State.STATE_PAUSED:
-            stage.pause()
+            running.pause()
         elif wanted == _State.STATE_PLAYING:
-            stage.play()
+            running.play()
         else:
             raise Refusal(_Set.INCORRECT_TRANSITION, "It can be stopped, played, paused and ended")
 
-    def _reset(self, stage: RunningSimulation, request: Any, response: Any) -> None:
+    def _reset(self, running: RunningSimulation, request: Any, response: Any) -> None:
         del response
         scope = request.scope or _Reset.SCOPE_ALL
         known = _Reset.SCOPE_TIME | _Reset.SCOPE_STATE | _Reset.SCOPE_SPAWNED
         if scope & ~known and scope != _Reset.SCOPE_ALL:
             raise Refusal(Result.RESULT_FEATURE_UNSUPPORTED, f"There is no scope {scope}")
-        stage.reset(
+        running.reset(
             time=bool(scope & _Reset.SCOPE_TIME),
             state=bool(scope & _Reset.SCOPE_STATE),
             spawned=bool(scope & _Reset.SCOPE_SPAWNED),
             deleted=scope == _Reset.SCOPE_ALL,
         )
 
-    async def _step(self, stage: RunningSimulation, request: Any, response: Any) -> None:
+    async def _step(self, running: RunningSimulation, request: Any, response: Any) -> None:
         del response
-        await stage.step(request.steps)
+        await running.step(request.steps)
 
     async def _simulate(self, goal: Any) -> Any:
         result, steps = _SimulateSteps.Result(), goal.request.steps
         feedback = _SimulateSteps.Feedback(remaining_steps=steps)
-        with self._desk.answering(result.result):
+        with self._services.answering(result.result):
             while feedback.remaining_steps > 0 and not goal.is_cancel_requested:
-                await self._desk.stage.step(1)
+                await self._services.running.step(1)
                 feedback.completed_steps += 1
                 feedback.remaining_steps -= 1
                 goal.publish_feedback(feedback)

@@ -1,4 +1,4 @@
-"""A simulation that runs, and how what is in it is asked for and changed from other threads."""
+"""A running simulation, and its operations for services on other threads."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from teleopctl.errors import NotFoundError, RefusedError, UnavailableError
 from teleopctl.mujoco_model import Coming, in_world, without_things
 from teleopctl.node import Future
 from teleopctl.sim.entities.entity import entities, find
-from teleopctl.sim.entities.spawning import Spawning
+from teleopctl.sim.entities.spawning import SpawnQueue
 
 if TYPE_CHECKING:
     from teleopctl.mujoco_model import RobotModel
@@ -25,7 +25,7 @@ Array = npt.NDArray[np.float64]
 
 
 class RunningSimulation:
-    """The running simulation with the operations that services perform on it.
+    """A simulation with the loop that runs it, and operations that are safe from other threads.
 
     What changes the model is worked out beforehand, while the simulation runs; it stands still
     only to take it. What fails has changed nothing.
@@ -33,13 +33,13 @@ class RunningSimulation:
     Args:
         simulation: What is simulated.
         loop: What runs it.
-        patience_s: How long to wait for the loop, in seconds of wall time.
+        timeout_s: How long to wait for the loop, in seconds of wall time.
         world: The world; None for nothing but the ground.
         on_change: Called on the loop's thread when something has come or gone.
         on_restart: Called on the loop's thread when time has begun anew.
 
     Attributes:
-        simulation: What is simulated; only to be touched within `ask`.
+        simulation: What is simulated; only to be touched within `call`.
         loop: What runs it.
         world: The world; None for nothing but the ground.
         world_source: Where it is from: a file, a URI, or what else it was called.
@@ -53,7 +53,7 @@ class RunningSimulation:
         simulation: Simulation,
         loop: LockstepLoop,
         *,
-        patience_s: float,
+        timeout_s: float,
         world: World | None = None,
         on_change: Callable[[], None] = lambda: None,
         on_restart: Callable[[], None] = lambda: None,
@@ -66,13 +66,13 @@ class RunningSimulation:
         self.changed = on_change
         # Any: a message, whose class is made at run time.
         self.infos: dict[str, Any] = {}
-        self._patience_s = patience_s
+        self._timeout_s = timeout_s
         self._start = simulation.model
-        self._spawning = Spawning(lambda: self.simulation.model, self._take)
+        self._spawning = SpawnQueue(lambda: self.simulation.model, self._take)
         self._on_restart = on_restart
 
-    def ask(self, what: Callable[[], T]) -> T:
-        """Call a function between two physics steps and return its result.
+    def call(self, what: Callable[[], T]) -> T:
+        """Call a function on the loop's thread between two physics steps, and return its result.
 
         Raises:
             UnavailableError: The simulation did not react in time.
@@ -86,28 +86,28 @@ class RunningSimulation:
             except Exception as error:  # noqa: BLE001 - the caller is to know, the loop goes on
                 errors.append(error)
 
-        if not self.loop.call(run, self._patience_s):
+        if not self.loop.call(run, self._timeout_s):
             raise UnavailableError("The simulation did not react in time")
         if errors:
             raise errors[0]
         return results[0]
 
-    def change(self, what: Callable[[], T]) -> T:
-        """Call a function that moves entities, as `ask` does, and publish their new poses.
+    def call_and_publish(self, what: Callable[[], T]) -> T:
+        """Call a function as `call` does, and publish the state that the function has changed.
 
         Raises:
             UnavailableError: The simulation did not react in time.
         """
 
         def run() -> T:
-            moves, gravity = self.simulation.standing_moves, self.simulation.gravity
+            moves, gravity = self.simulation.static_moves, self.simulation.gravity
             result = what()
-            if (self.simulation.standing_moves, self.simulation.gravity) != (moves, gravity):
+            if (self.simulation.static_moves, self.simulation.gravity) != (moves, gravity):
                 self.changed()
             self.loop.show()
             return result
 
-        return self.ask(run)
+        return self.call(run)
 
     def spawn(
         self,
@@ -119,7 +119,7 @@ class RunningSimulation:
         own_pose: bool = False,
         judge: Callable[[tuple[str, ...]], None] = lambda _: None,
     ) -> Future[Coming]:
-        """Add an entity to the world; those requested at the same time are added together.
+        """Add an entity to the world; the returned future is done when the entity is there.
 
         Args:
             world: The thing, as a world of its own.
@@ -143,7 +143,7 @@ class RunningSimulation:
         return self._spawning.add(name, read)
 
     def delete(self, name: str) -> None:
-        """Remove an entity from the world.
+        """Remove an entity from the world; the robot cannot be removed.
 
         Raises:
             NotFoundError: There is nothing of that name.
@@ -158,7 +158,7 @@ class RunningSimulation:
             self._take(without_things(self.simulation.model, parts or [name]))
 
     def delete_spawned(self) -> None:
-        """Remove all entities that were spawned."""
+        """Remove all entities that were spawned since the world was loaded."""
         with self._spawning.changing:
             model = self.simulation.model
             spawned = [thing.name for thing in model.things if thing.spawned]
@@ -179,7 +179,7 @@ class RunningSimulation:
         source: str = "",
         judge: Callable[[tuple[str, ...]], None] = lambda _: None,
     ) -> tuple[str, ...]:
-        """Replace the world, with everything that was spawned, and stop at the start.
+        """Replace the world, remove all spawned entities, and stop at time zero.
 
         Args:
             world: The world; None for nothing but the ground.
@@ -205,12 +205,12 @@ class RunningSimulation:
 
     def _begin_world(self) -> None:
         """Start anew; what was said of things was of those before."""
-        self.simulation.begin_world()
+        self.simulation.reset_world_state()
         robot = next(iter(entities(self.simulation)))
         self.infos = {name: info for name, info in self.infos.items() if name == robot}
 
     async def step(self, count: int) -> None:
-        """Advance a paused simulation by physics steps.
+        """Advance a paused simulation by physics steps, and wait until all are done.
 
         Raises:
             RefusedError: Time goes on, it is no number of steps, or somebody has played, paused
@@ -236,7 +236,7 @@ class RunningSimulation:
         self.stopped = False
 
     def pause(self) -> None:
-        """Pause the simulation.
+        """Pause the simulation at the next control tick.
 
         Raises:
             UnavailableError: The simulation did not react in time.
@@ -245,7 +245,7 @@ class RunningSimulation:
         self.stopped = False
 
     def stop(self) -> None:
-        """Reset the simulation and hold it at the start.
+        """Reset time, states and entities, and pause.
 
         Raises:
             UnavailableError: The simulation did not react in time.
@@ -255,7 +255,7 @@ class RunningSimulation:
         self.stopped = True
 
     def reset(self, *, time: bool, state: bool, spawned: bool, deleted: bool = False) -> None:
-        """Reset time, states and entities, as selected.
+        """Reset the simulation's time, states or entities, as selected.
 
         Args:
             time: Whether time begins anew.
@@ -274,17 +274,17 @@ class RunningSimulation:
                 self.simulation.reset_state()
             if time:
                 self.simulation.reset_time()
-                self.begin_anew()
+                self.restart_time()
 
-        self.change(change)
+        self.call_and_publish(change)
 
-    def begin_anew(self) -> None:
-        """Report that time has restarted; on the loop's thread, by `ask`."""
+    def restart_time(self) -> None:
+        """Restart clock and sensors after a reset of time; called on the loop's thread."""
         self.loop.restart()
         self._on_restart()
 
     def unused_name(self, wanted: str) -> str:
-        """Return an unused name: the given one, or with a number."""
+        """Return a name that no entity has: the given one, or with a number appended."""
         name, number = wanted, 0
         while not self.is_free(name):
             number += 1
@@ -292,8 +292,8 @@ class RunningSimulation:
         return name
 
     def is_free(self, name: str) -> bool:
-        """Return whether no entity, link or pending entity has a name."""
-        if self._parts_of(name) or self._spawning.awaits(name):
+        """Return whether no entity, link or entity being spawned has a name."""
+        if self._parts_of(name) or self._spawning.is_pending(name):
             return False
         try:
             find(self.simulation, name)
@@ -310,15 +310,15 @@ class RunningSimulation:
 
     def _take(self, model: RobotModel, then: Callable[[], None] = lambda: None) -> None:
         def change() -> None:
-            self.simulation.take(model)
+            self.simulation.replace_model(model)
             then()
             present = entities(self.simulation)
             self.infos = {name: info for name, info in self.infos.items() if name in present}
             self.changed()
             self.loop.show()
 
-        self.ask(change)
+        self.call(change)
 
     def _set_paused(self, paused: bool) -> None:
-        if not self.loop.set_paused(paused, self._patience_s):
+        if not self.loop.set_paused(paused, self._timeout_s):
             raise UnavailableError("The simulation did not react in time")

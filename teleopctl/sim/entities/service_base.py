@@ -1,4 +1,4 @@
-"""How services answer: with a result code of simulation_interfaces, or in words."""
+"""Base of the simulator's services: offering, result codes and error messages."""
 
 from __future__ import annotations
 
@@ -24,17 +24,17 @@ _TagsFilter = get_message("simulation_interfaces/msg/TagsFilter")
 # coroutine.
 Handler = Callable[["RunningSimulation", Any, Any], "Awaitable[None] | None"]
 WordHandler = Callable[["RunningSimulation", Any], "Awaitable[str] | str"]
-FindStage = Callable[[], "RunningSimulation | None"]
+FindRunning = Callable[[], "RunningSimulation | None"]
 """Returns what the services work with, or None while there is no robot."""
 
-# Of models in the folders that Gazebo is told of; those of Fuel where Gazebo keeps them.
+# Of models in the folders that Gazebo is failure_text of; those of Fuel where Gazebo keeps them.
 _GAZEBO_SCHEMES = frozenset({"model", "http", "https"})
 
 NO_ROBOT = "There is no robot yet"
 
 
 class Refusal(Exception):
-    """A request is refused, with a result code and a message.
+    """Refusal of a service request, with a result code and a message for the response.
 
     Args:
         code: What its result is, of those that every service has or of the service's own.
@@ -47,42 +47,42 @@ class Refusal(Exception):
 
 
 class SimulationServices:
-    """Offers the services of simulation_interfaces, and refuses calls while there is no robot.
+    """Services of simulation_interfaces on a node; they refuse calls before there is a robot.
 
     Args:
         node: Whose services they are.
-        find_stage: See `FindStage`.
+        find_running: See `FindRunning`.
     """
 
-    def __init__(self, node: Node, find_stage: FindStage) -> None:
+    def __init__(self, node: Node, find_running: FindRunning) -> None:
         self.node = node
-        self._find_stage = find_stage
+        self._find_stage = find_running
 
     @property
-    def stage(self) -> RunningSimulation:
-        """Return the simulation that the services act on.
+    def running(self) -> RunningSimulation:
+        """The running simulation that the services act on.
 
         Raises:
             Refusal: There is no robot yet.
         """
-        stage = self._find_stage()
-        if stage is None:
+        running = self._find_stage()
+        if running is None:
             raise Refusal(Result.RESULT_INCORRECT_STATE, NO_ROBOT)
-        return stage
+        return running
 
     def offer(self, type_name: str, name: str, handler: Handler) -> None:
-        """Offer a service.
+        """Create a service of simulation_interfaces that a handler answers.
 
         Args:
             type_name: Its type.
             name: Its name.
-            handler: Takes the stage, the request and the response, whose result is OK unless it
+            handler: Takes the running, the request and the response, whose result is OK unless it
                 says otherwise.
         """
 
         async def answer(request: Any, response: Any) -> Any:
             with self.answering(response.result):
-                outcome = handler(self.stage, request, response)
+                outcome = handler(self.running, request, response)
                 if outcome is not None:
                     await outcome
             return response
@@ -93,70 +93,70 @@ class SimulationServices:
 
     @contextlib.contextmanager
     def answering(self, result: Any) -> Iterator[None]:
-        """Set the result of a response by whether the block succeeds."""
+        """Set a Result message to OK, or to the error that is raised in the ``with`` block."""
         result.result = Result.RESULT_OK
         try:
             yield
         except Refusal as refusal:
             result.result, result.error_message = refusal.code, str(refusal)
         except NotFoundError as error:
-            result.result, result.error_message = Result.RESULT_NOT_FOUND, words_of(error)
+            result.result, result.error_message = Result.RESULT_NOT_FOUND, error_text(error)
         except Exception as error:  # noqa: BLE001 - no request ends the simulation
             result.result = Result.RESULT_OPERATION_FAILED
-            result.error_message = told(self.node, error)
+            result.error_message = failure_text(self.node, error)
 
 
-def offer_in_words(
-    node: Node, find_stage: FindStage, type_name: str, name: str, handler: WordHandler
+def offer_message_service(
+    node: Node, find_running: FindRunning, type_name: str, name: str, handler: WordHandler
 ) -> None:
-    """Offer a service of mujoco_ros2_control, with ``success`` and ``message``.
+    """Create a service of mujoco_ros2_control_msgs; the handler returns the message.
 
     Args:
         node: Whose service it is.
-        find_stage: See `FindStage`.
+        find_running: See `FindRunning`.
         type_name: Its type, in mujoco_ros2_control_msgs.
         name: Its name.
-        handler: Takes the stage and the request, and returns the message.
+        handler: Takes the running and the request, and returns the message.
     """
 
     async def answer(request: Any, response: Any) -> Any:
         try:
-            stage = find_stage()
-            if stage is None:
+            running = find_running()
+            if running is None:
                 raise RefusedError(NO_ROBOT)
-            outcome = handler(stage, request)
+            outcome = handler(running, request)
             response.message = outcome if isinstance(outcome, str) else await outcome
             response.success = True
         except Exception as error:  # noqa: BLE001 - no request ends the simulation
-            response.success, response.message = False, told(node, error)
+            response.success, response.message = False, failure_text(node, error)
         return response
 
     node.create_service(get_service(f"mujoco_ros2_control_msgs/srv/{type_name}"), name, answer)
 
 
-def words_of(error: TeleopctlError) -> str:
-    """Return an error's message with its hint."""
+def error_text(error: TeleopctlError) -> str:
+    """Return the message of an error with its hint in parentheses."""
     return f"{error.message} ({error.hint})" if error.hint else error.message
 
 
-def told(node: Node, error: Exception) -> str:
-    """Return the message for the client of a failed call; log unexpected errors."""
+def failure_text(node: Node, error: Exception) -> str:
+    """Return the message for the client of a failed call; log a traceback if unexpected."""
     if isinstance(error, TeleopctlError):
-        return words_of(error)
+        return error_text(error)
     node.get_logger().error("".join(traceback.format_exception(error)))
     return f"{type(error).__name__}: {error}"
 
 
 def has_tags(tags: list[str], wanted: Any) -> bool:
-    """Return whether tags pass a TagsFilter."""
+    """Return whether an entity's tags pass a TagsFilter message."""
     if not wanted.tags:
         return True
     every = wanted.filter_mode == _TagsFilter.FILTER_MODE_ALL
     return (all if every else any)(tag in tags for tag in wanted.tags)
 
 
-def existing(uri: str) -> Path:
-    """Return the existing file or folder of a URI; devices are refused.
+def existing_path(uri: str) -> Path:
+    """Return the path of a URI if a file or folder is there; raise otherwise.
 
     Raises:
         NotFoundError: There is none.
@@ -171,22 +171,22 @@ def existing(uri: str) -> Path:
 
 
 def description_at(uri: str) -> Path:
-    """Return the description file of a URI: a file or a model's folder.
+    """Return the description file that a URI names, or that of a model's folder.
 
     Raises:
         NotFoundError: There is none.
     """
     if uri.partition("://")[0] in _GAZEBO_SCHEMES:
-        path = existing(str(find_world(uri, Path.cwd())))
+        path = existing_path(str(find_world(uri, Path.cwd())))
     else:
-        path = existing(uri)
+        path = existing_path(uri)
     return find_world(str(path), Path.cwd()) if path.is_dir() else path
 
 
 def files_at(source: str) -> list[Path]:
-    """Return the file of a URI, or the files of its folder."""
+    """Return the file that a URI names, or the files of that folder; empty if there are none."""
     try:
-        path = existing(source)
+        path = existing_path(source)
         return (
             [each for each in sorted(path.iterdir()) if each.is_file()] if path.is_dir() else [path]
         )

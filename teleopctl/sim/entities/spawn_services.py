@@ -43,33 +43,33 @@ _NAMESPACE = re.compile(r"(/?[A-Za-z_]\w*)(/[A-Za-z_]\w*)*/?")
 
 
 class SpawnServices:
-    """Offers the services that spawn and delete entities.
+    """Services that spawn and delete entities, and list what can be spawned.
 
     Args:
-        desk: Where they are offered.
+        services: Where they are offered.
     """
 
-    def __init__(self, desk: SimulationServices) -> None:
-        self._desk = desk
-        self._logger = desk.node.get_logger()
-        desk.offer("SpawnEntity", "spawn_entity", self._spawn)
-        desk.offer("SpawnEntities", "spawn_entities", self._spawn_many)
-        desk.offer("DeleteEntity", "delete_entity", self._delete)
-        desk.offer("GetSpawnables", "get_spawnables", self._list)
+    def __init__(self, services: SimulationServices) -> None:
+        self._services = services
+        self._logger = services.node.get_logger()
+        services.offer("SpawnEntity", "spawn_entity", self._spawn)
+        services.offer("SpawnEntities", "spawn_entities", self._spawn_many)
+        services.offer("DeleteEntity", "delete_entity", self._delete)
+        services.offer("GetSpawnables", "get_spawnables", self._list)
 
     # Any, here and below: messages, whose classes are made at run time.
-    async def _spawn(self, stage: RunningSimulation, request: Any, response: Any) -> None:
-        await self._begin(stage, request)(response)
+    async def _spawn(self, running: RunningSimulation, request: Any, response: Any) -> None:
+        await self._begin(running, request)(response)
 
-    async def _spawn_many(self, stage: RunningSimulation, request: Any, response: Any) -> None:
+    async def _spawn_many(self, running: RunningSimulation, request: Any, response: Any) -> None:
         begun = []
         for each in request.spawn_requests:
             answer = _SpawnResult()
             response.results.append(answer)
-            with self._desk.answering(answer.result):
-                begun.append((answer, self._begin(stage, each)))
+            with self._services.answering(answer.result):
+                begun.append((answer, self._begin(running, each)))
         for answer, finish in begun:
-            with self._desk.answering(answer.result):
+            with self._services.answering(answer.result):
                 await finish(answer)
         failed = [r for r in response.results if r.result.result != Result.RESULT_OK]
         if failed:
@@ -77,17 +77,17 @@ class SpawnServices:
                 _Many.ENTITIES_SPAWN_FAILED, f"{len(failed)} of {len(response.results)} failed"
             )
 
-    def _begin(self, stage: RunningSimulation, request: Any) -> Callable[[Any], Awaitable[None]]:
+    def _begin(self, running: RunningSimulation, request: Any) -> Callable[[Any], Awaitable[None]]:
         """Have a thing come; returns what answers when it is there."""
         # simulation_interfaces 2 has URI and text in a message of their own.
         resource = getattr(request, "entity_resource", request)
         world = _read_resource(resource, _Answer, "what to spawn")
-        name = name_for(stage, world, request.name, renames=request.allow_renaming)
+        name = choose_name(running, world, request.name, renames=request.allow_renaming)
         try:
-            pose = stage.ask(
+            pose = running.call(
                 lambda: pose_in_world(
                     request.initial_pose.pose,
-                    frame_of(stage.simulation, request.initial_pose.header.frame_id),
+                    frame_of(running.simulation, request.initial_pose.header.frame_id),
                 )
             )
         except (InvalidMessageError, NotFoundError) as error:
@@ -102,7 +102,7 @@ class SpawnServices:
                 f"the namespace {request.entity_namespace} is without effect: '{name}' has no "
                 "interfaces of its own"
             )
-        spawned = stage.spawn(world, name, pose[:3], pose[3:], judge=_refuse_missing_meshes)
+        spawned = running.spawn(world, name, pose[:3], pose[3:], judge=_refuse_missing_meshes)
 
         async def finish(answer: Any) -> None:
             try:
@@ -119,13 +119,13 @@ class SpawnServices:
 
         return finish
 
-    def _delete(self, stage: RunningSimulation, request: Any, response: Any) -> None:
+    def _delete(self, running: RunningSimulation, request: Any, response: Any) -> None:
         del response
-        stage.delete(request.entity)
+        running.delete(request.entity)
         self._logger.info(f"Deleted '{request.entity}'")
 
-    def _list(self, stage: RunningSimulation, request: Any, response: Any) -> None:
-        del stage
+    def _list(self, running: RunningSimulation, request: Any, response: Any) -> None:
+        del running
         own = files_at(str(package_share("teleopctl") / "worlds"))
         # Gazebo's are not read: there may be hundreds.
         found = dict.fromkeys([*filter(_is_world, own), *gazebo_models()])
@@ -166,7 +166,7 @@ def _read_resource(resource: Any, codes: Any, noun: str) -> World:
 
 
 def meshes_left_out(warnings: Sequence[str]) -> list[str]:
-    """Return the warnings about meshes that were left out of a model."""
+    """Return those of a model's warnings that report a missing mesh."""
     return [warning for warning in warnings if re.search(r"Mesh '.*' is left out: ", warning)]
 
 
@@ -184,11 +184,11 @@ def _refuse_missing_meshes(warnings: Sequence[str]) -> None:
         raise Refusal(_Answer.MISSING_ASSETS, "; ".join(meshes))
 
 
-def name_for(stage: RunningSimulation, world: World, wanted: str, *, renames: bool) -> str:
-    """Return a name for a new entity: the requested one, or a free one if allowed.
+def choose_name(running: RunningSimulation, world: World, wanted: str, *, renames: bool) -> str:
+    """Return the name for an entity to spawn: the requested one, its own, or a numbered one.
 
     Args:
-        stage: Where it comes.
+        running: Where it comes.
         world: What it is.
         wanted: What it is to be called; empty for its own name.
         renames: Whether it may be called otherwise where that is taken.
@@ -204,11 +204,11 @@ def name_for(stage: RunningSimulation, world: World, wanted: str, *, renames: bo
             if name
             else "It has no name",
         )
-    if stage.ask(lambda: stage.is_free(name)):
+    if running.call(lambda: running.is_free(name)):
         return name
     if not renames:
         raise Refusal(_Answer.NAME_NOT_UNIQUE, f"There is '{name}' already")
-    return stage.ask(lambda: stage.unused_name(name))
+    return running.call(lambda: running.unused_name(name))
 
 
 def _is_world(file: Path) -> bool:
@@ -232,25 +232,25 @@ _WorldResource = get_message("simulation_interfaces/msg/WorldResource")
 
 
 class WorldServices:
-    """Offers the services that list, load and unload worlds.
+    """Services that list, load and unload worlds.
 
     Args:
-        desk: Where they are offered.
+        services: Where they are offered.
     """
 
-    def __init__(self, desk: SimulationServices) -> None:
-        self._logger = desk.node.get_logger()
-        desk.offer("LoadWorld", "load_world", self._load)
-        desk.offer("UnloadWorld", "unload_world", self._unload)
-        desk.offer("GetCurrentWorld", "get_current_world", self._tell)
-        desk.offer("GetAvailableWorlds", "get_available_worlds", self._list)
+    def __init__(self, services: SimulationServices) -> None:
+        self._logger = services.node.get_logger()
+        services.offer("LoadWorld", "load_world", self._load)
+        services.offer("UnloadWorld", "unload_world", self._unload)
+        services.offer("GetCurrentWorld", "get_current_world", self._tell)
+        services.offer("GetAvailableWorlds", "get_available_worlds", self._list)
 
     # Any, here and below: messages, whose classes are made at run time.
-    def _load(self, stage: RunningSimulation, request: Any, response: Any) -> None:
+    def _load(self, running: RunningSimulation, request: Any, response: Any) -> None:
         resource = getattr(request, "world_resource", request)
         world = _read_resource(resource, _Load, "a world")
         try:
-            warnings = stage.load(
+            warnings = running.load(
                 world,
                 str(resource.uri or _TEXT),
                 lambda warnings: _refuse_incomplete_world(request, warnings),
@@ -263,22 +263,22 @@ class WorldServices:
         response.world = _resource(world, str(resource.uri), str(resource.resource_string))
         self._logger.info(f"World '{response.world.name}' is loaded; the simulation is stopped")
 
-    def _unload(self, stage: RunningSimulation, request: Any, response: Any) -> None:
+    def _unload(self, running: RunningSimulation, request: Any, response: Any) -> None:
         del request, response
-        if stage.world is None:
+        if running.world is None:
             raise Refusal(_Unload.NO_WORLD_LOADED, "There is nothing around the robot")
-        stage.load(None)
+        running.load(None)
         self._logger.info("The world is unloaded: there is only the robot")
 
-    def _tell(self, stage: RunningSimulation, request: Any, response: Any) -> None:
+    def _tell(self, running: RunningSimulation, request: Any, response: Any) -> None:
         del request
-        if stage.world is None:
+        if running.world is None:
             raise Refusal(_Current.NO_WORLD_LOADED, "There is nothing around the robot")
-        uri = "" if stage.world_source == _TEXT else stage.world_source
-        response.world = _resource(stage.world, uri, stage.world.text)
+        uri = "" if running.world_source == _TEXT else running.world_source
+        response.world = _resource(running.world, uri, running.world.text)
 
-    def _list(self, stage: RunningSimulation, request: Any, response: Any) -> None:
-        del stage
+    def _list(self, running: RunningSimulation, request: Any, response: Any) -> None:
+        del running
         unknown = []
         own = package_share("teleopctl") / "worlds"
         for source in (str(own), *request.additional_sources):

@@ -1,4 +1,4 @@
-"""What comes into a simulation while it runs: all that waits is put in at once.
+"""Queue of entities to spawn, several of which are compiled into the model at once.
 
 MuJoCo compiles a whole model anew for each change, in a time that grows with the square of what is
 in it. So who spawns waits for a thread that takes all that has come meanwhile: hundreds cost little
@@ -27,8 +27,8 @@ class _Waiting(NamedTuple):
     done: Future[Coming]
 
 
-class Spawning:
-    """Adds entities to the model on a thread of its own, several at a time.
+class SpawnQueue:
+    """Queue of entities to spawn, added to the model on a thread of its own.
 
     Args:
         present: Returns the model so far.
@@ -48,7 +48,7 @@ class Spawning:
         self._at_work: list[_Waiting] = []
 
     def add(self, name: str, read: Callable[[], Coming]) -> Future[Coming]:
-        """Add an entity soon, on another thread.
+        """Queue an entity; the returned future is done when the entity is in the simulation.
 
         Args:
             name: What it is to be called.
@@ -66,8 +66,8 @@ class Spawning:
             threading.Thread(target=self._work, name="spawning", daemon=True).start()
         return done
 
-    def awaits(self, name: str) -> bool:
-        """Return whether an entity of this name is being added."""
+    def is_pending(self, name: str) -> bool:
+        """Return whether an entity of this name is queued or being added."""
         with self._lock:
             return any(name == each.name for each in (*self._at_work, *self._waiting))
 

@@ -10,10 +10,14 @@ from teleopctl.errors import RefusedError
 from teleopctl.interfaces import to_nanoseconds
 from teleopctl.node import Clock
 from teleopctl.sim.entities.entity_services import PoseServices, offer_entity_services
-from teleopctl.sim.entities.poses import no_sense
+from teleopctl.sim.entities.poses import invalid_number_reason
 from teleopctl.sim.entities.pushes import Push
 from teleopctl.sim.entities.run_services import RunServices
-from teleopctl.sim.entities.service_base import FindStage, SimulationServices, offer_in_words
+from teleopctl.sim.entities.service_base import (
+    FindRunning,
+    SimulationServices,
+    offer_message_service,
+)
 from teleopctl.sim.entities.spawn_services import SpawnServices, WorldServices
 
 if TYPE_CHECKING:
@@ -22,19 +26,19 @@ if TYPE_CHECKING:
     from teleopctl.sim.simulation import Simulation
 
 
-def offer_wrench_service(node: Node, find_stage: FindStage) -> None:
-    """Offer the service that applies a wrench to a body.
+def offer_wrench_service(node: Node, find_running: FindRunning) -> None:
+    """Create the service ``~/apply_wrench``, which applies external wrenches to links.
 
     Args:
         node: Whose it is.
-        find_stage: See `FindStage`.
+        find_running: See `FindRunning`.
     """
-    offer_in_words(node, find_stage, "ApplyExternalWrench", "~/apply_wrench", _apply)
+    offer_message_service(node, find_running, "ApplyExternalWrench", "~/apply_wrench", _apply)
 
 
 # Any, here and below: messages, whose classes are made at run time.
-def _apply(stage: RunningSimulation, request: Any) -> str:
-    simulation, wrenches = stage.simulation, request.wrenches.external_wrenches
+def _apply(running: RunningSimulation, request: Any) -> str:
+    simulation, wrenches = running.simulation, request.wrenches.external_wrenches
 
     def push() -> None:
         # All of a request is checked before any of it is done.
@@ -44,7 +48,7 @@ def _apply(stage: RunningSimulation, request: Any) -> str:
         for wrench in wrenches:
             simulation.push(_push(simulation, wrench))
 
-    stage.ask(push)
+    running.call(push)
     return f"Applied {len(wrenches)} wrenches"
 
 
@@ -53,7 +57,7 @@ def _refusal(simulation: Simulation, wrench: Any) -> str:
     link = wrench.wrench.header.frame_id
     if not link or not simulation.has_link(link):
         return f"There is no link '{link}': wrench.header.frame_id names what is pushed"
-    if reason := no_sense(np.concatenate(_vectors(wrench))):
+    if reason := invalid_number_reason(np.concatenate(_vectors(wrench))):
         return f"A number of the wrench on '{link}' {reason}"
     duration, ramp = to_nanoseconds(wrench.duration), to_nanoseconds(wrench.ramp_down_duration)
     if not 0 <= ramp <= duration:
@@ -85,23 +89,23 @@ def _vectors(wrench: Any) -> list[Any]:
 _FAREWELL_S = 0.2
 
 
-def offer_standard_services(node: Node, find_stage: FindStage) -> None:
-    """Offer the services of simulation_interfaces and mujoco_ros2_control's wrench service.
+def offer_standard_services(node: Node, find_running: FindRunning) -> None:
+    """Create all services of simulation_interfaces, and ``~/apply_wrench``, on a node.
 
     Args:
         node: Whose they are.
-        find_stage: See `FindStage`.
+        find_running: See `FindRunning`.
     """
-    desk = SimulationServices(node, find_stage)
+    services = SimulationServices(node, find_running)
 
     def end() -> None:
         node.get_logger().info("Asked to quit")
         # By the wall: simulated time may stand still.
         node.create_timer(_FAREWELL_S, lambda: node.context.try_shutdown(), clock=Clock())
 
-    offer_wrench_service(node, find_stage)
-    offer_entity_services(desk)
-    SpawnServices(desk)
-    WorldServices(desk)
-    PoseServices(desk)
-    RunServices(desk, end)
+    offer_wrench_service(node, find_running)
+    offer_entity_services(services)
+    SpawnServices(services)
+    WorldServices(services)
+    PoseServices(services)
+    RunServices(services, end)

@@ -1,4 +1,4 @@
-"""The class that every simulated sensor derives from."""
+"""Base class of simulated sensors."""
 
 from __future__ import annotations
 
@@ -51,14 +51,14 @@ class Sensor:
         self._noises: dict[str, NoiseSource] = {}
 
     def companions(self) -> Sequence[Sensor]:
-        """Return sensors that publish the same measurement on other topics.
+        """Return further sensors that publish the same measurement in other messages.
 
         They are added to the model too, after this one.
         """
         return ()
 
     def add_to(self, spec: mujoco.MjSpec) -> None:
-        """Add MuJoCo's sensors to a spec, before the model is compiled.
+        """Add the sensor's sites and MuJoCo sensors to a spec, before the model is compiled.
 
         It must not change the motion: no mass, no contacts, no forces.
 
@@ -71,13 +71,13 @@ class Sensor:
 
     # Any: the message is of the class that `message_type` names.
     def headers(self, message: Any) -> Sequence[Any]:
-        """Return the headers of a new message, to set frame and stamps."""
+        """Return the headers within a new message, whose frame and stamp the publisher sets."""
         header = getattr(message, "header", None)
         return () if header is None else (header,)
 
     # Any: likewise.
     def read(self, model: mujoco.MjModel, data: mujoco.MjData, message: Any) -> None:
-        """Measure, and fill the message.
+        """Measure from MuJoCo's model and data, and fill the message.
 
         Args:
             model: The ``mujoco.MjModel``.
@@ -94,7 +94,7 @@ class Sensor:
 
     @property
     def topic(self) -> str:
-        """Name of the sensor's topic, as from Gazebo.
+        """Name of the topic, by the rules of Gazebo's plug-ins.
 
         What its plug-in is remapped to; else ``<topic>``, else the plug-in's own topic, else the
         sensor's name.
@@ -108,12 +108,12 @@ class Sensor:
 
     @property
     def frame_id(self) -> str:
-        """Frame of the measurement: that of the description, else the link."""
+        """Frame of the measurement: that of the description, else the sensor's link."""
         named = self.names.setting("frame_name", "frameName", "frame_id")
         return self.description.frame or named or self.description.link
 
     def noise(self, *parts: str) -> NoiseSource:
-        """Return the noise of the first of these parts of the ``<sensor>`` that has any.
+        """Return the noise of the first of several parts of the ``<sensor>`` that has any.
 
         Args:
             parts: Paths of the elements that ``<noise>`` may stand in.
@@ -137,7 +137,7 @@ class Sensor:
         return twist[3:]
 
     def add_site(self, spec: mujoco.MjSpec) -> mujoco.MjsSite:
-        """Add a site with the sensor's pose to its link, and return the site.
+        """Add a site at the sensor's pose to its link in a spec, and return the site.
 
         Raises:
             InvalidDescriptionError: The robot has no such link.
@@ -153,7 +153,7 @@ class Sensor:
     def measure_at(
         self, spec: mujoco.MjSpec, site: mujoco.MjsSite, **kinds: mujoco.mjtSensor
     ) -> None:
-        """Add MuJoCo's sensors at a site.
+        """Add MuJoCo sensors at a site to a spec.
 
         Args:
             spec: The ``mujoco.MjSpec`` to edit.

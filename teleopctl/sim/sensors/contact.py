@@ -1,4 +1,4 @@
-"""``contact``: what touches a link, where and how hard."""
+"""Sensor type ``contact``: contact points, normals and forces of a link."""
 
 from __future__ import annotations
 
@@ -55,11 +55,11 @@ class Contact(Sensor):
 
     @property
     def frame_id(self) -> str:
-        """Frame of the contacts: the world, unless the plug-in sets another."""
+        """Frame of the contacts: ``world``, unless the plug-in sets another."""
         return self.names.setting("frame_name", "frameName") or "world"
 
     def add_to(self, spec: mujoco.MjSpec) -> None:
-        """Find the links of the named collision shapes."""
+        """Look up the links whose collision shapes the sensor watches."""
         if spec.body(self.description.link) is None:
             raise InvalidDescriptionError(f"the robot has no link '{self.description.link}'")
         named = [
@@ -70,7 +70,7 @@ class Contact(Sensor):
 
     # Any: as the base class has it.
     def read(self, model: mujoco.MjModel, data: mujoco.MjData, message: Any) -> None:
-        """Fill the message with the pairs of shapes in contact."""
+        """Fill the message with all pairs of shapes in contact."""
         pairs: dict[tuple[int, int], list[_Touch]] = {}
         for own, other, touch in _touches(model, data, self._own_bodies(model)):
             pairs.setdefault((own, other), []).append(touch)
@@ -93,7 +93,7 @@ class Contact(Sensor):
 
 
 class SceneContacts(Contact):
-    """Sensor of all contacts in the world, each pair of shapes once.
+    """Sensor of all contacts in the world, on ``/mujoco_sim/contacts``.
 
     Args:
         rate_hz: How often it is published, in simulated time.

@@ -1,4 +1,4 @@
-"""``force_torque``: the wrench between a link and the one that carries it."""
+"""Sensor type ``force_torque``: wrench between a link and its parent."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class ForceTorque(Sensor):
     message_type = "geometry_msgs/msg/WrenchStamped"
 
     def add_to(self, spec: mujoco.MjSpec) -> None:
-        """Add MuJoCo's force and torque sensors at the joint's origin."""
+        """Add MuJoCo's force and torque sensors at the joint's origin to a spec."""
         site, frame = self.add_site(spec), self.description.force_torque.frame
         if frame != "site":
             site.pos = np.zeros(3)
@@ -37,7 +37,7 @@ class ForceTorque(Sensor):
 
     # Any: as the base class has it.
     def read(self, model: mujoco.MjModel, data: mujoco.MjData, message: Any) -> None:
-        """Fill the message, with the sign and axes of the description."""
+        """Fill a WrenchStamped message, with the direction and frame of the description."""
         settings = self.description.force_torque
         # MuJoCo's is what the parent does to the child.
         sign = 1.0 if settings.measure_direction == "parent_to_child" else -1.0
@@ -50,5 +50,5 @@ class ForceTorque(Sensor):
             part = getattr(message.wrench, suffix)
             for axis, name in enumerate("xyz"):
                 noise = self.noise(f"force_torque/{suffix}/{name}")
-                measured = noise.disturb(vector[axis : axis + 1], float(data.time))
+                measured = noise.add_noise(vector[axis : axis + 1], float(data.time))
                 setattr(part, name, float(measured[0]))

@@ -1,4 +1,4 @@
-"""Where the world's origin is on the earth, and what is where then (WGS 84)."""
+"""Points on the earth's ellipsoid (WGS 84), for satellite navigation and air pressure."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ _ITERATIONS = 6
 
 
 class GeoPoint(NamedTuple):
-    """Point on the earth: degrees, and metres above the ellipsoid."""
+    """Point on the earth: latitude and longitude in degrees, metres above the ellipsoid."""
 
     latitude: float = 0.0
     longitude: float = 0.0
     altitude_m: float = 0.0
 
-    def moved(self, east: float, north: float, up: float) -> GeoPoint:
-        """Return the point at a distance of so many metres to the east, north and up."""
+    def offset(self, east: float, north: float, up: float) -> GeoPoint:
+        """Return the point that is so many metres to the east, north and up of this one."""
         lat, lon = math.radians(self.latitude), math.radians(self.longitude)
         radius = _across(lat)
         # From the earth's centre, along its own axes (ECEF).

@@ -1,4 +1,4 @@
-"""``altimeter`` and ``air_pressure``: how high a sensor is."""
+"""Sensor types ``altimeter`` and ``air_pressure``."""
 
 from __future__ import annotations
 
@@ -25,17 +25,17 @@ class Altimeter(Sensor):
     message_type = "ros_gz_interfaces/msg/Altimeter"
 
     def add_to(self, spec: mujoco.MjSpec) -> None:
-        """Add the sensor's site."""
+        """Add the altimeter's site to a spec."""
         self.add_site(spec)
 
     # Any: as the base class has it.
     def read(self, model: mujoco.MjModel, data: mujoco.MjData, message: Any) -> None:
-        """Fill the message with height and vertical velocity."""
+        """Fill an Altimeter message with height and vertical velocity."""
         height = np.array(data.site(self.name).xpos[2:])
         rate = self.velocity(model, data)[2:]
         time_s = float(data.time)
-        height = self.noise("altimeter/vertical_position").disturb(height, time_s)
-        rate = self.noise("altimeter/vertical_velocity").disturb(rate, time_s)
+        height = self.noise("altimeter/vertical_position").add_noise(height, time_s)
+        rate = self.noise("altimeter/vertical_velocity").add_noise(rate, time_s)
         message.vertical_position, message.vertical_velocity = float(height[0]), float(rate[0])
 
 
@@ -45,12 +45,12 @@ class AirPressure(Sensor):
     message_type = "sensor_msgs/msg/FluidPressure"
 
     def add_to(self, spec: mujoco.MjSpec) -> None:
-        """Add the sensor's site."""
+        """Add the pressure sensor's site to a spec."""
         self.add_site(spec)
 
     # Any: as the base class has it.
     def read(self, model: mujoco.MjModel, data: mujoco.MjData, message: Any) -> None:
-        """Fill the message with the pressure at the site's height."""
+        """Fill a FluidPressure message with the air pressure at the site's height."""
         del model
         said = self.description.texts.get("air_pressure/reference_altitude")
         altitude = float(said) if said else self.origin.altitude_m
@@ -59,5 +59,5 @@ class AirPressure(Sensor):
         cooling = max(0.0, 1.0 - _LAPSE_K_PER_M * height / _TEMPERATURE_K)
         exact = np.array([_PRESSURE_PA * cooling**_EXPONENT])
         noise = self.noise("air_pressure/pressure")
-        message.fluid_pressure = float(noise.disturb(exact, float(data.time))[0])
+        message.fluid_pressure = float(noise.add_noise(exact, float(data.time))[0])
         message.variance = noise.variance

@@ -1,4 +1,4 @@
-"""``imu``: an inertial measurement unit."""
+"""Sensor type ``imu``: inertial measurement unit."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class Imu(Sensor):
         mujoco.mju_negQuat(self._world_in_reference, self._world_in_reference.copy())
 
     def add_to(self, spec: mujoco.MjSpec) -> None:
-        """Add a gyroscope, an accelerometer and a compass at the sensor's place."""
+        """Add MuJoCo's gyroscope, accelerometer and orientation sensor at the IMU's site."""
         self.measure_at(
             spec,
             self.add_site(spec),
@@ -59,7 +59,7 @@ class Imu(Sensor):
 
     # Any: as the base class has it.
     def read(self, model: mujoco.MjModel, data: mujoco.MjData, message: Any) -> None:
-        """Fill the message with the measurements and their noise."""
+        """Fill an Imu message with noisy angular velocity and acceleration, and orientation."""
         del model
         q = message.orientation
         if self._has_orientation:
@@ -76,7 +76,7 @@ class Imu(Sensor):
             exact = np.array(data.sensor(f"{self.name}/{suffix}").data)
             for axis, name in enumerate("xyz"):
                 noise = self.noise(f"imu/{part}/{name}")
-                measured = noise.disturb(exact[axis : axis + 1], float(data.time))
+                measured = noise.add_noise(exact[axis : axis + 1], float(data.time))
                 setattr(vector, name, float(measured[0]))
                 covariance[4 * axis] = noise.variance
 

@@ -49,7 +49,7 @@ class _Read:
 
 
 class SensorInterfaces:
-    """State interfaces of a robot's sensors, for controllers.
+    """Values of the state interfaces of a robot's ``<ros2_control>`` sensors.
 
     Args:
         reads: Where they come from.
@@ -64,15 +64,15 @@ class SensorInterfaces:
 
     @property
     def sensors(self) -> list[Sensor]:
-        """The sensors behind the interfaces, each once."""
+        """The simulated sensors that measure the interfaces' values."""
         return [read.sensor for read in self._reads]
 
-    def kept(self, sensors: Sequence[Sensor]) -> SensorInterfaces:
-        """Return only the interfaces of the given sensors."""
+    def only(self, sensors: Sequence[Sensor]) -> SensorInterfaces:
+        """Return the interfaces of the given sensors only."""
         return SensorInterfaces([read for read in self._reads if read.sensor in sensors])
 
     def read(self, model: mujoco.MjModel, data: mujoco.MjData) -> list[float]:
-        """Measure all sensors."""
+        """Measure all sensors, and return the interfaces' values in the order of ``names``."""
         values = []
         for read in self._reads:
             read.sensor.read(model, data, read.message)
@@ -86,7 +86,7 @@ def sensor_interfaces(
     warn: Callable[[str], object],
     seed: int = 0,
 ) -> SensorInterfaces:
-    """Return the sensors behind the state interfaces of a robot.
+    """Find or make the simulated sensors for a robot's ``<ros2_control>`` sensors.
 
     Args:
         description: The robot.

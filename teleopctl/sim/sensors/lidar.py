@@ -1,4 +1,4 @@
-"""``ray``, ``gpu_ray``, ``lidar``, ``gpu_lidar`` and ``sonar``: distances by rays."""
+"""Sensor types ``ray``, ``gpu_ray``, ``lidar``, ``gpu_lidar`` and ``sonar``."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ _FLOAT32, _UINT16 = 7, 4
 
 
 class Lidar(Sensor):
-    """Lidar: distances along rays from one point.
+    """Lidar or sonar: distances along rays from one point, as scan, cloud or range.
 
     Without a plug-in a LaserScan is on the topic and a PointCloud2 on ``TOPIC/points``, as from gz;
     with one of Gazebo classic's, its ``<output_type>``. `ray` meets what collides, `gpu_ray` and
@@ -91,27 +91,27 @@ class Lidar(Sensor):
 
     @property
     def topic(self) -> str:
-        """Name of the topic; the point cloud of a lidar without plug-in is at TOPIC/points."""
+        """Name of the topic; ``TOPIC/points`` for the point cloud of a lidar without plug-in."""
         below = self._wanted == _CLOUD and not self.names.has_plugin
         return f"{super().topic}/points" if below else super().topic
 
     def companions(self) -> Sequence[Sensor]:
-        """Return the point cloud's sensor, if there is no plug-in to choose the message."""
+        """Return a second sensor for the point cloud, if no plug-in chooses the message."""
         if self.names.has_plugin or self._wanted != _SCAN:
             return ()
         return (Lidar(self.description, _CLOUD),)
 
     def add_to(self, spec: mujoco.MjSpec) -> None:
-        """Add the site from which the rays start."""
+        """Add the site from which the rays start to a spec."""
         if spec.site(self.name) is None:
             self.add_site(spec)
 
     # Any: as the base class has it.
     def read(self, model: mujoco.MjModel, data: mujoco.MjData, message: Any) -> None:
-        """Cast the rays, and fill the message."""
+        """Cast the rays, and fill a LaserScan, PointCloud2 or Range message."""
         distances = self._caster.cast(model, data)
         rays, met = self._rays, np.isfinite(distances)
-        measured = self.noise("ray", "lidar", "sonar").disturb(distances, float(data.time))
+        measured = self.noise("ray", "lidar", "sonar").add_noise(distances, float(data.time))
         measured = np.where(met, np.clip(measured, rays.near, rays.far), np.inf)
         if self._wanted == _SCAN:
             self._fill_scan(message, measured)

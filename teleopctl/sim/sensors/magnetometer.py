@@ -1,4 +1,4 @@
-"""``magnetometer``: the magnetic field of the earth."""
+"""Sensor type ``magnetometer``: magnetic field of the earth."""
 
 from __future__ import annotations
 
@@ -16,22 +16,22 @@ _UNSAID = mujoco.MjOption().magnetic.copy()
 
 
 class Magnetometer(Sensor):
-    """Magnetometer: the model's or the earth's field in the sensor's axes, in tesla."""
+    """Magnetometer: the world's magnetic field in the sensor's axes, in tesla."""
 
     message_type = "sensor_msgs/msg/MagneticField"
 
     def add_to(self, spec: mujoco.MjSpec) -> None:
-        """Add the sensor's site."""
+        """Add the magnetometer's site to a spec."""
         self.add_site(spec)
 
     # Any: as the base class has it.
     def read(self, model: mujoco.MjModel, data: mujoco.MjData, message: Any) -> None:
-        """Fill the message with the field in the sensor's axes."""
+        """Fill a MagneticField message with the field in the sensor's axes."""
         said = model.opt.magnetic
         in_world = _FIELD if np.array_equal(said, _UNSAID) else said
         field = data.site(self.name).xmat.reshape(3, 3).T @ in_world
         for axis, name in enumerate("xyz"):
             noise = self.noise(f"magnetometer/{name}")
-            measured = noise.disturb(field[axis : axis + 1], float(data.time))
+            measured = noise.add_noise(field[axis : axis + 1], float(data.time))
             setattr(message.magnetic_field, name, float(measured[0]))
             message.magnetic_field_covariance[4 * axis] = noise.variance

@@ -1,4 +1,4 @@
-"""``navsat`` and ``gps``: where the sensor is on the earth."""
+"""Sensor types ``navsat`` and ``gps``: satellite navigation."""
 
 from __future__ import annotations
 
@@ -22,24 +22,24 @@ class NavSat(Sensor):
     message_type = "sensor_msgs/msg/NavSatFix"
 
     def companions(self) -> Sequence[Sensor]:
-        """Return the velocity sensor that Gazebo classic's plug-in publishes too."""
+        """Return the velocity sensor, if a Gazebo classic plug-in publishes the velocity too."""
         return (NavSatVelocity(self.description),) if self.names.has_plugin else ()
 
     def add_to(self, spec: mujoco.MjSpec) -> None:
-        """Add the sensor's site."""
+        """Add the receiver's site to a spec."""
         self.add_site(spec)
 
     # Any: as the base class has it.
     def read(self, model: mujoco.MjModel, data: mujoco.MjData, message: Any) -> None:
-        """Fill the message with the site's position on the earth."""
+        """Fill a NavSatFix message with the site's position on the earth."""
         del model
         kind, time_s = self.description.type, float(data.time)
         horizontal = self.noise(f"{kind}/position_sensing/horizontal")
         vertical = self.noise(f"{kind}/position_sensing/vertical")
         place = np.array(data.site(self.name).xpos)
-        east, north = horizontal.disturb(place[:2], time_s)
-        (up,) = vertical.disturb(place[2:], time_s)
-        point = self.origin.moved(float(east), float(north), float(up))
+        east, north = horizontal.add_noise(place[:2], time_s)
+        (up,) = vertical.add_noise(place[2:], time_s)
+        point = self.origin.offset(float(east), float(north), float(up))
         message.status.status, message.status.service = _FIX, _GPS
         message.latitude, message.longitude, message.altitude = point
         variances = (horizontal.variance, horizontal.variance, vertical.variance)
@@ -49,18 +49,18 @@ class NavSat(Sensor):
 
 
 class NavSatVelocity(Sensor):
-    """Velocity of satellite navigation: east, north and up, in m/s."""
+    """Velocity of a satellite navigation receiver to the east, north and up, in m/s."""
 
     message_type = "geometry_msgs/msg/Vector3Stamped"
     plugin_topic = "~/vel"
 
     # Any: as the base class has it.
     def read(self, model: mujoco.MjModel, data: mujoco.MjData, message: Any) -> None:
-        """Fill the message with the site's velocity."""
+        """Fill a Vector3Stamped message with the site's velocity."""
         kind, time_s = self.description.type, float(data.time)
         velocity = self.velocity(model, data)
-        east, north = self.noise(f"{kind}/velocity_sensing/horizontal").disturb(
+        east, north = self.noise(f"{kind}/velocity_sensing/horizontal").add_noise(
             velocity[:2], time_s
         )
-        (up,) = self.noise(f"{kind}/velocity_sensing/vertical").disturb(velocity[2:], time_s)
+        (up,) = self.noise(f"{kind}/velocity_sensing/vertical").add_noise(velocity[2:], time_s)
         message.vector.x, message.vector.y, message.vector.z = float(east), float(north), float(up)

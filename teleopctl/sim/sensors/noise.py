@@ -1,4 +1,4 @@
-"""Noise of sensors: the same for the same seed, whoever listens and whenever.
+"""Reproducible sensor noise, which depends on seed, sensor and simulated time only.
 
 The noise of a measurement depends on nothing but the seed, the sensor and the simulated time. A
 bias that wanders does so in steps of the sensor's period from time zero on.
@@ -22,7 +22,7 @@ _BLOCK = 4096
 
 
 class NoiseSource:
-    """Noise of one part of a sensor.
+    """Noise of one quantity of a sensor: white noise and a drifting bias.
 
     Args:
         noise: What the description says; None for an exact sensor.
@@ -41,11 +41,11 @@ class NoiseSource:
 
     @property
     def variance(self) -> float:
-        """Variance of the white noise, for covariances; 0 without noise."""
+        """Variance of the white noise; 0 without noise."""
         return self._noise.stddev**2
 
-    def disturb(self, values: Array, time_s: float) -> Array:
-        """Return values with the noise of a time.
+    def add_noise(self, values: Array, time_s: float) -> Array:
+        """Return values with the noise of a simulated time added.
 
         Args:
             values: What an exact sensor measures; left as they are.

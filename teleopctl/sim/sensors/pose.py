@@ -1,4 +1,4 @@
-"""Where a link is in the world, as a motion capture system would measure it."""
+"""Pose sensor of a link, for ``<ros2_control>`` state interfaces."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ class PoseSensor(Sensor):
 
     @property
     def frame_id(self) -> str:
-        """Frame of the measurement."""
+        """Frame of the measurement, ``world``."""
         return "world"
 
     def add_to(self, spec: mujoco.MjSpec) -> None:
-        """Add MuJoCo's position and orientation sensors at the link's frame."""
+        """Add MuJoCo's position and orientation sensors at the link's frame to a spec."""
         self.measure_at(
             spec,
             self.add_site(spec),
@@ -33,7 +33,7 @@ class PoseSensor(Sensor):
 
     # Any: as the base class has it.
     def read(self, model: mujoco.MjModel, data: mujoco.MjData, message: Any) -> None:
-        """Fill the message with the pose."""
+        """Fill a PoseStamped message with the link's pose in the world."""
         del model
         position, turn = message.pose.position, message.pose.orientation
         position.x, position.y, position.z = data.sensor(f"{self.name}/position").data

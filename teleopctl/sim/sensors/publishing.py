@@ -1,4 +1,4 @@
-"""A robot's sensors: made from its description, read when they are due, published."""
+"""Creation of a robot's sensors from its description, and their publishers."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from teleopctl.errors import TeleopctlError, UnknownPluginError
 from teleopctl.interfaces import get_message, set_stamp
 from teleopctl.mujoco_model import CAMERA_TYPES
 from teleopctl.robot import ros_topic
-from teleopctl.sim.pacing import Beat
+from teleopctl.sim.pacing import PeriodicSchedule
 from teleopctl.sim.sensors.base import Sensor
 from teleopctl.sim.sensors.geodesy import GeoPoint
 from teleopctl.sim.simulation import Simulation
@@ -30,7 +30,7 @@ def make_sensors(
     seed: int = 0,
     origin: GeoPoint = _SOMEWHERE,
 ) -> list[Sensor]:
-    """Make the sensors of a robot; report each that cannot be made.
+    """Create the sensors of ``<sensor>`` tags; warn about each that cannot be created.
 
     Args:
         descriptions: The ``<sensor>`` tags.
@@ -58,7 +58,7 @@ def make_sensors(
 
 
 def add_sensors(spec: mujoco.MjSpec, sensors: list[Sensor], warn: Callable[[str], object]) -> None:
-    """Add the sensors to a robot's ``mujoco.MjSpec``; one that fails leaves the list."""
+    """Add sensors to a MuJoCo spec; remove from the list, with a warning, those that fail."""
     for sensor in list(sensors):
         try:
             sensor.add_to(spec)
@@ -68,7 +68,7 @@ def add_sensors(spec: mujoco.MjSpec, sensors: list[Sensor], warn: Callable[[str]
 
 
 class SensorPublisher:
-    """Reads and publishes sensors; implements `teleopctl.sim.lockstep.Sampler`.
+    """Publisher of simulated sensors, which are measured only with subscribers.
 
     Args:
         node: Who publishes.
@@ -83,31 +83,31 @@ class SensorPublisher:
             _Channel(node, sensor, 1e9 / simulation.control_period_ns) for sensor in sensors
         ]
 
-    def look(self) -> None:
-        """Update which sensors have subscribers; called when the graph has changed."""
+    def on_graph_change(self) -> None:
+        """Update which sensors have subscribers; called when the ROS graph has changed."""
         for channel in self._channels:
             channel.watched = channel.publisher.get_subscription_count() > 0
 
     def restart(self) -> None:
-        """Restart at time zero, with the simulation."""
+        """Restart the schedules of all sensors at simulated time zero."""
         for channel in self._channels:
-            channel.beat.restart()
+            channel.schedule.restart()
 
     def next_ns(self) -> int | None:
-        """Return the simulated time at which the next subscribed sensor is due, or None."""
-        return min((c.beat.next_ns for c in self._channels if c.running), default=None)
+        """Return the simulated time at which the next subscribed sensor is due; or None."""
+        return min((c.schedule.next_ns for c in self._channels if c.running), default=None)
 
     def sample(self, time_ns: int) -> None:
-        """Measure and publish the sensors that are due."""
+        """Measure and publish the subscribed sensors that are due at a time."""
         self._publish([channel for channel in self._channels if channel.is_due(time_ns)], time_ns)
 
     def show(self, time_ns: int) -> None:
-        """Publish the sensors that report the simulation's state."""
+        """Publish the subscribed sensors that report state, such as contacts, at once."""
         shown = [one for one in self._channels if one.watched and one.sensor.is_state]
         self._publish(shown, time_ns)
 
     def subscriptions(self) -> dict[str, int]:
-        """Return the numbers of subscriptions of the topics with the simulation's state."""
+        """Return the subscription count of each topic of sensors that report state."""
         return {
             one.publisher.topic_name: one.publisher.get_subscription_count()
             for one in self._channels
@@ -140,7 +140,7 @@ class _Channel:
                 f"publishes on '{topic}'"
             )
         self.publisher = node.create_publisher(message_class, topic, 10)
-        self.beat = Beat(sensor.description.update_rate or default_rate_hz)
+        self.schedule = PeriodicSchedule(sensor.description.update_rate or default_rate_hz)
         self.watched = False
         self.running = False
         self._message: Any = message_class()
@@ -149,11 +149,11 @@ class _Channel:
             header.frame_id = sensor.frame_id
 
     def is_due(self, time_ns: int) -> bool:
-        """Return whether the sensor is due; the times do not depend on its subscribers."""
+        """Return whether the sensor is due at a time and has subscribers."""
         if self.watched and not self.running:
-            self.beat.skip_to(time_ns)
+            self.schedule.skip_to(time_ns)
         self.running = self.watched
-        return self.running and self.beat.take(time_ns)
+        return self.running and self.schedule.poll(time_ns)
 
     def publish(self, model: mujoco.MjModel, data: mujoco.MjData, time_ns: int) -> None:
         for header in self._headers:

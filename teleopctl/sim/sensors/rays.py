@@ -1,4 +1,4 @@
-"""Rays from a sensor into the world: how far away is what they meet."""
+"""Ray casting from a sensor's site to the shapes of the model."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _FEELERS = np.concatenate([_FEELERS, -_FEELERS]) / np.linalg.norm(_FEELERS[0])
 
 
 def directions(rays: Rays) -> Array:
-    """Return unit vectors of a lidar's rays, (vertical count, horizontal count, 3)."""
+    """Return the unit vectors of a lidar's rays, (vertical count, horizontal count, 3)."""
     h, v = rays.horizontal, rays.vertical
     azimuth = h.first + h.step * np.arange(h.count)
     elevation = (v.first + v.step * np.arange(v.count))[:, None]
@@ -55,7 +55,7 @@ def cone(half_angle: float, count: int) -> Array:
 
 
 class RayCaster:
-    """Casts rays from a site of the model.
+    """Caster of a fixed set of rays from a site of the model.
 
     They begin at the distance ``near``, so that nearer things are not seen, and shapes that enclose
     the sensor on the link that carries it are not either: a lidar looks out of its own housing.
@@ -81,7 +81,7 @@ class RayCaster:
         self._distances = np.zeros(len(self._rays))
 
     def cast(self, model: mujoco.MjModel, data: mujoco.MjData) -> Array:
-        """Return distances in metres, (n,); infinite where a ray meets nothing."""
+        """Return each ray's distance to the nearest shape, in metres, (n,); infinite for none."""
         if model is not self._model:
             self._model, self._groups = model, self._groups_for(model, data)
         site = data.site(self._site)

@@ -1,4 +1,4 @@
-"""Parameters of the nodes that build the model: for its sensors and root link, lists of numbers."""
+"""Node parameters for sensors (``seed``, ``gps_origin``) and root link (``fixed_base`` …)."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, TypedDict
 from teleopctl.errors import InvalidParameterError
 from teleopctl.interfaces import get_message
 from teleopctl.robot import Pose
-from teleopctl.sim.entities.poses import no_sense
+from teleopctl.sim.entities.poses import invalid_number_reason
 
 if TYPE_CHECKING:
     from teleopctl.node import Node, Parameter
@@ -19,21 +19,21 @@ _FIXED_BASE = {"auto": None, "true": True, "false": False}
 
 
 class SensorSettings(TypedDict):
-    """The sensor arguments of `simulate`."""
+    """Keyword arguments of `simulate` for sensors."""
 
     seed: int
     gps_origin: Sequence[float]
 
 
 def declare_sensor_settings(node: Node) -> None:
-    """Declare the parameters ``seed`` and ``gps_origin``."""
+    """Declare the parameters ``seed`` and ``gps_origin`` on a node."""
     at_start = get_message("rcl_interfaces/msg/ParameterDescriptor")(read_only=True)
     node.declare_parameter("seed", 0, at_start)
     node.declare_parameter("gps_origin", _UNSAID, at_start)
 
 
 def sensor_settings(node: Node) -> SensorSettings:
-    """Return the values of ``seed`` and ``gps_origin``.
+    """Return the values of a node's parameters ``seed`` and ``gps_origin``.
 
     Raises:
         InvalidParameterError: One of them is something else.
@@ -46,21 +46,21 @@ def sensor_settings(node: Node) -> SensorSettings:
 
 
 class BaseSettings(TypedDict):
-    """The root link arguments of `build_model`."""
+    """Keyword arguments of `build_model` for the robot's root link."""
 
     fixed_base: bool | None
     spawn_pose: Pose
 
 
 def declare_base_settings(node: Node) -> None:
-    """Declare the parameters ``fixed_base`` and ``spawn_pose``."""
+    """Declare the parameters ``fixed_base`` and ``spawn_pose`` on a node."""
     descriptor = get_message("rcl_interfaces/msg/ParameterDescriptor")
     node.declare_parameter("fixed_base", "auto", descriptor(read_only=True, dynamic_typing=True))
     node.declare_parameter("spawn_pose", [0.0] * 6, descriptor(read_only=True))
 
 
 def base_settings(node: Node) -> BaseSettings:
-    """Return the values of ``fixed_base`` and ``spawn_pose``.
+    """Return the values of a node's parameters ``fixed_base`` and ``spawn_pose``.
 
     Raises:
         InvalidParameterError: One of them is something else.
@@ -72,7 +72,7 @@ def base_settings(node: Node) -> BaseSettings:
 
 
 def read_fixed_base(value: object) -> bool | None:
-    """Return whether a root link is to be fixed: ``true``, ``false``, or None for ``auto``.
+    """Convert a value of ``fixed_base``: ``true``, ``false``, or None for ``auto``.
 
     Raises:
         InvalidParameterError: It is something else.
@@ -86,7 +86,7 @@ def read_fixed_base(value: object) -> bool | None:
 
 
 def numbers_of(node: Node, name: str, *parts: str) -> list[float]:
-    """Return a parameter that is a list of numbers.
+    """Return a node's parameter that is a list of a given number of floats.
 
     Args:
         node: Whose parameter.
@@ -100,7 +100,7 @@ def numbers_of(node: Node, name: str, *parts: str) -> list[float]:
 
 
 def checked_numbers(parameter: Parameter, *parts: str) -> list[float]:
-    """Return the checked numbers of a parameter that is not yet set.
+    """Return the floats of a list parameter that is about to be set, checked for length.
 
     Raises:
         InvalidParameterError: It is something else.
@@ -116,7 +116,7 @@ def checked_numbers(parameter: Parameter, *parts: str) -> list[float]:
         raise InvalidParameterError(
             f"Parameter '{parameter.name}' is {values}, expected {expected}"
         )
-    if reason := no_sense(values):
+    if reason := invalid_number_reason(values):
         raise InvalidParameterError(
             f"Parameter '{parameter.name}' is {values}: a number of it {reason}"
         )

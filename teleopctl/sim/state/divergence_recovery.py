@@ -1,4 +1,4 @@
-"""Things whose physics breaks down, put back to their start while everything else goes on.
+"""Recovery from diverging physics: unstable objects are reset, everything else continues.
 
 MuJoCo sets a whole simulation back where one number of it is beyond all bounds. Where that number
 is of a thing around the robot, a block of steps is made again with that thing at its start and at
@@ -16,7 +16,7 @@ from teleopctl.sim.state.physics import Array
 
 if TYPE_CHECKING:
     from teleopctl.mujoco_model import RobotModel
-    from teleopctl.sim.state.slip_correction import Physics
+    from teleopctl.sim.state.slip_correction import PhysicsStepper
 
 # MuJoCo's enumerations are slow as numbers. All that a step starts from, to the last bit:
 _ALL = int(mujoco.mjtState.mjSTATE_INTEGRATION)
@@ -26,7 +26,7 @@ _BROKEN = (_BAD_POSITION, int(_W.mjWARN_BADQVEL), int(_W.mjWARN_BADQACC))
 
 
 class DivergenceRecovery:
-    """Advances the physics, and identifies and resets objects that become unstable.
+    """Stepper that resets objects of the world whose physics becomes unstable.
 
     Args:
         robot: The model, with what is around the robot.
@@ -36,7 +36,7 @@ class DivergenceRecovery:
     """
 
     # Any stands for MuJoCo's types, here and below: they have no static ones.
-    def __init__(self, robot: RobotModel, model: Any, data: Any, physics: Physics) -> None:
+    def __init__(self, robot: RobotModel, model: Any, data: Any, physics: PhysicsStepper) -> None:
         self._robot, self._m, self._d, self._physics = robot, model, data, physics
         # Quicker to read than numpy's.
         self._numbers = memoryview(data.warning.number)
@@ -50,13 +50,13 @@ class DivergenceRecovery:
 
     @property
     def broken(self) -> bool:
-        """Whether the robot's physics has become unstable since the last reset."""
+        """Whether the robot's physics has become unstable since the last reset of states."""
         numbers = self._numbers
         position, velocity, acceleration = _BROKEN
         return bool(numbers[position] or numbers[velocity] or numbers[acceleration])
 
     def step(self, count: int) -> list[str]:
-        """Advance by physics steps; return the objects that became unstable and were reset.
+        """Advance by physics steps; return the names of objects that were reset meanwhile.
 
         Returns:
             The things that broke down, and have spent these steps from their start.

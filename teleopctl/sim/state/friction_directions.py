@@ -1,4 +1,4 @@
-"""Friction that differs by direction: along a direction of a link, and across it.
+"""Anisotropic friction: other coefficients along a direction of a link than across it.
 
 The two axes along a contact's surface MuJoCo chooses by itself, along those of the world. Where a
 shape says a direction they are turned into that before each step, and each has its own coefficient;
@@ -34,8 +34,8 @@ class _Way(NamedTuple):
     across: float
 
 
-class Directions:
-    """Friction directions of a robot's shapes.
+class FrictionDirections:
+    """Friction directions of a robot's shapes, applied to MuJoCo's contacts.
 
     Args:
         model: The ``mujoco.MjModel``.
@@ -59,7 +59,7 @@ class Directions:
         return bool(self._ways)
 
     def turn(self, data: Any) -> None:
-        """Rotate contact frames into the friction directions, after `mj_step1`."""
+        """Rotate the contact frames into the friction directions, after MuJoCo's `mj_step1`."""
         contact, ways = data.contact, self._ways
         numbers, axes, rough = [], [], []
         # Plain numbers: numpy takes ten times as long for the few contacts of wheels.

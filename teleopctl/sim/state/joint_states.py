@@ -1,4 +1,4 @@
-"""Joint states as they are read out of MuJoCo's data, at each control tick."""
+"""Joint positions, velocities and efforts, copied out of MuJoCo's data."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class JointStates:
 
     # Any stands for MuJoCo's types, which have no static ones.
     def bind(self, model: Any, data: Any) -> None:
-        """Set the model and data to read from."""
+        """Set the MuJoCo model and data that `read` copies from."""
         named = [model.joint(joint.ball or joint.name) for joint in self._joints]
         qpos = [int(joint.qposadr[0]) for joint in named]
         dof = [int(joint.dofadr[0]) for joint in named]
@@ -66,7 +66,7 @@ class JointStates:
         ]
 
     def read(self, *, moving: bool = True) -> None:
-        """Copy the present states.
+        """Copy the joints' present positions, velocities and efforts into the arrays.
 
         Args:
             moving: Whether drives may accelerate anything.
@@ -98,7 +98,7 @@ class JointStates:
                 self._told[row] = min(max(true, -limit), limit)
 
     def put_balls(self, data: Any, given: Mapping[str, float]) -> None:
-        """Set ball joints from rotation angles; missing angles are 0."""
+        """Set the ball joints' rotations from joint angles by name; missing angles are 0."""
         self._balls.put(data, given)
 
 

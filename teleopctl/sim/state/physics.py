@@ -1,4 +1,4 @@
-"""MuJoCo's model and data as a whole: scaled, read out, put back and woken."""
+"""Functions on MuJoCo's whole model and data: scale, save, restore, wake."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _NAMED = {
 
 # Any stands for MuJoCo's types, here and below: they have no static ones.
 def scale_model(model: Any, mass: float, friction: float) -> None:
-    """Scale the masses and frictions of a model; drives stay unchanged."""
+    """Multiply all masses and frictions of a MuJoCo model; gains of drives stay."""
     if mass != 1.0:
         model.body_mass[:] *= mass
         model.body_inertia[:] *= mass
@@ -37,7 +37,7 @@ def scale_model(model: Any, mass: float, friction: float) -> None:
 
 
 def physics_state(model: Any, data: Any) -> dict[str, Array]:
-    """Return the physics state, the gravity and the poses of static objects."""
+    """Return MuJoCo's state, the gravity and the poses of static objects, as arrays."""
     state = np.zeros(mujoco.mj_stateSize(model, _ALL))
     mujoco.mj_getState(model, data, state, _ALL)
     return {
@@ -48,7 +48,7 @@ def physics_state(model: Any, data: Any) -> dict[str, Array]:
 
 
 def put_physics_state(model: Any, data: Any, saved: Mapping[str, Array]) -> None:
-    """Restore a state of `physics_state`; the models must have the same parts."""
+    """Set MuJoCo's state, the gravity and static poses to what `physics_state` returned."""
     mujoco.mj_setState(model, data, saved["physics"], _ALL)
     model.opt.gravity[:] = saved["gravity"]
     places = 3 * model.nbody
@@ -57,7 +57,7 @@ def put_physics_state(model: Any, data: Any, saved: Mapping[str, Array]) -> None
 
 
 def part_names(model: Any) -> list[str]:
-    """Return the names of a model's parts, in order, to compare saved states by."""
+    """Return the names of a model's bodies, joints, actuators and equalities, in order."""
     return [
         f"{word} '{mujoco.mj_id2name(model, kind, number) or number}'"
         for word, (kind, count) in _NAMED.items()
@@ -66,7 +66,7 @@ def part_names(model: Any) -> list[str]:
 
 
 def wake(model: Any, data: Any) -> None:
-    """Update sleeping bodies after something around them has changed.
+    """Recompute sleeping bodies, after something around them has changed.
 
     MuJoCo works out only once where things stand, as long as it lets others sleep.
     """
@@ -76,7 +76,7 @@ def wake(model: Any, data: Any) -> None:
 
 @contextmanager
 def nothing_asleep(model: Any) -> Iterator[None]:
-    """Disable sleeping within the block."""
+    """Disable MuJoCo's sleeping of bodies within the ``with`` block."""
     asleep = model.opt.enableflags & mujoco.mjtEnableBit.mjENBL_SLEEP
     model.opt.enableflags &= ~int(mujoco.mjtEnableBit.mjENBL_SLEEP)
     try:

@@ -1,4 +1,4 @@
-"""The state of a simulation, to go on from later: kept, or written into a file."""
+"""Saved states of a simulation, in memory or in files."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ _LONGEST_FILE = 32_000_000
 
 @dataclass(frozen=True)
 class SavedState:
-    """State of a simulation at one time, which can be saved in a file.
+    """State of a simulation at one time, with the names of the model's parts.
 
     Attributes:
         parts: What it is of, in words: a state fits the same parts only.
@@ -49,7 +49,7 @@ class SavedState:
 
     @classmethod
     def read(cls, path: Path) -> SavedState:
-        """Read a state file.
+        """Return the state in a file that `write` has written.
 
         Raises:
             InvalidFileError: It cannot be read, or is none.
@@ -84,7 +84,7 @@ class SavedState:
             raise InvalidFileError(f"Cannot write {path}: {error.strerror}") from error
 
     def put(self, simulation: Simulation) -> None:
-        """Set a simulation to this state.
+        """Set a simulation to this state, if its model has the same parts.
 
         Raises:
             RefusedError: It is of another model, or makes no sense; nothing is changed.

@@ -14,8 +14,8 @@ import numpy as np
 
 from teleopctl.errors import NotFoundError, RefusedError
 from teleopctl.packages import resolve_uri
-from teleopctl.sim.entities.poses import no_sense
-from teleopctl.sim.entities.service_base import FindStage, offer_in_words
+from teleopctl.sim.entities.poses import invalid_number_reason
+from teleopctl.sim.entities.service_base import FindRunning, offer_message_service
 from teleopctl.sim.state.saved_state import SavedState
 
 if TYPE_CHECKING:
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 
 def refuse_joints(simulation: Simulation, state: Any) -> str:
-    """Return why a JointState cannot be applied; empty if it can.
+    """Return why a JointState message cannot be applied to a simulation; empty if it can.
 
     Args:
         simulation: What it is meant for.
@@ -42,13 +42,13 @@ def refuse_joints(simulation: Simulation, state: Any) -> str:
     for word, values in (("position", state.position), ("velocity", state.velocity)):
         if len(values) not in (0, len(state.name)):
             return f"There are {len(state.name)} names and {len(values)} values of '{word}'"
-        if reason := no_sense(values):
+        if reason := invalid_number_reason(values):
             return f"A value of '{word}' {reason}"
     return ""
 
 
 def refuse_bodies(simulation: Simulation, states: Sequence[Any]) -> str:
-    """Return why FreeJointStates cannot be applied; empty if they can."""
+    """Return why FreeJointState messages cannot be applied; empty if they can."""
     bodies = simulation.free_bodies
     for state in states:
         if bodies.index(state.name) is None:
@@ -57,13 +57,13 @@ def refuse_bodies(simulation: Simulation, states: Sequence[Any]) -> str:
         for header in (state.pose.header, state.twist.header):
             if _is_turned(simulation, header) and not simulation.has_link(header.frame_id):
                 return f"There is no link '{header.frame_id}'"
-        if reason := no_sense([*_pose_values(state), *_twist_values(state)]):
+        if reason := invalid_number_reason([*_pose_values(state), *_twist_values(state)]):
             return f"A value of '{state.name}' {reason}"
     return ""
 
 
 def reset_to(simulation: Simulation, overrides: Any, keyframe: str = "") -> None:
-    """Reset a simulation, or load a keyframe, and then apply a SimulationState."""
+    """Reset a simulation, optionally to a keyframe, and apply a SimulationState message."""
     joints = overrides.joint_states
     simulation.reset_state(
         dict(zip(joints.name, joints.position, strict=False)),
@@ -74,7 +74,7 @@ def reset_to(simulation: Simulation, overrides: Any, keyframe: str = "") -> None
 
 
 def put_bodies(simulation: Simulation, states: Sequence[Any]) -> None:
-    """Set the poses and velocities of free bodies from FreeJointStates."""
+    """Set the poses and velocities of free bodies from FreeJointState messages."""
     frames = {
         header.frame_id: simulation.link_pose(header.frame_id)
         for state in states
@@ -124,10 +124,10 @@ class MujocoServices:
 
     Args:
         node: Whose they are.
-        find_stage: See `FindStage`.
+        find_running: See `FindRunning`.
     """
 
-    def __init__(self, node: Node, find_stage: FindStage) -> None:
+    def __init__(self, node: Node, find_running: FindRunning) -> None:
         self._node = node
         self._saved: dict[str, SavedState] = {}
         for type_name, name, handler in (
@@ -137,23 +137,23 @@ class MujocoServices:
             ("ResetWorld", "save_world", self._save),
             ("SetFreeJointState", "set_free_joint_state", _set_free),
         ):
-            offer_in_words(node, find_stage, type_name, f"~/{name}", handler)
+            offer_message_service(node, find_running, type_name, f"~/{name}", handler)
 
     # Any, here and below: messages, whose classes are made at run time.
-    def _pause(self, stage: RunningSimulation, request: Any) -> str:
+    def _pause(self, running: RunningSimulation, request: Any) -> str:
         word = "paused" if request.paused else "running"
         if request.paused:
-            stage.pause()
+            running.pause()
         else:
-            stage.play()
+            running.play()
         self._node.get_logger().info(f"Simulation is {word}")
         return f"Simulation is {word}"
 
-    def _reset(self, stage: RunningSimulation, request: Any) -> str:
+    def _reset(self, running: RunningSimulation, request: Any) -> str:
         keyframe, overrides = request.keyframe, request.state_overrides
-        simulation, saved = stage.simulation, None
+        simulation, saved = running.simulation, None
         if keyframe and keyframe not in simulation.model.keyframes:
-            saved = self._find(stage, keyframe)
+            saved = self._find(running, keyframe)
             if overrides.joint_states.name:
                 raise RefusedError(
                     "The joints of a saved state are where its drives hold them: only free_joints "
@@ -168,9 +168,9 @@ class MujocoServices:
                 return
             saved.put(simulation)
             put_bodies(simulation, overrides.free_joints)
-            stage.begin_anew()
+            running.restart_time()
 
-        stage.change(change)
+        running.call_and_publish(change)
         if saved is not None:
             self._node.get_logger().info(f"World set to '{keyframe}'; time begins anew")
             return f"World set to '{keyframe}'; time begins anew"
@@ -178,27 +178,27 @@ class MujocoServices:
         self._node.get_logger().info(f"World reset to {where}; time goes on")
         return "World reset"
 
-    def _save(self, stage: RunningSimulation, request: Any) -> str:
+    def _save(self, running: RunningSimulation, request: Any) -> str:
         name, overrides = request.keyframe, request.state_overrides
         if not name:
             raise RefusedError("A state needs a name, or the path of a file, as its keyframe")
         if overrides.joint_states.name or overrides.free_joints:
             raise RefusedError("A state is saved as it is: state_overrides are for reset_world")
-        if name in stage.simulation.model.keyframes:
+        if name in running.simulation.model.keyframes:
             raise RefusedError(f"The model has a keyframe '{name}': choose another name")
-        state = stage.ask(lambda: SavedState.of(stage.simulation))
+        state = running.call(lambda: SavedState.of(running.simulation))
         if file := _file(name):
             state.write(file)
             return f"Saved into {file}"
         self._saved[name] = state
         return f"Saved as '{name}'"
 
-    def _find(self, stage: RunningSimulation, name: str) -> SavedState:
+    def _find(self, running: RunningSimulation, name: str) -> SavedState:
         if file := _file(name):
             return SavedState.read(file)
         if name in self._saved:
             return self._saved[name]
-        known = [*stage.simulation.model.keyframes, *self._saved]
+        known = [*running.simulation.model.keyframes, *self._saved]
         there_is = f"; there is {', '.join(known)}" if known else ""
         raise NotFoundError(f"There is no keyframe '{name}'{there_is}")
 
@@ -218,17 +218,17 @@ def _refuse(reason: str) -> None:
         raise RefusedError(reason)
 
 
-async def _step(stage: RunningSimulation, request: Any) -> str:
-    await stage.step(request.steps)
+async def _step(running: RunningSimulation, request: Any) -> str:
+    await running.step(request.steps)
     return f"Advanced by {request.steps} steps"
 
 
-def _set_free(stage: RunningSimulation, request: Any) -> str:
-    simulation, states = stage.simulation, request.free_joints
+def _set_free(running: RunningSimulation, request: Any) -> str:
+    simulation, states = running.simulation, request.free_joints
 
     def change() -> None:
         _refuse(refuse_bodies(simulation, states))
         put_bodies(simulation, states)
 
-    stage.change(change)
+    running.call_and_publish(change)
     return f"Set {len(states)} free bodies"

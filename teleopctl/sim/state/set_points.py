@@ -1,4 +1,4 @@
-"""How set-points of drives get from one position to the next, period by period of control.
+"""Speeds of drives' set-points from one control period to the next.
 
 Of one drive each; in rad or m, and seconds. Numbers, not arrays: for a dozen drives these take a
 fifth of the time.
@@ -21,10 +21,10 @@ _BRAKING_S = 0.01
 _NEARLY = 1.0 + 1e-6
 
 
-def way_there(
+def position_speed(
     away: float, before: float, fresh: bool, max_speed: float, acceleration: float, period_s: float
 ) -> float:
-    """Return the speed of a set-point on its way to a position.
+    """Return the set-point's speed for the next control period on its way to a position.
 
     Straight to the next position of a path. On the way to one that stands or takes longer than a
     period, and where it starts from rest, it speeds up and brakes by no more than a part of the
@@ -54,8 +54,8 @@ def way_there(
     return copysign(most, away)
 
 
-def fed_speed(speed: float, fed_before: float, expected: float, most_more: float) -> float:
-    """Return the part of a set-point's speed that is fed forward, for the next position.
+def feedforward_speed(speed: float, fed_before: float, expected: float, most_more: float) -> float:
+    """Return the part of a set-point's speed that is fed forward to the drive.
 
     All of it where positions follow one another as a path, so that the joint does not lag, but no
     more than the periods before let expect: a path's first position may as well be a jump. In
@@ -77,8 +77,8 @@ def fed_speed(speed: float, fed_before: float, expected: float, most_more: float
     return min(max(fed, min(expected, 0.0)), max(expected, 0.0))
 
 
-def lost_distance(change: float, lag_s: float, acceleration: float) -> float:
-    """Return the distance by which a joint lags while it changes its speed.
+def lag_distance(change: float, lag_s: float, acceleration: float) -> float:
+    """Return the distance by which a joint lags behind its set-point after a change of speed.
 
     It does so as a first-order system, or, where that asks for more than all of its effort, at the
     acceleration of that until the rest of the change is within it.
@@ -94,8 +94,8 @@ def lost_distance(change: float, lag_s: float, acceleration: float) -> float:
     return copysign(lost, change)
 
 
-def kept_lead(lead: float, pull: float, effort: float, stiffness: float) -> float:
-    """Return how far a speed's set-point may lead its joint.
+def limited_lead(lead: float, pull: float, effort: float, stiffness: float) -> float:
+    """Return how far a velocity command's set-point may lead its joint.
 
     No further than for the effort that the damper leaves it: what holds the joint back does not
     wind it up.
@@ -111,8 +111,8 @@ def kept_lead(lead: float, pull: float, effort: float, stiffness: float) -> floa
     return min(max(lead, least), most)
 
 
-def within_stops(speed: float, lower: float, upper: float, period_s: float) -> float:
-    """Return a speed limited such that the joint stops at its limits.
+def speed_within_limits(speed: float, lower: float, upper: float, period_s: float) -> float:
+    """Return a commanded speed, limited so that the joint stops at its position limits.
 
     Args:
         speed: The one that is wanted.

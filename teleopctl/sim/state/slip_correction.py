@@ -1,4 +1,4 @@
-"""Physics steps in which what slides stays on the ground.
+"""PhysicsStepper steps in which sliding wheels keep contact with the ground.
 
 MuJoCo's contacts are convex: a force at the limit of friction pushes the two apart, the more the
 faster they slide, so that a sliding wheel hops a hundred times a second. Friction then acts in
@@ -27,7 +27,7 @@ from typing import TYPE_CHECKING, Any
 import mujoco
 import numpy as np
 
-from teleopctl.sim.state.friction_directions import Directions
+from teleopctl.sim.state.friction_directions import FrictionDirections
 from teleopctl.sim.state.physics import Array, nothing_asleep
 
 if TYPE_CHECKING:
@@ -50,9 +50,9 @@ _MOST_KNOWN = 1024
 
 
 def drives_by_sliding(model: RobotModel) -> bool:
-    """Return whether a robot is free and drives by sliding contacts.
+    """Return whether a robot has a free base whose wheels or casters slide when it turns.
 
-    That is one of three driven wheels or more, or what the base drags along the ground. Physics of
+    That is one of three driven wheels or more, or one that drags casters along the ground. Physics of
     an MJCF file is as the file has it.
     """
     wheels = [one for one in model.joints if one.driven_by_velocity]
@@ -64,8 +64,8 @@ def drives_by_sliding(model: RobotModel) -> bool:
     )
 
 
-class Physics:
-    """Advances MuJoCo's physics, with less slip of sliding contacts.
+class PhysicsStepper:
+    """Stepper of MuJoCo's physics with corrected contacts of sliding wheels.
 
     Args:
         model: The ``mujoco.MjModel``.
@@ -77,29 +77,29 @@ class Physics:
     """
 
     # Any stands for MuJoCo's types, here and below: they have no static ones.
-    def __init__(self, model: Any, *, slides: bool, directions: Directions) -> None:
+    def __init__(self, model: Any, *, slides: bool, directions: FrictionDirections) -> None:
         self._m = model
         self.slides = slides
         self._directions = directions
         # Steps to come in which each is looked at for what slides, and then in which none is.
         self._seen = self._unseen = 0
-        # Directions may give the same shapes another friction.
+        # FrictionDirections may give the same shapes another friction.
         self._contacts = _Contacts(kept=not (model.nflex or directions))
         self._taking_up = round(_TAKEN_UP_S / model.opt.timestep)
 
     def begin_period(self, *, changing: bool) -> None:
-        """Set whether the drives change their speeds in the control period that begins."""
+        """Set whether drives change their speeds in the control period that begins."""
         if changing:
             self._seen, self._unseen = self._taking_up, 0
 
     def step(self, data: Any, count: int) -> None:
-        """Advance by physics steps. However they are cut into calls, the bits are the same."""
+        """Advance MuJoCo's data by physics steps, with corrected contacts."""
         if self._directions:
             for _ in range(count):
                 mujoco.mj_step1(self._m, data)
                 self._directions.turn(data)
                 if self.slides:
-                    self._contacts.keep_down(data)
+                    self._contacts.correct_slip(data)
                 mujoco.mj_step2(self._m, data)
             return
         if not self.slides:
@@ -112,7 +112,7 @@ class Physics:
                 count -= block
                 continue
             mujoco.mj_step1(self._m, data)
-            most = self._contacts.keep_down(data)
+            most = self._contacts.correct_slip(data)
             if self._seen:
                 self._seen -= 1
             elif most < _PARTS:
@@ -121,20 +121,20 @@ class Physics:
             count -= 1
 
     def save(self) -> Array:
-        """Return the internal state, for `restore`."""
+        """Return the stepper's internal state, for `restore`."""
         return np.array([self._seen, self._unseen], float)
 
     def restore(self, saved: Array) -> None:
-        """Restore the state that `save` returned."""
+        """Set the stepper's internal state to what `save` returned."""
         self._seen, self._unseen = map(int, saved)
 
     def forward(self, data: Any) -> None:
-        """Compute forces, accelerations and sensor values."""
+        """Compute forces, accelerations and sensor values without advancing time."""
         with nothing_asleep(self._m):
             mujoco.mj_forward(self._m, data)
             if self._directions:
                 self._directions.turn(data)
-            if (self.slides and self._contacts.keep_down(data) > 0.0) or self._directions:
+            if (self.slides and self._contacts.correct_slip(data) > 0.0) or self._directions:
                 mujoco.mj_fwdConstraint(self._m, data)
                 mujoco.mj_sensorAcc(self._m, data)
 
@@ -155,8 +155,8 @@ class _Contacts:
         # ground, and the friction in these.
         self._known: dict[bytes, list[tuple[int, int, int, float, float]]] = {}
 
-    def keep_down(self, data: Any) -> float:
-        """Subtract from each contact's normal reference what sliding adds to it.
+    def correct_slip(self, data: Any) -> float:
+        """Subtract from each contact's normal acceleration what sliding adds; return the most.
 
         Returns:
             The most of it (m/s²).

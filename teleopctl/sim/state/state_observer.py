@@ -1,4 +1,4 @@
-"""What sensors see of a simulation: a copy of its data, with the accelerations that it has."""
+"""Copy of MuJoCo's data for sensors, with the accelerations that the integrator gives."""
 
 from __future__ import annotations
 
@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING, Any
 import mujoco
 
 if TYPE_CHECKING:
-    from teleopctl.sim.state.slip_correction import Physics
+    from teleopctl.sim.state.slip_correction import PhysicsStepper
 
 _NO_SENSORS = int(mujoco.mjtDisableBit.mjDSBL_SENSOR)
 _IMPLICIT = int(mujoco.mjtIntegrator.mjINT_IMPLICITFAST)
 
 
 class StateObserver:
-    """Copies MuJoCo's data for observers, so that measuring does not change the simulation.
+    """Copier of MuJoCo's data for measurements, so that these do not change the simulation.
 
     MuJoCo measures with the acceleration that its forces have without what its integrator does to
     their dampers: a joint that a drive speeds up would speed up
@@ -26,14 +26,14 @@ class StateObserver:
     """
 
     # Any stands for MuJoCo's types, here and below: they have no static ones.
-    def __init__(self, model: Any, physics: Physics) -> None:
+    def __init__(self, model: Any, physics: PhysicsStepper) -> None:
         self._m, self._physics = model, physics
         model.opt.disableflags |= _NO_SENSORS
         self._data: Any = None
         self._next: Any = None
 
     def observe(self, data: Any, time_s: float, *, moving: bool) -> Any:
-        """Return a copy of the data with measurements, valid until the next call.
+        """Return a copy of the data with sensor values, valid until the next call.
 
         Args:
             data: The ``mujoco.MjData``.

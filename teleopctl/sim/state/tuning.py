@@ -1,4 +1,4 @@
-"""What drives are tuned to: how fast they are to be, and the inertia that they move in a pose."""
+"""Tuning of drives: natural frequencies, and the inertia that each drive moves."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _IN_A_STEP = 0.25
 
 
 def drive_rates(takes_position: npt.NDArray[np.bool_], period_s: float, step_s: float) -> Array:
-    """Return the natural frequencies of joints on their drives, rad/s, (n,).
+    """Return the natural frequency for each joint's drive, rad/s, (n,).
 
     Args:
         takes_position: Which joints do, (n,). Wheels, which do not, stay as they were built.
@@ -71,7 +71,7 @@ class MovedInertia:
         self._own = self._now()
 
     def at(self, data: Any) -> Array:
-        """Return the inertias in the present pose, kg m² or kg, (n,)."""
+        """Return the inertia that each drive moves in the data's pose, kg m² or kg, (n,)."""
         self._d.qpos[:] = data.qpos
         # What else the drives were tuned to, such as the robot that stands on a leg, stays.
         inertia: Array = np.maximum(self._tuned - self._own + self._now(), self._least)

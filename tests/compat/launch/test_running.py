@@ -95,7 +95,7 @@ def test_timers_and_coroutines_keep_a_launch_going_until_they_are_cancelled(laun
         async def coroutine(context, word):
             await asyncio.sleep(0)
             await context.emit_event(Event())
-            context.launch.say("INFO", word)
+            context.launch.log("INFO", word)
             later.cancel()
 
         async def endless():

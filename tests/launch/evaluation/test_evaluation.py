@@ -385,7 +385,7 @@ def test_what_stands_in_a_timer_is_evaluated_when_its_time_has_come(evaluated):
     assert words(plan) == ["b"]
     ((seconds, timer),) = plan.start.timers
     assert seconds == 1.5
-    (process,) = evaluation.fire(timer).processes
+    (process,) = evaluation.handle_timer(timer).processes
     assert (process.name, process.command) == ("echo-2", ["echo", "before"])
 
 
@@ -416,7 +416,7 @@ def test_a_shutdown_in_a_timer_waits_for_it(evaluated):
     )
     assert words(plan) == ["a"]
     ((_, timer),) = plan.start.timers
-    assert evaluation.fire(timer).shutdown == "late"
+    assert evaluation.handle_timer(timer).shutdown == "late"
 
 
 def test_the_logical_substitutions(plan):

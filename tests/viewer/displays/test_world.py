@@ -31,7 +31,7 @@ def test_the_world_is_shown_in_simulation_alone(page: FakePage, simulated: bool)
 
 
 # Any: viser's nodes of any kind.
-def boxes_of(page: FakePage, picture: SceneView) -> dict[str, Any]:
+def label_boxes(page: FakePage, picture: SceneView) -> dict[str, Any]:
     """What is drawn of the world, by frame."""
     world = next(display for display in picture.displays if display.name == "World")
     return {
@@ -74,7 +74,7 @@ def test_the_world_is_there_after_the_simulation_was_reset(
         picture.tick(jumped_back=jumped_back)
         deliver()
         picture.tick(jumped_back=False)
-        assert all(boxes_of(page, picture).values()), f"jumped back: {jumped_back}"
+        assert all(label_boxes(page, picture).values()), f"jumped back: {jumped_back}"
     picture.end()
 
 
@@ -91,7 +91,7 @@ def test_the_cube_is_drawn_in_its_own_frame_and_the_table_in_the_robots(page: Fa
         WORLD_MARKERS_TOPIC, get_message("visualization_msgs/msg/MarkerArray")(markers=markers)
     )
     picture.tick(jumped_back=False)
-    boxes = boxes_of(page, picture)
+    boxes = label_boxes(page, picture)
     assert boxes["base"].batched_positions.shape == (5, 3)
     assert boxes["cube"].batched_positions.tolist() == [[0.0, 0.0, 0.0]]
 

@@ -23,7 +23,7 @@ from teleopctl.robot import World, read_world, read_world_text
 from teleopctl.sim.entities.entity import bounds_of, entities, find, motion_of, move
 from teleopctl.sim.entities.pushes import Push
 from teleopctl.sim.entities.spawn_services import meshes_left_out
-from teleopctl.sim.entities.spawning import Spawning
+from teleopctl.sim.entities.spawning import SpawnQueue
 from teleopctl.sim.simulation import Simulation
 from tests.mujoco_model.test_world import cube, rod, wall, world_urdf
 from tests.sim.robots import INERTIAL, box, joint, link
@@ -65,7 +65,7 @@ def running(model: RobotModel) -> Simulation:
 
 def spawn(simulation: Simulation, text: str, name: str, *place: float) -> None:
     coming = Coming(thing(text), name, np.array(place), UPRIGHT)
-    simulation.take(with_things(simulation.model, [coming]))
+    simulation.replace_model(with_things(simulation.model, [coming]))
 
 
 def observed(simulation: Simulation) -> tuple[float, ...]:
@@ -90,7 +90,7 @@ def test_what_leaves_takes_nothing_with_it(model: RobotModel) -> None:
     alone, joined = running(model), running(model)
     spawn(joined, BLOCK, "first", 4.0, 0.0, 1.0)
     spawn(joined, SPHERE, "second", 4.0, 1.0, 1.0)
-    joined.take(without_things(joined.model, ["first"]))
+    joined.replace_model(without_things(joined.model, ["first"]))
     for simulation in (alone, joined):
         simulation.step(100)
 
@@ -115,7 +115,7 @@ def test_the_same_things_at_the_same_times_give_the_same_bits(model: RobotModel)
         simulation = running(model)
         spawn(simulation, BLOCK, "block", 2.03, 0.02, 1.0)
         simulation.step(500)
-        simulation.take(without_things(simulation.model, ["cube"]))
+        simulation.replace_model(without_things(simulation.model, ["cube"]))
         simulation.step(500)
         runs.append(observed(simulation))
     assert runs[0] == runs[1]
@@ -211,13 +211,13 @@ def test_another_world_takes_the_place_of_the_first(model: RobotModel, tmp_path:
     simulation = running(model)
     spawn(simulation, BLOCK, "block", 4.0, 0.0, 1.0)
     moon = SPHERE.replace("<worldbody>", '<option gravity="0 0 -1.6"/><worldbody>')
-    simulation.take(in_world(simulation.model, thing(moon)))
-    simulation.begin_world()
+    simulation.replace_model(in_world(simulation.model, thing(moon)))
+    simulation.reset_world_state()
     (ball,) = (entity for entity in entities(simulation).values() if not entity.is_robot)
     simulation.step(100)
     assert motion_of(simulation, ball).acceleration[2] == pytest.approx(-1.6)
 
-    simulation.take(in_world(simulation.model, None))
+    simulation.replace_model(in_world(simulation.model, None))
     assert list(entities(simulation)) == ["test"]
     kinds = list(simulation.model.mj_model.geom_type)
     assert kinds.count(0) == 1, "the ground is there, once"
@@ -282,7 +282,7 @@ def test_a_file_of_several_things_becomes_as_many_placed_as_it_has_them(model: R
   jar: {shape: sphere, radius: 0.1, mass: 0.5, at: [1, 0, 0.4], rpy: [0, 0, 0.5]}"""
     left = np.array([0.5**0.5, 0.0, 0.0, 0.5**0.5])
     coming = Coming(thing(text), "pantry", np.array([4.0, 3.0, 1.0]), left)
-    simulation.take(with_things(simulation.model, [coming]))
+    simulation.replace_model(with_things(simulation.model, [coming]))
 
     assert coming.names == ("pantry/shelf", "pantry/jar")
     assert [name for name in entities(simulation) if "/" in name] == ["pantry/shelf", "pantry/jar"]
@@ -329,9 +329,9 @@ def test_what_waits_is_compiled_at_once_and_what_is_wrong_holds_up_itself_alone(
         begun.set()
         assert go_on.wait(60.0)
         taken.append(len(new.things) - len(simulation.model.things))
-        simulation.take(new)
+        simulation.replace_model(new)
 
-    spawning = Spawning(lambda: simulation.model, take)
+    spawning = SpawnQueue(lambda: simulation.model, take)
 
     def come(text: str, name: str, x: float) -> Future[Coming]:
         return spawning.add(name, lambda: Coming(thing(text), name, np.array([x, 0, 1]), UPRIGHT))
@@ -339,7 +339,7 @@ def test_what_waits_is_compiled_at_once_and_what_is_wrong_holds_up_itself_alone(
     first = come(BLOCK, "first", 4.0)
     assert begun.wait(60.0)
     others = [come(BLOCK, f"block{n}", 5.0 + n) for n in range(20)]
-    assert spawning.awaits("first") and spawning.awaits("block19")
+    assert spawning.is_pending("first") and spawning.awaits("block19")
     go_on.set()
     assert all(each.wait(60.0) and each.result() for each in (first, *others))
     assert taken == [1, 20]
