@@ -1,4 +1,4 @@
-"""``python -m teleopctl.nodes [--builtin] [PACKAGE] EXECUTABLE [ARGS…]``: one node, one process.
+"""``python -m teleopctl.nodes [--builtin] [PACKAGE] EXECUTABLE [ARGS…]``: runs one executable.
 
 This is what ``teleopctl run`` and ``launch`` start, so it imports nothing that the node does not
 need; with ``-P``, so that a ``random.py`` in the current folder is not taken for Python's. A first

@@ -1,4 +1,4 @@
-"""A bag on the page, with a time line: a player and a viewer in a domain of their own."""
+"""Viewer of a bag on a web page: a player and a viewer in a domain of their own."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def view_bag(
     is_paused: bool,
     on_ready: Callable[[Address, int], object],
 ) -> None:
-    """Show a bag on a page with a time line, until Ctrl-C.
+    """Play a bag in a domain of its own, and show it on a web page, until Ctrl-C.
 
     What is played reaches nobody else, and what else runs is not in the picture: the two nodes are
     in a domain of their own.

@@ -65,7 +65,7 @@ _CHOICES = {"quality": ("auto", "fast", "full"), "compressed.format": ("jpeg", "
 
 
 class CameraNode(Node):
-    """Node ``camera``, which renders all cameras of the robot.
+    """Node ``camera``, which renders and publishes all cameras of a robot.
 
     Everything that draws happens on one thread, as OpenGL wants it.
     """
@@ -144,7 +144,7 @@ class CameraNode(Node):
         name = str(self.get_parameter("camera").value)
         if not name and all(sensor.camera is None for sensor in description.gazebo.sensors):
             # Nothing is built, while the simulator wants the processor for the same.
-            self._tell_no_camera(description)
+            self._warn_no_camera(description)
             return
         import mujoco
 
@@ -161,7 +161,7 @@ class CameraNode(Node):
             **base_settings(self),
         )
         if not name and not model.cameras:
-            self._tell_no_camera(description)
+            self._warn_no_camera(description)
             return
         self._described = self._model = model
         self._bodies_wanted = bool(model.free_bodies)
@@ -186,7 +186,7 @@ class CameraNode(Node):
         self._on_graph()
         self._thread.start()
 
-    def _tell_no_camera(self, description: RobotDescription) -> None:
+    def _warn_no_camera(self, description: RobotDescription) -> None:
         self.get_logger().warning(f"The robot '{description.name}' has no camera sensor")
 
     # --- called on the transport's threads ------------------------------------------------
@@ -336,7 +336,7 @@ class CameraNode(Node):
         return self._renderer
 
     def destroy_node(self) -> None:
-        """Stop rendering, and destroy the node."""
+        """Stop the rendering thread, and destroy the node."""
         with self._changed:
             self._stopped = True
             self._changed.notify_all()
@@ -371,7 +371,7 @@ def _optical_frame(camera: CameraModel) -> Any:
 
 
 def main(args: list[str] | None = None) -> int:
-    """Run the camera until it is interrupted.
+    """Run the node ``camera`` until Ctrl-C or a shutdown, and return the exit status.
 
     Raises:
         TeleopctlError: If a system library for drawing is missing.

@@ -1,4 +1,4 @@
-"""``component_container`` and its kin: processes that load nodes, and unload them, by a service.
+"""Executables ``component_container``, ``…_mt`` and ``…_isolated``, which load components.
 
 Those of ``rclcpp_components`` are the same programs: what they find are components in Python, those
 of teleopctl among them, which stand for a few well-known ones in C++.
@@ -26,7 +26,7 @@ _POOLS = "--use_multi_threaded_executor"
 
 
 def single() -> int:
-    """Run a container that executes all components in one thread."""
+    """Run ``component_container``: all components are executed in one thread."""
     with _until_the_end():
         executor = SingleThreadedExecutor()
         _serve(executor, ComponentManager(executor, _NAME))
@@ -34,7 +34,7 @@ def single() -> int:
 
 
 def multi() -> int:
-    """Run a container with a thread pool of size ``thread_num``."""
+    """Run ``component_container_mt``: a pool of ``thread_num`` threads executes the components."""
     with _until_the_end():
         node = ComponentManager(None, _NAME)
         size = node.declare_parameter("thread_num", os.cpu_count() or 1).value
@@ -45,7 +45,7 @@ def multi() -> int:
 
 
 def isolated() -> int:
-    """Run a container that executes each component in a thread, or a thread pool, of its own."""
+    """Run ``component_container_isolated``: each component has an executor of its own."""
     has_pools = _POOLS in parse_ros_arguments(sys.argv[1:]).program
     make_executor = MultiThreadedExecutor if has_pools else SingleThreadedExecutor
     with _until_the_end():

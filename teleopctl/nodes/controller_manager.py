@@ -1,4 +1,4 @@
-"""``controller_manager/ros2_control_node``: runs the robot's hardware and its controllers."""
+"""Executable ``controller_manager/ros2_control_node``: hardware and controllers of a robot."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _SWITCH_INTERVAL = 0.001
 
 
 def main(args: list[str] | None = None) -> int:
-    """Run the controller manager until it is interrupted.
+    """Run the controller manager until Ctrl-C or a shutdown, and return the exit status.
 
     Args:
         args: Command line; None takes the process's.

@@ -1,4 +1,4 @@
-"""Run one executable in this process, as ``ros2 run`` would run it.
+"""Execution of a program in this process, as ``ros2 run`` would start it.
 
 The program may be one of ours, a user's installed entry point, a program of a source package that
 was never built, or a plain file. It may import ``rclpy`` and message packages, and so may the
@@ -24,7 +24,7 @@ _FOLDER = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__)
 def run_executable(
     package: str | None, executable: str, args: Sequence[str], *, builtin: bool = False
 ) -> int:
-    """Find a program and run it in this process.
+    """Find a program by package and name, run it in this process, and return the exit status.
 
     Args:
         package: The program's package, or None when ``executable`` is a path or a unique name.
@@ -45,7 +45,7 @@ def run_executable(
 
 
 def execute(executable: PackageProgram, args: Sequence[str]) -> int:
-    """Run a program in this process; see `run_executable`."""
+    """Run a program in this process, and return the exit status; see `run_executable`."""
     from teleopctl.base.output import discard_output, outlive_output, take_log_file
     from teleopctl.compat import activation
 

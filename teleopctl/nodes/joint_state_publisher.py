@@ -1,4 +1,4 @@
-"""``joint_state_publisher``: says where the joints of a robot stand when nobody measures it.
+"""Executable ``joint_state_publisher``: publishes positions of joints that nobody measures.
 
 Publishes ``joint_states`` at ``rate`` (Hz): every movable joint of the description at its zero,
 or where the topics of ``source_list`` put it.
@@ -28,7 +28,7 @@ from teleopctl.robot import Joints, JointSet, Mimic, RobotDescription
 
 
 class JointStatePublisher(Node):
-    """Node ``joint_state_publisher``.
+    """Node ``joint_state_publisher``, also with sliders' topics as sources.
 
     The description comes from a file, else from the parameter ``robot_description``, else from
     the topic of that name; a new one on the topic replaces what was known.
@@ -152,7 +152,7 @@ class JointStatePublisher(Node):
 
 
 def main(args: list[str] | None = None) -> int:
-    """Run the node until it is interrupted.
+    """Run ``joint_state_publisher`` until Ctrl-C or a shutdown; return the exit status.
 
     Args:
         args: Command line, with the description's file as its only word, if any; None takes the
@@ -175,7 +175,7 @@ def main(args: list[str] | None = None) -> int:
 
 
 def read_description(file: str | None) -> str | None:
-    """Return the description in a URDF or xacro file; None without a file.
+    """Return the URDF in a URDF or xacro file; None without a file.
 
     Raises:
         TeleopctlError: It cannot be read.

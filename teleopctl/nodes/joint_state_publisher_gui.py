@@ -1,4 +1,4 @@
-"""``joint_state_publisher_gui``: a joint_state_publisher whose joints are put by sliders on a page.
+"""Executable ``joint_state_publisher_gui``: joint_state_publisher with sliders on a web page.
 
 The sliders are those of the viewer's page. Where one runs already this node listens to it; else it
 serves a page of its own, with the picture of the robot and the sliders.
@@ -20,17 +20,17 @@ from teleopctl.node import (
     parse_ros_arguments,
 )
 from teleopctl.nodes.joint_state_publisher import JointStatePublisher, read_description
-from teleopctl.nodes.rviz2 import add_page_options, tell_address
+from teleopctl.nodes.rviz2 import add_page_options, report_address
 
 _NAME = "joint_state_publisher_gui"
 # Launch files start the page beside this node, and call it by either name; it is there within
 # this time, in seconds.
 _PAGES = ("rviz", "rviz2")
-_PATIENCE_S = 3.0
+_TIMEOUT_S = 3.0
 
 
 def main(args: list[str] | None = None) -> int:
-    """Run the node, and a page if none is running, until Ctrl-C.
+    """Run ``joint_state_publisher_gui``, with a web page if none runs, until Ctrl-C.
 
     Args:
         args: Command line; None takes the process's.
@@ -65,7 +65,7 @@ def main(args: list[str] | None = None) -> int:
             else:
                 executor.add_node(stack.enter_context(_open(node, options)))
 
-        timer = node.create_timer(_PATIENCE_S, look, clock=Clock(clock_type=ClockType.STEADY_TIME))
+        timer = node.create_timer(_TIMEOUT_S, look, clock=Clock(clock_type=ClockType.STEADY_TIME))
         executor.spin()
     return 0
 
@@ -87,5 +87,5 @@ def _open(node: Node, options: argparse.Namespace) -> Node:
         cli_args=["--ros-args", "-r", "__node:=rviz"],
     )
     node.get_logger().info(f"The sliders are at {address.url}")
-    tell_address(address, open_it=options.open)
+    report_address(address, open_it=options.open)
     return viewer

@@ -1,4 +1,4 @@
-"""``mujoco_sim``: physics of the robot, driven by the wall clock and by a controller in lockstep.
+"""Executable ``mujoco_sim``: physics of a robot in lockstep with its controllers.
 
 Topics out: ``/clock``, ``/robot_joint_states`` (each control tick), ``/mujoco_sim/joint_states``
 (for viewers, while somebody subscribes), ``/mujoco_sim/free_joint_states`` and ``/tf`` (what moves
@@ -27,7 +27,7 @@ from teleopctl.nodes.single_instance import require_single_instance
 
 
 def main(args: list[str] | None = None) -> int:
-    """Run the simulator until it is interrupted.
+    """Run the node ``mujoco_sim`` until Ctrl-C or a shutdown, and return the exit status.
 
     Raises:
         TeleopctlError: A simulator of the same name runs already.

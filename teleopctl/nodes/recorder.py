@@ -1,4 +1,4 @@
-"""``recorder``: writes topics into a bag, as ``teleopctl bag record`` does; for launch files.
+"""Executable ``recorder``: writes topics into a bag, for launch files.
 
 Parameters, as rosbag2 names them: ``storage.uri`` (the bag's folder), ``storage.storage_id``
 (``mcap`` or ``sqlite3``), ``storage.max_bagfile_size``, ``storage.max_bagfile_duration`` (s),
@@ -48,7 +48,7 @@ _EVERY_NODE_HAS = ("use_sim_time", "start_type_description_service")
 
 
 def main(args: list[str] | None = None) -> int:
-    """Record until Ctrl-C, and finish the bag.
+    """Record topics until Ctrl-C or SIGTERM, finish the bag, and return the exit status.
 
     Raises:
         InvalidParameterError: A parameter is unknown, or of another type.

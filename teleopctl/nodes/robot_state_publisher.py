@@ -1,4 +1,4 @@
-"""``robot_state_publisher``: turns joint positions into transforms.
+"""Executable ``robot_state_publisher``: publishes transforms from joint positions.
 
 Publishes the description, latched, on ``robot_description``; what stands still, latched, on
 ``/tf_static``; and what moves on ``/tf`` for each message on ``joint_states``, at most at
@@ -46,7 +46,7 @@ _MAX_FREQUENCY = 1000.0
 
 
 class JointTransforms:
-    """Computes the transforms of joints as messages.
+    """Transform messages of a robot's joints, computed from joint positions.
 
     Args:
         tree: The robot's segments.
@@ -77,7 +77,7 @@ class JointTransforms:
         ]
 
     def fixed(self, stamp_ns: int) -> list[TransformStamped]:
-        """Return the transforms of fixed joints."""
+        """Return the transforms of the fixed joints."""
         return [
             self._message(segment.joint, segment.origin, stamp_ns) for segment in self._tree.fixed
         ]
@@ -226,7 +226,7 @@ class RobotStatePublisher(Node):
 
 
 def main(args: list[str] | None = None) -> int:
-    """Run the node until it is interrupted.
+    """Run ``robot_state_publisher`` until Ctrl-C or a shutdown; return the exit status.
 
     Args:
         args: Command line; None takes the process's.
@@ -255,7 +255,7 @@ def _read(urdf: str) -> RobotDescription:
 
 
 def publish_interval_ns(frequency: float) -> int:
-    """Return the shortest interval between two messages of a joint, in nanoseconds.
+    """Return the shortest time between two messages for a ``publish_frequency``, in nanoseconds.
 
     Raises:
         InvalidParameterError: It is no rate that the node can have.

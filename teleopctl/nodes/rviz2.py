@@ -1,4 +1,4 @@
-"""``rviz2``: the robot in a browser; see `teleopctl.viewer`."""
+"""Executable ``rviz2``: serves the web page that shows the robot, in place of RViz."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ OPEN_VARIABLE = "TELEOPCTL_OPEN"
 
 
 def main(args: list[str] | None = None) -> int:
-    """Serve the page until Ctrl-C.
+    """Serve the web page until Ctrl-C or a shutdown, and return the exit status.
 
     Args:
         args: Command line; None takes the process's.
@@ -59,7 +59,7 @@ def main(args: list[str] | None = None) -> int:
                 # Such as -f for the fixed frame, which the .rviz file or the page gives.
                 node.get_logger().warning(f"Without effect on the page: {' '.join(unserved)}")
             node.get_logger().info(f"The robot is at {address.url}")
-            tell_address(address, open_it=options.open)
+            report_address(address, open_it=options.open)
             _spare_collections()
             spin(node)
     return 0
@@ -76,15 +76,15 @@ def _spare_collections() -> None:
     gc.set_threshold(_NEW_OBJECTS, *gc.get_threshold()[1:])
 
 
-def tell_address(address: Address, *, open_it: bool) -> None:
-    """Report that the page is ready, and open it in a browser if requested."""
+def report_address(address: Address, *, open_it: bool) -> None:
+    """Report the web page as ready in the progress file, and open it in a browser if requested."""
     progress.tell_ready_at(address)
     if open_it or os.environ.get(OPEN_VARIABLE):
         open_in_browser(address)
 
 
 def open_in_browser(address: Address) -> None:
-    """Open a page in the browser.
+    """Open a web page in the browser, without its token among process arguments.
 
     A browser is started with the address among its arguments, which everybody can list. So where
     the address has a token, what it is given is a file of the user's own that leads there.
@@ -110,7 +110,7 @@ class _NoToken(argparse.Action):
 
 
 def add_page_options(parser: argparse.ArgumentParser) -> None:
-    """Add the page's options to a parser."""
+    """Add the options of the web page (``--host``, ``--port`` …) to a parser."""
     from teleopctl.viewer import DEFAULT_PORT
 
     parser.add_argument("--host", default="127.0.0.1", help="address to listen on")

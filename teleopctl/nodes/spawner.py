@@ -26,7 +26,7 @@ from teleopctl.node import ExternalShutdownException, Node, init, parse_ros_argu
 
 @dataclass
 class SpawnRequest:
-    """Options of the spawner for one controller.
+    """Request to load, configure and activate one controller.
 
     Attributes:
         name: The controller.
@@ -150,7 +150,7 @@ def _make_parser() -> argparse.ArgumentParser:
 def read_command_line(
     words: Sequence[str], ros_files: Sequence[str] = ()
 ) -> tuple[argparse.Namespace, list[SpawnRequest]]:
-    """Split a command line into common options and one request for each controller.
+    """Parse the spawner's command line; return options and a request for each controller.
 
     Args:
         words: The program's arguments, without ROS's.
@@ -219,7 +219,7 @@ class SpawnError(Exception):
 
 
 class Spawner:
-    """Loads, configures and activates controllers.
+    """Client of a controller manager that loads, configures and activates controllers.
 
     Args:
         node: The spawner's node.
@@ -236,7 +236,7 @@ class Spawner:
         self._colors = _colors_wanted()
 
     def spawn(self, requests: Sequence[SpawnRequest]) -> None:
-        """Load, configure and activate all controllers, one after the other.
+        """Wait for the controller manager, and bring all controllers up, one after the other.
 
         Raises:
             SpawnError: One could not be brought up; those behind it have not been tried, unless
@@ -273,7 +273,7 @@ class Spawner:
         )
 
     def stay(self, requests: Sequence[SpawnRequest]) -> NoReturn:
-        """Spawn all controllers, and again whenever the manager is restarted.
+        """Bring all controllers up, and again in each controller manager that replaces the last.
 
         Raises:
             ExternalShutdownException: The process was told to end.
@@ -362,7 +362,7 @@ class Spawner:
         return message or "refused"
 
     def unload(self, requests: Sequence[SpawnRequest]) -> None:
-        """Deactivate and unload the spawned controllers."""
+        """Deactivate and unload the requested controllers."""
         names = [request.name for request in requests if not request.load_only]
         self._logger.info("Deactivating and unloading controllers...")
         active = [
@@ -431,7 +431,7 @@ def _wait_for_signal(received: queue.SimpleQueue[int]) -> None:
 
 
 def spawner(args: list[str] | None = None) -> int:
-    """Run the spawner, and return the exit status.
+    """Run ``controller_manager spawner``, and return the exit status.
 
     Args:
         args: Command line; None takes the process's.
@@ -472,7 +472,7 @@ def spawner(args: list[str] | None = None) -> int:
 
 
 def unspawner(args: list[str] | None = None) -> int:
-    """Run the unspawner, and return the exit status.
+    """Run ``controller_manager unspawner``, and return the exit status.
 
     Args:
         args: Command line; None takes the process's.

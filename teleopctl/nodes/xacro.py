@@ -1,4 +1,4 @@
-"""``ros2 run xacro xacro``: the library's own program, within the budget."""
+"""Executable ``xacro``: the xacro library's command line, with a limit on expansion."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from teleopctl.robot import bounded_xacro, over_budget
 
 
 def main() -> None:
-    """Run ``xacro``."""
+    """Run ``xacro`` on the process's command line, within the expansion budget."""
     with bounded_xacro() as xacro:
         expand = xacro.process_file
 

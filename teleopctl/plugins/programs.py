@@ -44,16 +44,16 @@ NODES = (
     | {
         name: f"teleopctl.nodes.gazebo.{target}"
         for name, target in {
-            "gazebo_ros/gazebo": "host:gazebo",
-            "gazebo_ros/gzclient": "host:gzclient",
-            "gazebo_ros/gzserver": "host:gzserver",
+            "gazebo_ros/gazebo": "server:gazebo",
+            "gazebo_ros/gzclient": "server:gzclient",
+            "gazebo_ros/gzserver": "server:gzserver",
             "gazebo_ros/spawn_entity.py": "spawning:spawn_entity",
             "ros_gz_bridge/bridge_node": "bridges:parameter_bridge",
             "ros_gz_bridge/parameter_bridge": "bridges:parameter_bridge",
             "ros_gz_image/image_bridge": "bridges:image_bridge",
             "ros_gz_sim/create": "spawning:create",
-            "ros_gz_sim/gz": "host:gz",
-            "ros_gz_sim/gzserver": "host:server_of_gz",
+            "ros_gz_sim/gz": "server:gz",
+            "ros_gz_sim/gzserver": "server:server_of_gz",
             "ros_gz_sim/remove": "spawning:remove",
         }.items()
     }

@@ -1,4 +1,4 @@
-"""PhysicsStepper simulation of a robot, without ROS: commands in, time forward, joint states out.
+"""Physics simulation of a robot, without ROS: commands in, time forward, joint states out.
 
 Time is counted in control periods and physics steps, both integers, so a run is the same each
 time: the same commands at the same ticks give the same bits.
@@ -36,7 +36,7 @@ _PARTING_NS = 10_000_000
 
 
 class Simulation:
-    """PhysicsStepper simulation of a robot and its world.
+    """Physics simulation of a robot and its world.
 
     Args:
         model: The robot.

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 if TYPE_CHECKING:
-    from teleopctl.nodes.verifying.verification import Verification
+    from teleopctl.nodes.bag_verification.verification import Verification
     from teleopctl.testing.graph import RosGraph
     from teleopctl.testing.launched import LaunchedSystem
 

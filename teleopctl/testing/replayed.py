@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from teleopctl.nodes.verifying.verification import Verification
+    from teleopctl.nodes.bag_verification.verification import Verification
 
 # Of each list, in the message of a failure.
 _MOST_LINES = 20
@@ -27,7 +27,7 @@ def assert_bag_repeats(path: Path | str, *, tolerance: float = 0.0) -> Verificat
         AssertionError: A message differs; the message has the first and the largest differences.
         TeleopctlError: The bag has no whole run, or its robot cannot be simulated.
     """
-    from teleopctl.nodes.verifying.verification import verify_bag
+    from teleopctl.nodes.bag_verification.verification import verify_bag
 
     found = verify_bag(Path(path), tolerance=tolerance)
     verdict = found.verdict

@@ -14,7 +14,7 @@ from teleopctl.robot.urdf import Pose
 from teleopctl.sim import simulate
 from teleopctl.sim.simulation import Simulation
 from tests.sim.robots import box, control, joint, link, model, robot
-from tests.sim.test_driving import Driven, TwistStamped, solid
+from tests.sim.test_driving import ControllerReport, TwistStamped, solid
 
 G = 9.81
 TICK_NS = 10_000_000
@@ -150,7 +150,7 @@ def _wheel(name: str, x: float, y: float, *, steered: bool) -> str:
     )  # fmt: skip
 
 
-def car() -> Driven:
+def car() -> ControllerReport:
     """A base that drives its two rear wheels and steers its two front ones."""
     states = '<state_interface name="position"/><state_interface name="velocity"/>'
     joints = "".join(
@@ -169,7 +169,7 @@ def car() -> Driven:
     )
     body = solid("base", '<box size="0.5 0.2 0.05"/>', 8.0, 0.2)
     body = re.sub("<inertial>", f'<inertial><origin xyz="{WHEELBASE / 2} 0 0"/>', body)
-    driven = Driven(
+    driven = ControllerReport(
         f'<robot name="car">{body}{wheels}<ros2_control name="hardware" type="system"><hardware>'
         f"<plugin>gz_ros2_control/GazeboSimSystem</plugin></hardware>{joints}</ros2_control></robot>"
     )

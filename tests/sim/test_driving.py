@@ -77,7 +77,7 @@ CART = f"""<robot name="cart"><link name="world"/>
   {control("left", "right", command="velocity")}</robot>"""
 
 
-class Driven:
+class ControllerReport:
     """A robot in simulation with its controllers."""
 
     def __init__(self, urdf: str) -> None:
@@ -142,7 +142,7 @@ PLUGIN = f"""<gazebo><plugin name="base" filename="libgazebo_ros_diff_drive.so">
   <publish_odom>true</publish_odom></plugin></gazebo>"""
 
 
-class Cart(Driven):
+class Cart(ControllerReport):
     def __init__(
         self,
         urdf: str = CART,
@@ -308,7 +308,7 @@ ARM = f"""<robot name="arm"><link name="world"/>
 
 
 def test_a_trajectory_ends_within_its_tolerance_and_a_blocked_one_is_aborted() -> None:
-    arm = Driven(ARM)
+    arm = ControllerReport(ARM)
     arm.stack.load_controller(
         "arm",
         "joint_trajectory_controller/JointTrajectoryController",

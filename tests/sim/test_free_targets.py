@@ -2,8 +2,8 @@
 
 import pytest
 
-from teleopctl.nodes.checking.targets import free_targets
-from teleopctl.nodes.checking.trial import try_out
+from teleopctl.nodes.robot_check.collision_free import free_targets
+from teleopctl.nodes.robot_check.stability import check_stability
 from teleopctl.sim.building import simulate
 from tests.sim.robots import INERTIAL, box, control, joint, link
 
@@ -49,11 +49,11 @@ def test_a_joint_is_sent_where_nothing_is_touched(
 def test_a_joint_that_can_go_nowhere_is_named_and_not_called_unable() -> None:
     lid = [roof(0.139), link("bed", box("collision", "1 0.2 0.02", "0.8 0 0.061"))]
     lid.append(joint("feet", "base", "bed", kind="fixed", xyz="0 0 0"))
-    trial = try_out(simulate(urdf(*lid), control_period_ns=10_000_000), 0.1)
+    trial = check_stability(simulate(urdf(*lid), control_period_ns=10_000_000), 0.1)
     assert (trial.verdict, trial.moved, trial.unmoved) == ("stands", (), ())
     assert trial.blocked == ("lift",)
 
 
 def test_a_good_arm_above_the_ground_follows() -> None:
-    trial = try_out(simulate(urdf(), control_period_ns=10_000_000), 0.1)
+    trial = check_stability(simulate(urdf(), control_period_ns=10_000_000), 0.1)
     assert (trial.moved, trial.unmoved, trial.blocked) == (("lift",), (), ())

@@ -52,7 +52,7 @@ def simulation() -> Simulation:
 def stage_of(simulation: Simulation) -> RunningSimulation:
     """A stage whose simulation stands still."""
     stands = SimpleNamespace(
-        simulation=simulation, ask=lambda what: what(), change=lambda what: what()
+        simulation=simulation, call=lambda what: what(), call_and_publish=lambda what: what()
     )
     return cast("RunningSimulation", stands)
 

@@ -18,7 +18,7 @@ from tf2_msgs.msg import TFMessage
 
 from teleopctl.bag import BagWriter, DifferenceKind, open_bag
 from teleopctl.interfaces import deserialize, get_message, serialize
-from teleopctl.nodes.verifying.verification import verify_bag
+from teleopctl.nodes.bag_verification.verification import verify_bag
 from teleopctl.testing import LONGEST_WAIT_S
 
 

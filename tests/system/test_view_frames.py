@@ -7,7 +7,7 @@ from xml.etree import ElementTree
 
 import pytest
 
-from teleopctl.nodes.tf2.view_frames import picture
+from teleopctl.nodes.tf2.view_frames import frames_diagram
 from teleopctl.tf import KnownFrame
 
 CHAIN = (("world", "base"), ("base", "arm"))
@@ -86,5 +86,5 @@ def test_a_file_that_cannot_be_written_is_told(frames, tmp_path):
 
 def test_names_of_others_cannot_break_out_of_the_picture():
     frame = KnownFrame('a"</text><script>', "b\x1b[31m", "c\nd", 0.0, 0.0, 0.0, True)
-    diagram = picture([frame])
+    diagram = frames_diagram([frame])
     assert not any("\x1b" in box.text for box in diagram.boxes)

@@ -11,7 +11,7 @@ from teleopctl.errors import NotFoundError, TeleopctlError, UsageError
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from teleopctl.nodes.checking.report import RobotReport
+    from teleopctl.nodes.robot_check.report import RobotReport
 
 
 GROUP = VerbGroup(
@@ -70,7 +70,7 @@ def check(
     import tempfile
 
     from teleopctl.launch import chosen_controllers
-    from teleopctl.nodes.checking.report import check_robot, defect_report, robots_in
+    from teleopctl.nodes.robot_check.report import check_robot, defect_report, robots_in
 
     arguments = dict(word.split(":=", 1) for word in words if ":=" in word)
     places = [Path(word) for word in words if ":=" not in word]

@@ -1,4 +1,4 @@
-"""The action ``fibonacci`` of the tutorials: its server, and a client of it."""
+"""Demo of actions: server and client of the action ``fibonacci``."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class FibonacciActionClient(Node):
         self._client = ActionClient(self, Fibonacci, "fibonacci")
 
     def send_goal(self, order: int) -> None:
-        """Send a goal once the server is there."""
+        """Wait for the action server, and send a goal with the number of steps."""
         self._client.wait_for_server()
         sent = self._client.send_goal_async(
             Fibonacci.Goal(order=order), feedback_callback=self._take_feedback

@@ -14,7 +14,7 @@ _ASK_EVERY_S = 2.0
 
 
 class TalkerComponent(Node):
-    """Publishes ``Hello World: N`` on ``chatter``, once a second."""
+    """Component that publishes ``Hello World: N`` on ``chatter`` once a second."""
 
     def __init__(self) -> None:
         super().__init__("talker")
@@ -30,18 +30,18 @@ class TalkerComponent(Node):
 
 
 class ListenerComponent(Node):
-    """Logs the messages of ``chatter``."""
+    """Component that logs the messages of ``chatter``."""
 
     def __init__(self) -> None:
         super().__init__("listener")
-        self._subscription = self.create_subscription(String, "chatter", self._hear, 10)
+        self._subscription = self.create_subscription(String, "chatter", self._on_message, 10)
 
-    def _hear(self, message: String) -> None:
+    def _on_message(self, message: String) -> None:
         self.get_logger().info(f"I heard: [{message.data}]")
 
 
 class ServerComponent(Node):
-    """Adds two integers on request, by the service ``add_two_ints``."""
+    """Component that offers the service ``add_two_ints``."""
 
     def __init__(self) -> None:
         super().__init__("Server")
@@ -56,20 +56,20 @@ class ServerComponent(Node):
 
 
 class ClientComponent(Node):
-    """Requests the sum of two and three every two seconds."""
+    """Component that calls ``add_two_ints`` with 2 and 3 every two seconds."""
 
     def __init__(self) -> None:
         super().__init__("Client")
         self._client = self.create_client(AddTwoInts, "add_two_ints")
-        self._timer = self.create_timer(_ASK_EVERY_S, self._ask)
+        self._timer = self.create_timer(_ASK_EVERY_S, self._call)
 
-    def _ask(self) -> None:
+    def _call(self) -> None:
         if not self._client.service_is_ready():
             self.get_logger().info("Service not available after waiting")
             return
-        self._client.call_async(AddTwoInts.Request(a=2, b=3)).add_done_callback(self._tell)
+        self._client.call_async(AddTwoInts.Request(a=2, b=3)).add_done_callback(self._log_result)
 
-    def _tell(self, future: Future[AddTwoInts.Response]) -> None:
+    def _log_result(self, future: Future[AddTwoInts.Response]) -> None:
         response = future.result()
         if response is not None:
             self.get_logger().info(f"Got result: [{response.sum}]")

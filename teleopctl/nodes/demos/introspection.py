@@ -1,4 +1,4 @@
-"""``introspection``: a service whose requests and answers can be watched, and a client of it.
+"""Demo of service introspection: a service and a client that publish what they exchange.
 
 ``ros2 param set /introspection_client client_configure_introspection contents`` (or ``metadata``)
 turns it on, likewise for the service; ``service echo /add_two_ints`` shows what is exchanged.
@@ -60,7 +60,7 @@ class _Introspected(Node):
 
 
 class IntrospectionService(_Introspected):
-    """Service server with introspection that adds two integers."""
+    """Server of ``add_two_ints`` whose introspection a parameter switches."""
 
     def __init__(self) -> None:
         super().__init__("introspection_service")
@@ -76,7 +76,7 @@ class IntrospectionService(_Introspected):
 
 
 class IntrospectionClient(_Introspected):
-    """Service client with introspection that repeatedly requests the sum of two and three."""
+    """Client that calls ``add_two_ints`` repeatedly, whose introspection a parameter switches."""
 
     def __init__(self) -> None:
         super().__init__("introspection_client")
@@ -84,9 +84,9 @@ class IntrospectionClient(_Introspected):
         self.endpoint = self._client
         self._offer_switch("client_configure_introspection")
         self._future: Future[AddTwoInts.Response] | None = None
-        self._timer = self.create_timer(_PERIOD_S, self._ask)
+        self._timer = self.create_timer(_PERIOD_S, self._call)
 
-    def _ask(self) -> None:
+    def _call(self) -> None:
         if not self._client.service_is_ready():
             return
         if self._future is None:
@@ -101,7 +101,7 @@ class IntrospectionClient(_Introspected):
 
 
 def introspection(args: list[str] | None = None) -> None:
-    """Run server and client."""
+    """Run the demo ``introspection``, server and client, until Ctrl-C."""
     rclpy.init(args=args)
     nodes = (IntrospectionService(), IntrospectionClient())
     executor = SingleThreadedExecutor()

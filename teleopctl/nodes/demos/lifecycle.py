@@ -1,4 +1,4 @@
-"""``lifecycle_talker``: a managed node that publishes while it is active."""
+"""Demo of lifecycle nodes: ``lifecycle_talker`` publishes while it is active."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class LifecycleTalker(Node):
         super().__init__(node_name)
 
     def on_configure(self, state: State) -> TransitionCallbackReturn:
-        """Make the publisher and its timer."""
+        """Create the publisher and its timer."""
         del state
         self._publisher = self.create_lifecycle_publisher(String, "lifecycle_chatter", 10)
         self._timer = self.create_timer(_PERIOD_S, self._publish)
@@ -42,14 +42,14 @@ class LifecycleTalker(Node):
         return super().on_deactivate(state)
 
     def on_cleanup(self, state: State) -> TransitionCallbackReturn:
-        """Destroy the publisher."""
+        """Destroy the publisher and its timer."""
         del state
         self._destroy_publisher()
         self.get_logger().info("on_cleanup() is called.")
         return TransitionCallbackReturn.SUCCESS
 
     def on_shutdown(self, state: State) -> TransitionCallbackReturn:
-        """Destroy the publisher."""
+        """Destroy the publisher and its timer."""
         del state
         self._destroy_publisher()
         self.get_logger().info("on_shutdown() is called.")
@@ -74,7 +74,7 @@ class LifecycleTalker(Node):
 
 
 def lifecycle_talker(args: list[str] | None = None) -> None:
-    """Run the node until it is interrupted."""
+    """Run the node ``lifecycle_talker`` until Ctrl-C."""
     rclpy.init(args=args)
     node = LifecycleTalker("lc_talker")
     executor = SingleThreadedExecutor()

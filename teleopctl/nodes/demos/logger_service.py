@@ -1,4 +1,4 @@
-"""``use_logger_service``: a node whose log level another one changes by a service."""
+"""Demo of the logger service: a node changes another node's log level."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ _LONGEST_WAIT_S = 10.0
 
 
 class LoggerServiceNode(Node):
-    """Logs each received message once at each level."""
+    """Node that logs each message of ``output`` once at each of four levels."""
 
     def __init__(self) -> None:
         super().__init__(_NAME, enable_logger_service=True)
-        self._subscription = self.create_subscription(String, "output", self._hear, 10)
+        self._subscription = self.create_subscription(String, "output", self._on_message, 10)
 
-    def _hear(self, message: String) -> None:
+    def _on_message(self, message: String) -> None:
         logger = self.get_logger()
         logger.debug(f"{message.data} with DEBUG logger level.")
         logger.info(f"{message.data} with INFO logger level.")
@@ -35,7 +35,7 @@ class LoggerServiceNode(Node):
 
 
 class TestNode(Node):
-    """Sets the other node's logger level, and publishes a message at each."""
+    """Node that sets the other node's logger level, and publishes on ``output`` at each."""
 
     __test__ = False  # no class of tests
 
@@ -46,12 +46,12 @@ class TestNode(Node):
         self._set = self.create_client(SetLoggerLevels, f"{_NAME}/set_logger_levels")
 
     def wait_for_services(self) -> None:
-        """Wait for the other node's services."""
+        """Wait up to 10 s for each of the other node's logger services."""
         self._get.wait_for_service(_LONGEST_WAIT_S)
         self._set.wait_for_service(_LONGEST_WAIT_S)
 
     def output(self, number: int) -> None:
-        """Publish a message, and wait until it was logged."""
+        """Publish a numbered message on ``output``, and wait half a second for the log lines."""
         self.publisher.publish(String(data=f"Output {number}"))
         time.sleep(_PAUSE_S)
 
@@ -68,8 +68,8 @@ class TestNode(Node):
             self.get_logger().error(f"Failed to change logger level: {result.reason}")
         return bool(result.successful)
 
-    def tell_level(self) -> None:
-        """Log the logger level of the other node."""
+    def log_level(self) -> None:
+        """Request and log the logger level of the other node."""
         future = self._get.call_async(GetLoggerLevels.Request(names=[_NAME]))
         rclpy.spin_until_future_complete(self, future)
         response = future.result()
@@ -80,7 +80,7 @@ class TestNode(Node):
 
 
 def use_logger_service(args: list[str] | None = None) -> None:
-    """Run both nodes until their end."""
+    """Run the demo ``use_logger_service``, both nodes, until its end."""
     rclpy.init(args=args)
     executor = SingleThreadedExecutor()
     other, node = LoggerServiceNode(), TestNode()
@@ -104,7 +104,7 @@ def _demonstrate(node: TestNode) -> None:
     say = node.get_logger()
     say.info("Output with default logger level:")
     node.output(1)
-    node.tell_level()
+    node.log_level()
     levels = (LoggingSeverity.DEBUG, LoggingSeverity.WARN, LoggingSeverity.ERROR)
     for number, level in enumerate(levels, start=2):
         name = level.name.lower()
@@ -113,4 +113,4 @@ def _demonstrate(node: TestNode) -> None:
             node.output(number)
         else:
             say.error(f"Failed to set {name} logger level via logger service !")
-        node.tell_level()
+        node.log_level()

@@ -1,4 +1,4 @@
-"""``matched_event_detect``: a node that says when others connect to it, and such others."""
+"""Demo of matched events: a node logs when publishers and subscriptions match its own."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _LONGEST_WAIT_S = 10.0
 
 
 class MatchedEventDetectNode(Node):
-    """Logs how many endpoints match its publisher and its subscription."""
+    """Node that logs how many endpoints match its publisher and its subscription."""
 
     def __init__(self) -> None:
         super().__init__("matched_event_detection_node")
@@ -43,12 +43,14 @@ class MatchedEventDetectNode(Node):
         )
 
     def _subscription_matched(self, info: QoSPublisherMatchedInfo) -> None:
-        self._tell("subscription", info)
+        self._log_match("subscription", info)
 
     def _publisher_matched(self, info: QoSSubscriptionMatchedInfo) -> None:
-        self._tell("publisher", info)
+        self._log_match("publisher", info)
 
-    def _tell(self, what: str, info: QoSPublisherMatchedInfo | QoSSubscriptionMatchedInfo) -> None:
+    def _log_match(
+        self, what: str, info: QoSPublisherMatchedInfo | QoSSubscriptionMatchedInfo
+    ) -> None:
         say = self.get_logger().info
         if not self._connected[what]:
             if info.current_count:
@@ -64,7 +66,7 @@ class MatchedEventDetectNode(Node):
         self.event.set_result(True)
 
 
-class _Others:
+class _MatchingNodes:
     """Nodes that connect to it, one after the other.
 
     Args:
@@ -81,7 +83,7 @@ class _Others:
             self._executor.add_node(node)
 
     def run(self) -> None:
-        """Create and destroy subscriptions, then publishers."""
+        """Create and destroy subscriptions and publishers, and wait for each matched event."""
         first, second = self._subscribe(), self._subscribe()
         self._unsubscribe(first)
         self._unsubscribe(second)
@@ -90,7 +92,7 @@ class _Others:
         self._unadvertise(other)
 
     def close(self) -> None:
-        """Destroy the nodes."""
+        """Destroy all nodes of the demo."""
         self._executor.shutdown()
         for node in self._nodes:
             node.destroy_node()
@@ -123,9 +125,9 @@ class _Others:
 
 
 def matched_event_detect(args: list[str] | None = None) -> None:
-    """Run the nodes until their end."""
+    """Run the demo ``matched_event_detect`` until its end."""
     rclpy.init(args=args)
-    others = _Others(MatchedEventDetectNode())
+    others = _MatchingNodes(MatchedEventDetectNode())
     try:
         others.run()
     except (KeyboardInterrupt, ExternalShutdownException):

@@ -1,4 +1,4 @@
-"""Parameters: a node that keeps any of them, a client of it, and callbacks around a change."""
+"""Demos of parameters: a blackboard, a client of it, and callbacks around a change."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _SECOND_VALUE = 4.0
 
 
 class ParameterBlackboard(Node):
-    """Node that accepts any parameter."""
+    """Node that accepts any parameter without declaration."""
 
     def __init__(self) -> None:
         super().__init__(
@@ -44,7 +44,7 @@ class ParameterBlackboard(Node):
 
 
 class SetParametersCallback(Node):
-    """Sets ``param2`` whenever ``param1`` is set, and stores both."""
+    """Node that sets ``param2`` whenever ``param1`` is set, and tracks both."""
 
     def __init__(self) -> None:
         super().__init__("set_parameters_callback")
@@ -114,7 +114,7 @@ class _Steps:
         self._say = node.get_logger().info
 
     def run(self) -> None:
-        """Set, list, get, load and delete parameters."""
+        """Set, list, get, load and delete parameters of the blackboard, and log each result."""
         self._say("Setting parameters:")
         values = [
             Parameter("int_parameter", Parameter.Type.INTEGER, 10),
@@ -122,7 +122,7 @@ class _Steps:
             Parameter("string_parameter", Parameter.Type.STRING, "Fee Fi Fo Fum"),
         ]
         done = self._done(self._client.set_parameters(values))
-        self._tell_results(_SET, done.results)
+        self._log_results(_SET, done.results)
         self._say("Listing Parameters:")
         for name in self._done(self._client.list_parameters(_SET, _DEPTH)).result.names:
             self._say(f"    - {name}")
@@ -135,16 +135,16 @@ class _Steps:
         results = self._done(self._client.load_parameter_file(file)).results
         loaded = parameter_dict_from_yaml_file(file)
         for (name, parameter), result in zip(loaded.items(), results, strict=True):
-            self._tell_results([name], [result])
+            self._log_results([name], [result])
             self._say(f"        value: {parameter_value_to_python(parameter.value)}")
         self._say("Deleting parameters: ")
         results = self._done(self._client.delete_parameters(_DELETED)).results
         for name, result in zip(_DELETED, results, strict=True):
-            self._tell_results([name], [result])
+            self._log_results([name], [result])
             self._say(f"        reason: {result.reason}")
 
     # Any: the results of rcl_interfaces' services.
-    def _tell_results(self, names: Sequence[str], results: Sequence[Any]) -> None:
+    def _log_results(self, names: Sequence[str], results: Sequence[Any]) -> None:
         for name, result in zip(names, results, strict=True):
             self._say(f"    {name}:")
             self._say(f"        successful: {result.successful}")

@@ -1,4 +1,4 @@
-"""The service ``add_two_ints``: its server, and clients of it."""
+"""Demos of services: server and clients of ``add_two_ints``."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _AGAIN_AFTER_S = 1.0
 
 
 class AddTwoIntsServer(Node):
-    """Service server that adds two integers."""
+    """Node that offers the service ``add_two_ints``."""
 
     def __init__(self) -> None:
         super().__init__("add_two_ints_server")
@@ -41,15 +41,15 @@ def add_two_ints_server(args: list[str] | None = None) -> None:
 
 def add_two_ints_client(args: list[str] | None = None) -> None:
     """Run ``add_two_ints_client``: send one request and wait for the response."""
-    _ask(args, is_async=False)
+    _run_client(args, is_async=False)
 
 
 def add_two_ints_client_async(args: list[str] | None = None) -> None:
     """Run ``add_two_ints_client_async``: send one request and poll for the response."""
-    _ask(args, is_async=True)
+    _run_client(args, is_async=True)
 
 
-def _ask(args: list[str] | None, *, is_async: bool) -> None:
+def _run_client(args: list[str] | None, *, is_async: bool) -> None:
     rclpy.init(args=args)
     node = rclpy.create_node("add_two_ints_client")
     try:
@@ -63,7 +63,7 @@ def _ask(args: list[str] | None, *, is_async: bool) -> None:
                 rclpy.spin_once(node)
         else:
             rclpy.spin_until_future_complete(node, future)
-        _tell(node, future)
+        _log_result(node, future)
     except (KeyboardInterrupt, ExternalShutdownException):
         pass  # Ctrl-C while nobody serves
     finally:
@@ -71,7 +71,7 @@ def _ask(args: list[str] | None, *, is_async: bool) -> None:
         rclpy.try_shutdown()
 
 
-def _tell(node: Node, future: Future[AddTwoInts.Response]) -> None:
+def _log_result(node: Node, future: Future[AddTwoInts.Response]) -> None:
     response = future.result()
     if response is not None:
         node.get_logger().info(f"Result of add_two_ints: {response.sum}")

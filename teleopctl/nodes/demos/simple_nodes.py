@@ -13,7 +13,7 @@ _PERIOD_S = 1.0
 
 
 class SimpleParameter(Node):
-    """Declares ``simple_int_param`` and ``simple_string_param`` and reports their changes."""
+    """Node that declares two parameters and logs their changes."""
 
     def __init__(self) -> None:
         super().__init__("simple_parameter")
@@ -30,7 +30,7 @@ class SimpleParameter(Node):
 
 
 class SimplePublisher(Node):
-    """Publishes ``Hello ROS 2 - counter: N`` at 1 Hz."""
+    """Node that publishes ``Hello ROS 2 - counter: N`` on ``chatter`` at 1 Hz."""
 
     def __init__(self) -> None:
         super().__init__("simple_publisher")
@@ -47,13 +47,13 @@ class SimplePublisher(Node):
 
 
 class SimpleSubscriber(Node):
-    """Logs each received string."""
+    """Node that logs each string of ``chatter``."""
 
     def __init__(self) -> None:
         super().__init__("simple_subscriber")
-        self._subscription = self.create_subscription(String, "chatter", self._hear, 10)
+        self._subscription = self.create_subscription(String, "chatter", self._on_message, 10)
 
-    def _hear(self, message: String) -> None:
+    def _on_message(self, message: String) -> None:
         self.get_logger().info(f"I heard: {message.data}")
 
 

@@ -1,4 +1,4 @@
-"""Talkers and listeners on ``chatter``."""
+"""Demos of topics: talkers and listeners on ``chatter``."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _RELIABLE = QoSProfile(depth=10, reliability=ReliabilityPolicy.RELIABLE)
 
 
 class Talker(Node):
-    """Publishes ``Hello World: N`` once a second."""
+    """Node that publishes ``Hello World: N`` on ``chatter`` once a second."""
 
     def __init__(self, name: str = "talker", qos: QoSProfile | int = 10) -> None:
         super().__init__(name)
@@ -36,25 +36,27 @@ class Talker(Node):
 
 
 class Listener(Node):
-    """Logs the messages of ``chatter``."""
+    """Node that logs the messages of ``chatter``."""
 
     def __init__(self, name: str = "listener", qos: QoSProfile | int = 10) -> None:
         super().__init__(name)
         _say_reliability(self, qos)
-        self._subscription = self.create_subscription(String, "chatter", self._hear, qos)
+        self._subscription = self.create_subscription(String, "chatter", self._on_message, qos)
 
-    def _hear(self, message: String) -> None:
+    def _on_message(self, message: String) -> None:
         self.get_logger().info(f"I heard: [{message.data}]")
 
 
 class SerializedSubscriber(Node):
-    """Logs the serialized bytes of the messages of ``chatter``."""
+    """Node that logs the serialized bytes of the messages of ``chatter``."""
 
     def __init__(self) -> None:
         super().__init__("serialized_subscriber")
-        self._subscription = self.create_subscription(String, "chatter", self._hear, 10, raw=True)
+        self._subscription = self.create_subscription(
+            String, "chatter", self._on_message, 10, raw=True
+        )
 
-    def _hear(self, data: bytes) -> None:
+    def _on_message(self, data: bytes) -> None:
         self.get_logger().info(f'I heard: "{data!r}"')
 
 

@@ -1,4 +1,4 @@
-"""``foxglove_bridge``: the graph for Foxglove, through the official SDK's WebSocket server.
+"""Executable ``foxglove_bridge``: the ROS graph for Foxglove, by the official SDK's server.
 
 Messages pass undecoded, as CDR with their definitions in ROS's own language. Names and parameters
 are those of ROS 2's foxglove_bridge, except that it listens on loopback unless told otherwise.
@@ -13,7 +13,7 @@ from teleopctl.node import ExternalShutdownException, init, spin
 
 
 def main(args: list[str] | None = None) -> int:
-    """Run the bridge until Ctrl-C.
+    """Run the node ``foxglove_bridge`` until Ctrl-C, and return the exit status.
 
     Args:
         args: Command line; None takes the process's.

@@ -31,8 +31,8 @@ if TYPE_CHECKING:
     from foxglove.websocket import ChannelView, Client, ClientChannel, Parameter
 
 
-class Assets:
-    """Reads the files of asset URIs, on the server's threads.
+class AssetReader:
+    """Reader of asset URIs (meshes, textures) for Foxglove clients, limited to an allowlist.
 
     Args:
         settings: Which URIs clients may ask for.
@@ -60,7 +60,7 @@ class Assets:
 
 
 # The graph's changes come in bursts; clients are told of them together, so often.
-_FOLLOW_PERIOD_S = 0.25
+_UPDATE_PERIOD_S = 0.25
 
 
 class FoxgloveBridge(Node):
@@ -85,8 +85,8 @@ class FoxgloveBridge(Node):
         self._server, inner = _open_server(self, settings, context, self._listener)
         self._gate = self._open_gate(inner)
         self._services = RemoteServices(self, settings, self._server)
-        self.add_graph_callback(self._note_change)
-        self.create_timer(_FOLLOW_PERIOD_S, self._follow)
+        self.add_graph_callback(self._on_graph_change)
+        self.create_timer(_UPDATE_PERIOD_S, self._update)
         if settings.follows_simulated_time:
             self.create_subscription(
                 get_message("rosgraph_msgs/msg/Clock"),
@@ -94,30 +94,30 @@ class FoxgloveBridge(Node):
                 lambda clock: self._server.broadcast_time(to_nanoseconds(clock.clock)),
                 qos_profile_sensor_data,
             )
-        self._follow()
-        self._tell_address()
+        self._update()
+        self._report_address()
 
     @property
     def server(self) -> WebSocketServer:
-        """Server of Foxglove's SDK."""
+        """WebSocket server of Foxglove's SDK."""
         return self._server
 
     @property
     def channels(self) -> Channels:
-        """Channels of the advertised topics."""
+        """Channels of the topics that clients can subscribe to."""
         return self._channels
 
     def hand_over(self, task: Callable[[], object]) -> None:
-        """Run a task on the executor's thread; any thread may call this."""
+        """Queue a function for the executor's thread; any thread may call this."""
         self._tasks.put(task)
         self._work.trigger()
 
     def show_connections(self) -> None:
-        """Start to publish the connection graph to clients."""
+        """Publish the connection graph to clients, from the next update on."""
         self._connections_wanted = self._graph_changed = True
 
     def destroy_node(self) -> None:
-        """Close the socket and the server, and destroy the node."""
+        """Close the access gate and the server, and destroy the node."""
         self._gate.close()
         self._server.stop()
         super().destroy_node()
@@ -140,7 +140,7 @@ class FoxgloveBridge(Node):
             self._server.stop()
             raise
 
-    def _tell_address(self) -> None:
+    def _report_address(self) -> None:
         settings = self._settings
         scheme = "ws" if settings.tls is None else "wss"
         host = f"[{settings.address}]" if ":" in settings.address else settings.address
@@ -158,7 +158,7 @@ class FoxgloveBridge(Node):
             )
         progress.tell_ready_at(address)
 
-    def _note_change(self) -> None:
+    def _on_graph_change(self) -> None:
         self._graph_changed = True
 
     def _run_tasks(self) -> None:
@@ -169,14 +169,14 @@ class FoxgloveBridge(Node):
             except TeleopctlError as error:
                 self.get_logger().error(error.message)
 
-    def _follow(self) -> None:
+    def _update(self) -> None:
         if not self._graph_changed:
             return
         self._graph_changed = False
         graph = self.graph()
-        self._channels.follow(graph)
+        self._channels.update(graph)
         if "services" in self._settings.capability_names:
-            self._services.follow(graph)
+            self._services.update(graph)
         if "connectionGraph" in self._settings.capability_names and self._connections_wanted:
             self._server.publish_connection_graph(self._connections())
 
@@ -213,7 +213,7 @@ class _Listener(ServerListener):
         try:
             self._topics.advertise(client.id, channel)
         except TeleopctlError as error:
-            self._complain(error.message)
+            self._report_error(error.message)
 
     def on_client_unadvertise(self, client: Client, client_channel_id: int) -> None:
         self._topics.unadvertise(client.id, client_channel_id)
@@ -222,7 +222,7 @@ class _Listener(ServerListener):
         try:
             self._topics.publish(client.id, client_channel_id, data)
         except TeleopctlError as error:
-            self._complain(f"Dropping a client's message: {error.message}")
+            self._report_error(f"Dropping a client's message: {error.message}")
 
     def on_get_parameters(
         self,
@@ -241,7 +241,7 @@ class _Listener(ServerListener):
         try:
             return self._parameters.set(parameters)
         except (TeleopctlError, TypeError, ValueError) as error:
-            self._complain(f"Cannot set parameters: {error}")
+            self._report_error(f"Cannot set parameters: {error}")
             return self._parameters.get([parameter.name for parameter in parameters])
 
     def on_parameters_subscribe(self, param_names: list[str]) -> None:
@@ -257,7 +257,7 @@ class _Listener(ServerListener):
     def _hand_over(self, task: Callable[..., object], *arguments: Any) -> None:
         self._node.hand_over(functools.partial(task, *arguments))
 
-    def _complain(self, text: str) -> None:
+    def _report_error(self, text: str) -> None:
         self._node.get_logger().error(text, throttle_duration_sec=1.0)
         self._hand_over(self._node.server.publish_status, text, StatusLevel.Error)
 
@@ -277,7 +277,7 @@ def _open_server(
                 server_listener=listener,
                 supported_encodings=list(ENCODINGS),
                 asset_handler=(
-                    Assets(settings, node.get_logger())
+                    AssetReader(settings, node.get_logger())
                     if "assets" in settings.capability_names
                     else None
                 ),

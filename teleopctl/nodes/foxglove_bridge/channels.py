@@ -1,4 +1,4 @@
-"""Topics to clients: a channel for each topic and type, listened to while somebody looks at it."""
+"""Channels from ROS topics to Foxglove clients, subscribed while a client needs them."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class _Open:
 
 
 class Channels:
-    """Channels of a Foxglove server; for the executor's thread only.
+    """Channels of a Foxglove server, one for each topic and type; for the executor's thread only.
 
     Args:
         node: Subscribes.
@@ -54,8 +54,8 @@ class Channels:
         self._open: dict[tuple[str, str], _Open] = {}
         self._by_id: dict[int, _Open] = {}
 
-    def follow(self, graph: Graph) -> None:
-        """Close the channels of removed topics, and open those of new ones."""
+    def update(self, graph: Graph) -> None:
+        """Open channels for new topics of the ROS graph, and close those of removed ones."""
         wanted = {
             (topic, type_name)
             for topic, types in graph.topic_names_and_types(self._settings.includes_hidden)
@@ -71,7 +71,7 @@ class Channels:
             self._add(graph, topic, type_name)
 
     def subscribe(self, channel_id: int, client_id: int) -> None:
-        """Subscribe a client to a channel."""
+        """Subscribe a client to a channel; the first one subscribes to the ROS topic."""
         entry = self._by_id.get(channel_id)
         if entry is None:
             return
@@ -92,7 +92,7 @@ class Channels:
             )
 
     def unsubscribe(self, channel_id: int, client_id: int) -> None:
-        """Unsubscribe a client from a channel."""
+        """Unsubscribe a client from a channel; the last one unsubscribes from the ROS topic."""
         entry = self._by_id.get(channel_id)
         if entry is not None:
             entry.clients.discard(client_id)

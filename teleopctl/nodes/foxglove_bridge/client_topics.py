@@ -1,4 +1,4 @@
-"""Clients to topics: a publisher for each channel that a client has announced."""
+"""Channels from Foxglove clients to ROS topics: a publisher for each advertised channel."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class _Advertised(NamedTuple):
 
 
 class ClientTopics:
-    """Publishes the messages that clients send; called on the server's threads.
+    """Publishers for the channels that Foxglove clients advertise; used on the server's threads.
 
     Args:
         node: Publishes.
@@ -39,7 +39,7 @@ class ClientTopics:
         self._advertised: dict[tuple[int, int], _Advertised] = {}
 
     def advertise(self, client_id: int, channel: ClientChannel) -> None:
-        """Make a publisher for a channel of a client.
+        """Create a publisher for a channel that a client advertises.
 
         Raises:
             TeleopctlError: It may not, or its type or its encoding is not known.
@@ -63,11 +63,11 @@ class ClientTopics:
         self._replace((client_id, channel.id), advertised)
 
     def unadvertise(self, client_id: int, channel_id: int) -> None:
-        """Stop publishing for a channel of a client."""
+        """Destroy the publisher for a channel of a client."""
         self._replace((client_id, channel_id), None)
 
     def publish(self, client_id: int, channel_id: int, data: bytes) -> None:
-        """Publish a client's message.
+        """Publish a message that a client sent on one of its channels.
 
         Raises:
             TeleopctlError: It is no message of the type that was announced.

@@ -1,4 +1,4 @@
-"""The door in front of the SDK's server, which asks nobody where he comes from.
+"""Access check in front of the Foxglove SDK's server, which does not check origins or tokens.
 
 The SDK shows no handshake and listens on TCP only. So the gate is what listens at the bridge's
 address: it reads the head of a request, has `teleopctl.base.access` decide, and from then on passes
@@ -47,7 +47,7 @@ _MOST_CLIENTS = 250
 
 
 def inner_addresses() -> Iterator[str]:
-    """Return loopback addresses for the SDK's server, the best first.
+    """Yield loopback addresses for the SDK's server to listen on, the least reachable first.
 
     Pages in a browser can connect to any port of 127.0.0.1. On Linux and Windows each of the 16
     million addresses of 127.0.0.0/8 is this machine; on macOS only one is, but the link-local one
@@ -62,7 +62,7 @@ def inner_addresses() -> Iterator[str]:
 
 
 class Gate:
-    """Accepts connections, checks access, and forwards them to the SDK's server.
+    """Listener that checks each client's access, and forwards the bytes to the SDK's server.
 
     Args:
         access: Decides on requests.
@@ -114,7 +114,7 @@ class Gate:
         self._thread.start()
 
     def close(self) -> None:
-        """Close the socket and all connections."""
+        """Close the listening socket and all connections, and stop the thread."""
         asyncio.run_coroutine_threadsafe(self._end(), self.loop).result()
         self.loop.call_soon_threadsafe(self.loop.stop)
         self._thread.join()
@@ -175,7 +175,7 @@ class _Client(_Relay):
         self._head: bytearray | None = bytearray()
 
     def end(self) -> None:
-        """Close the client's connection at once."""
+        """Abort the client's connection."""
         self.transport.abort()
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
@@ -269,7 +269,7 @@ class _Inner(_Relay):
 
     def connection_lost(self, error: Exception | None) -> None:
         super().connection_lost(error)
-        self._door.left(self._name)
+        self._door.release(self._name)
 
 
 class _InnerDoor:
@@ -292,7 +292,7 @@ class _InnerDoor:
         self._admit()
 
     async def open(self, protocol: asyncio.Protocol) -> None:
-        """Connect to the SDK's server.
+        """Open a connection to the SDK's server for a client.
 
         Raises:
             OSError: It cannot be reached, or has too many clients.
@@ -319,8 +319,8 @@ class _InnerDoor:
             self._ports.discard(port)
             raise
 
-    def left(self, name: tuple[str, int]) -> None:
-        """Close the forwarded connection after one side has ended.
+    def release(self, name: tuple[str, int]) -> None:
+        """Withdraw the permission of a connection's port after the connection has ended.
 
         Args:
             name: Its own address and port.
@@ -329,7 +329,7 @@ class _InnerDoor:
         self._admit()
 
     def close(self) -> None:
-        """Close the socket of Foxglove's SDK."""
+        """Close the handle of the SDK's listening socket."""
         if self._listener is not None:
             self._listener.close()
 

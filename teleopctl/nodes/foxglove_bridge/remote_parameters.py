@@ -1,4 +1,4 @@
-"""Parameters of all nodes, for clients to read and set, as ``/node.parameter``."""
+"""Parameters of all nodes for Foxglove clients, named ``/node.parameter``."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ from teleopctl.node import (
 )
 from teleopctl.nodes.foxglove_bridge.settings import BridgeSettings, allows
 
-_Tell: TypeAlias = Callable[[list[RemoteParameter]], None]
+_OnChange: TypeAlias = Callable[[list[RemoteParameter]], None]
 
 _LONGEST_WAIT_S = 5.0
 _EVENTS = "/parameter_events"
 
 
 class RemoteParameters:
-    """Gets and sets nodes' parameters for clients, on the server's threads.
+    """Access of Foxglove clients to the parameters of all nodes; used on the server's threads.
 
     Args:
         node: Asks the other nodes.
@@ -44,7 +44,7 @@ class RemoteParameters:
         self._events: Subscription[Any] | None = None
 
     def get(self, names: Sequence[str]) -> list[RemoteParameter]:
-        """Return the values of parameters, or of all."""
+        """Return the values of parameters by full names; of all parameters without names."""
         by_node = _by_node(names) if names else self._all_names()
         own = self._node.get_fully_qualified_name()
         found: list[RemoteParameter] = []
@@ -52,7 +52,7 @@ class RemoteParameters:
             wanted = by_node.pop(node_name)
             values = self._node.get_parameters([n for n in wanted if self._node.has_parameter(n)])
             found += self._visible(node_name, [(p.name, p.get_parameter_value()) for p in values])
-        answers = self._ask(
+        answers = self._call_nodes(
             by_node, lambda remote: remote.get_parameters(by_node[remote.remote_node_name])
         )
         for node_name, answer in answers.items():
@@ -61,7 +61,7 @@ class RemoteParameters:
         return found
 
     def set(self, parameters: Sequence[RemoteParameter]) -> list[RemoteParameter]:
-        """Set parameters, and return their values."""
+        """Set parameters of nodes, and return their values afterwards."""
         names = [p.name for p in parameters if allows(self._settings.parameters, p.name)]
         types = {p.name: p.type for p in self.get(names)} if names else {}
         by_node: dict[str, list[Parameter]] = {}
@@ -73,37 +73,37 @@ class RemoteParameters:
         own = self._node.get_fully_qualified_name()
         if own in by_node:
             self._report(own, self._node.set_parameters(by_node.pop(own)))
-        answers = self._ask(
+        answers = self._call_nodes(
             by_node, lambda remote: remote.set_parameters(by_node[remote.remote_node_name])
         )
         for node_name, answer in answers.items():
             self._report(node_name, answer.results)
         return self.get(names) if names else []
 
-    def watch(self, names: Iterable[str], tell: _Tell) -> None:
-        """Report changes of these parameters to clients."""
+    def watch(self, names: Iterable[str], on_change: _OnChange) -> None:
+        """Start to report changes of parameters to a function."""
         with self._lock:
             self._watched.update(names)
             if self._events is None:
                 self._events = self._node.create_subscription(
                     get_message("rcl_interfaces/msg/ParameterEvent"),
                     _EVENTS,
-                    lambda event: self._heard(event, tell),
+                    lambda event: self._on_event(event, on_change),
                     qos_profile_parameter_events,
                 )
 
     def unwatch(self, names: Iterable[str]) -> None:
-        """Stop reporting changes of these parameters."""
+        """Stop reporting changes of parameters."""
         with self._lock:
             self._watched.difference_update(names)
 
-    def _heard(self, event: Any, tell: _Tell) -> None:
+    def _on_event(self, event: Any, on_change: _OnChange) -> None:
         changed = [(p.name, p.value) for p in (*event.new_parameters, *event.changed_parameters)]
         with self._lock:
             watched = [pair for pair in changed if f"{event.node}.{pair[0]}" in self._watched]
         visible = self._visible(event.node, watched)
         if visible:
-            tell(visible)
+            on_change(visible)
 
     def _visible(self, node_name: str, pairs: Iterable[tuple[str, Any]]) -> list[RemoteParameter]:
         return [
@@ -121,12 +121,12 @@ class RemoteParameters:
             for name in graph.node_names()
             if name != own and graph.servers(f"{name}/list_parameters")
         ]
-        answers = self._ask(dict.fromkeys(nodes), lambda remote: remote.list_parameters())
+        answers = self._call_nodes(dict.fromkeys(nodes), lambda remote: remote.list_parameters())
         found = {name: list(answer.result.names) for name, answer in answers.items()}
         found[own] = self._node.list_parameters([], 0).names
         return found
 
-    def _ask(self, nodes: Iterable[str], question: Any) -> dict[str, Any]:
+    def _call_nodes(self, nodes: Iterable[str], question: Any) -> dict[str, Any]:
         if self._settings.ignores_unresponsive:
             nodes = [name for name in nodes if name not in self._unresponsive]
         answers = ask_nodes(self._node, nodes, question, _LONGEST_WAIT_S)

@@ -1,4 +1,4 @@
-"""Services of the graph, for clients to call."""
+"""Services of the ROS graph for Foxglove clients."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _LONGEST_LEARNING_S = 2.0
 
 
 class RemoteServices:
-    """Services that a Foxglove server offers.
+    """Services of the ROS graph that Foxglove clients can call.
 
     Args:
         node: Calls.
@@ -39,8 +39,8 @@ class RemoteServices:
         self._lock = threading.Lock()
         self._clients: dict[str, Client[Any, Any]] = {}
 
-    def follow(self, graph: Graph) -> None:
-        """Withdraw removed services, and offer new ones."""
+    def update(self, graph: Graph) -> None:
+        """Offer new services of the ROS graph to clients, and withdraw removed ones."""
         wanted = {
             name: graph.servers(name)[0].type_name
             for name, _ in graph.service_names_and_types(self._settings.includes_hidden)

@@ -1,4 +1,4 @@
-"""The bridge's parameters, with the names, defaults and meanings of ROS 2's foxglove_bridge."""
+"""Parameters of the Foxglove bridge, with the names and defaults of ROS 2's foxglove_bridge."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ _ORIGINS = ("https://app.foxglove.dev", FILE_ORIGIN)
 
 
 class BridgeSettings:
-    """Parameters of the bridge, read once at its start.
+    """Values of the Foxglove bridge's parameters, read once at the start.
 
     Args:
         node: Declares the parameters.
@@ -112,7 +112,7 @@ class BridgeSettings:
 
     @property
     def follows_simulated_time(self) -> bool:
-        """Whether clients receive the time of ``/clock``."""
+        """Whether clients receive the time of ``/clock`` from the server."""
         return _TIME in self.capability_names
 
     def _capability_names(self) -> list[str]:
@@ -210,5 +210,5 @@ class BridgeSettings:
 
 
 def allows(patterns: Sequence[re.Pattern[str]], name: str) -> bool:
-    """Return whether a pattern matches the whole name."""
+    """Return whether any of several patterns matches a whole name."""
     return any(pattern.fullmatch(name) for pattern in patterns)

@@ -1,4 +1,4 @@
-"""``parameter_bridge``, ``bridge_node`` and ``image_bridge``: between Gazebo's topics and ROS's.
+"""Executables ``parameter_bridge``, ``bridge_node`` and ``image_bridge``, as Gazebo's bridges.
 
 Gazebo has messages of its own, which these programs of ROS 2 translate. The simulator here speaks
 ROS 2 itself, so that a topic with one name on both sides needs no bridge. One that has another name
@@ -50,7 +50,7 @@ _DIRECTIONS: Final = {"@": "BIDIRECTIONAL", "[": "GZ_TO_ROS", "]": "ROS_TO_GZ"}
 
 
 class Bridge(NamedTuple):
-    """A bridged topic.
+    """A topic to bridge between Gazebo and ROS, with both names and the direction.
 
     Attributes:
         ros_topic: Its name in ROS, before remapping.
@@ -66,7 +66,7 @@ class Bridge(NamedTuple):
 
 
 def simulated_topics(gz_topic: str) -> tuple[str, ...]:
-    """Return the possible names of a Gazebo topic in teleopctl's simulator.
+    """Return the names that a topic of Gazebo may have in teleopctl's simulator.
 
     The only camera of a robot has another name than one of several.
     """
@@ -79,7 +79,7 @@ def simulated_topics(gz_topic: str) -> tuple[str, ...]:
 
 
 def read_words(words: Sequence[str]) -> tuple[list[Bridge], list[str]]:
-    """Parse a bridge's command line.
+    """Parse the command line of ``parameter_bridge``; return topics and names of services.
 
     Returns:
         The topics, and the names of services.
@@ -104,7 +104,7 @@ def read_words(words: Sequence[str]) -> tuple[list[Bridge], list[str]]:
 
 
 def read_file(path: Path) -> tuple[list[Bridge], list[str]]:
-    """Read a bridge's configuration file.
+    """Read a configuration file of ros_gz_bridge; return topics and error messages.
 
     Returns:
         The topics, and what is wrong with the file, which bridges the rest, as the real one does.
@@ -153,7 +153,7 @@ _DEPTH = 10
 
 
 def parameter_bridge() -> int:
-    """Run ``ros_gz_bridge parameter_bridge``, or ``bridge_node``, which has a file alone.
+    """Run ``ros_gz_bridge parameter_bridge`` or ``bridge_node`` until Ctrl-C.
 
     Raises:
         UsageError: A word of the command line is no topic.
@@ -186,7 +186,7 @@ def parameter_bridge() -> int:
 
 
 def image_bridge() -> int:
-    """Run ``ros_gz_image image_bridge``.
+    """Run ``ros_gz_image image_bridge`` until Ctrl-C.
 
     Raises:
         UsageError: There is no topic on the command line.
@@ -248,7 +248,7 @@ def _bridge(node: Node, simulators: Node, bridges: list[Bridge]) -> None:
 class _Side:
     """A topic on one of the two sides of a bridge.
 
-    Of a bridge in both directions, what is published here is heard here, and goes no further.
+    Of a bridge in both directions, what is published here is received here, and goes no further.
     """
 
     def __init__(self, node: Node, topic: str, message: type[Any]) -> None:
@@ -262,7 +262,7 @@ class _Side:
         return self._node.create_publisher(self._message, self._topic, _DEPTH)
 
     def pass_to(self, other: _Side, change: Callable[[bytes], bytes] | None = None) -> None:
-        """Publish received messages on the other side, converted if needed."""
+        """Republish messages of this side's topic on the other side, converted if needed."""
         publisher = other._publisher
 
         def pass_on(data: bytes) -> None:

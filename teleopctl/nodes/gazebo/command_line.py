@@ -102,7 +102,7 @@ class GazeboRequest(NamedTuple):
 
 
 def sim_request(words: Sequence[str]) -> GazeboRequest:
-    """Parse the arguments of ``gz sim``; the simulation is paused without ``-r``."""
+    """Parse the command line of ``gz sim``."""
     worlds, options = _sort(words, _SIM_VALUES)
     flags = {name for name, _ in options}
     level = next((value for name, value in options if name in ("-v", "--verbose")), None)
@@ -119,7 +119,7 @@ def sim_request(words: Sequence[str]) -> GazeboRequest:
 
 
 def server_request(words: Sequence[str], *, has_window: bool) -> GazeboRequest:
-    """Parse the arguments of ``gzserver`` or ``gazebo``; ``-u`` pauses."""
+    """Parse the command line of ``gzserver`` or ``gazebo``."""
     worlds, options = _sort(words, _SERVER_VALUES)
     flags = {name for name, _ in options}
     told = [one for one in options if one[1] not in _ROS_PLUGINS]
@@ -174,7 +174,7 @@ _EMPTY: Final = frozenset({"empty", "default"})
 
 
 def world_file(request: GazeboRequest, folder: Path, logger: RcutilsLogger) -> Path | None:
-    """Return the requested world's file; None for the empty world.
+    """Return the path of the world that a command line names; None for an empty world.
 
     Args:
         request: What the command line wants.

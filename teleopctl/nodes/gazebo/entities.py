@@ -25,13 +25,13 @@ NOWHERE = (0.0,) * 6
 
 
 class GazeboEntity(NamedTuple):
-    """An entity to spawn or to delete.
+    """An entity to spawn, or to delete if it has no text.
 
     Attributes:
         text: URDF, or SDF; empty to take it out.
         name: What it is to be called; empty for its own name.
         file: Where the text is from; empty for no file.
-        topic: The topic on which the text was heard, or empty.
+        topic: The topic on which the text was received, or empty.
         renames: Whether it may be called otherwise where there is one of that name.
         pose: Where it is to be: x, y, z, roll, pitch, yaw.
     """
@@ -46,7 +46,7 @@ class GazeboEntity(NamedTuple):
     # Any: a parameter's value is of one of many types.
     @classmethod
     def of_parameters(cls, values: Mapping[str, Any]) -> GazeboEntity:
-        """Return the entity that node parameters describe."""
+        """Return the entity that values of node parameters describe."""
         return cls(
             str(values[DESCRIPTION] or ""),
             str(values.get(_NAME) or ""),
@@ -57,7 +57,7 @@ class GazeboEntity(NamedTuple):
         )
 
     def as_parameters(self) -> list[Parameter]:
-        """Return the entity as node parameters."""
+        """Return the entity as node parameters, for `of_parameters`."""
         return [
             Parameter(DESCRIPTION, value=self.text),
             Parameter(_NAME, value=self.name),
@@ -68,7 +68,7 @@ class GazeboEntity(NamedTuple):
         ]
 
     def urdf(self, folder: Path) -> str:
-        """Return the entity's description as URDF.
+        """Return the entity's description as URDF, converted from SDF if needed.
 
         Args:
             folder: Where files may be written.
@@ -84,8 +84,8 @@ class GazeboEntity(NamedTuple):
         file.write_text(self.text, "utf-8")
         return read_model(file).text if model_kind(file) == "sdf" else self.text
 
-    def claim(self, description: RobotDescription) -> tuple[bool, bool]:
-        """Return a rank for being the robot: whether plug-ins are to run, and a topic describes it.
+    def robot_rank(self, description: RobotDescription) -> tuple[bool, bool]:
+        """Return how likely the entity is the robot, as a tuple to compare.
 
         Returns:
             Whether it asks for something to be run: controllers, plug-ins, sensors; and whether
@@ -101,12 +101,12 @@ _DeleteEntity = get_service("gazebo_msgs/srv/DeleteEntity")
 _WORLD = ("", "world", "map", "/map")
 
 
-def offer_factory(node: Node, hand_over: Callable[[GazeboEntity], str]) -> None:
-    """Offer the services by which ``spawn_entity.py`` spawns.
+def offer_spawn_services(node: Node, apply_entity: Callable[[GazeboEntity], str]) -> None:
+    """Create the services ``/spawn_entity`` and ``/delete_entity`` of Gazebo classic.
 
     Args:
         node: Whose they are.
-        hand_over: Puts an entity into the world, or takes out one without a description; returns
+        apply_entity: Puts an entity into the world, or takes out one without a description; returns
             why that was not done, or nothing.
     """
 
@@ -124,7 +124,7 @@ def offer_factory(node: Node, hand_over: Callable[[GazeboEntity], str]) -> None:
             rpy = rpy_from_quaternion((turn.x, turn.y, turn.z, turn.w))
             pose = (place.x, place.y, place.z, *rpy)
             entity = GazeboEntity(text=request.xml, name=name, pose=pose, renames=not name)
-            reason = hand_over(entity)
+            reason = apply_entity(entity)
         response.success = not reason
         response.status_message = (
             reason or f"SpawnEntity: Successfully spawned entity [{request.name}]"
@@ -132,7 +132,7 @@ def offer_factory(node: Node, hand_over: Callable[[GazeboEntity], str]) -> None:
         return response
 
     def delete(request: Any, response: Any) -> Any:
-        reason = hand_over(GazeboEntity(name=request.name))
+        reason = apply_entity(GazeboEntity(name=request.name))
         response.success = not reason
         response.status_message = reason or f"Successfully deleted entity [{request.name}]"
         return response
@@ -142,11 +142,11 @@ def offer_factory(node: Node, hand_over: Callable[[GazeboEntity], str]) -> None:
 
 
 # As long as the services of simulators take at most: a model is compiled, the loop asked to wait.
-_PATIENCE_S = 30.0
+_TIMEOUT_S = 30.0
 
 
-class Things:
-    """Spawns and deletes entities other than the robot.
+class ObjectSpawner:
+    """Client of the simulator that spawns and deletes entities besides the robot.
 
     It has a node of its own, since the one that is asked for things waits meanwhile.
 
@@ -165,12 +165,12 @@ class Things:
     _SERVICES: ClassVar = {"spawn_entity": "SpawnEntity", "delete_entity": "DeleteEntity"}
 
     def close(self) -> None:
-        """Destroy the node."""
+        """Destroy the node that calls the simulator."""
         self._executor.shutdown()
         self._node.destroy_node()
 
     def spawn(self, entity: GazeboEntity) -> str:
-        """Spawn an entity; return why that failed, or an empty text."""
+        """Spawn an entity in the simulator; return why that failed, or an empty text."""
         request = get_service("simulation_interfaces/srv/SpawnEntity").Request(
             name=entity.name, allow_renaming=entity.renames
         )
@@ -191,7 +191,7 @@ class Things:
         return reason
 
     def delete(self, name: str) -> str:
-        """Delete an entity; return why that failed, or an empty text."""
+        """Delete an entity from the simulator; return why that failed, or an empty text."""
         request = get_service("simulation_interfaces/srv/DeleteEntity").Request(entity=name)
         _, reason = self._call("delete_entity", request)
         if not reason:
@@ -205,8 +205,8 @@ class Things:
         if client is None:
             kind = get_service(f"simulation_interfaces/srv/{self._SERVICES[name]}")
             client = self._clients[name] = self._node.create_client(kind, f"/{name}")
-        deadline = time.monotonic() + _PATIENCE_S
-        if not client.wait_for_service(_PATIENCE_S):
+        deadline = time.monotonic() + _TIMEOUT_S
+        if not client.wait_for_service(_TIMEOUT_S):
             return None, f"the simulator does not offer /{name}"
         future = client.call_async(request)
         self._executor.spin_until_future_complete(future, max(0.0, deadline - time.monotonic()))

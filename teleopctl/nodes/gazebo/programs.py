@@ -25,7 +25,7 @@ _DEFAULT_RATE_HZ = 100
 
 
 class Program(NamedTuple):
-    """A program of teleopctl to start.
+    """A program of teleopctl to start: name and command line.
 
     Attributes:
         name: What it is called in messages.
@@ -47,7 +47,7 @@ def programs_for(
     topic: str = "",
     world: Path | None = None,
 ) -> list[Program]:
-    """Return the programs that simulate a robot, the simulator first.
+    """Return the programs that simulate a robot: simulator, controllers, spawner, camera.
 
     Args:
         description: The robot.
@@ -167,15 +167,15 @@ def _program(
 _GRACE_S = 2.0
 
 
-class Children:
-    """Child processes of this one, ended at the end of the ``with`` block."""
+class ChildPrograms:
+    """Child processes that are ended, the simulator last, at the end of the ``with`` block."""
 
     def __init__(self) -> None:
         self._folder = background.temporary_folder()
         self._processes: dict[str, subprocess.Popen[bytes]] = {}
         self._may_end: set[str] = set()
 
-    def __enter__(self) -> Children:
+    def __enter__(self) -> ChildPrograms:
         return self
 
     def __exit__(
@@ -190,11 +190,11 @@ class Children:
 
     @property
     def folder(self) -> Path:
-        """Temporary folder of the child processes."""
+        """Temporary folder for files of the child processes."""
         return self._folder.path
 
     def start(self, programs: Iterable[Program]) -> None:
-        """Start programs, whose progress is then available from `said`."""
+        """Start programs as child processes."""
         for program in programs:
             if program.ends:
                 self._may_end.add(program.name)
@@ -206,19 +206,19 @@ class Children:
                 restore_signals=False,
             )
 
-    def said(self, name: str) -> progress.Progress | None:
-        """Return the last reported progress of a program."""
+    def progress_of(self, name: str) -> progress.Progress | None:
+        """Return the last progress that a child process has reported; None if none."""
         return progress.read(self._log(name))
 
     def end(self) -> None:
-        """End all child processes, the simulator last."""
+        """End all child processes, the simulator last, and forget them."""
         self._end(at_once=True)
         for name in self._processes:
             progress.file_of(self._log(name)).unlink(missing_ok=True)
         self._processes.clear()
 
     def ended(self) -> tuple[str, int] | None:
-        """Return name and exit status of a program that ended unexpectedly; None if none did."""
+        """Return name and exit status of a child that ended unexpectedly; None if none did."""
         for name, process in self._processes.items():
             status = process.poll()
             if status is not None and not (status == 0 and name in self._may_end):

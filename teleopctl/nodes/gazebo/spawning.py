@@ -1,4 +1,4 @@
-"""Robots and things into the simulator and out of it.
+"""Executables ``create`` and ``remove`` of ros_gz_sim, and ``spawn_entity.py`` of gazebo_ros.
 
 ``create`` and ``remove`` of ``ros_gz_sim``, and ``spawn_entity.py`` of ``gazebo_ros``.
 """
@@ -31,26 +31,26 @@ from teleopctl.node import (
     spin_until_future_complete,
 )
 from teleopctl.nodes.gazebo.entities import GazeboEntity
-from teleopctl.nodes.gazebo.host import NAME
+from teleopctl.nodes.gazebo.server import NAME
 from teleopctl.robot import find_world
 
 _NUMBERS = ("x", "y", "z", "R", "P", "Y")
 _TEXTS = ("world", "file", "string", "topic", "name")
 _NO = ("false", "f", "no", "n", "0")
 # As often as the programs of ROS tell that they still wait, in seconds.
-_PATIENCE_S = 1.0
+_TIMEOUT_S = 1.0
 
 
 class _Parser(argparse.ArgumentParser):
     """Reports a wrong command line as all of teleopctl does."""
 
     def error(self, message: str) -> NoReturn:
-        """Raise instead of exiting."""
+        """Raise a `UsageError` instead of exiting the process."""
         raise UsageError(message, hint=self.format_usage().strip())
 
 
 def create() -> int:
-    """Run ``ros_gz_sim create``: spawn an entity, by arguments or parameters.
+    """Run ``ros_gz_sim create``: spawn an entity, and return the exit status.
 
     Raises:
         TeleopctlError: The command line, the file or the description is wrong.
@@ -79,7 +79,7 @@ def create() -> int:
         if entity is None:
             node.get_logger().error("Must specify either -file, -param, -string or -topic")
             return 255
-        _tell_unserved(
+        _warn_unserved(
             node,
             [
                 *_written(options, "world"),
@@ -88,7 +88,7 @@ def create() -> int:
         )
         # Behind the flag there may be nothing, or any word of gflags' for no.
         renames = renames or str(options.allow_renaming).lower() not in _NO
-        reason = _hand_over(node, entity._replace(renames=renames))
+        reason = _send_entity(node, entity._replace(renames=renames))
         if reason is None:
             node.get_logger().info("Entity creation successfull.")
             return 0
@@ -98,7 +98,7 @@ def create() -> int:
 
 
 def spawn_entity() -> int:
-    """Run ``gazebo_ros spawn_entity.py``: spawn an entity.
+    """Run ``gazebo_ros spawn_entity.py``: spawn an entity, and return the exit status.
 
     Raises:
         TeleopctlError: The command line, the file or the description is wrong.
@@ -127,15 +127,15 @@ def spawn_entity() -> int:
             options.string = sys.stdin.read()
         entity = _entity(node, options, options.entity) or GazeboEntity()
         unserved = _written(options, "reference_frame", "robot_namespace", "wait")
-        _tell_unserved(node, [*unserved, *(["-b"] if options.b else [])])
+        _warn_unserved(node, [*unserved, *(["-b"] if options.b else [])])
         namespace = options.gazebo_namespace.rstrip("/")
-        patience = options.timeout
+        timeout_s = options.timeout
         if options.spawn_service_timeout is not None:
             node.get_logger().warning(
                 "'-spawn_service_timeout' is deprecated, use '-timeout' instead"
             )
-            patience = options.spawn_service_timeout
-        reason = _hand_over(node, entity, namespace, patience)
+            timeout_s = options.spawn_service_timeout
+        reason = _send_entity(node, entity, namespace, timeout_s)
         if reason is None:
             text = f"SpawnEntity: Successfully spawned entity [{options.entity}]"
             node.get_logger().info(f"Spawn status: {text}")
@@ -151,17 +151,17 @@ def spawn_entity() -> int:
 
 
 def remove() -> int:
-    """Run ``ros_gz_sim remove``: delete an entity."""
+    """Run ``ros_gz_sim remove``: delete an entity, and return the exit status."""
     with _node("ros_gz_sim_remove_entity") as node:
         world = node.declare_parameter("world", "").value
-        _tell_unserved(node, [f"world {world}"] if world else [])
+        _warn_unserved(node, [f"world {world}"] if world else [])
         name = str(node.declare_parameter("entity_name", "").value)
         if not name:
             node.get_logger().info(
                 "Entity to remove name is not provided, entity will not be removed."
             )
             return 255
-        reason = _hand_over(node, GazeboEntity(name=name))
+        reason = _send_entity(node, GazeboEntity(name=name))
         if reason is None:
             node.get_logger().info("Entity removal successful.")
             return 0
@@ -204,25 +204,25 @@ def _entity(node: Node, options: argparse.Namespace, name: str) -> GazeboEntity 
         return there._replace(text=str(options.string))
     if options.topic:
         topic = node.resolve_topic_name(options.topic)
-        return there._replace(text=_heard(node, options.topic), topic=topic)
+        return there._replace(text=_receive_text(node, options.topic), topic=topic)
     return None
 
 
-def _heard(node: Node, topic: str) -> str:
-    heard: list[str] = []
+def _receive_text(node: Node, topic: str) -> str:
+    received: list[str] = []
     node.create_subscription(
         get_message("std_msgs/msg/String"),
         topic,
-        lambda message: heard.append(message.data),
+        lambda message: received.append(message.data),
         qos_profile_latched,
     )
-    while not heard:
+    while not received:
         node.get_logger().info(f"Waiting messages on topic [{topic}].")
-        spin_once(node, timeout_sec=_PATIENCE_S)
-    return heard[0]
+        spin_once(node, timeout_sec=_TIMEOUT_S)
+    return received[0]
 
 
-def _tell_unserved(node: Node, words: Sequence[str]) -> None:
+def _warn_unserved(node: Node, words: Sequence[str]) -> None:
     if words:
         node.get_logger().warning(
             f"Without effect here, where there is one world: {', '.join(words)}"
@@ -234,30 +234,30 @@ def _written(options: argparse.Namespace, *names: str) -> list[str]:
     return [f"-{name} {value}" for name, value in values if value]
 
 
-def _hand_over(
-    node: Node, entity: GazeboEntity, namespace: str = "", patience_s: float = math.inf
+def _send_entity(
+    node: Node, entity: GazeboEntity, namespace: str = "", timeout_s: float = math.inf
 ) -> str | None:
     """Hand an entity to the simulator, one without a description to take it out.
 
     Returns:
         Why that was refused, or None.
     """
-    return _set(node, f"{namespace}/{NAME}", entity.as_parameters(), patience_s)
+    return _set(node, f"{namespace}/{NAME}", entity.as_parameters(), timeout_s)
 
 
 def _set(
-    node: Node, target: str, parameters: list[Parameter], patience_s: float = math.inf
+    node: Node, target: str, parameters: list[Parameter], timeout_s: float = math.inf
 ) -> str | None:
     """Set parameters of a node at once; return why that was not done, or None."""
     simulator = AsyncParameterClient(node, target)
-    deadline = time.monotonic() + patience_s
-    while not simulator.wait_for_services(min(_PATIENCE_S, patience_s)):
+    deadline = time.monotonic() + timeout_s
+    while not simulator.wait_for_services(min(_TIMEOUT_S, timeout_s)):
         if time.monotonic() >= deadline:
-            return f"there is no simulator, node {target}, after {patience_s:g} s"
+            return f"there is no simulator, node {target}, after {timeout_s:g} s"
         node.get_logger().info(f"Waiting for the simulator, node {target}")
     future = simulator.set_parameters_atomically(parameters)
     while not future.ended():
-        spin_until_future_complete(node, future, timeout_sec=_PATIENCE_S)
+        spin_until_future_complete(node, future, timeout_sec=_TIMEOUT_S)
         if not future.ended() and target not in node.get_fully_qualified_node_names():
             return "the simulator has ended"
     try:

@@ -28,7 +28,7 @@ _ANGLES = ("roll", "pitch", "yaw")
 
 
 class StaticTransformPublisher(Node):
-    """Publishes one static transform.
+    """Node of the executable, which publishes one static transform.
 
     Args:
         frame_id: The frame in which the other one stands.
@@ -45,7 +45,7 @@ class StaticTransformPublisher(Node):
 def broadcast(
     node: Node, frame_id: str, child_frame_id: str, transform: Transform
 ) -> StaticTransformBroadcaster:
-    """Publish a static transform, and log it."""
+    """Publish a static transform from a node, log it, and return the broadcaster."""
     broadcaster = StaticTransformBroadcaster(node)
     stamp = node.get_clock().now().nanoseconds
     broadcaster.sendTransform(transform_stamped(frame_id, child_frame_id, stamp, transform))
@@ -60,7 +60,7 @@ def broadcast(
 
 
 def main(args: list[str] | None = None) -> int:
-    """Run the node until it is interrupted.
+    """Run ``static_transform_publisher`` until Ctrl-C or a shutdown; return the exit status.
 
     Args:
         args: Command line; None takes the process's.
@@ -92,12 +92,12 @@ def main(args: list[str] | None = None) -> int:
 
 
 def is_old_style(words: Sequence[str]) -> bool:
-    """Return whether the arguments are positional, as of old releases."""
+    """Return whether a command line has the positional arguments of old releases."""
     return len(words) in (8, 9) and not any(word.startswith("--") for word in words)
 
 
 def parse_old_style(words: Sequence[str]) -> tuple[str, str, Transform]:
-    """Parse positional arguments: transform, frame and child frame.
+    """Parse positional arguments; return parent frame, child frame and transform.
 
     Raises:
         UsageError: When a number is none.
@@ -116,7 +116,7 @@ def parse_old_style(words: Sequence[str]) -> tuple[str, str, Transform]:
 
 
 def parse_new_style(words: Sequence[str]) -> tuple[str, str, Transform]:
-    """Parse named arguments: transform, frame and child frame.
+    """Parse named arguments; return parent frame, child frame and transform.
 
     Raises:
         TeleopctlError: When one is missing, wrong, or both kinds of rotation are given.
@@ -150,7 +150,7 @@ class _Parser(argparse.ArgumentParser):
     """Reports a wrong command line as all of teleopctl does."""
 
     def error(self, message: str) -> NoReturn:
-        """Raise instead of exiting."""
+        """Raise a `UsageError` instead of exiting the process."""
         raise UsageError(message, hint=self.format_usage().strip())
 
 
@@ -163,7 +163,7 @@ def _unit(numbers: Sequence[float]) -> tuple[float, float, float, float]:
 
 
 class StaticTransformBroadcasterNode(Node):
-    """Publishes one static transform.
+    """Component that publishes the static transform of its parameters.
 
     Raises:
         InvalidParameterError: The frames are the same, or the rotation is none.

@@ -1,4 +1,4 @@
-"""``tf2_echo``: prints where one frame stands in another."""
+"""Executable ``tf2_echo``: prints the transform between two frames repeatedly."""
 
 import argparse
 import contextlib
@@ -11,7 +11,7 @@ from teleopctl.tf import ECHO_DIGITS, Transform, echo_text, echo_transforms
 
 
 def main(args: list[str] | None = None) -> int:
-    """Run ``tf2_echo`` until Ctrl-C.
+    """Run ``tf2_echo`` until Ctrl-C, and return the exit status.
 
     Args:
         args: Command line: the frame in which the other is expressed, the other, and the rate in

@@ -1,4 +1,4 @@
-"""``tf2_monitor``: prints how late transforms come, and how often from whom."""
+"""Executable ``tf2_monitor``: prints delays and rates of transforms."""
 
 import argparse
 import contextlib
@@ -10,7 +10,7 @@ from teleopctl.tf import GATHER_S, MonitorResults, monitor_transforms
 
 
 def main(args: list[str] | None = None) -> int:
-    """Run ``tf2_monitor`` until Ctrl-C.
+    """Run ``tf2_monitor`` until Ctrl-C, and return the exit status.
 
     Args:
         args: Command line: two frames, or none for all; None takes the process's.

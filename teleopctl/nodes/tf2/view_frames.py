@@ -1,4 +1,4 @@
-"""``tf2_tools view_frames``: records transforms and writes the tree of frames as diagrams."""
+"""Executable ``tf2_tools view_frames``: writes the tree of tf frames as diagrams."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def view_frames(
     tf_topic: str = TF_TOPIC,
     tf_static_topic: str = TF_STATIC_TOPIC,
 ) -> list[Path]:
-    """Record transforms for some seconds, and write the tree of frames.
+    """Listen to tf for some seconds, write the tree of frames as files, and return their paths.
 
     Args:
         node: Who listens; it need not be spun.
@@ -70,11 +70,11 @@ def view_frames(
     base = Path(output or time.strftime("frames_%Y-%m-%d_%H.%M.%S"))
     say("Generating graph...")
     dot = buffer.all_frames_as_dot(node.get_clock().now().nanoseconds)
-    return write_files(base, dot, to_svg(picture(frames)), say)
+    return write_files(base, dot, to_svg(frames_diagram(frames)), say)
 
 
-def picture(frames: Sequence[KnownFrame]) -> Diagram:
-    """Return a diagram of the frames, with rates and buffer lengths."""
+def frames_diagram(frames: Sequence[KnownFrame]) -> Diagram:
+    """Return a diagram of the tree of frames, with rates and buffer lengths."""
     names = dict.fromkeys(name for frame in frames for name in (frame.parent, frame.name))
     boxes = [DiagramBox(f"frame {name}", printable_line(name), "node") for name in names]
     edges = []
@@ -98,7 +98,7 @@ def _text(frame: KnownFrame) -> str:
 
 
 def main(args: list[str] | None = None) -> int:
-    """Record transforms, and write the frame tree as PDF and Graphviz files.
+    """Run ``tf2_tools view_frames``: write the tree of frames, and return the exit status.
 
     Args:
         args: Command line; None takes the process's.

@@ -1,4 +1,4 @@
-"""PhysicsStepper steps in which sliding wheels keep contact with the ground.
+"""Physics steps in which sliding wheels keep contact with the ground.
 
 MuJoCo's contacts are convex: a force at the limit of friction pushes the two apart, the more the
 faster they slide, so that a sliding wheel hops a hundred times a second. Friction then acts in
@@ -52,8 +52,8 @@ _MOST_KNOWN = 1024
 def drives_by_sliding(model: RobotModel) -> bool:
     """Return whether a robot has a free base whose wheels or casters slide when it turns.
 
-    That is one of three driven wheels or more, or one that drags casters along the ground. Physics of
-    an MJCF file is as the file has it.
+    That is one of three driven wheels or more, or one that drags casters along the ground. For a
+    robot of an MJCF file the physics is as the file has it.
     """
     wheels = [one for one in model.joints if one.driven_by_velocity]
     return (
@@ -83,7 +83,7 @@ class PhysicsStepper:
         self._directions = directions
         # Steps to come in which each is looked at for what slides, and then in which none is.
         self._seen = self._unseen = 0
-        # FrictionDirections may give the same shapes another friction.
+        # Friction directions may give the same shapes another friction.
         self._contacts = _Contacts(kept=not (model.nflex or directions))
         self._taking_up = round(_TAKEN_UP_S / model.opt.timestep)
 

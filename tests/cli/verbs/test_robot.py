@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from teleopctl.cli import main
-from teleopctl.nodes.checking import report
+from teleopctl.nodes.robot_check import report
 from tests.sim.robots import box, control, joint, link
 
 INERTIAL = """<inertial><mass value="1"/>

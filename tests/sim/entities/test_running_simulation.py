@@ -339,7 +339,7 @@ def test_what_waits_is_compiled_at_once_and_what_is_wrong_holds_up_itself_alone(
     first = come(BLOCK, "first", 4.0)
     assert begun.wait(60.0)
     others = [come(BLOCK, f"block{n}", 5.0 + n) for n in range(20)]
-    assert spawning.is_pending("first") and spawning.awaits("block19")
+    assert spawning.is_pending("first") and spawning.is_pending("block19")
     go_on.set()
     assert all(each.wait(60.0) and each.result() for each in (first, *others))
     assert taken == [1, 20]

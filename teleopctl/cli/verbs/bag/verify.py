@@ -12,7 +12,7 @@ from teleopctl.cli.verbs.bag.options import BagPath
 
 if TYPE_CHECKING:
     from teleopctl.bag import ComparedTraces
-    from teleopctl.nodes.verifying.verification import Verification
+    from teleopctl.nodes.bag_verification.verification import Verification
 
 _SAME, _OTHER = 0, 1
 
@@ -39,7 +39,7 @@ def verify(
     # mujoco reads that when it is imported.
     os.environ["MUJOCO_GL"] = "disable"
     from teleopctl.bag import ComparedTraces, check_picture_name
-    from teleopctl.nodes.verifying.verification import verify_bag
+    from teleopctl.nodes.bag_verification.verification import verify_bag
 
     traces = ComparedTraces()
     if picture is None:

@@ -1,4 +1,4 @@
-"""Whether a robot stands in simulation, and whether its joints follow what they are told."""
+"""Check that a robot stands in simulation, and that its joints follow commands."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from teleopctl.nodes.checking.targets import free_targets
+from teleopctl.nodes.robot_check.collision_free import free_targets
 
 if TYPE_CHECKING:
     from teleopctl.mujoco_model import JointSpec
@@ -34,8 +34,8 @@ _ENOUGH = 0.5
 
 
 @dataclass(frozen=True)
-class Trial:
-    """Result of a robot's simulation without controllers.
+class StabilityReport:
+    """Result of simulating a robot without controllers: whether it stands and its joints move.
 
     Attributes:
         verdict: ``stands``, ``falls``, ``sags`` (a joint gives way) or ``diverges``.
@@ -54,8 +54,8 @@ class Trial:
     travelled_m: float | None = None
 
 
-def try_out(robot: SimulatedRobot, seconds: float) -> Trial:
-    """Simulate a robot with its drives holding it, and then move all commanded joints.
+def check_stability(robot: SimulatedRobot, seconds: float) -> StabilityReport:
+    """Simulate a robot that its drives hold, then move its joints; return whether it stands.
 
     Args:
         robot: The robot, at its start.
@@ -65,9 +65,11 @@ def try_out(robot: SimulatedRobot, seconds: float) -> Trial:
     simulation.hold()
     start = simulation.positions.copy()
     if not _run(simulation, seconds):
-        return Trial("diverges", f"physics diverged after {simulation.time_ns * 1e-9:.2f} s")
+        return StabilityReport(
+            "diverges", f"physics diverged after {simulation.time_ns * 1e-9:.2f} s"
+        )
     if fault := _fallen(robot):
-        return Trial("falls", fault)
+        return StabilityReport("falls", fault)
     # Nothing holds a joint that takes efforts alone: it hangs as physics says.
     held = [bool({"position", "velocity"} & _takes(joint)) for joint in robot.model.joints]
     away = np.where(held, np.abs(simulation.positions - start), 0.0)
@@ -77,7 +79,7 @@ def try_out(robot: SimulatedRobot, seconds: float) -> Trial:
         fault = f"joint '{joint}' gave way by {away.max():.2f}"
         if abs(simulation.efforts[row]) >= AT_LIMIT * limit:
             fault += f" at its limit of effort, {limit:g}"
-        return Trial("sags", fault)
+        return StabilityReport("sags", fault)
     return _moved(robot)
 
 
@@ -110,23 +112,23 @@ def _fallen(robot: SimulatedRobot) -> str:
     return ""
 
 
-def _moved(robot: SimulatedRobot) -> Trial:
+def _moved(robot: SimulatedRobot) -> StabilityReport:
     simulation, base = robot.simulation, robot.model.base
     moving = [joint for joint in robot.model.joints if {"position", "velocity"} & _takes(joint)]
     sent = [joint for joint in moving if "position" in _takes(joint)]
     free = free_targets(simulation, sent, _STEP)
-    told = [joint for joint in moving if joint not in sent or joint.name in free]
-    rows = [simulation.joint_names.index(joint.name) for joint in told]
+    commanded = [joint for joint in moving if joint not in sent or joint.name in free]
+    rows = [simulation.joint_names.index(joint.name) for joint in commanded]
     before = simulation.positions[rows]
     place = np.zeros(3) if base is None else simulation.link_pose(base.body.link).position
-    targets = [free.get(joint.name, math.nan) for joint in told]
-    speeds = [math.nan if "position" in _takes(joint) else _SPEED for joint in told]
-    names = [joint.name for joint in told]
+    targets = [free.get(joint.name, math.nan) for joint in commanded]
+    speeds = [math.nan if "position" in _takes(joint) else _SPEED for joint in commanded]
+    names = [joint.name for joint in commanded]
     end = simulation.time_ns + round(_MOVING_S * 1e9)
     while simulation.time_ns < end:
         simulation.apply(names, targets, speeds)
         if not _run(simulation, CONTROL_PERIOD_NS * 1e-9):
-            return Trial("diverges", "physics diverged while its joints moved")
+            return StabilityReport("diverges", "physics diverged while its joints moved")
     after = simulation.positions[rows]
     wanted = [
         target - position if math.isfinite(target) else _SPEED * _MOVING_S
@@ -140,7 +142,7 @@ def _moved(robot: SimulatedRobot) -> Trial:
     if base is not None:
         ahead = simulation.link_pose(base.body.link).position - place
         travelled = round(float(np.hypot(ahead[0], ahead[1])), 4)
-    return Trial(
+    return StabilityReport(
         "stands",
         moved=tuple(name for name, has in zip(names, has_moved, strict=True) if has),
         unmoved=tuple(name for name, has in zip(names, has_moved, strict=True) if not has),

@@ -1,4 +1,4 @@
-"""The transforms of a robot_state_publisher, once more: they follow from the joint states."""
+"""Replay of robot_state_publisher, whose transforms follow from the recorded joint states."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _DEFAULT_NAME = "/robot_state_publisher"
 
 
 class FrameReplay:
-    """Recomputes robot_state_publisher's transforms.
+    """Transforms of a recorded robot_state_publisher, computed again from joint states.
 
     Which of the states it takes follows from the last ones that it took; of a state that it had no
     room for nothing is sent.
@@ -58,8 +58,8 @@ class FrameReplay:
         self.children = {prefix + joint.child for joint in tree.moving}
         self._last_ns: int | None = None
 
-    def take(self, time_ns: int, state: bytes, stream: ComparedStream) -> bytes | None:
-        """Compare the transforms of a state with the recorded ones; return them as CDR.
+    def compare(self, time_ns: int, state: bytes, stream: ComparedStream) -> bytes | None:
+        """Compute a joint state's transforms, compare them with the recorded ones, and return CDR.
 
         Args:
             time_ns: The state's time, in nanoseconds.
@@ -92,7 +92,7 @@ class FrameReplay:
 def split_by_frames(
     topic: RecordedTopic, groups: Mapping[str, set[str]]
 ) -> dict[str, RecordedTopic]:
-    """Split recorded ``/tf`` messages by their publishers.
+    """Split recorded ``/tf`` messages by the publisher that their frames belong to.
 
     Args:
         topic: What was recorded.

@@ -1,4 +1,4 @@
-"""What is asked of each kind of controller, and whether physics then did it."""
+"""Test commands for each kind of controller in a robot check, and the measured motion."""
 
 from __future__ import annotations
 
@@ -8,9 +8,16 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from teleopctl.control import ChainableControllerInterface
 from teleopctl.interfaces import get_message
-from teleopctl.nodes.checking.bases import ENOUGH, MOVING_S, SPEED, TURN, Way, place_of
-from teleopctl.nodes.checking.targets import free_targets
-from teleopctl.nodes.checking.trial import AT_LIMIT
+from teleopctl.nodes.robot_check.base_motion import (
+    ENOUGH,
+    MOVING_S,
+    SPEED,
+    TURN,
+    BaseMotion,
+    base_pose,
+)
+from teleopctl.nodes.robot_check.collision_free import free_targets
+from teleopctl.nodes.robot_check.stability import AT_LIMIT
 
 if TYPE_CHECKING:
     from teleopctl.control import CommandInterface, ControllerSpec, ControlStack
@@ -46,13 +53,13 @@ _Act = Generator[None, None, tuple[bool, str]]
 
 
 class MotionResult(NamedTuple):
-    """Result of a controller's test.
+    """Result of testing one controller: whether its joints or base moved.
 
     Attributes:
         controller: Its name.
         type: Its plug-in's name.
         moved: Whether physics did what it was asked for.
-        told: In words.
+        told: What moved how far, or why nothing did, as text.
     """
 
     controller: str
@@ -61,8 +68,8 @@ class MotionResult(NamedTuple):
     told: str
 
 
-class Trier:
-    """Sends test commands to controllers, and measures the motion.
+class ControllerTester:
+    """Sender of test commands to controllers, which measures the motion in simulation.
 
     Args:
         stack: The controllers.
@@ -79,12 +86,12 @@ class Trier:
         self._joints: Mapping[str, JointSpec] = {joint.name: joint for joint in joints}
 
     def wait(self, seconds: float) -> Iterator[None]:
-        """Run the simulation for a duration; yield after each control period."""
+        """Yield once per control period for a duration of simulated time."""
         for _ in range(round(seconds * self._stack.manager.update_rate)):
             yield
 
-    def moved_by(self, spec: ControllerSpec, motions: list[MotionResult]) -> Iterator[None]:
-        """Command an active controller and add the result; sensors' broadcasters are skipped.
+    def try_controller(self, spec: ControllerSpec, motions: list[MotionResult]) -> Iterator[None]:
+        """Command an active controller, yielding once per control period; append the result.
 
         Args:
             spec: The controller.
@@ -108,8 +115,8 @@ class Trier:
             act = self._commands(spec, controller.command_interfaces, self._floats)
         else:
             return
-        moved, told = yield from act
-        motions.append(MotionResult(spec.name, spec.type, moved, told))
+        moved, summary = yield from act
+        motions.append(MotionResult(spec.name, spec.type, moved, summary))
 
     # -- joints ------------------------------------------------------------------------------------
 
@@ -159,16 +166,16 @@ class Trier:
             if name not in blocked and not abs(now - goal) <= (1.0 - ENOUGH) * abs(goal - then)
         ]
         if still:
-            told = f"{len(still)} of {len(joints)} joints stay behind: {', '.join(still)}"
-            return False, told + self._why_still(still)
+            summary = f"{len(still)} of {len(joints)} joints stay behind: {', '.join(still)}"
+            return False, summary + self._why_still(still)
         worst = max((abs(now - goal) for now, goal in zip(after, goals, strict=True)), default=0.0)
-        told = f"{len(joints) - len(blocked)} joints get there, to {worst:.4f}"
+        summary = f"{len(joints) - len(blocked)} joints get there, to {worst:.4f}"
         if blocked:
-            told += f"; each way of {', '.join(blocked)} meets the ground or another link"
-        return bool(joints), told
+            summary += f"; each way of {', '.join(blocked)} meets the ground or another link"
+        return bool(joints), summary
 
     def _why_still(self, joints: Sequence[str]) -> str:
-        """What is known of the reason for which joints do not do what they are told."""
+        """What is known of the reason for which joints do not follow their commands."""
         names, efforts = self._simulation.joint_names, self._simulation.efforts
         at_limit = []
         for name in joints:
@@ -245,8 +252,8 @@ class Trier:
         ]
         send(spec, stop)
         if still:
-            told = f"{len(still)} of {len(joints)} joints do not move: {', '.join(still)}"
-            return False, told + self._why_still(still)
+            summary = f"{len(still)} of {len(joints)} joints do not move: {', '.join(still)}"
+            return False, summary + self._why_still(still)
         farthest = max(abs(now - then) for now, then in zip(after, before, strict=True))
         return True, f"{len(joints)} joints move, by up to {farthest:.3f}"
 
@@ -278,20 +285,20 @@ class Trier:
         in_place = spec.type.rpartition("/")[2] in _IN_PLACE
         if self._base_link is None:
             return False, f"its root link is fixed{self._without_shape(spec)}"
-        places = [place_of(self._simulation, self._base_link)]
+        places = [base_pose(self._simulation, self._base_link)]
         for x, angular in ((speed, 0.0), (0.0 if in_place else speed, turn)):
             yield from self._go(spec, topic, x, angular)
-            places.append(place_of(self._simulation, self._base_link))
+            places.append(base_pose(self._simulation, self._base_link))
         yield from self._go(spec, topic, 0.0, 0.0)
-        way = Way.between(places[0], places[1], places[2], slower)
-        told = way.told
+        way = BaseMotion.between(places[0], places[1], places[2], slower)
+        summary = way.summary
         if slower < 1.0:
-            told += "; its wheels turn no faster"
+            summary += "; its wheels turn no faster"
         if not way.is_enough:
-            told += self._without_shape(spec)
+            summary += self._without_shape(spec)
         if way.is_enough and way.turned < 0.0:
-            told += "; the other way round, as its joints are"
-        return way.is_enough, told
+            summary += "; the other way round, as its joints are"
+        return way.is_enough, summary
 
     def _slower(self, spec: ControllerSpec) -> float:
         """Which part of the usual velocity its wheels can do, by their limits."""

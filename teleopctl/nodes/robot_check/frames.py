@@ -1,4 +1,4 @@
-"""Which frames of a robot are on ``/tf`` in simulation, and whether physics has them there too."""
+"""Check of a robot's frames: those that robot_state_publisher sends against those of physics."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _Matrix = npt.NDArray[np.float64]
 
 
 class FrameComparison(NamedTuple):
-    """Result of the comparison of a robot's frames.
+    """Result of comparing robot_state_publisher's frames with the simulator's bodies.
 
     Attributes:
         links: How many links it has.
@@ -38,12 +38,12 @@ class FrameComparison(NamedTuple):
     apart_m: float
 
 
-def compare_frames(robot: SimulatedRobot, told: Container[str]) -> FrameComparison:
-    """Compare robot_state_publisher's frames with the robot's links and the physics.
+def compare_frames(robot: SimulatedRobot, published: Container[str]) -> FrameComparison:
+    """Compare the frames that robot_state_publisher would send with MuJoCo's bodies.
 
     Args:
         robot: The robot.
-        told: Joints of which somebody tells the state.
+        published: Joints whose state is published.
     """
     description = robot.description
     joints = Joints.of(description)
@@ -56,7 +56,7 @@ def compare_frames(robot: SimulatedRobot, told: Container[str]) -> FrameComparis
         link
         for link in description.links
         if (link not in tree.names and link not in floating)
-        or (link in moving and (m.joint if (m := moving[link]) else child[link]) not in told)
+        or (link in moving and (m.joint if (m := moving[link]) else child[link]) not in published)
     ]
     apart = 0.0 if description.mjcf else _apart(robot, joints, tree)
     return FrameComparison(len(description.links), tuple(missing), apart)

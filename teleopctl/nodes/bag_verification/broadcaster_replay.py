@@ -1,4 +1,4 @@
-"""Controllers that command nothing, once more: what they publish follows from the states alone."""
+"""Replay of broadcasters, whose messages follow from the recorded joint states."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from teleopctl.node import AllowableParameterValue, expand_name
 _MANAGER = "controller_manager"
 
 
-class Broadcasters:
-    """Recomputes the recorded broadcasters' messages with an in-memory control stack.
+class BroadcasterReplay:
+    """BroadcasterReplay of a recorded launch, run again in an in-memory control stack.
 
     Args:
         urdf: The robot description.
@@ -54,7 +54,7 @@ class Broadcasters:
             self.not_run[manager] = f"its hardware cannot be loaded here: {error.message}"
 
     def update(self, time_ns: int, state: bytes) -> None:
-        """Run a control cycle on a recorded state (CDR)."""
+        """Run a control cycle on a recorded JointState, and publish the broadcasters' messages."""
         stack = self._stack
         if stack is None:
             return

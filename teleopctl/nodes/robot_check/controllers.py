@@ -1,4 +1,4 @@
-"""Whether a robot moves by its own controllers: the real ones, on the simulator, in memory.
+"""Check that a robot's controllers move it: ros2_control and simulator in lockstep, in memory.
 
 Resource manager, controller manager and controllers are those of ``sim.yaml``, and so is the
 simulator's loop; messages go from one to the other without a graph.
@@ -20,8 +20,8 @@ from teleopctl.control import (
 )
 from teleopctl.errors import InvalidParameterError, TeleopctlError
 from teleopctl.node import read_parameter_file
-from teleopctl.nodes.checking.bases import planar_move_motions
-from teleopctl.nodes.checking.motions import MotionResult, Trier
+from teleopctl.nodes.robot_check.base_motion import planar_move_motions
+from teleopctl.nodes.robot_check.controller_tester import ControllerTester, MotionResult
 from teleopctl.robot import COMMANDS_TOPIC, STATES_TOPIC
 
 if TYPE_CHECKING:
@@ -42,8 +42,8 @@ _SETTLING_S = 0.5
 
 
 @dataclass
-class Driven:
-    """Result of a robot's test with its controllers.
+class ControllerReport:
+    """Result of testing a robot's controllers in simulation.
 
     Attributes:
         own: Whether they are the robot's.
@@ -61,7 +61,7 @@ class Driven:
 
     @property
     def verdict(self) -> str:
-        """Verdict for the table: ``yes``, ``no``, how many of how many, or ``-``."""
+        """Result as ``yes``, ``no``, ``N of M`` controllers, or ``-`` for none."""
         if self.fault:
             return "no"
         if not self.motions:
@@ -71,7 +71,7 @@ class Driven:
 
     @property
     def why_not(self) -> str:
-        """First failed controller and the reason; empty if none failed."""
+        """First controller that failed, and why; empty if none failed."""
         if self.fault:
             return self.fault
         still = [motion for motion in self.motions if not motion.moved]
@@ -84,8 +84,10 @@ class Driven:
         return ""
 
 
-def drive(robot: SimulatedRobot, given: ChosenControllers | None) -> Driven | None:
-    """Activate a robot's controllers, and test each by commands.
+def check_controllers(
+    robot: SimulatedRobot, given: ChosenControllers | None
+) -> ControllerReport | None:
+    """Activate a robot's controllers in a new simulation, command each, and measure the motion.
 
     Args:
         robot: The robot, of whose model a new simulation is made.
@@ -94,20 +96,22 @@ def drive(robot: SimulatedRobot, given: ChosenControllers | None) -> Driven | No
     Returns:
         What became of it; None for one that nothing moves.
     """
-    driven = Driven(given is not None and given.own)
+    driven = ControllerReport(given is not None and given.own)
     for topic, way in planar_move_motions(robot).items():
         driven.own = True
-        driven.motions.append(MotionResult(topic, PLANAR_MOVE, way.is_enough, way.told))
+        driven.motions.append(MotionResult(topic, PLANAR_MOVE, way.is_enough, way.summary))
     if given is None:
         return driven if driven.motions else None
     try:
-        _drive(robot, given, driven)
+        _run_controllers(robot, given, driven)
     except TeleopctlError as error:
         driven.fault = f"{error.message} ({error.hint})" if error.hint else error.message
     return driven
 
 
-def _drive(robot: SimulatedRobot, given: ChosenControllers, driven: Driven) -> None:
+def _run_controllers(
+    robot: SimulatedRobot, given: ChosenControllers, driven: ControllerReport
+) -> None:
     from teleopctl.sim import Simulation, run_in_lockstep
 
     file = read_parameter_file(given.file)
@@ -127,8 +131,8 @@ def _drive(robot: SimulatedRobot, given: ChosenControllers, driven: Driven) -> N
     hardware = [component.hardware for component in stack.resources.components.values()]
     # One component's states time the cycles; the others are read and written with it.
     next(one for one in hardware if one.drives_cycle).set_cycle(stack.cycle.run)
-    trier = Trier(stack, simulation, robot)
-    script = _script(stack, given, trier, driven)
+    tester = ControllerTester(stack, simulation, robot)
+    script = _script(stack, given, tester, driven)
     ended = False
 
     def answer(time_ns: int, state: JointState) -> JointState | None:
@@ -149,17 +153,20 @@ def _drive(robot: SimulatedRobot, given: ChosenControllers, driven: Driven) -> N
 
 
 def _script(
-    stack: ControlStack, given: ChosenControllers, trier: Trier, driven: Driven
+    stack: ControlStack,
+    given: ChosenControllers,
+    tester: ControllerTester,
+    driven: ControllerReport,
 ) -> Iterator[None]:
     """What is done in each control period, one after the other."""
-    yield from trier.wait(_BEFORE_S)
+    yield from tester.wait(_BEFORE_S)
     for name in given.names:
         if why := _bring_up(stack, name, given):
             driven.inactive[name] = why
-    yield from trier.wait(_SETTLING_S)
+    yield from tester.wait(_SETTLING_S)
     for spec in list(stack.manager.controllers.values()):
         if spec.lifecycle_state is State.ACTIVE:
-            yield from trier.moved_by(spec, driven.motions)
+            yield from tester.try_controller(spec, driven.motions)
 
 
 def _bring_up(stack: ControlStack, name: str, given: ChosenControllers) -> str:

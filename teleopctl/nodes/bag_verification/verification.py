@@ -1,4 +1,4 @@
-"""Runs a recorded simulation once more, and compares all that it determines."""
+"""Verification of a bag: run the recorded simulation again, and compare its messages."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ from teleopctl.bag import (
 )
 from teleopctl.errors import InvalidFileError
 from teleopctl.interfaces import deserialize, get_message, serialize, to_seconds
-from teleopctl.nodes.verifying.broadcasters import Broadcasters
-from teleopctl.nodes.verifying.frames import TF_TYPE, FrameReplay, split_by_frames
+from teleopctl.nodes.bag_verification.broadcaster_replay import BroadcasterReplay
+from teleopctl.nodes.bag_verification.frame_replay import TF_TYPE, FrameReplay, split_by_frames
 from teleopctl.robot import COMMANDS_TOPIC, STATES_TOPIC
 
 # The versions on which bits depend.
@@ -55,7 +55,7 @@ OnMessage = Callable[[str, str, int, bytes, bytes], object]
 
 
 class Verification(NamedTuple):
-    """Result of the verification of a bag.
+    """Result of verifying a bag: comparison of messages, other library versions, remarks.
 
     Attributes:
         verdict: How the messages compare.
@@ -76,7 +76,7 @@ def verify_bag(
     timestep_s: float | None = None,
     on_message: OnMessage = lambda *_: None,
 ) -> Verification:
-    """Simulate again what a bag has recorded, and compare the messages.
+    """Simulate again what a bag has recorded, and compare the recorded messages.
 
     The simulator runs with its recorded parameters, and takes the recorded commands at the
     simulated times at which it took them; controllers that command nothing, and
@@ -147,7 +147,7 @@ class _Run:
         self._bodies_stream: ComparedStream | None = None
         self._rerun = SimulationReplay(session.robot_description, parameters, self._publish)
         self._period_ns = self._rerun.control_period_ns
-        self._broadcasters = Broadcasters(
+        self._broadcasters = BroadcasterReplay(
             session.robot_description,
             session.parameters,
             self._states_topic,
@@ -158,13 +158,13 @@ class _Run:
 
     @property
     def wanted(self) -> set[str]:
-        """Return the topics to compare or to play back."""
+        """Topics whose messages are compared or played back."""
         also = {self._commands_topic, self._frames.states_topic, _TF, _TF_STATIC}
         published = {*self._rerun.topics, *self._broadcasters.topics}
         return (published | also) & set(self._session.types)
 
     def read(self, topics: Mapping[str, RecordedTopic]) -> None:
-        """Store the recorded topics.
+        """Take the recorded topics, and prepare their comparison.
 
         Raises:
             InvalidFileError: That is no whole run.
@@ -232,7 +232,7 @@ class _Run:
     # --- the run --------------------------------------------------------------------------
 
     def run(self) -> None:
-        """Run the simulation, and compare."""
+        """Run the simulation again, and compare all messages."""
         self._rerun.run(self._commands.by_time, self._end_ns, self._take_tick)
         if self._frames.states_topic not in self._broadcasters.topics:
             # Nobody who is run again publishes the states that it took: those of the bag stand for
@@ -270,7 +270,7 @@ class _Run:
     def _take_frames(self, time_ns: int, state: bytes) -> None:
         if (stream := self._frames_stream) is not None:
             recorded = stream.at(time_ns)
-            now = self._frames.take(time_ns, state, stream)
+            now = self._frames.compare(time_ns, state, stream)
             if now is not None and recorded is not None:
                 self._on_message(_TF, TF_TYPE, time_ns, recorded.data, now)
 

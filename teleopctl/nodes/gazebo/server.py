@@ -1,4 +1,4 @@
-"""``gz sim``, ``gzserver`` and ``gazebo``: wait for a robot, and simulate it with MuJoCo.
+"""Executables ``gz sim``, ``gzserver`` and ``gazebo``: simulate the first spawned robot.
 
 ``create`` and ``spawn_entity.py`` set the parameters of a `GazeboEntity`, which succeeds once it
 stands in the simulator; programs of others call ``/spawn_entity``. The simulator is for one robot;
@@ -34,8 +34,13 @@ from teleopctl.nodes.gazebo.command_line import (
     sim_request,
     world_file,
 )
-from teleopctl.nodes.gazebo.entities import DESCRIPTION, GazeboEntity, Things, offer_factory
-from teleopctl.nodes.gazebo.programs import Children, programs_for
+from teleopctl.nodes.gazebo.entities import (
+    DESCRIPTION,
+    GazeboEntity,
+    ObjectSpawner,
+    offer_spawn_services,
+)
+from teleopctl.nodes.gazebo.programs import ChildPrograms, programs_for
 from teleopctl.nodes.single_instance import require_single_instance
 from teleopctl.robot import RobotDescription, motion_plugins, with_plugin_joints
 
@@ -50,8 +55,8 @@ WITHOUT_EFFECT = "Without effect here, where MuJoCo simulates: {}"
 _PAGE = "`teleopctl run rviz2 rviz2` shows the robot in the browser; Gazebo's window is not there"
 
 
-class Host(Node):
-    """Starts the simulation of the spawned robot, and adds other entities to it.
+class GazeboServer(Node):
+    """Node ``gazebo``: starts the simulator for a spawned robot, and adds other entities to it.
 
     Args:
         request: What the command line wants.
@@ -62,13 +67,13 @@ class Host(Node):
         RefusedError: Another one runs.
     """
 
-    def __init__(self, request: GazeboRequest, children: Children) -> None:
+    def __init__(self, request: GazeboRequest, children: ChildPrograms) -> None:
         super().__init__(NAME)
         self._paused = request.paused
         self._children = children
         self._robot: GazeboEntity | None = None
         self._description: RobotDescription | None = None
-        self._things = Things()
+        self._things = ObjectSpawner()
         self._publishers: list[Publisher[Any]] = []
         require_single_instance(self)
         logger = self.get_logger()
@@ -80,7 +85,7 @@ class Host(Node):
         for parameter in GazeboEntity().as_parameters():
             self.declare_parameter(parameter.name, parameter.value)
         self.add_on_set_parameters_callback(self._on_set_parameters)
-        offer_factory(self, self._take)
+        offer_spawn_services(self, self._take)
         logger.info("Waiting for a robot: `create` or `spawn_entity.py` spawns one")
         if request.verbosity:
             logger.set_level(LoggingSeverity[request.verbosity])
@@ -118,7 +123,7 @@ class Host(Node):
             return self._start(entity)
         assert self._description is not None
         description = RobotDescription.from_urdf(entity.urdf(self._children.folder))
-        if entity.claim(description) <= self._robot.claim(self._description):
+        if entity.robot_rank(description) <= self._robot.robot_rank(self._description):
             return self._things.spawn(entity)
         first = self._robot
         self.get_logger().info(
@@ -210,7 +215,7 @@ class Host(Node):
     def _watch_the_simulator_start(self) -> str:
         told = ""
         while True:
-            said = self._children.said(_SIMULATOR)
+            said = self._children.progress_of(_SIMULATOR)
             if said is not None and said.state == progress.STARTING and said.detail != told:
                 told = said.detail
                 progress.doing(told)
@@ -224,7 +229,7 @@ class Host(Node):
 
 
 def gz() -> int:
-    """Run ``gz sim``.
+    """Run ``gz sim`` until Ctrl-C, and return the exit status.
 
     Raises:
         UsageError: It is another subcommand, which needs Gazebo itself.
@@ -242,17 +247,17 @@ def gz() -> int:
 
 
 def gazebo() -> int:
-    """Run ``gazebo``: the server, and a note about the window."""
+    """Run ``gazebo`` until Ctrl-C: ``gzserver``, and a log line in place of the window."""
     return _run(server_request(_words(), has_window=True))
 
 
 def gzserver() -> int:
-    """Run ``gzserver``."""
+    """Run ``gzserver`` until Ctrl-C, and return the exit status."""
     return _run(server_request(_words(), has_window=False))
 
 
 def server_of_gz() -> int:
-    """Run ``ros_gz_sim gzserver``: time passes from the start.
+    """Run ``ros_gz_sim gzserver`` until Ctrl-C, with the world of its parameters.
 
     Raises:
         UsageError: There is no world.
@@ -268,7 +273,7 @@ def server_of_gz() -> int:
 
 
 def gzclient() -> int:
-    """Run ``gzclient``: print the page's address and wait, since launches may end with it."""
+    """Run ``gzclient`` until Ctrl-C: log how to open the web page in place of the window."""
     return _show(server_request(_words(), has_window=True))
 
 
@@ -278,7 +283,7 @@ def _words() -> tuple[str, ...]:
 
 def _show(request: GazeboRequest) -> int:
     if request.asks_version:
-        return _tell_version()
+        return _print_version()
     with (
         contextlib.suppress(KeyboardInterrupt, ExternalShutdownException),
         init(ends_in_order=True),
@@ -291,7 +296,7 @@ def _show(request: GazeboRequest) -> int:
     return 0
 
 
-def _tell_version() -> int:
+def _print_version() -> int:
     from importlib.metadata import version
 
     sys.stdout.write(f"teleopctl {version('teleopctl')}, MuJoCo {version('mujoco')}\n")
@@ -301,15 +306,15 @@ def _tell_version() -> int:
 def _run(request: GazeboRequest) -> int:
     """Run until it is interrupted, or until one of the programs ends."""
     if request.asks_version:
-        return _tell_version()
+        return _print_version()
     if not request.has_server:
         return _show(request)
     # Behind `init`: what is told while the children end may still be published.
     with (
         contextlib.suppress(KeyboardInterrupt, ExternalShutdownException),
         init(ends_in_order=True),
-        Children() as children,
-        Host(request, children) as node,
+        ChildPrograms() as children,
+        GazeboServer(request, children) as node,
     ):
         while True:
             spin_once(node, timeout_sec=_LOOK_EVERY_S)

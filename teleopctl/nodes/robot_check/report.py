@@ -10,7 +10,11 @@ from typing import TYPE_CHECKING, Any
 from lxml import etree
 
 from teleopctl.errors import TeleopctlError
-from teleopctl.nodes.checking.trial import CONTROL_PERIOD_NS, Trial, try_out
+from teleopctl.nodes.robot_check.stability import (
+    CONTROL_PERIOD_NS,
+    StabilityReport,
+    check_stability,
+)
 from teleopctl.packages import package_share, resolve_uri
 from teleopctl.robot import (
     Mesh,
@@ -29,8 +33,8 @@ from teleopctl.robot import (
 )
 
 if TYPE_CHECKING:
-    from teleopctl.nodes.checking.driving import Driven
-    from teleopctl.nodes.checking.frames import FrameComparison
+    from teleopctl.nodes.robot_check.controllers import ControllerReport
+    from teleopctl.nodes.robot_check.frames import FrameComparison
     from teleopctl.robot import ChosenControllers
     from teleopctl.sim import SimulatedRobot
 
@@ -42,7 +46,7 @@ _MACROS = frozenset(f"{_XACRO}{tag}" for tag in ("macro", "property", "arg"))
 
 
 def robots_in(places: Iterable[Path]) -> Iterator[Path]:
-    """Return the robot files in folders, sorted.
+    """Yield the robot files among files and in folders; files that others include are left out.
 
     A xacro file without a name is a part of others, and so is what another MJCF file includes.
 
@@ -94,7 +98,7 @@ _PACKAGE = "package://"
 
 @dataclass
 class RobotReport:
-    """Report on a robot's file.
+    """Report on a robot file: errors, repairs, model, simulation, controllers and frames.
 
     Attributes:
         file: The file.
@@ -131,8 +135,8 @@ class RobotReport:
     packages: dict[str, str | None] = field(default_factory=dict)
     meshes: dict[str, str | None] = field(default_factory=dict)
     controllers: dict[str, str] = field(default_factory=dict)
-    trial: Trial | None = None
-    driven: Driven | None = None
+    trial: StabilityReport | None = None
+    driven: ControllerReport | None = None
     frames: FrameComparison | None = None
     places: Mapping[int, tuple[Path, int]] = field(default_factory=dict)
     things: dict[str, bool] = field(default_factory=dict)
@@ -140,7 +144,7 @@ class RobotReport:
 
     @property
     def fault(self) -> str:
-        """First fault of the file or the robot; empty if there is none."""
+        """First problem with the file or the robot; empty if there is none."""
         if self.error or self.refusal:
             return self.error or self.refusal or ""
         missing = [uri for uri, path in self.meshes.items() if path is None]
@@ -163,7 +167,7 @@ def check_robot(
     simulate_s: float = 0.0,
     choose: ChooseControllers = lambda *_: None,
 ) -> RobotReport:
-    """Read a robot's file, build its model and, if requested, simulate it.
+    """Read a robot file, build its model, and simulate it if requested; return a report.
 
     Args:
         file: URDF, xacro, SDF or MJCF.
@@ -211,16 +215,16 @@ def check_robot(
         report.refusal = in_files(error.message, report.places)
         return report
     finally:
-        for told in (report.repaired, report.guessed, report.without_effect, report.unknown):
-            told[:] = [in_files(sentence, report.places) for sentence in told]
+        for sentences in (report.repaired, report.guessed, report.without_effect, report.unknown):
+            sentences[:] = [in_files(sentence, report.places) for sentence in sentences]
     if simulate_s:
-        report.trial = try_out(robot, simulate_s)
+        report.trial = check_stability(robot, simulate_s)
         _see_motion(report, robot, arguments, choose)
     return report
 
 
 def defect_report(file: Path, error: Exception) -> RobotReport:
-    """Return a report on a file that caused an unexpected exception."""
+    """Return a report on a robot file whose check raised an unexpected exception."""
     what = f"a defect of teleopctl, {type(error).__name__}: {error}"
     where = f"`teleopctl --debug robot check {file}` shows where"
     return RobotReport(file, model_kind(file), error=f"{what}; {where}")
@@ -249,18 +253,18 @@ def _see_motion(
     arguments: Mapping[str, str],
     choose: ChooseControllers,
 ) -> None:
-    from teleopctl.nodes.checking.driving import Driven, drive
-    from teleopctl.nodes.checking.frames import compare_frames
+    from teleopctl.nodes.robot_check.controllers import ControllerReport, check_controllers
+    from teleopctl.nodes.robot_check.frames import compare_frames
 
     try:
         controllers = choose(report.file.absolute(), arguments)
     except TeleopctlError as error:
         message = f"{error.message} ({error.hint})" if error.hint else error.message
-        report.driven = Driven(own=True, fault=message)
+        report.driven = ControllerReport(own=True, fault=message)
         return
-    report.driven = drive(robot, controllers)
-    told = set() if report.driven is None else report.driven.joints
-    report.frames = compare_frames(robot, told)
+    report.driven = check_controllers(robot, controllers)
+    published = set() if report.driven is None else report.driven.joints
+    report.frames = compare_frames(robot, published)
 
 
 def _see_model(report: RobotReport, urdf: str, fixed_base: str) -> SimulatedRobot:
@@ -273,7 +277,9 @@ def _see_model(report: RobotReport, urdf: str, fixed_base: str) -> SimulatedRobo
     report.without_effect = unserved_tags(report.description.urdf)
     report.without_effect += gazebos_own_tags(report.description.urdf)
     said = [
-        told for part in RobotDescription.from_urdf(urdf).ros2_control for told in part.warnings
+        warning
+        for part in RobotDescription.from_urdf(urdf).ros2_control
+        for warning in part.warnings
     ]
     # MuJoCo by itself writes them into a file in the current folder.
     mujoco.set_mju_user_warning(lambda text: said.append(f"MuJoCo: {' '.join(text.split())}"))

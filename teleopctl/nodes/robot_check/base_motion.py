@@ -1,4 +1,4 @@
-"""How far a base has come, and bases that Gazebo's planar move drives by a topic."""
+"""Motion of mobile bases in a robot check, and the check of Gazebo's planar-move plug-ins."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from teleopctl.interfaces import get_message
-from teleopctl.nodes.checking.trial import CONTROL_PERIOD_NS
+from teleopctl.nodes.robot_check.stability import CONTROL_PERIOD_NS
 
 if TYPE_CHECKING:
     from teleopctl.sim import SimulatedRobot, Simulation
@@ -31,15 +31,15 @@ class BasePose(NamedTuple):
     heading: float
 
 
-def place_of(simulation: Simulation, link: str) -> BasePose:
-    """Return the position and heading of a link."""
+def base_pose(simulation: Simulation, link: str) -> BasePose:
+    """Return the position and heading of a robot's base link in a simulation."""
     pose = simulation.link_pose(link)
     x, y, _ = map(float, pose.position)
     return BasePose(x, y, math.atan2(pose.rotation[1, 0], pose.rotation[0, 0]))
 
 
-class Way(NamedTuple):
-    """Motion of a base during a test.
+class BaseMotion(NamedTuple):
+    """Measured motion of a base: ahead, then turning, as commanded in a robot check.
 
     Attributes:
         ahead: How far it came, in m.
@@ -52,49 +52,51 @@ class Way(NamedTuple):
     slower: float = 1.0
 
     @classmethod
-    def between(cls, start: BasePose, middle: BasePose, end: BasePose, slower: float = 1.0) -> Way:
-        """Return the motion between three places: ahead, then turning."""
+    def between(
+        cls, start: BasePose, middle: BasePose, end: BasePose, slower: float = 1.0
+    ) -> BaseMotion:
+        """Return the motion between three poses of a base: ahead, then turning."""
         along, across = middle.x - start.x, middle.y - start.y
         ahead = along * math.cos(start.heading) + across * math.sin(start.heading)
         return cls(ahead, math.remainder(end.heading - middle.heading, math.tau), slower)
 
     @property
     def is_enough(self) -> bool:
-        """Whether the base moved as commanded."""
+        """Whether the base moved ahead and turned as far as required."""
         turn = _ENOUGH_TURN * TURN * MOVING_S
         far = self.ahead >= ENOUGH * self.slower * SPEED * MOVING_S
         return far and abs(self.turned) >= self.slower * turn
 
     @property
-    def told(self) -> str:
-        """Return the motion in words."""
+    def summary(self) -> str:
+        """Distances that the base moved and turned, compared with the commanded ones, as text."""
         asked, turn = self.slower * SPEED * MOVING_S, self.slower * TURN * MOVING_S
         turned = f"turned {self.turned:.3f} of {turn:.2g} rad"
         return f"ahead {self.ahead:.3f} of {asked:.2g} m, {turned}"
 
 
-def planar_move_motions(robot: SimulatedRobot) -> dict[str, Way]:
-    """Return the motion of a robot by each velocity topic of a planar-move plug-in.
+def planar_move_motions(robot: SimulatedRobot) -> dict[str, BaseMotion]:
+    """Command each planar-move plug-in of a robot in a new simulation; return the motions by topic.
 
     Args:
         robot: The robot, of whose model a new simulation is made.
     """
     from teleopctl.sim import Simulation
 
-    ways: dict[str, Way] = {}
+    ways: dict[str, BaseMotion] = {}
     simulation = Simulation(robot.model, control_period_ns=CONTROL_PERIOD_NS)
     simulation.movers = robot.simulation.movers
     simulation.hold()
     base = robot.model.base
     for mover in simulation.movers if base is not None else ():
         assert base is not None
-        places = [place_of(simulation, base.body.link)]
+        places = [base_pose(simulation, base.body.link)]
         for x, turn in ((SPEED, 0.0), (0.0, TURN)):
             twist: Any = get_message("geometry_msgs/msg/Twist")()
             twist.linear.x, twist.angular.z = x, turn
             mover.receive(twist)
             simulation.step_to(simulation.time_ns + round(MOVING_S * 1e9))
-            places.append(place_of(simulation, base.body.link))
+            places.append(base_pose(simulation, base.body.link))
         mover.stop()
-        ways[mover.topic] = Way.between(places[0], places[1], places[2])
+        ways[mover.topic] = BaseMotion.between(places[0], places[1], places[2])
     return ways
