@@ -1,9 +1,9 @@
-"""Launch files: ROS 2's launch, and the supervisor of what it starts.
+"""Launch files of ROS 2: reading, evaluation, and supervision of the processes.
 
 A front end reads a file (`frontends`) into steps with actions (`actions`, over `model`), which are
 evaluated with the launch arguments into a plan of processes and of what waits for events
 (`evaluation`). The plan is carried out (`execution`), in the foreground or, through ``python -m
-teleopctl.launch``, in the background; on each event the evaluation is asked for what comes next.
+teleopctl.launch``, in the background; on each event the evaluation returns the next steps.
 
 An action of one's own derives from ``Action``, a substitution is a ``Substitution``.
 """

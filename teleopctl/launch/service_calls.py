@@ -31,11 +31,11 @@ _numbers = itertools.count(1)
 class CallSequence:
     """Base of service calls that a launch makes one after the other, on a thread.
 
-    It waits for nodes that are not there yet. It is given up when the launch ends, or when the
-    process that it asks has ended for good.
+    The calls wait for nodes that are not there yet. They stop when the launch ends, or when the
+    process of the called node has ended and is not restarted.
 
     Args:
-        node_name: Full name of the node that is asked.
+        node_name: Full name of the node whose services are called.
         launch: The launch.
     """
 
@@ -150,7 +150,7 @@ class CallSequence:
                 self.make_calls(node)
         except (CallsCancelledError, ExternalShutdownException):
             pass
-        except Exception as error:  # noqa: BLE001 -- nobody else would be told
+        except Exception as error:  # noqa: BLE001 -- nothing else would report it
             if not self._given_up.is_set():
                 self.log("ERROR", f"{self.node_name}: {error}", "launch")
         finally:

@@ -61,7 +61,7 @@ def evaluate_request(
         is_shown: Whether the plan is only shown, and nothing is refused that runs already.
 
     Returns:
-        What the launch does of itself, and what is to be asked when something happens.
+        The plan of the first steps, and the evaluation that handles later events.
 
     Raises:
         TeleopctlError: The file cannot be read, does not follow the vocabulary, or something in it
@@ -87,8 +87,8 @@ def evaluate_request(
         # ROS 2 starts them, and so do we: one may be about to end. But a second
         # robot_state_publisher, say, makes a robot stand in two poses at a time.
         plan.warnings.append(
-            f"Nodes of the same names run already: {', '.join(names)}. Whoever listens to their "
-            f"topics gets a mixture of both. End the others {how_to_stop(names)}"
+            f"Nodes of the same names run already: {', '.join(names)}. Subscribers of their "
+            f"topics receive messages of both. End the others {how_to_stop(names)}"
         )
     if request.record_into is not None:
         plan = with_recorder(plan, Path(request.record_into), file, request.arguments)
@@ -164,8 +164,7 @@ def run_here(request: LaunchRequest, *, on_terminal: bool = False, coloured: boo
 def run_in_background(request_file: Path) -> int:
     """Run the launch request in a file until all processes have ended; return the exit status.
 
-    Who waits for it is told by files in the request's folder what the plan is, or why there is
-    none.
+    Files in the request's folder report the plan, or why there is none, to the waiting command.
     """
     from teleopctl.launch.execution.supervisor import Supervisor
 

@@ -217,7 +217,7 @@ class Watch:
     Args:
         request: What was launched.
         evaluation: What evaluated it.
-        restarts: Is told what to start again.
+        restarts: Restarts the processes.
     """
 
     def __init__(
@@ -379,7 +379,7 @@ def _mistake(file: Path) -> str | None:
 
 
 def _forget_compiled(files: AbstractSet[Path]) -> None:
-    """Let modules be compiled anew; Python does not see a change of the same second and size."""
+    """Let modules be compiled again; Python does not see a change of the same second and size."""
     for file in files:
         if file.suffix == ".py":
             with contextlib.suppress(OSError, NotImplementedError):
@@ -387,7 +387,7 @@ def _forget_compiled(files: AbstractSet[Path]) -> None:
 
 
 def _forget_modules(files: AbstractSet[Path]) -> None:
-    """Let modules that a launch file imports be read anew."""
+    """Let modules that a launch file imports be imported again."""
     paths = set(map(str, files))
     for name, module in list(sys.modules.items()):
         if getattr(module, "__file__", None) in paths:

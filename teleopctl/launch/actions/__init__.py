@@ -1,1 +1,1 @@
-"""The actions of launch files: one class for each kind of entry."""
+"""Actions of launch files: one class for each kind of entry."""

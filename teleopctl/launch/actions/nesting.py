@@ -66,7 +66,7 @@ class TimedEntities(Action):
     Attributes:
         period: Seconds from now, or from the start of the launch.
         steps: The steps.
-        is_cancelled: Tells whether they are not to be taken after all.
+        is_cancelled: Returns whether the timer was cancelled.
         cancel_on_shutdown: Whether they are not to be taken when the launch ends.
     """
 

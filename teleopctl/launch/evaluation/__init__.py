@@ -1,1 +1,1 @@
-"""From a description and its arguments to a plan: substitutions, scopes, parameters."""
+"""Evaluation of launch files: substitutions, scopes and parameters, to a plan of processes."""

@@ -266,7 +266,7 @@ def _read_robot(file: Path, mappings: Mapping[str, str]) -> ExpandedXacro:
         raise
     text = expanded.text
     if "<robot" in text and not _SEMANTIC.search(text):
-        # A mistake is told here, once, and not by each of the nodes that would read it.
+        # A mistake is reported here, once, instead of by each node that would read it.
         try:
             RobotDescription.from_urdf(text)
         except TeleopctlError as error:

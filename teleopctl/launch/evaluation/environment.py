@@ -1,8 +1,8 @@
 """Temporary changes of this process's environment variables while a launch file is evaluated.
 
-ROS 2's launch changes its own environment, so that functions of a launch file, ``xacro`` and what
-else asks for a variable see what was set before. Here they see it as well, but only while they run:
-a process of another group that starts later begins with what there was before.
+ROS 2's launch changes its own environment, so that functions of a launch file, ``xacro`` and
+other readers of variables see what was set before. Here they see it as well, but only while they
+run: a process of another group that starts later begins with what there was before.
 """
 
 from __future__ import annotations

@@ -110,7 +110,7 @@ def evaluate(
             that is no mistake.
 
     Returns:
-        What the launch does of itself, and what is to be asked when something happens.
+        The plan of the first steps, and the evaluation that handles later events.
 
     Raises:
         TeleopctlError: When anything in it cannot be evaluated; the message has file and line.
@@ -136,7 +136,7 @@ def evaluate(
 def shutdown_before_start(reason: str, hint: str | None = None) -> LaunchError:
     """Return the error for a launch that its own file shuts down before anything has started."""
     error = LaunchError(reason, hint=hint)
-    # Whoever wrote the file knows better than its line number what the person has to know.
+    # The reason that the launch file gives says more than its line number.
     error.place = ""
     return error
 
@@ -161,7 +161,7 @@ class TimedSteps(NamedTuple):
 class Evaluation:
     """Evaluation of a launch: the launch files before the start, then each event and timer.
 
-    It is the `Launch` that actions work with and the `Respondent` that the supervisor asks.
+    It implements `Launch` for actions, and `Respondent` for the supervisor.
 
     Args:
         context: What substitutions look at.

@@ -1,6 +1,6 @@
 """Substitutions of launch files that ROS 2 does not have: files, nodes, controllers, worlds.
 
-``$(node-exists /name)`` asks the live graph, ``$(first-file A B …)`` is the first of some files
+``$(node-exists /name)`` queries the graph, ``$(first-file A B …)`` is the first of some files
 that exists, ``$(file-param FILE NODE NAME DEFAULT)`` is what a parameter file says about a node,
 ``$(file-controllers FILE [NAMESPACE])`` the controllers that it configures,
 ``$(file-namespace FILE)`` the namespace in which it has its controller manager, and
@@ -133,7 +133,7 @@ def _file_namespace(arguments: Sequence[str], _: LaunchContext) -> str:
 def _world_file(arguments: Sequence[str], _: LaunchContext) -> str:
     """The absolute path of a world file, after a look at it; empty for none.
 
-    A mistake is told here, once, and not by each of the nodes that read the file.
+    A mistake is reported here, once, instead of by each node that reads the file.
     """
     if not arguments[0]:
         return ""

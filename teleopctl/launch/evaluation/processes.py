@@ -104,7 +104,7 @@ class ProcessBuilder:
         self._request = request
 
     def copy(self, context: LaunchContext) -> ProcessBuilder:
-        """Return a copy that knows the same processes and evaluates with another context."""
+        """Return a copy with the same processes, which evaluates with another context."""
         other = ProcessBuilder(context, self._request)
         other.actions.update(self.actions)
         other._plans.update(self._plans)
@@ -129,7 +129,7 @@ class ProcessBuilder:
         node_name = None
         if action.node is not None:
             ros_arguments, node_name = self._ros_arguments(action.node, name)
-            command += [*ros_arguments, *self._asked_besides(program)]
+            command += [*ros_arguments, *self._requested_ros_arguments(program)]
         command = self._with_prefix(command, action.prefix, shell=shell)
         environment = dict(self._context.scope.environment)
         if action.clean_environment:
@@ -266,8 +266,8 @@ class ProcessBuilder:
             self._count(full_name, process_name)
         return (["--ros-args", *words] if words else []), full_name
 
-    def _asked_besides(self, program: str) -> list[str]:
-        """What whoever launches asks of a node, whatever the launch file says."""
+    def _requested_ros_arguments(self, program: str) -> list[str]:
+        """Return the ROS arguments that the launch request gives to a node."""
         given = self._request.ros_arguments
         words = [*given.get(program, ()), *given.get("", ())]
         return ["--ros-args", *words] if words else []

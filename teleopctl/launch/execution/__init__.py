@@ -1,1 +1,1 @@
-"""A plan carried out: processes started, watched, shown and stopped."""
+"""Execution of launch plans: processes are started, watched, shown and stopped."""

@@ -84,7 +84,7 @@ def lines(pipe: IO[bytes]) -> Iterator[bytes]:
 
 # How long to go on reading what a process left behind when a descendant keeps its output open.
 _LAST_WORDS_S = 1.0
-# Exit statuses of a process that ended because it was asked to.
+# Exit statuses of a process that ended because of a signal.
 _ENDED_BY_INTERRUPT = frozenset({128 + signal.SIGINT, -signal.SIGINT, 0xC000013A})
 _ENDED_BY_TERMINATION = frozenset({128 + signal.SIGTERM, -signal.SIGTERM})
 

@@ -64,7 +64,7 @@ class Timers:
     """Pending timers and background work, such as service calls, that a launch waits for.
 
     Args:
-        loop: Where their ends are told.
+        loop: Calls the functions below.
         on_change: Called when service calls or other work begin or end.
         fire: Called with a timer whose time has come.
         ended: Called when work has ended, with an error where it failed.

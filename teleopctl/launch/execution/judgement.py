@@ -59,7 +59,7 @@ def find_up_processes(
     """
     said = {process.name: progress.read(Path(process.log_file)) for process in statuses}
     up = _in_graph(statuses, new_nodes)
-    # What mostly ends by itself may be asked to stay.
+    # A spawner mostly ends by itself, but may stay (``--stay``).
     up.update((process.name, None) for process in statuses if _stays(process, said[process.name]))
     waiting: dict[str, str] = {}
     for name in list(up):
@@ -116,7 +116,7 @@ def _outlived_its_start(process: ProcessStatus) -> bool:
 def progress_marker(log_file: Path) -> object:
     """Return an object that differs after a starting process has made progress.
 
-    A program that never reports is judged by its output. Of one that does, output tells nothing:
+    A program that never reports is judged by its output. For one that does, output means nothing:
     it may repeat every ten seconds that it waits.
     """
     said = progress.read(log_file)
@@ -159,8 +159,8 @@ def first_failure(statuses: Sequence[ProcessStatus]) -> Failure | None:
         reason = None if said is None else said.reason
         if process.state == "died":
             how = f"died with exit code {process.exit_status}"
-            told = f": {reason}" if reason else f" {how}:\n{log_tail(log_file)}"
-            failures.append(Failure(process.ended_at, process.name, process.name + told))
+            cause = f": {reason}" if reason else f" {how}:\n{log_tail(log_file)}"
+            failures.append(Failure(process.ended_at, process.name, process.name + cause))
         elif process.state == "running" and said is not None and reason is not None:
             failures.append(Failure(said.time, process.name, f"{process.name}: {reason}"))
     return min(failures, default=None)

@@ -29,7 +29,7 @@ from teleopctl.launch.execution.judgement import (
 from teleopctl.launch.execution.status import ProcessStatus
 from teleopctl.wire import Graph, GraphWatcher, close_session, open_session, query_graph
 
-# The graph wakes whoever waits. The end of a process and the few files by which it reports are
+# A change of the graph ends a wait. The end of a process and the few files by which it reports are
 # looked at this often, in seconds: a tenth of a percent of a core, where the import of a library
 # that watches files takes 0.1 s of it, while everything starts.
 _LOOK_EVERY_S = 0.05
@@ -357,7 +357,7 @@ def report_when_up(new_nodes: NewNodes, launch: RunningLaunch) -> Iterator[None]
 
     Args:
         new_nodes: Made before the start.
-        launch: Is asked for what became of its processes, and told what to say, on another thread.
+        launch: Its states are read, and lines are logged in its name, on another thread.
     """
     ended = threading.Event()
 
@@ -370,7 +370,7 @@ def report_when_up(new_nodes: NewNodes, launch: RunningLaunch) -> Iterator[None]
             up = find_up_processes(now, new_nodes.names_by_session(graph), graph)
             complete = len(up.names) + len(up.waiting) == len(now)
             if failure is not None:
-                # A death has been told by the launch itself.
+                # The launch itself has logged a death.
                 if not any(process.state == "died" for process in now):
                     launch.log("ERROR", failure.text)
                 return

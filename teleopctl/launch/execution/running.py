@@ -29,7 +29,7 @@ class Running(NamedTuple):
         node_name: Full name of its node where a launch file gives it, or None.
         is_alive: Whether it still runs; what a launch started is kept while the launch runs.
         ending: How and when it ended where `died` found it, such as ``exited 1, 3 s ago``.
-        is_death_shown: Whether the command that started it has told why it died.
+        is_death_shown: Whether the command that started it has shown why it died.
     """
 
     record: ProcessRecord
@@ -137,7 +137,7 @@ def _orphans(folder: Path | None) -> list[Running]:
             for process in statuses
             if process.state == "running" and background.is_alive(process.record())
         ]
-        # Whoever watched a launch has seen what died in it.
+        # A launch in the foreground has shown its deaths in the terminal.
         is_death_shown = launch.kind == background.FOREGROUND_LAUNCH
         if not alive and (
             is_death_shown or not any(process.state == "died" for process in statuses)

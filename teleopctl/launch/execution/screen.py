@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     Style = Literal["%", "{", "$"]
 
-# What a logger of ROS 2 writes where no colours were asked of it.
+# A line of a ROS 2 logger without colours.
 _LOG_LINE = re.compile(rb"\[(DEBUG|INFO|WARN|ERROR|FATAL)\] \[\d+\.\d+\] \[")
 _COLOURS = {
     "DEBUG": b"\x1b[32m",

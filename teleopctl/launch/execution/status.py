@@ -27,7 +27,7 @@ _STATUS_FILE = "processes.json"
 _WARNINGS_FILE = "warnings.json"
 _REFUSAL_FILE = "refusal.json"
 _STOP_PREFIX = "stop-"
-_TOLD_PREFIX = "told-"
+_SHOWN_PREFIX = "shown-"
 
 State = Literal["waiting", "running", "finished", "stopped", "died"]
 
@@ -155,24 +155,24 @@ def read_warnings(folder: Path) -> list[str]:
 
 def write_refusal(folder: Path, error: TeleopctlError) -> None:
     """Write the error of a launch that cannot be evaluated, for the command that waits for it."""
-    told = {
+    document = {
         "class": type(error).__name__,
         "message": error.message,
         "hint": error.hint,
         "place": error.place,
     }
     with contextlib.suppress(OSError):
-        write_private(folder / _REFUSAL_FILE, json.dumps(told))
+        write_private(folder / _REFUSAL_FILE, json.dumps(document))
 
 
 def read_refusal(folder: Path) -> TeleopctlError | None:
     """Return the error that `write_refusal` has written; None without a file."""
     try:
-        told = json.loads((folder / _REFUSAL_FILE).read_text(encoding="utf-8"))
-        kind: type[TeleopctlError] = getattr(errors, told["class"], TeleopctlError)
+        document = json.loads((folder / _REFUSAL_FILE).read_text(encoding="utf-8"))
+        kind: type[TeleopctlError] = getattr(errors, document["class"], TeleopctlError)
         error = kind.__new__(kind)
-        TeleopctlError.__init__(error, told["message"], hint=told["hint"])
-        error.place = told["place"]
+        TeleopctlError.__init__(error, document["message"], hint=document["hint"])
+        error.place = document["place"]
     except (OSError, ValueError, LookupError, TypeError):
         return None
     return error
@@ -197,12 +197,12 @@ def is_marked_stopped(folder: Path, name: str) -> bool:
 def mark_death_shown(folder: Path, name: str) -> None:
     """Record that the reason of a process's death was shown to the user."""
     with contextlib.suppress(OSError):
-        (folder / f"{_TOLD_PREFIX}{name}").touch()
+        (folder / f"{_SHOWN_PREFIX}{name}").touch()
 
 
 def is_death_shown(folder: Path, name: str) -> bool:
     """Return whether the reason of a process's death was shown to the user."""
-    return (folder / f"{_TOLD_PREFIX}{name}").exists()
+    return (folder / f"{_SHOWN_PREFIX}{name}").exists()
 
 
 def command_text(command: Iterable[str]) -> str:
@@ -230,7 +230,7 @@ class StatusWriter:
     Args:
         folder: The launch's log folder.
         loop: The loop on which `publish` is called.
-        launch: Is asked for what to write.
+        launch: Its state is written.
     """
 
     def __init__(self, folder: Path, loop: EventLoop, launch: LaunchStatus) -> None:

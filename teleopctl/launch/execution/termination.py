@@ -104,7 +104,7 @@ class LaunchSignals:
         """Install the signal handlers for the ``with`` block, if this is the main thread."""
         numbers = [signal.SIGINT, signal.SIGTERM]
         if hasattr(signal, "SIGHUP") and signal.getsignal(signal.SIGHUP) != signal.SIG_IGN:
-            # Whoever began with `nohup` wants the launch to outlive the terminal.
+            # Under `nohup` the launch outlives the terminal.
             numbers.append(signal.SIGHUP)
         if threading.current_thread() is threading.main_thread():
             end_waits()

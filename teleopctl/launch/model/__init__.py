@@ -1,1 +1,1 @@
-"""What a launch description is, and the plan that it becomes: plain data, whoever wrote it."""
+"""Data of launch files and of evaluated launches, whatever language the file is in."""

@@ -273,7 +273,7 @@ class Handler(Protocol):
     """Interface of event handlers of a launch.
 
     Attributes:
-        wants_output: Whether it wants to be told of what processes write.
+        wants_output: Whether it takes output events of processes.
     """
 
     @property

@@ -88,8 +88,8 @@ class SignalRequested:
     """Event: a signal is requested for those processes that ``matches`` selects.
 
     Attributes:
-        matches: Tells of a process whether it is meant.
-        number: The signal; None asks for the end as a shutdown does, by harder ways where needed.
+        matches: Returns whether a process is to get the signal.
+        number: The signal; None terminates the process as a shutdown does.
     """
 
     matches: Callable[[ProcessPart, ProcessPlan], bool]

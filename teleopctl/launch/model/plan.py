@@ -1,7 +1,6 @@
 """Plan of a launch: processes, components, timers and so on, fully evaluated, as plain data.
 
-A plan is plain data, so that it can be printed. What a launch does beyond it, on events, is asked
-for when they happen.
+A plan can be printed. The steps that follow from events are evaluated when the events happen.
 """
 
 from __future__ import annotations
@@ -133,11 +132,11 @@ class FollowUp:
         messages: Lines for the person in front of the terminal, as level, logger and text.
         files: Parameter files to write, as path and content.
         processes: What to start, in order.
-        timers: What is to be asked again, and after how many seconds.
-        works: What is to go on beside the processes.
-        events: What has on_event by the launch's own doing, and is to be answered.
+        timers: Timers to start, with their delays in seconds.
+        works: Work to start beside the processes.
+        events: Events that the launch's own actions emit.
         signals: Signals to send.
-        shutdown: Why the launch has to end, or None.
+        shutdown: Reason for a shutdown, or None.
     """
 
     messages: list[tuple[str, str, str]] = field(default_factory=list)

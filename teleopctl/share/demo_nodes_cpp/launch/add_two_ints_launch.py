@@ -1,4 +1,4 @@
-"""A server of add_two_ints and a client, with whose end the launch ends."""
+"""Launch file of add_two_ints: server and client; the launch ends with the client."""
 
 from launch import LaunchDescription
 from launch.actions import EmitEvent, RegisterEventHandler
@@ -8,7 +8,7 @@ from launch_ros.actions import Node
 
 
 def generate_launch_description() -> LaunchDescription:
-    """Start both."""
+    """Return server and client, and a shutdown when the client exits."""
     client = Node(package="demo_nodes_cpp", executable="add_two_ints_client", output="screen")
     return LaunchDescription(
         [

@@ -1,4 +1,4 @@
-"""Starts the simulator of Gazebo classic, and says where its picture is."""
+"""Launch file ``gazebo``: includes ``gzserver``, and ``gzclient`` if ``gui`` is true."""
 
 from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument, IncludeLaunchDescription

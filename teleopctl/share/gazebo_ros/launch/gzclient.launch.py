@@ -1,4 +1,4 @@
-"""Says where the picture of Gazebo's window is."""
+"""Launch file ``gzclient``: logs how to open the web page in place of Gazebo's window."""
 
 from launch import LaunchContext, LaunchDescription, LaunchDescriptionEntity
 from launch.actions import DeclareLaunchArgument, OpaqueFunction, Shutdown

@@ -1,4 +1,4 @@
-"""Starts the simulator of Gazebo classic, which is MuJoCo here."""
+"""Launch file ``gzserver``: starts the simulator, MuJoCo in place of Gazebo classic."""
 
 from launch import LaunchContext, LaunchDescription, LaunchDescriptionEntity
 from launch.actions import DeclareLaunchArgument, OpaqueFunction, Shutdown

@@ -1,4 +1,4 @@
-"""Passes on the simulator's topics under the names that they are to have in ROS."""
+"""Launch file ``ros_gz_bridge``: starts the bridge of a configuration file."""
 
 from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument, LogInfo

@@ -1,4 +1,4 @@
-"""Takes the robot out of the simulator."""
+"""Launch file ``gz_remove_model``: deletes an entity from the simulator."""
 
 from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument

@@ -1,4 +1,4 @@
-"""Starts the simulator without a word on its picture."""
+"""Launch file ``gz_server``: starts the simulator without a window."""
 
 from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument, LogInfo

@@ -1,4 +1,4 @@
-"""Starts Gazebo's simulator, which is MuJoCo here."""
+"""Launch file ``gz_sim``: starts the simulator, MuJoCo in place of Gazebo."""
 
 import shlex
 

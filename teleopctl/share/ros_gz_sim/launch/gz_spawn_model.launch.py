@@ -1,4 +1,4 @@
-"""Puts a robot into the simulator."""
+"""Launch file ``gz_spawn_model``: spawns an entity in the simulator."""
 
 from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument

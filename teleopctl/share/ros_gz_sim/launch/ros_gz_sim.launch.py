@@ -1,4 +1,4 @@
-"""Starts the simulator, and passes on its topics."""
+"""Launch file ``ros_gz_sim``: starts the simulator and a bridge of its topics."""
 
 from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument, IncludeLaunchDescription

@@ -1,4 +1,4 @@
-"""Puts a robot into the simulator, and passes on the simulator's topics."""
+"""Launch file ``ros_gz_spawn_model``: spawns an entity, and starts a bridge of topics."""
 
 from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument, IncludeLaunchDescription

@@ -1,4 +1,4 @@
-"""Publishes a package's robot description and its frames."""
+"""Launch file ``description``: starts robot_state_publisher with a package's URDF."""
 
 from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument
@@ -9,7 +9,7 @@ from launch_ros.substitutions import FindPackageShare
 
 
 def generate_launch_description() -> LaunchDescription:
-    """Return what is to be launched."""
+    """Return the arguments and the node robot_state_publisher."""
     path = PathJoinSubstitution(
         [
             FindPackageShare(LaunchConfiguration("urdf_package")),

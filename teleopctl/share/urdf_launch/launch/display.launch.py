@@ -1,4 +1,4 @@
-"""Shows a package's robot on the page, with a slider for each joint."""
+"""Launch file ``display``: shows a package's robot on the web page, with joint sliders."""
 
 from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument, IncludeLaunchDescription
@@ -9,7 +9,7 @@ from launch_ros.substitutions import FindPackageShare
 
 
 def generate_launch_description() -> LaunchDescription:
-    """Return what is to be launched."""
+    """Return the arguments, the included description, and the nodes of page and joint sliders."""
     share = FindPackageShare("urdf_launch")
     wants_sliders = LaunchConfiguration("jsp_gui")
     return LaunchDescription(

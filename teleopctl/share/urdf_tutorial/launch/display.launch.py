@@ -1,4 +1,4 @@
-"""Shows a robot on the page, with a slider for each joint."""
+"""Launch file ``display``: shows a robot on the web page, with joint sliders."""
 
 from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument, IncludeLaunchDescription
@@ -7,7 +7,7 @@ from launch_ros.substitutions import FindPackageShare
 
 
 def generate_launch_description() -> LaunchDescription:
-    """Return what is to be launched."""
+    """Return the arguments, and the inclusion of urdf_launch's display."""
     display = FindPackageShare("urdf_launch")
     return LaunchDescription(
         [
