@@ -2,8 +2,10 @@
 
 import ast
 import inspect
+import re
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -80,3 +82,41 @@ def test_signatures_of_the_face_have_no_any():
             node.id for node in ast.walk(ast.parse(file.read_text())) if isinstance(node, ast.Name)
         }
         assert "Any" not in names, file
+
+
+# A message of any type, parameters of any type, and lists of endpoints of several types.
+WITH_ANY = {
+    "ControlStack.parameter",
+    "ControllerInterface.create_action_server",
+    "Decoded",
+    "Node.clients",
+    "Node.publishers",
+    "Node.services",
+    "Node.subscriptions",
+}
+
+
+def signatures(name: str) -> Iterator[tuple[str, str]]:
+    """Yield the signatures of a public name and of its public methods and properties."""
+    value = getattr(teleopctl, name)
+    members = {name: value}
+    for base in inspect.getmro(value) if inspect.isclass(value) else ():
+        if base.__module__.startswith("teleopctl."):
+            members |= {f"{name}.{k}": v for k, v in vars(base).items() if not k.startswith("_")}
+    for member, each in members.items():
+        function = getattr(each, "fget", None) or getattr(each, "__func__", None) or each
+        if callable(function):
+            try:
+                yield member, str(inspect.signature(function))
+            except ValueError:
+                continue
+
+
+def test_no_further_signature_of_a_public_name_has_any():
+    with_any = {
+        member
+        for name in PUBLIC
+        for member, text in signatures(name)
+        if re.search(r"\bAny\b", text)
+    }
+    assert with_any <= WITH_ANY
