@@ -59,9 +59,6 @@ OWN_FILES = {
     "page": {
         "my_robot.rviz": "Visualization Manager: {Displays: [{Class: rviz_default_plugins/TF}]}",
     },
-    "tutorial": {
-        "simple_publisher.py": text_of(ROOT / "teleopctl" / "nodes" / "simple_publisher.py")
-    },
 }
 
 
