@@ -153,6 +153,13 @@ def ros_without_router(ros_graph_without_router: RosGraph) -> RosGraph:
 
 
 @pytest.fixture
+def ros_with_own_router(ros_graph_without_router: RosGraph) -> RosGraph:
+    """A graph with a router of the test's own, which `teleopctl daemon` and `ps` list."""
+    ros_graph_without_router.start_router()
+    return ros_graph_without_router
+
+
+@pytest.fixture
 def ros(ros_graph: RosGraph) -> RosGraph:
     """The plug-in's graph under the tests' short name."""
     return ros_graph

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import os
 import shlex
 import socket
@@ -37,6 +38,9 @@ _AROUND_LAUNCH_S = 30.0
 
 # Of each log, in the report of a failure.
 _REPORTED_LINES = 100
+
+# Of graphs that share a router: each has another one than those before it.
+_DOMAINS = range(1, 101)
 
 # Two tests may be given the same free port; the second one asks for another.
 _START_ATTEMPTS = 3
@@ -74,6 +78,8 @@ class RosGraph:
         self._processes: list[Process] = []
         self._observer: Observer | None = None
         self._leave: Callable[[], None] | None = None
+        self._shared_domains = itertools.cycle(_DOMAINS)
+        self._router_owner: RosGraph | None = None
         self._use_port(free_port())
 
     @property
@@ -81,10 +87,10 @@ class RosGraph:
         """Folder of the graph's process records."""
         return self._folder
 
-    def _use_port(self, port: int) -> None:
+    def _use_port(self, port: int, domain: int | None = None) -> None:
         self.port = port
         self.router = f"tcp/127.0.0.1:{port}"
-        self.domain = 1 + port % 100
+        self.domain = _DOMAINS[port % len(_DOMAINS)] if domain is None else domain
         self.variables = {
             "TELEOPCTL_ROUTER": self.router,
             # A test looks at topics; whoever wants the page says viewer:=true.
@@ -95,6 +101,13 @@ class RosGraph:
         }
         self.env = dict(os.environ)
         self.join(self.env)
+
+    def _move_to(self, port: int, domain: int | None = None) -> None:
+        """Use another port, in this process as well if it is in the graph."""
+        is_here = os.environ.get("TELEOPCTL_ROUTER") == self.router
+        self._use_port(port, domain)
+        if is_here:
+            self.join(os.environ)
 
     def __enter__(self) -> RosGraph:
         self.start_router()
@@ -134,11 +147,23 @@ class RosGraph:
             except TeleopctlError as error:
                 if attempt == _START_ATTEMPTS or "in use" not in str(error):
                     raise
-                is_here = os.environ.get("TELEOPCTL_ROUTER") == self.router
-                self._use_port(free_port())
-                if is_here:
-                    self.join(os.environ)
+                self._move_to(free_port())
         raise AssertionError
+
+    def share_router(self, owner: RosGraph) -> None:
+        """Use the router of another graph, in a domain of this graph's own.
+
+        The router is started unless it runs. Neither graph sees the nodes of the other one, and
+        ``teleopctl daemon stop`` in this graph refuses to stop the router.
+
+        Raises:
+            TeleopctlError: The router cannot start.
+        """
+        records = background.records(owner.folder / _RUNTIME)
+        if not any(record.kind == "router" for record in records):
+            owner.start_router()
+        self._router_owner = owner
+        self._move_to(owner.port, next(owner._shared_domains))
 
     def run(
         self,
@@ -274,6 +299,8 @@ class RosGraph:
 
     def reports(self) -> Iterator[tuple[str, str]]:
         """Yield the processes and logs of the graph, as titles and texts, for a failure report."""
+        if self._router_owner is not None:
+            yield from self._router_owner.reports()
         for process in self._processes:
             yield f"process {process.pid}", process.report()
         for log_file in sorted((self.folder / _LOG).glob("*.log")):

@@ -43,25 +43,42 @@ def pytest_load_initial_conftests(early_config: pytest.Config) -> None:
             early_config.pluginmanager.register(launch_tests)
 
 
+@pytest.fixture(scope="session")
+def _router_of_session(tmp_path_factory: pytest.TempPathFactory) -> Iterator[RosGraph]:
+    """A graph whose router serves those of all tests, from the first one that needs it."""
+    from teleopctl.testing.graph import RosGraph
+
+    graph = RosGraph(tmp_path_factory.mktemp("router"))
+    try:
+        yield graph
+    finally:
+        graph.close()
+
+
 @pytest.fixture
-def ros_graph(ros_graph_without_router: RosGraph) -> RosGraph:
-    """A ROS graph of the test's own with its router running; this process is in it as well."""
-    ros_graph_without_router.start_router()
+def ros_graph(ros_graph_without_router: RosGraph, _router_of_session: RosGraph) -> RosGraph:
+    """A ROS graph of the test's own, in a domain of its own; this process is in it as well.
+
+    The router runs until the end of the session and serves each test in turn.
+    """
+    ros_graph_without_router.share_router(_router_of_session)
     return ros_graph_without_router
 
 
 @pytest.fixture
 def ros_graph_without_router(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[RosGraph]:
-    """A ROS graph of the test's own in which no router runs yet."""
+    """A ROS graph of the test's own in which no router runs yet; see `RosGraph.start_router`."""
     yield from _graph(tmp_path, monkeypatch)
 
 
 @pytest.fixture(scope="module")
-def shared_ros_graph(tmp_path_factory: pytest.TempPathFactory) -> Iterator[RosGraph]:
-    """One ROS graph with its router for all tests of a module that only look."""
+def shared_ros_graph(
+    tmp_path_factory: pytest.TempPathFactory, _router_of_session: RosGraph
+) -> Iterator[RosGraph]:
+    """One ROS graph for all tests of a module that only look."""
     with pytest.MonkeyPatch.context() as monkeypatch:
         for graph in _graph(tmp_path_factory.mktemp("ros_graph"), monkeypatch):
-            graph.start_router()
+            graph.share_router(_router_of_session)
             yield graph
 
 

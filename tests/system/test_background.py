@@ -15,6 +15,12 @@ TWO_NODES = """launch:
 """
 
 
+@pytest.fixture
+def ros(ros_with_own_router):
+    """A graph whose router is among the processes of its background."""
+    return ros_with_own_router
+
+
 def processes(ros):
     return {entry["name"]: entry for entry in json.loads(ros.run("ps --json").stdout)}
 

@@ -32,7 +32,8 @@ def test_starting_stopping_and_asking_say_what_ros_says(ros_without_router):
     assert status.returncode == 0
 
 
-def test_json_names_endpoint_and_process(ros):
+def test_json_names_endpoint_and_process(ros_with_own_router):
+    ros = ros_with_own_router
     status = json.loads(ros.run("daemon status --json").stdout)
     record = find_router()
     assert record is not None
@@ -174,7 +175,10 @@ def test_it_is_on_every_loopback_address_and_on_no_other(monkeypatch, endpoint, 
     assert json.loads(router_config().zenoh.get_json("listen/endpoints")) == listens
 
 
-def test_running_programs_find_each_other_again_after_a_restart_of_the_router(ros):
+def test_running_programs_find_each_other_again_after_a_restart_of_the_router(
+    ros_with_own_router,
+):
+    ros = ros_with_own_router
     program = ros.spawn_module("tests.wire.token_holder", [str(ros.domain), "steady"], cwd=ROOT)
     program.wait_for_line("declared")
     # Not `open_session`: that is a peer, who needs no router, where the router is slow to know all.
@@ -188,7 +192,10 @@ def test_running_programs_find_each_other_again_after_a_restart_of_the_router(ro
         watcher.close()
 
 
-def test_a_router_on_loopback_is_said_to_be_for_this_machine_only(ros):
+def test_a_router_on_loopback_is_said_to_be_for_this_machine_only(
+    ros_with_own_router,
+):
+    ros = ros_with_own_router
     status = ros.run("daemon status")
     line = f"Listens at: {ros.router} (this machine only, nothing authenticates its users)\n"
     assert line in status.stderr

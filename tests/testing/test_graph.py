@@ -84,6 +84,35 @@ def test_a_port_that_was_taken_meanwhile_is_replaced(tmp_path, monkeypatch):
             second.close()
 
 
+def test_graphs_of_one_router_see_nothing_of_each_other(tmp_path):
+    owner, first, second = (RosGraph(tmp_path / name) for name in ("owner", "first", "second"))
+    try:
+        for graph in (first, second):
+            graph.folder.mkdir()
+            graph.share_router(owner)
+        assert first.router == second.router == owner.router
+        talker = first.spawn("run teleop_py_pkg simple_publisher")
+        talker.wait_for_line("Publishing")
+        assert first.run("node list").stdout == "/simple_publisher\n"
+        assert second.run("node list").stdout == ""
+    finally:
+        for graph in (first, second, owner):
+            graph.close()
+
+
+def test_a_shared_router_that_died_is_started_again_for_the_next_graph(tmp_path):
+    owner, first, second = (RosGraph(tmp_path / name) for name in ("owner", "first", "second"))
+    try:
+        first.share_router(owner)
+        (router,) = background.records(owner.folder / "runtime")
+        background.stop(router)
+        second.share_router(owner)
+        assert len(background.records(owner.folder / "runtime")) == 1
+        assert second.domain != first.domain
+    finally:
+        owner.close()
+
+
 def test_what_an_ended_launch_left_is_ended_too(ros):
     (ros.folder / "waits.yaml").write_text(
         f"launch:\n- executable: {{cmd: '{sys.executable} -c \"import time; time.sleep(600)\"'}}\n"

@@ -114,11 +114,11 @@ def test_a_node_outlives_the_supervisor_that_reads_its_output(tmp_path, program)
         "from pathlib import Path\n"
         "from teleopctl.launch.execution.supervisor import Supervisor\n"
         "from teleopctl.launch.model.output import Output\n"
-        "from teleopctl.launch.model.plan import Further, LaunchPlan, ProcessPlan\n"
+        "from teleopctl.launch.model.plan import FollowUp, LaunchPlan, ProcessPlan\n"
         "from teleopctl.base.output import outlive_output\n"
         "outlive_output()\n"
         f"node = {node!r}\n"
-        "start = Further(processes=[node])\n"
+        "start = FollowUp(processes=[node])\n"
         f"plan = LaunchPlan(log_directory=Path({str(tmp_path)!r}), start=start)\n"
         "Supervisor(plan).run()\n"
     )
@@ -127,10 +127,14 @@ def test_a_node_outlives_the_supervisor_that_reads_its_output(tmp_path, program)
         stdout=subprocess.DEVNULL,
     )
     log = tmp_path / "node-1.log"
-    with (tmp_path / "fifo").open("w"):  # it opens when the node reads
-        eventually(lambda: log.exists() and log.read_text() == "up\n")
+    # For reading as well: so it opens at once, whether or not the node ever comes to read.
+    fifo = os.open(tmp_path / "fifo", os.O_RDWR)
+    try:
+        eventually(lambda: log.exists() and log.read_text() == "up\n", what="the node's start")
+    finally:
         supervisor.kill()
         supervisor.wait()
+        os.close(fifo)
     eventually((tmp_path / "done").exists, what="the end of the node's work")
     if program == "python":
         assert log.read_text() == "up\none\ntwo\nof a child\n"

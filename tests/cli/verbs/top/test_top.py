@@ -90,7 +90,8 @@ def publishing(ros, message, topic, rate=20.0):
     ros.node.destroy_publisher(publisher)
 
 
-def test_a_node_is_shown_with_its_process_wherever_it_was_started(ros):
+def test_a_node_is_shown_with_its_process_wherever_it_was_started(ros_with_own_router):
+    ros = ros_with_own_router
     process = ros.spawn("run teleop_py_pkg simple_publisher")
     ros.run("run -d teleop_py_pkg simple_subscriber")
 
