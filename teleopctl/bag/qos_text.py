@@ -18,6 +18,8 @@ from teleopctl.interfaces import NANOSECONDS_PER_SECOND, split
 from teleopctl.node import DurabilityPolicy, HistoryPolicy, LivelinessPolicy, ReliabilityPolicy
 from teleopctl.wire import INFINITE_NS, EndpointQos
 
+_SAFE_DUMPER: Any = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
+
 # Older versions of rosbag2 wrote what the middleware calls infinite in other ways; none is longer.
 _LONGEST_S = INFINITE_NS // NANOSECONDS_PER_SECOND
 
@@ -40,7 +42,8 @@ def format_offers(profiles: Sequence[EndpointQos]) -> str:
         }
         for profile in profiles
     ]
-    return yaml.safe_dump(listed, sort_keys=False).rstrip("\n")
+    text: str = yaml.dump(listed, Dumper=_SAFE_DUMPER, sort_keys=False)
+    return text.rstrip("\n")
 
 
 # Any: YAML's values, from a file that nobody here wrote.
