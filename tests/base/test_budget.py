@@ -18,6 +18,7 @@ from typing import Any
 
 import lz4.frame  # type: ignore[import-untyped]  # it has no stubs
 import pytest
+import zstandard
 from mcap.records import ChunkIndex
 from rosbags.rosbag1 import Writer as Ros1Writer
 from rosbags.typesys import Stores, get_typestore
@@ -135,8 +136,6 @@ def test_a_chunk_is_not_unpacked_beyond_what_it_claims(tmp_path):
 
 
 def test_a_chunk_of_nothing_but_records_is_not_taken_apart(tmp_path):
-    import zstandard
-
     empty = record(5, struct.pack("<HIQQ", 1, 0, 1, 1))
     content = empty * (100 * 2**20 // len(empty))
     mcap(tmp_path / "x.mcap", "zstd", zstandard.compress(content), len(content))
@@ -150,6 +149,22 @@ def test_a_thousand_chunks_that_are_within_bounds_one_by_one_are_not_unpacked(tm
     name, *options = verb.split()
     said = refusal("bag", name, "x.mcap", *options, folder=tmp_path)
     assert "more than 1,073,741,824 bytes that its 4,131,080 are unpacked to" in said
+
+
+def test_chunks_that_overlap_are_not_held_without_end(tmp_path):
+    """A chunk holds 120 MB of messages, all of the same time; a file of 50 kB has eight of them."""
+    schema = struct.pack("<H", 1) + text("std_msgs/msg/String") + text("ros2msg") + text("")
+    content = record(3, schema) + record(
+        4, struct.pack("<HH", 1, 1) + text("/x") + text("cdr") + text("")
+    )
+    content += b"".join(
+        record(5, struct.pack("<HIQQ", 1, n, n % 2 + 1, 1) + bytes(2**20)) for n in range(120)
+    )
+    mcap(tmp_path / "x.mcap", "zstd", zstandard.compress(content), len(content), 8)
+    for verb in ("check", "convert -o out", "recover -o saved"):
+        name, *options = verb.split()
+        said = refusal("bag", name, "x.mcap", *options, folder=tmp_path)
+        assert "chunks that overlap in time hold more than 134,217,728 bytes" in said
 
 
 def test_what_an_index_claims_too_little_of_is_not_unpacked(tmp_path):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -48,8 +47,11 @@ def check(path: Path, told: Told = lambda _done: None) -> Iterator[BagFault]:
     """
     with open_bag(path) as bag:
         files = [file for file in bag_files(path) if file.exists() and file.suffix != ".bag"]
+        found_in_files = False
         for file in files:
-            yield from (BagFault(str(file), fault.what) for fault in faults_of(file))
+            for fault in faults_of(file):
+                found_in_files = True
+                yield BagFault(str(file), fault.what)
         yield from _metadata_findings(path, bag)
         topics = {topic.name: _TopicCheck(topic) for topic, _ in bag.metadata.topics}
         for topic_check in topics.values():
@@ -57,10 +59,15 @@ def check(path: Path, told: Told = lambda _done: None) -> Iterator[BagFault]:
         broken: list[str] = []
         start_ns = bag.metadata.start_ns
         length_ns = max(1, bag.metadata.duration_ns)
-        with contextlib.suppress(InvalidFileError):  # it was told
+        try:
             for message in bag.messages(left_out=broken.append):
                 topics[message.topic].add(message)
                 told((message.log_time_ns - start_ns) / length_ns)
+        except InvalidFileError as error:
+            # Damage was found in the files already; what is over the budget was not.
+            if not found_in_files:
+                yield BagFault(str(path), error.message.removeprefix(f"Cannot read {path}: "))
+                return
         for topic, count in bag.metadata.topics:
             yield from topics[topic.name].findings(count)
 

@@ -37,6 +37,7 @@ from teleopctl.bag.records import (
     TypeText,
     whole_type_name,
 )
+from teleopctl.base.budget import UNPACKED_BYTES, UNPACKED_RATIO
 from teleopctl.errors import InvalidFileError
 from teleopctl.wire import EndpointQos
 
@@ -127,6 +128,7 @@ class McapFileReader:
 
         Raises:
             InvalidFileError: A chunk is broken, and nobody is to be told; the message says where.
+                Or chunks that overlap hold too much.
         """
         channels = self._channels(topics)
         if not self._summary.chunk_indexes and not self._cut_off:
@@ -139,6 +141,7 @@ class McapFileReader:
             due = bisect.bisect_left(waiting, chunk.message_start_time, key=_log_time_ns)
             yield from waiting[:due]
             waiting = waiting[due:]
+            self._bound_held(chunk, waiting)
             waiting += _chosen(self._read(chunk, left_out), channels, start_ns, end_ns)
             waiting.sort(key=_log_time_ns)
         yield from waiting
@@ -304,6 +307,26 @@ class McapFileReader:
                 unpacked.add(chunk)
             self._is_bounded = True
         return self._summary.chunk_indexes
+
+    def _bound_held(self, chunk: ChunkIndex, held: list[BagMessage]) -> None:
+        """Raise if a chunk would hold too much in memory, together with those that it overlaps.
+
+        Args:
+            chunk: The chunk; one that is compressed as data of sensors are is never refused.
+            held: The messages that are held already.
+
+        Raises:
+            InvalidFileError: It would.
+        """
+        size = chunk.uncompressed_size
+        if size <= UNPACKED_RATIO * chunk.compressed_size:
+            return
+        if size + sum(len(message.data) for message in held) > UNPACKED_BYTES:
+            raise InvalidFileError(
+                f"Cannot read {self.path}: chunks that overlap in time hold more than"
+                f" {UNPACKED_BYTES:,} bytes",
+                hint=f"mcap sort {self.path} -o FILE, of the mcap project, puts them in order.",
+            )
 
     def _read(
         self, chunk: ChunkIndex, left_out: Callable[[str], object] | None = None
