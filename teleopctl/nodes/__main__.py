@@ -21,8 +21,8 @@ def main() -> int:
     """Run the executable that the command line names and return its exit status."""
     status = 1
     try:
-        # A shell starts its background jobs with SIGINT ignored, which whoever supervises this
-        # process relies on.
+        # A shell starts its background jobs with SIGINT ignored, but the supervisor of this
+        # process stops it with SIGINT.
         interrupts.take()
         progress.tell(progress.STARTED)
         status = _run()

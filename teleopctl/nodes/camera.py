@@ -226,7 +226,7 @@ class CameraNode(Node):
     def _run(self) -> None:
         try:
             self._draw_until_stopped()
-        except Exception as error:  # noqa: BLE001 - whoever spins raises it
+        except Exception as error:  # noqa: BLE001 - raised again where the node spins
             self.fail(error)
 
     def _draw_until_stopped(self) -> None:
@@ -331,8 +331,8 @@ class CameraNode(Node):
                 return self._renderer
         self._renderer, choice = make_renderer(self._model, cameras, str(wanted))
         self._drawn_for = (wanted, names)
-        told = ", ".join(f"'{camera.name}'" for camera in cameras)
-        self.get_logger().info(f"Camera{'s' if len(cameras) > 1 else ''} {told}: {choice}")
+        listed = ", ".join(f"'{camera.name}'" for camera in cameras)
+        self.get_logger().info(f"Camera{'s' if len(cameras) > 1 else ''} {listed}: {choice}")
         return self._renderer
 
     def destroy_node(self) -> None:

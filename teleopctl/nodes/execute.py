@@ -181,8 +181,8 @@ def _print_traceback(error: BaseException) -> None:
     """
     import traceback
 
-    told = [traceback.TracebackException.from_exception(error)]
-    for each in told:
+    errors = [traceback.TracebackException.from_exception(error)]
+    for each in errors:
         frames = [f for f in each.stack if not _starts_programs(f.filename)]
         of_user = [i for i, frame in enumerate(frames) if not _is_ours(frame.filename)]
         if of_user:
@@ -190,9 +190,9 @@ def _print_traceback(error: BaseException) -> None:
             behind = [] if foreseen else frames[of_user[-1] + 1 :]
             frames = [*(frames[i] for i in of_user), *behind]
         each.stack[:] = frames
-        told.extend(other for other in (each.__cause__, each.__context__) if other is not None)
-        told.extend(each.exceptions or ())
-    sys.stderr.write("".join(told[0].format()))
+        errors.extend(other for other in (each.__cause__, each.__context__) if other is not None)
+        errors.extend(each.exceptions or ())
+    sys.stderr.write("".join(errors[0].format()))
     if isinstance(error, TeleopctlError) and error.hint:
         sys.stderr.write(f"{error.hint}\n")
 

@@ -36,7 +36,7 @@ class JointStatePublisher(Node):
     Args:
         urdf: The description, or None.
         name: The node's name.
-        sources: Topics to listen to besides those of ``source_list``.
+        sources: Topics to subscribe to in addition to those of ``source_list``.
     """
 
     def __init__(
@@ -62,7 +62,7 @@ class JointStatePublisher(Node):
                 ("effort", "efforts"),
             )
         }
-        self._heard = {"position": False, "velocity": False, "effort": False}
+        self._received = {"position": False, "velocity": False, "effort": False}
         self._joint_state = get_message("sensor_msgs/msg/JointState")
         self._publisher = self.create_publisher(self._joint_state, "joint_states", 10)
         urdf = urdf or str(self._parameter("robot_description", ""))
@@ -132,8 +132,8 @@ class JointStatePublisher(Node):
         if self._joints is None:
             return
         self._joints.update(state.name, state.position, state.velocity, state.effort)
-        for quantity, heard in self._heard.items():
-            self._heard[quantity] = heard or len(getattr(state, quantity)) > 0
+        for quantity, received in self._received.items():
+            self._received[quantity] = received or len(getattr(state, quantity)) > 0
 
     def _publish(self) -> None:
         joints = self._joints
@@ -143,10 +143,10 @@ class JointStatePublisher(Node):
             joints.advance(self._delta)
         state = self._joint_state(name=joints.names)
         state.header.stamp = self.get_clock().now().to_msg()
-        if self._defaults["position"] or self._heard["position"] or self._delta > 0:
+        if self._defaults["position"] or self._received["position"] or self._delta > 0:
             state.position = joints.positions()
         for quantity in ("velocity", "effort"):
-            if self._defaults[quantity] or self._heard[quantity]:
+            if self._defaults[quantity] or self._received[quantity]:
                 setattr(state, quantity, joints.derivatives(quantity))
         self._publisher.publish(state)
 

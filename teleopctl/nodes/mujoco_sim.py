@@ -32,7 +32,7 @@ def main(args: list[str] | None = None) -> int:
     Raises:
         TeleopctlError: A simulator of the same name runs already.
     """
-    # It draws nothing: what MUJOCO_GL asks for, and what it lacks, concerns the camera alone.
+    # The simulator renders nothing: MUJOCO_GL, and its errors, concern the camera node alone.
     # mujoco reads that when it is imported.
     os.environ["MUJOCO_GL"] = "disable"
     from teleopctl.sim import MujocoSim

@@ -22,7 +22,7 @@ from teleopctl.node import ExternalShutdownException, init, parse_ros_arguments,
 _NEW_OBJECTS = 20_000
 _NICENESS = 5
 OPEN_VARIABLE = "TELEOPCTL_OPEN"
-"""Set by whoever wants the page opened in the browser."""
+"""Environment variable that makes RViz open its page in the browser."""
 
 
 def main(args: list[str] | None = None) -> int:
@@ -68,7 +68,7 @@ def main(args: list[str] | None = None) -> int:
 def _spare_collections() -> None:
     """Look for garbage less often, and not among what is there since the start.
 
-    What is drawn anew ten times a second comes and goes without cycles. A thousand cubes that move
+    What is drawn ten times a second comes and goes without cycles. A thousand cubes that move
     cost a fifth less of a core so.
     """
     gc.collect()

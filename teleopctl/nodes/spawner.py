@@ -276,7 +276,7 @@ class Spawner:
         """Bring all controllers up, and again in each controller manager that replaces the last.
 
         Raises:
-            ExternalShutdownException: The process was told to end.
+            ExternalShutdownException: The process got the request to end.
             ControllerManagerUnavailableError: None answers within the time that is given for it.
         """
         while True:
@@ -287,7 +287,7 @@ class Spawner:
                 self.spawn(requests)
                 progress.tell(progress.READY)
             except SpawnError:
-                pass  # it is logged why, and told to a launch that waits
+                pass  # the reason is in the log, and in the progress file for a launch that waits
             except ControllerManagerUnavailableError as error:
                 self._logger.error(error.message)  # it ended meanwhile
             self._client.wait_for_another(served)
@@ -383,17 +383,17 @@ class Spawner:
     def _fail(
         self, text: str, controller: str = "", *, fatal: bool = True, why: str = ""
     ) -> NoReturn:
-        """End with an error; ``why`` is in the log already, and told to a launch that waits."""
+        """End with an error; ``why`` is in the log already, and reported to a launch that waits."""
         if controller and (cause := self._client.cause(controller)):
             text = f"{text}: {cause}"
-        told = f"{text}: {' '.join(why.split())}" if why else text
+        reason = f"{text}: {' '.join(why.split())}" if why else text
         if not self._options.keep_going:
-            progress.tell(progress.FAILED, told)
+            progress.tell(progress.FAILED, reason)
         if fatal:
             self._logger.fatal(text)
         else:
             self._logger.error(text)
-        raise SpawnError(told)
+        raise SpawnError(reason)
 
     def _paint(self, color: str, text: str) -> str:
         return f"{color}{text}{_END}" if self._colors else text

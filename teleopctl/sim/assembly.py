@@ -26,7 +26,7 @@ from teleopctl.sim.sensors.settings import (
 
 _ParameterDescriptor = get_message("rcl_interfaces/msg/ParameterDescriptor")
 
-# With more, time is no longer told in whole nanoseconds, or a wait or a mass is one that the
+# With more, time is no longer exact in nanoseconds, or a wait or a mass is one that the
 # machine cannot represent.
 RANGES = {
     "update_rate": (1.0, 1e5),

@@ -98,7 +98,7 @@ def simulate(
     )
     sensors = [sensor for sensor in sensors if sensor in measuring]
     for warning in model.warnings:
-        # What was repaired in the text, whoever publishes it says.
+        # Corrections of the text are logged by the node that publishes it.
         if warning not in description.repairs:
             warn(warning)
     for first, second in model.excluded:

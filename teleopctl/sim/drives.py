@@ -1,6 +1,6 @@
 """Joint drives of a simulated robot: commands to set-points and gains of MuJoCo's actuators.
 
-How a drive works is told in `teleopctl.mujoco_model.drives`, which builds the actuators; here
+How a drive works is described in `teleopctl.mujoco_model.drives`, which builds the actuators; here
 they are switched between positions, velocities and efforts, and led from period to period.
 
 What is done in each period goes drive by drive over lists: below a few dozen drives, to call numpy
@@ -49,7 +49,7 @@ _STATE = (
     *("_fed_forward", "_planned_target", "_stiffness", "_inertia", "_tuned_at"),
 )
 
-# A drive is tuned anew when joints have moved so far (rad or m): a joint's inertia then differs by
+# A drive is tuned again when joints have moved so far (rad or m): a joint's inertia then differs by
 # a few percent at most.
 _TUNED_WITHIN = 0.05
 
@@ -109,7 +109,7 @@ class Drives:
             for joint, accepts in zip(driven, self._accepts, strict=True)
         ]
         # What control allows is control's matter. How fast a joint may be is the drive's on its way
-        # to a position, and control's where it asks for a speed.
+        # to a position, and control's where it commands a speed.
         self._limits = [joint.limits.mechanical for joint in driven]
         self._lower = [limits.lower for limits in self._limits]
         self._upper = [limits.upper for limits in self._limits]
@@ -211,7 +211,7 @@ class Drives:
 
         Position wins over velocity, velocity over effort, where a joint is commanded more than
         one. A joint without a finite command holds where it is. What a joint cannot do is cut.
-        Names that are not commandable are passed over; `commandable` tells.
+        Names that are not in `commandable` are ignored.
 
         Args:
             names: Joint names.
@@ -233,7 +233,7 @@ class Drives:
         self._follow_pose()
         self._set_modes(modes)
         for row, (mode, value) in enumerate(zip(modes, wanted, strict=True)):
-            if value != value:  # NaN: what it was told before holds
+            if value != value:  # NaN: the command before holds
                 continue
             possible = value
             if mode == _POSITION:
@@ -247,12 +247,12 @@ class Drives:
             if abs(value - possible) > _ROUNDING:
                 self._tell_cut(row, mode, value, possible)
 
-    def _tell_cut(self, row: int, mode: int, asked: float, possible: float) -> None:
+    def _tell_cut(self, row: int, mode: int, commanded: float, possible: float) -> None:
         joint, interface = self._joint_names[row], _INTERFACES[mode]
         if joint not in self._told:
             self._told.add(joint)
             limits = self._limits[row]
-            self.cut.append(cut_command(joint, interface, asked, possible, limits, interface))
+            self.cut.append(cut_command(joint, interface, commanded, possible, limits, interface))
 
     def hold(self) -> None:
         """Switch all drives to position mode at the present or last commanded position."""
@@ -414,7 +414,7 @@ class Drives:
         pull = self._damping[row] * (self._setpoint_speed[row] - self._speeds[dof])
         actual: float = self._positions[place]
         lead = limited_lead(setpoint - actual, pull, self._effort[row], self._stiffness[row])
-        # A change of speed asks for no distance to be made up.
+        # A change of speed leaves no distance to make up.
         lead -= lag_distance(change, self._speed_lag_s[row], self._acceleration[row])
         return actual + lead
 

@@ -25,7 +25,7 @@ class OdometrySensor(Sensor):
     """Sensor that publishes a link's true pose and velocity as ``nav_msgs/msg/Odometry``.
 
     Args:
-        truth: Which link's, and how it is told.
+        truth: Link, topic and settings of the odometry.
     """
 
     message_type = "nav_msgs/msg/Odometry"
@@ -108,7 +108,7 @@ class OdometryTransformSensor(OdometrySensor):
     """Sensor that publishes a link's true pose as a transform on ``/tf``.
 
     Args:
-        truth: Which link's, and how it is told.
+        truth: Link, topic and settings of the odometry.
     """
 
     message_type = "tf2_msgs/msg/TFMessage"

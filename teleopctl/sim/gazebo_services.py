@@ -340,9 +340,9 @@ _WHEN_ASKED_FOR: dict[str, tuple[str, Handler]] = {
 class GazeboServices:
     """Services of Gazebo classic's gazebo_ros on the simulator's node.
 
-    Those whose names are also names of simulation_interfaces are offered once a program asks for
-    them by Gazebo's type, and nobody else answers it: tools that know one type of a name, which is
-    most of them, go on with the standard's.
+    Those whose names are also names of simulation_interfaces are offered once a program has a
+    client of Gazebo's type, and no other server answers it: tools that know one type of a name,
+    which is most of them, go on with the standard's.
 
     Args:
         node: Whose they are.
@@ -354,11 +354,11 @@ class GazeboServices:
         self._waiting = dict(_WHEN_ASKED_FOR)
         for name, (type_name, handler) in _ALWAYS.items():
             self._offer(name, type_name, handler)
-        node.add_graph_callback(self._look)
-        self._look()
+        node.add_graph_callback(self._offer_requested)
+        self._offer_requested()
 
-    def _look(self) -> None:
-        """Offer what is asked for; called after each change of the graph, on another thread."""
+    def _offer_requested(self) -> None:
+        """Offer the services that have clients; called by other threads when the graph changes."""
         for name, (type_name, handler) in list(self._waiting.items()):
             full = self._node.resolve_service_name(name)
             if not self._node.matched(EntityKind.SC, full, type_name):

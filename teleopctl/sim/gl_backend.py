@@ -24,15 +24,15 @@ def choose_backend() -> str:
     """Set ``MUJOCO_GL`` to an installed backend unless the user has set it; return its name.
 
     Returns:
-        The backend: ``egl``, ``osmesa`` or whatever the user asked for; empty where the
+        The backend: ``egl``, ``osmesa`` or the user's choice; empty where the
         platform has its own.
 
     Raises:
         TeleopctlError: If Linux has no library to draw with; the hint names the packages.
     """
-    asked = os.environ.get("MUJOCO_GL", "").lower()
-    if asked or not sys.platform.startswith("linux"):
-        return asked
+    requested = os.environ.get("MUJOCO_GL", "").lower()
+    if requested or not sys.platform.startswith("linux"):
+        return requested
     for backend, library in _LIBRARIES.items():
         if _is_there(library):
             os.environ["MUJOCO_GL"] = backend
@@ -44,7 +44,7 @@ def missing_library(reason: object) -> TeleopctlError:
     """Return the error for a machine on which no OpenGL library can be used.
 
     Args:
-        reason: What failed, in the words of whoever noticed.
+        reason: Error text of what failed.
     """
     first_line = str(reason).strip().splitlines()[0] if str(reason).strip() else "no OpenGL"
     return UnavailableError(

@@ -79,7 +79,7 @@ class InitialOverlaps:
 
     def check(self) -> None:
         """Check the next pair in turn, and enable its contacts if its shapes are apart."""
-        # Where the shapes are now: they are a physics step old, unless somebody asked.
+        # The shapes' present poses: those in the data may be a physics step old.
         mujoco.mj_kinematics(self._m, self._d)
         pair = self._waiting.popleft()
         if pair.overlaps(self._m, self._d):

@@ -4,7 +4,7 @@ At each control tick the loop publishes the state of that very time, waits (boun
 time) for the command computed from it, applies it, and steps to the next tick. Without a
 controller, and after one has stopped answering, it runs freely and holds.
 
-The loop knows ports, not topics; `teleopctl.sim.node` connects the two.
+The loop has ports, not topics; `teleopctl.sim.node` connects the two.
 """
 
 from __future__ import annotations
@@ -98,7 +98,7 @@ class Sampler(Protocol):
 _CLOCK_RATE_HZ = 100.0
 
 # How far the loop goes at once while nobody takes part, in nanoseconds of simulated time: ten
-# times what it costs to go round, for the smallest robots, and short for whoever comes.
+# times what it costs to go round, for the smallest robots, and short for requests that come.
 _COAST_NS = 50_000_000
 
 
@@ -112,7 +112,7 @@ class LockstepLoop:
         lockstep_timeout_s: How long to wait for a command, in wall time.
         view_rate_hz: How often at most `Ports.publish_view` is called, in simulated time.
         paused: Whether time stands still at first.
-        sampler: What measures besides, or None.
+        sampler: Sampler of the quantities to measure, or None.
         end_ns: Where the simulation ends, in simulated time, or None.
     """
 
@@ -183,7 +183,7 @@ class LockstepLoop:
         """Set whether the clock and the states of control ticks have subscribers.
 
         Args:
-            clock: Whether the simulated time is to be told.
+            clock: Whether to publish the simulated time.
             ticks: Whether control ticks have states to be sent, or commands to be waited for. The
                 loop may pass over them without.
         """
@@ -221,7 +221,7 @@ class LockstepLoop:
         """Request physics steps of a paused simulation; ``on_end`` is called when they are done.
 
         Args:
-            count: How many, at least one; those that others have asked for come first.
+            count: How many, at least one; those of earlier requests come first.
             on_end: Called on some thread, with whether all were made. They are given up when
                 time is to go on, or to stand still at once, and when the loop ends.
         """
@@ -286,8 +286,8 @@ class LockstepLoop:
     def show(self) -> None:
         """Publish the present state if the simulation is paused; on the loop's thread.
 
-        For what somebody has changed, and for whoever subscribes only now. After a reset the
-        controllers get it too, and what they answer at a control tick is not asked for again.
+        For changes by services, and for new subscribers. After a reset the
+        controllers get it too, and what they answer at a control tick is not requested again.
         """
         if self._parked:
             now = self._simulation.time_ns
@@ -442,7 +442,7 @@ class LockstepLoop:
             if missed and not was_lost:
                 self._lost_ns = now
             if missed and not self._partner:
-                # Reported now; whoever comes next is a new controller.
+                # Reported now; the next one is a new controller.
                 self._command = None
             if self._stopped:
                 return None
@@ -464,7 +464,7 @@ class LockstepLoop:
         return command if command is not None and command.stamp_ns == now else None
 
     def _block(self, steps: StepRequest | None) -> int:
-        """Physics steps until something has to be done, those that were asked for among that."""
+        """Physics steps until something is due, the end of requested steps included."""
         simulation = self._simulation
         count = simulation.steps_to_tick
         if count == 1 and self._attended:

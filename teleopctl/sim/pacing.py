@@ -9,7 +9,7 @@ from collections import deque
 # Further behind than this (seconds of wall time), lost time is given up rather than caught up.
 _GIVE_UP_S = 0.25
 
-# The smallest factors ask for more than a wait can be: whoever waits asks again after so long.
+# Longest wait in seconds; the smallest real-time factors need several in a row.
 _LONGEST_WAIT_S = 60.0
 
 # Over how long the factor that is reached is measured, and how often it is looked at for that, in
@@ -47,7 +47,7 @@ class RealTimeFactorMeter:
                 (mark for mark in reversed(self._marks) if mark[0] <= now - _MEASURED_S),
                 self._marks[0] if self._marks else (now, sim_ns),
             )
-        # Time may have begun anew between the two readings.
+        # Time may have restarted between the two readings.
         return max(0.0, sim_ns - began_ns) * 1e-9 / (now - began_s) if now > began_s else 0.0
 
 

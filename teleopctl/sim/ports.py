@@ -196,7 +196,7 @@ class _JointStates:
     Args:
         simulation: Whose states they are, as of its last `Simulation.read`.
         joints: Which of its joints, (n,).
-        measured: Names of what is measured besides.
+        measured: Names of the measured quantities.
         frame: The frame in the header.
 
     Attributes:
@@ -248,7 +248,7 @@ class _JointStates:
 class FreeBodyPorts:
     """Publishers of the free bodies' poses, as FreeJointStateArray and on ``/tf``.
 
-    The robot's own root link is among the transforms only when that is asked for: mostly somebody
+    The robot's own root link is among the transforms only on request: mostly somebody
     else says where it is, such as odometry, and a frame has one parent.
 
     Args:

@@ -178,7 +178,7 @@ class _AnsweredTopics(_SilentPorts):
 
 
 class _MemoryNode:
-    """As much of `Node` as a simulator's parts use; its parameters are given, and it is heard.
+    """As much of `Node` as a simulator uses; its parameters are given, its messages collected.
 
     Args:
         parameters: By name.

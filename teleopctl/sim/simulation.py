@@ -57,7 +57,7 @@ class Simulation:
         steps_per_period: PhysicsStepper steps in one control period.
         static_moves: How often something that stands in the world has been put elsewhere.
         resets: How often it was put back to its start, or elsewhere.
-        put_back: Things whose physics broke down, and which alone began anew; for whoever tells it.
+        put_back: Objects whose physics diverged, and which alone were reset; for the log.
     """
 
     def __init__(
@@ -186,7 +186,7 @@ class Simulation:
         self._advance(count)
         self._steps += count
         if count > to_tick and self.diverged:
-            # MuJoCo began its own time anew in the step that failed.
+            # MuJoCo reset its own time in the step that failed.
             failed = self._steps - round(self._d.time / self.timestep_s) + 1
             noticed = -(-failed // self.steps_per_period) * self.steps_per_period
             self._steps = min(self._steps, noticed)

@@ -56,7 +56,7 @@ class ProcessTerminator:
             self._loop.after(child.plan.sigkill_timeout, harder)
 
     def send(self, request: SignalPlan, child: Child) -> None:
-        """Send a process the signal of a plan; without a number, terminate the process."""
+        """Send a process the requested signal; without a signal number, terminate the process."""
         if request.number is None:
             self.terminate(child)
             return

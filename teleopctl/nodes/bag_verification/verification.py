@@ -43,7 +43,7 @@ _REASONS = {
     "gazebo_msgs/msg/PerformanceMetrics": _BY_WALL_TIME,
     "controller_manager_msgs": "depends on when controllers were started, in wall time",
     "action_msgs": "depends on wall time",
-    "rosbag2_interfaces": "tells of the recording itself",
+    "rosbag2_interfaces": "describes the recording itself",
     "sensor_msgs/msg/Image": "is drawn, which another machine does with other bits",
     "sensor_msgs/msg/CompressedImage": "is drawn, which another machine does with other bits",
     "sensor_msgs/msg/CameraInfo": "comes with pictures, at times that the drawing decides",
@@ -59,8 +59,8 @@ class Verification(NamedTuple):
 
     Attributes:
         verdict: How the messages compare.
-        other_versions: Libraries that are of another version than then, with both; bits may differ.
-        remarks: What may make it differ besides, one sentence each.
+        other_versions: Libraries whose version has changed since the recording, with both versions.
+        remarks: Other possible reasons for differences, one sentence each.
     """
 
     verdict: Verdict
@@ -85,7 +85,7 @@ def verify_bag(
 
     Args:
         path: The bag.
-        tolerance: What two numbers may be apart; 0 asks for the same bits.
+        tolerance: Largest allowed difference of two numbers; 0 for equal bits.
         world: Another world than the recorded one; empty for none.
         timestep_s: Another physics step than the recorded one, in seconds.
         on_message: Called with the topic, its type, the simulated time in nanoseconds, and the CDR

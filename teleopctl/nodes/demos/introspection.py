@@ -27,7 +27,7 @@ _PERIOD_S = 0.5
 
 
 class _Introspected(Node):
-    """A node whose parameter says how much of its service is told."""
+    """A node with a parameter that sets how much of its service's calls is published."""
 
     endpoint: (
         Client[AddTwoInts.Request, AddTwoInts.Response]

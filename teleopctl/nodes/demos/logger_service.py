@@ -14,7 +14,7 @@ from rclpy.node import Node
 from std_msgs.msg import String
 
 _NAME = "LoggerServiceNode"
-# For the other node to say what it has heard.
+# For the other node to log what it has received.
 _PAUSE_S = 0.5
 _LONGEST_WAIT_S = 10.0
 

@@ -70,7 +70,7 @@ class _MatchingNodes:
     """Nodes that connect to it, one after the other.
 
     Args:
-        watched: Who tells of them.
+        watched: Node that logs them.
     """
 
     def __init__(self, watched: MatchedEventDetectNode) -> None:

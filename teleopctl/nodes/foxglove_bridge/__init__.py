@@ -1,7 +1,7 @@
 """Executable ``foxglove_bridge``: the ROS graph for Foxglove, by the official SDK's server.
 
 Messages pass undecoded, as CDR with their definitions in ROS's own language. Names and parameters
-are those of ROS 2's foxglove_bridge, except that it listens on loopback unless told otherwise.
+are those of ROS 2's foxglove_bridge, except that it listens on loopback by default.
 """
 
 from __future__ import annotations

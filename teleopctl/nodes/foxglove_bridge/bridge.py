@@ -59,7 +59,7 @@ class AssetReader:
         return None
 
 
-# The graph's changes come in bursts; clients are told of them together, so often.
+# The graph's changes come in bursts; clients are notified of them together, at this period.
 _UPDATE_PERIOD_S = 0.25
 
 
@@ -196,7 +196,7 @@ class FoxgloveBridge(Node):
 
 
 class _Listener(ServerListener):
-    """What clients do, on the server's threads; what goes wrong is logged and told to clients."""
+    """Handler of clients' requests, on the server's threads; logs errors, and sends them."""
 
     def __init__(self, node: FoxgloveBridge, settings: BridgeSettings) -> None:
         self._node = node

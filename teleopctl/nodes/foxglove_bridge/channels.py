@@ -76,8 +76,8 @@ class Channels:
         if entry is None:
             return
         if entry.clients and entry.subscription and entry.subscription.qos_profile.is_latched:
-            # The topic's latest messages are for the new client: asked for anew, they go to all,
-            # since the SDK does not tell by which number a single client is addressed.
+            # The topic's latest messages are for the new client: a new subscription sends them to
+            # all, since the SDK does not give the number that addresses a single client.
             self._stop(entry)
         entry.clients.add(client_id)
         if entry.subscription is None:

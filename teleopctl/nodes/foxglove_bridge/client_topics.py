@@ -75,7 +75,7 @@ class ClientTopics:
         with self._lock:
             advertised = self._advertised.get((client_id, channel_id))
         if advertised is None:
-            return  # it was refused, and has been told so
+            return  # it was refused, and has got the error
         if advertised.is_json:
             text = data.decode(errors="replace")
             advertised.publisher.publish(message_from_yaml(advertised.message_class, text))

@@ -4,7 +4,7 @@ The SDK shows no handshake and listens on TCP only. So the gate is what listens 
 address: it reads the head of a request, has `teleopctl.base.access` decide, and from then on passes
 bytes on between the client and the SDK's server, without looking at them.
 
-The SDK's own port must not be a second door. On Linux a filter in the kernel lets through only
+The SDK's own port must not be a second way in. On Linux a filter in the kernel lets through only
 what comes from the gate's own connections, whatever user or page it is that tries. Elsewhere the
 port is at an address that no page can name or guess; see `inner_addresses`.
 """
@@ -91,7 +91,7 @@ class Gate:
     ) -> None:
         self.access = access
         self.on_refused = on_refused
-        self.inner = _InnerDoor(*inner)
+        self.inner = _SdkPort(*inner)
         self.clients: set[_Client] = set()
         self.handshakes = 0
         self.loop = asyncio.new_event_loop()
@@ -130,7 +130,7 @@ class Gate:
 
 
 class _Relay(asyncio.Protocol):
-    """One side of a connection; what it receives goes to the other side.
+    """One side of a forwarded connection; received bytes go to the other side.
 
     Attributes:
         transport: Its own side.
@@ -164,7 +164,7 @@ class _Relay(asyncio.Protocol):
 
 
 class _Client(_Relay):
-    """A client: its request is decided on, then passed on.
+    """Connection of a client: its request is checked, then forwarded.
 
     Args:
         gate: What it comes to.
@@ -238,7 +238,7 @@ class _Client(_Relay):
 
     async def _lead(self, head: bytes) -> None:
         """Connect the client to the SDK's server, which is given the request."""
-        inner = _Inner(self._gate.inner)
+        inner = _ServerSide(self._gate.inner)
         inner.other = self
         try:
             await self._gate.inner.open(inner)
@@ -253,15 +253,15 @@ class _Client(_Relay):
         self.transport.resume_reading()
 
 
-class _Inner(_Relay):
+class _ServerSide(_Relay):
     """The connection to the SDK's server that belongs to a client.
 
     Args:
-        door: What it goes through.
+        port: Port of the SDK's server.
     """
 
-    def __init__(self, door: _InnerDoor) -> None:
-        self._door = door
+    def __init__(self, port: _SdkPort) -> None:
+        self._port = port
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         super().connection_made(transport)
@@ -269,11 +269,11 @@ class _Inner(_Relay):
 
     def connection_lost(self, error: Exception | None) -> None:
         super().connection_lost(error)
-        self._door.release(self._name)
+        self._port.release(self._name)
 
 
-class _InnerDoor:
-    """The SDK's port, open to the gate alone.
+class _SdkPort:
+    """The port of the SDK's server, to which only the gate can connect.
 
     Args:
         host: Where the SDK's server listens.
@@ -334,7 +334,7 @@ class _InnerDoor:
             self._listener.close()
 
     def _admit(self) -> None:
-        """Have the kernel drop what does not come from the ports of our own connections.
+        """Make the kernel drop packets that do not come from our own connections' ports.
 
         A port belongs to one connection while that lasts, so that nobody else can come from it.
         What an accepted connection lets through is decided when it is made.

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from teleopctl.wire import Graph
 
-# Seconds until a client is told that nobody answers; it waits on a thread of the server's.
+# Seconds until a client gets the error that no service server answers; a thread waits for it.
 _LONGEST_CALL_S = 30.0
 _LONGEST_LEARNING_S = 2.0
 
@@ -81,7 +81,7 @@ class RemoteServices:
         return ServiceSchema(type_name, request=request, response=response)
 
     def _call(self, request: ServiceRequest) -> bytes:
-        """Answer a client, on a thread of the server's; what it raises is told to the client."""
+        """Answer a client, on a thread of the server's; errors are sent to the client."""
         if request.encoding != "cdr":
             raise UnsupportedError(f"Requests are written as cdr, not as '{request.encoding}'")
         client = self._client(request.service_name)

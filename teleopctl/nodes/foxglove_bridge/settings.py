@@ -66,7 +66,9 @@ class BridgeSettings:
             "client_topic_whitelist", _ANY, "Topics that clients may publish"
         )
         self.best_effort_topics = self._patterns(
-            "best_effort_qos_topic_whitelist", _NONE, "Topics that are never asked for reliably"
+            "best_effort_qos_topic_whitelist",
+            _NONE,
+            "Topics to subscribe to with best effort always",
         )
         self.assets = self._patterns(
             "asset_uri_allowlist", [_ASSETS], "URIs of files that clients may fetch"

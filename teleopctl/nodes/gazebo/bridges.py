@@ -241,8 +241,8 @@ def _bridge(node: Node, simulators: Node, bridges: list[Bridge]) -> None:
             node.get_logger().info(f"Passing on {ros} as {gz}{without}")
             in_ros.pass_to(sides[0], _without_stamp if stamps else None)
     if same or not bridges:
-        told = ", ".join(same) or "its topics"
-        node.get_logger().info(f"The simulator speaks ROS 2: no bridge is needed for {told}")
+        listed = ", ".join(same) or "its topics"
+        node.get_logger().info(f"The simulator speaks ROS 2: no bridge is needed for {listed}")
 
 
 class _Side:

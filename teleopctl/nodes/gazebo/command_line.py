@@ -81,14 +81,14 @@ class GazeboRequest(NamedTuple):
     """Parsed command line of a Gazebo program.
 
     Attributes:
-        world: The file of a world; empty for one with nothing in it.
-        world_text: What stands in that, where there is no file.
-        paused: Whether time stands still at first.
-        has_server: Whether it is to simulate.
-        has_window: Whether it is to show that.
-        asks_version: Whether it is only asked for its version.
-        verbosity: The name of the lowest level of messages to show; empty for the usual one.
-        unserved: The words that nothing is done about, as they were written.
+        world: World file; empty for an empty world.
+        world_text: Text of the world, where there is no file.
+        paused: Whether the simulation starts paused.
+        has_server: Whether to run the simulation.
+        has_window: Whether to show the simulation.
+        asks_version: Whether to print the version only.
+        verbosity: Lowest level of messages to show; empty for the default.
+        unserved: Arguments without effect, as they were written.
     """
 
     world: str = ""
@@ -122,14 +122,14 @@ def server_request(words: Sequence[str], *, has_window: bool) -> GazeboRequest:
     """Parse the command line of ``gzserver`` or ``gazebo``."""
     worlds, options = _sort(words, _SERVER_VALUES)
     flags = {name for name, _ in options}
-    told = [one for one in options if one[1] not in _ROS_PLUGINS]
+    own = [one for one in options if one[1] not in _ROS_PLUGINS]
     return GazeboRequest(
         world=worlds[0] if worlds else "",
         paused=not flags.isdisjoint(("-u", "--pause")),
         has_window=has_window,
         asks_version=not flags.isdisjoint(("-v", "--version")),
         verbosity="DEBUG" if "--verbose" in flags else "",
-        unserved=(*worlds[1:], *_unserved(told, _SERVER_SERVED)),
+        unserved=(*worlds[1:], *_unserved(own, _SERVER_SERVED)),
     )
 
 
@@ -177,12 +177,12 @@ def world_file(request: GazeboRequest, folder: Path, logger: RcutilsLogger) -> P
     """Return the path of the world that a command line names; None for an empty world.
 
     Args:
-        request: What the command line wants.
+        request: Parsed command line.
         folder: Where files may be written.
-        logger: Told what is not as somebody asked.
+        logger: Logger for warnings.
 
     Raises:
-        InvalidDescriptionError: It is no world, or broken.
+        InvalidDescriptionError: The file is no world, or malformed.
     """
     if request.world_text:
         path = folder / "world.sdf"

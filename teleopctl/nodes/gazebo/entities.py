@@ -17,7 +17,7 @@ from teleopctl.tf import quaternion_from_rpy, rpy_from_quaternion
 if TYPE_CHECKING:
     from teleopctl.node import Node
 
-# Parameters of the simulator: what is to be spawned, and what to know of it besides.
+# Parameters of the simulator: what is to be spawned, and further properties of it.
 DESCRIPTION = "robot_description"
 POSE = "robot_pose"
 _NAME, _FILE, _TOPIC, _RENAMES = "entity_name", "entity_file", "entity_topic", "entity_renames"
@@ -88,12 +88,12 @@ class GazeboEntity(NamedTuple):
         """Return how likely the entity is the robot, as a tuple to compare.
 
         Returns:
-            Whether it asks for something to be run: controllers, plug-ins, sensors; and whether
-            ROS has its description on a topic.
+            Whether the description has controllers, plug-ins or sensors, and whether it comes from
+            a topic.
         """
         gazebo = description.gazebo
-        asks = bool(description.ros2_control or gazebo.plugins or gazebo.sensors)
-        return asks, bool(self.topic)
+        is_active = bool(description.ros2_control or gazebo.plugins or gazebo.sensors)
+        return is_active, bool(self.topic)
 
 
 _SpawnEntity = get_service("gazebo_msgs/srv/SpawnEntity")
@@ -141,14 +141,14 @@ def offer_spawn_services(node: Node, apply_entity: Callable[[GazeboEntity], str]
     node.create_service(_DeleteEntity, "/delete_entity", delete)
 
 
-# As long as the services of simulators take at most: a model is compiled, the loop asked to wait.
+# The simulator's services take this long at most: a model is compiled, the loop has to wait.
 _TIMEOUT_S = 30.0
 
 
 class ObjectSpawner:
     """Client of the simulator that spawns and deletes entities besides the robot.
 
-    It has a node of its own, since the one that is asked for things waits meanwhile.
+    It has a node of its own, since the node whose services call it waits meanwhile.
 
     Attributes:
         entities: What is there by its name.

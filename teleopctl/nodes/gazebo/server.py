@@ -127,8 +127,8 @@ class GazeboServer(Node):
             return self._things.spawn(entity)
         first = self._robot
         self.get_logger().info(
-            f"'{description.name}' is the robot, and '{self._description.name}' a thing beside it: "
-            "the simulation begins anew"
+            f"'{description.name}' is the robot, and '{self._description.name}' an object beside "
+            "it: the simulation restarts"
         )
         self._end()
         reason = self._start(entity)
@@ -213,12 +213,12 @@ class GazeboServer(Node):
             progress.tell(progress.READY)
 
     def _watch_the_simulator_start(self) -> str:
-        told = ""
+        shown = ""
         while True:
             said = self._children.progress_of(_SIMULATOR)
-            if said is not None and said.state == progress.STARTING and said.detail != told:
-                told = said.detail
-                progress.doing(told)
+            if said is not None and said.state == progress.STARTING and said.detail != shown:
+                shown = said.detail
+                progress.doing(shown)
             if said is not None and said.state == progress.READY:
                 return ""
             if said is not None and said.state == progress.FAILED:
@@ -309,7 +309,7 @@ def _run(request: GazeboRequest) -> int:
         return _print_version()
     if not request.has_server:
         return _show(request)
-    # Behind `init`: what is told while the children end may still be published.
+    # Behind `init`: what is shown while the children end may still be published.
     with (
         contextlib.suppress(KeyboardInterrupt, ExternalShutdownException),
         init(ends_in_order=True),

@@ -16,10 +16,10 @@ SPEED = 0.3
 TURN = 0.5
 """How fast it is to turn, in rad/s."""
 MOVING_S = 2.0
-"""For how long."""
+"""Seconds of each motion."""
 ENOUGH = 0.5
-"""Which part of what was asked is enough."""
-# A base that turns by sliding turns by less than it is asked for, see docs/physics.md.
+"""Smallest part of the commanded distance that passes."""
+# A base that turns by sliding turns by less than commanded, see docs/physics.md.
 _ENOUGH_TURN = 0.15
 
 
@@ -42,9 +42,9 @@ class BaseMotion(NamedTuple):
     """Measured motion of a base: ahead, then turning, as commanded in a robot check.
 
     Attributes:
-        ahead: How far it came, in m.
-        turned: By how much it turned after that, in rad.
-        slower: Which part of the usual velocity it was asked for.
+        ahead: Distance driven ahead, in m.
+        turned: Angle turned afterwards, in rad.
+        slower: Commanded velocity as a fraction of the usual one.
     """
 
     ahead: float
@@ -70,9 +70,9 @@ class BaseMotion(NamedTuple):
     @property
     def summary(self) -> str:
         """Distances that the base moved and turned, compared with the commanded ones, as text."""
-        asked, turn = self.slower * SPEED * MOVING_S, self.slower * TURN * MOVING_S
+        commanded, turn = self.slower * SPEED * MOVING_S, self.slower * TURN * MOVING_S
         turned = f"turned {self.turned:.3f} of {turn:.2g} rad"
-        return f"ahead {self.ahead:.3f} of {asked:.2g} m, {turned}"
+        return f"ahead {self.ahead:.3f} of {commanded:.2g} m, {turned}"
 
 
 def planar_move_motions(robot: SimulatedRobot) -> dict[str, BaseMotion]:
@@ -83,7 +83,7 @@ def planar_move_motions(robot: SimulatedRobot) -> dict[str, BaseMotion]:
     """
     from teleopctl.sim import Simulation
 
-    ways: dict[str, BaseMotion] = {}
+    motions: dict[str, BaseMotion] = {}
     simulation = Simulation(robot.model, control_period_ns=CONTROL_PERIOD_NS)
     simulation.movers = robot.simulation.movers
     simulation.hold()
@@ -98,5 +98,5 @@ def planar_move_motions(robot: SimulatedRobot) -> dict[str, BaseMotion]:
             simulation.step_to(simulation.time_ns + round(MOVING_S * 1e9))
             places.append(base_pose(simulation, base.body.link))
         mover.stop()
-        ways[mover.topic] = BaseMotion.between(places[0], places[1], places[2])
-    return ways
+        motions[mover.topic] = BaseMotion.between(places[0], places[1], places[2])
+    return motions

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 # How far or how fast a joint is to go, in rad or m, per s.
 _STEP = 0.2
 _JOINT_SPEED = 0.5
-# Which part of a wheel's fastest speed a base is asked for at most.
+# Largest commanded speed of a base as a fraction of its wheels' fastest speed.
 _BELOW_LIMIT = 0.8
 # How much longer a trajectory or a gripper is waited for, in s.
 _ARRIVING_S = 1.0
@@ -56,10 +56,10 @@ class MotionResult(NamedTuple):
     """Result of testing one controller: whether its joints or base moved.
 
     Attributes:
-        controller: Its name.
-        type: Its plug-in's name.
-        moved: Whether physics did what it was asked for.
-        told: What moved how far, or why nothing did, as text.
+        controller: Controller's name.
+        type: Controller's type, the plug-in's name.
+        moved: Whether joints or base moved as commanded.
+        told: How far what moved, or why nothing did, as text.
     """
 
     controller: str
@@ -334,7 +334,7 @@ class ControllerTester:
         if self._parameter(spec, "use_stamped_vel") is not False:
             message = get_message("geometry_msgs/msg/TwistStamped")(twist=twist)
         for _ in self.wait(MOVING_S):
-            # Without a stamp it counts from now on, and anew each time: old ones are braked upon.
+            # Without a stamp it counts from now on each time: a controller brakes upon old ones.
             self._send(spec, topic, message)
             yield
 

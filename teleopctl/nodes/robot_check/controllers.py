@@ -49,7 +49,7 @@ class ControllerReport:
         own: Whether they are the robot's.
         motions: What each that moves something did.
         inactive: Controllers that did not become active, and why.
-        joints: Joints of which a controller tells the state.
+        joints: Joints whose state a controller publishes.
         fault: Why not all of it was tried; empty where it was.
     """
 

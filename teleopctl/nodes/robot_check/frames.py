@@ -50,7 +50,7 @@ def compare_frames(robot: SimulatedRobot, published: Container[str]) -> FrameCom
     tree = SegmentTree(description, joints)
     moving = {joints[name].joint.child: joints[name].mimic for name in joints}
     child = {joints[name].joint.child: name for name in joints}
-    # What is on a floating joint is where physics has it, as the simulator says if it is asked.
+    # What is on a floating joint is where physics has it, as the simulator publishes on request.
     floating = {joint.child for joint in description.tree if joint.type == "floating"}
     missing = [
         link

@@ -102,22 +102,22 @@ class RobotReport:
 
     Attributes:
         file: The file.
-        kind: ``urdf``, ``sdf`` or ``mjcf``; ``world`` for what is none, but stands around one.
-        error: Why it is no robot; None where it is one.
-        refusal: Why it cannot be simulated; None where it can.
-        description: The robot, where it is one.
-        mass_kg: Of the whole robot, as simulated.
-        repaired: What of the text was read otherwise than it stands there, a sentence each.
-        guessed: What was made up or left out, a sentence each.
-        without_effect: What is asked for and not done, a sentence each.
-        unknown: What nobody knows, a sentence each.
+        kind: ``urdf``, ``sdf`` or ``mjcf``; ``world`` for a world without a robot.
+        error: Why the file is no robot; None if it is one.
+        refusal: Why it cannot be simulated; None if it can.
+        description: Parsed robot, if it is one.
+        mass_kg: Mass of the whole robot, as simulated.
+        repaired: Corrections of the text, a sentence each.
+        guessed: Values that were assumed, and parts left out, a sentence each.
+        without_effect: Unsupported parts of the description, a sentence each.
+        unknown: Unknown elements and attributes, a sentence each.
         packages: Folders of the packages that it names; None for one that is not found.
         meshes: Files of its meshes by URI; None for one that is not found.
         controllers: Types of the controllers in the files that it names, by name.
-        trial: What became of it in simulation, where that was asked for.
-        driven: What its controllers made of it, where it stood before.
-        frames: Its frames, likewise.
-        places: Where the lines of its text were written, if not in that file.
+        trial: Result of simulating it, if requested.
+        driven: Result of its controllers' test, if it stood before.
+        frames: Comparison of its frames, likewise.
+        places: Files and lines that the lines of its text come from, if not that file.
         things: What stands and lies in a world, by name, and whether it moves freely.
         world: What a world calls itself.
     """
@@ -156,7 +156,7 @@ class RobotReport:
         if self.driven is not None and self.driven.why_not:
             return self.driven.why_not
         if self.frames is not None and self.frames.missing:
-            return f"no frame for {', '.join(self.frames.missing)}: nobody tells its joint's state"
+            return f"no frame for {', '.join(self.frames.missing)}: its joint has no state"
         return ""
 
 

@@ -135,8 +135,8 @@ def _moved(robot: SimulatedRobot) -> StabilityReport:
         for target, position in zip(targets, before, strict=True)
     ]
     has_moved = [
-        abs(now - then) >= _ENOUGH * abs(asked)
-        for now, then, asked in zip(after, before, wanted, strict=True)
+        abs(now - then) >= _ENOUGH * abs(commanded)
+        for now, then, commanded in zip(after, before, wanted, strict=True)
     ]
     travelled = None
     if base is not None:

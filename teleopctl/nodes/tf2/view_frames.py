@@ -46,7 +46,7 @@ def view_frames(
 
     Raises:
         UsageError: The time is no time.
-        UnavailableError: No frame was heard of.
+        UnavailableError: No transform was received.
         SystemFailureError: A file cannot be written, or ``dot`` fails.
     """
     if not 0.0 < wait_s < float("inf"):
@@ -65,7 +65,7 @@ def view_frames(
     if not frames:
         raise UnavailableError(
             f"No transform on {tf_topic} or {tf_static_topic} within {wait_s:g} s",
-            hint="`teleopctl topic info` tells who publishes there.",
+            hint="`teleopctl topic info` shows the publishers.",
         )
     base = Path(output or time.strftime("frames_%Y-%m-%d_%H.%M.%S"))
     say("Generating graph...")
@@ -104,7 +104,7 @@ def main(args: list[str] | None = None) -> int:
         args: Command line; None takes the process's.
 
     Raises:
-        TeleopctlError: No frame was heard of, or a file cannot be written.
+        TeleopctlError: No transform was received, or a file cannot be written.
     """
     words = sys.argv[1:] if args is None else args
     parser = argparse.ArgumentParser(

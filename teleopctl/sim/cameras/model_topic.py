@@ -82,7 +82,7 @@ def model_from_message(message: Any, described: RobotModel) -> RobotModel:
         return described
     try:
         model = mujoco.MjModel.from_binary_path(_FILE, {_FILE: data})
-        mujoco.MjData(model)  # what it asks for may be more than there is
+        mujoco.MjData(model)  # it may need more memory than there is
     except (ValueError, mujoco.FatalError) as error:
         raise InvalidMessageError(f"{MODEL_TOPIC}: {error}") from error
     for kind, names in (

@@ -36,7 +36,7 @@ class RunningSimulation:
         timeout_s: How long to wait for the loop, in seconds of wall time.
         world: The world; None for nothing but the ground.
         on_change: Called on the loop's thread when something has come or gone.
-        on_restart: Called on the loop's thread when time has begun anew.
+        on_restart: Called on the loop's thread when time has restarted.
 
     Attributes:
         simulation: What is simulated; only to be touched within `call`.
@@ -204,7 +204,7 @@ class RunningSimulation:
         return model.warnings
 
     def _begin_world(self) -> None:
-        """Start anew; what was said of things was of those before."""
+        """Restart; what was logged about objects concerned those before."""
         self.simulation.reset_world_state()
         robot = next(iter(entities(self.simulation)))
         self.infos = {name: info for name, info in self.infos.items() if name == robot}
@@ -258,10 +258,10 @@ class RunningSimulation:
         """Reset the simulation's time, states or entities, as selected.
 
         Args:
-            time: Whether time begins anew.
+            time: Whether time restarts.
             state: Whether all is where it was.
             spawned: Whether what came in while the simulation ran goes.
-            deleted: Whether, besides, what was there at the start and was deleted comes back.
+            deleted: Whether deleted objects of the start come back too.
         """
         if deleted:
             with self._spawning.changing:

@@ -295,7 +295,7 @@ class WorldServices:
 
 
 def _refuse_incomplete_world(request: Any, warnings: tuple[str, ...]) -> None:
-    """Refuse a world of which something is missing, where that is asked for."""
+    """Refuse a world with missing parts, if the request says so."""
     meshes = meshes_left_out(warnings)
     others = [warning for warning in warnings if warning not in meshes]
     if meshes and not request.ignore_missing_or_unsupported_assets:

@@ -1,8 +1,8 @@
 """Queue of entities to spawn, several of which are compiled into the model at once.
 
-MuJoCo compiles a whole model anew for each change, in a time that grows with the square of what is
-in it. So who spawns waits for a thread that takes all that has come meanwhile: hundreds cost little
-more than one.
+MuJoCo compiles the whole model again for each change, in a time that grows with the square of its
+size. So requests wait for a thread that adds all entities that are queued at once: hundreds cost
+little more than one.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ class SpawnQueue:
         take: Has the simulation go on with another one.
 
     Attributes:
-        changing: To be held by whoever changes the model.
+        changing: Lock to hold while changing the model.
     """
 
     def __init__(
@@ -52,7 +52,7 @@ class SpawnQueue:
 
         Args:
             name: What it is to be called.
-            read: Returns it, anew each time, or raises why it is not to come.
+            read: Returns a new copy of it at each call, or raises why it cannot be spawned.
 
         Returns:
             What takes it when it is there, or why it is not: what ``read`` has raised, an
@@ -85,7 +85,7 @@ class SpawnQueue:
         for each in waiting:
             try:
                 coming.append((each, each.read()))
-            except Exception as error:  # noqa: BLE001 - whoever waits is to know
+            except Exception as error:  # noqa: BLE001 - reported to the caller that waits
                 each.done.set_exception(error)
         if not coming:
             return

@@ -85,7 +85,7 @@ def _vectors(wrench: Any) -> list[Any]:
     return [np.array([part.x, part.y, part.z]) for part in parts]
 
 
-# Until the answer that the simulator ends is with whoever asked, in seconds.
+# Seconds for the response to reach the client before the simulator ends.
 _FAREWELL_S = 0.2
 
 

@@ -66,7 +66,7 @@ class Sensor:
             spec: The robot's ``mujoco.MjSpec``; its bodies are named as the links.
 
         Raises:
-            TeleopctlError: The description asks for what cannot be had.
+            TeleopctlError: The description has unsupported settings.
         """
 
     # Any: the message is of the class that `message_type` names.
@@ -113,7 +113,7 @@ class Sensor:
         return self.description.frame or named or self.description.link
 
     def noise(self, *parts: str) -> NoiseSource:
-        """Return the noise of the first of several parts of the ``<sensor>`` that has any.
+        """Return the noise of the first of the given ``<sensor>`` elements that has ``<noise>``.
 
         Args:
             parts: Paths of the elements that ``<noise>`` may stand in.

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from teleopctl.robot import SensorTag as Description
 
 _REFERENCE = "imu/orientation_reference_frame"
-# Turns of the frames that an orientation may be told in, in the world, which is ENU: roll, pitch
+# Turns of the frames that an orientation may refer to, in the world, which is ENU: roll, pitch
 # and yaw in radians.
 _FRAMES = {
     "ENU": (0.0, 0.0, 0.0),
@@ -32,7 +32,7 @@ class Imu(Sensor):
     Turn rate (rad/s) and acceleration (m/s²) are those of the sensor, along its own axes; the
     acceleration is what an accelerometer measures, 9.81 upwards at rest. The orientation is that
     of the sensor in the world, which is x east, y north, z up (REP 103), unless the tag
-    ``<orientation_reference_frame>`` asks for another frame. The covariances are those
+    ``<orientation_reference_frame>`` selects another frame. The covariances are those
     of the ``<noise>``; zero, where there is none, says that they are not known.
 
     Args:
@@ -81,7 +81,7 @@ class Imu(Sensor):
                 covariance[4 * axis] = noise.variance
 
     def _reference(self) -> tuple[float, ...]:
-        """Roll, pitch and yaw of the frame that the orientation is told in."""
+        """Roll, pitch and yaw of the frame that the orientation refers to."""
         said = self.description.texts.get(f"{_REFERENCE}/localization", "")
         if said != "CUSTOM":
             return _FRAMES.get(said, _FRAMES["ENU"])

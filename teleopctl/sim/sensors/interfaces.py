@@ -37,7 +37,7 @@ class _Read:
 
     Attributes:
         sensor: What measures.
-        message: Filled anew each time. Any: its class is made at run time.
+        message: Filled at each reading. Any: its class is made at run time.
         paths: Attributes of the message, for each value.
         names: Full names of the state interfaces that the values are for.
     """

@@ -60,7 +60,7 @@ class Lidar(Sensor):
 
     Args:
         description: What the ``<sensor>`` says.
-        output: The type of message, where it is not what the description asks for.
+        output: Type of message, if not the one of the description.
     """
 
     def __init__(self, description: Description, output: str = "") -> None:
@@ -185,12 +185,12 @@ class Lidar(Sensor):
     def _described_output(self) -> str:
         if self._is_sonar:
             return _RANGE
-        asked = self.names.setting("output_type", "outputType")
-        if asked:
-            wanted = f"sensor_msgs/msg/{asked.rpartition('/')[2]}"
+        requested = self.names.setting("output_type", "outputType")
+        if requested:
+            wanted = f"sensor_msgs/msg/{requested.rpartition('/')[2]}"
             if wanted not in (_SCAN, _CLOUD, _RANGE):
                 raise InvalidDescriptionError(
-                    f"<output_type> is '{asked}': one of sensor_msgs/LaserScan, "
+                    f"<output_type> is '{requested}': one of sensor_msgs/LaserScan, "
                     "sensor_msgs/PointCloud2, sensor_msgs/Range"
                 )
             return wanted

@@ -2,7 +2,7 @@
 
 The two axes along a contact's surface MuJoCo chooses by itself, along those of the world. Where a
 shape says a direction they are turned into that before each step, and each has its own coefficient;
-what acts on the contact is then worked out anew. It costs 10 us of a step and 10 for each contact,
+what acts on the contact is then computed again. It costs 10 us of a step and 10 for each contact,
 of those robots alone.
 """
 

@@ -172,8 +172,8 @@ class MujocoServices:
 
         running.call_and_publish(change)
         if saved is not None:
-            self._node.get_logger().info(f"World set to '{keyframe}'; time begins anew")
-            return f"World set to '{keyframe}'; time begins anew"
+            self._node.get_logger().info(f"World set to '{keyframe}'; time restarts")
+            return f"World set to '{keyframe}'; time restarts"
         where = f"the keyframe '{keyframe}'" if keyframe else "the initial positions"
         self._node.get_logger().info(f"World reset to {where}; time goes on")
         return "World reset"

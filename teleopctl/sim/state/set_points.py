@@ -61,7 +61,7 @@ def feedforward_speed(speed: float, fed_before: float, expected: float, most_mor
     more than the periods before let expect: a path's first position may as well be a jump. In
     between, as much more in each period as the damper can answer with the joint's effort.
 
-    None is towards a position that is not new or that takes more than a period: whoever asks for a
+    None is towards a position that is not new or that takes more than a period: a command for a
     jump wants to come to rest at its end, for which the damper has to see the joint's speed.
 
     Args:

@@ -37,7 +37,7 @@ class StateObserver:
 
         Args:
             data: The ``mujoco.MjData``.
-            time_s: The time; MuJoCo's own begins anew at each reset of the state.
+            time_s: The time; MuJoCo's own restarts at each reset of the state.
             moving: Whether drives may accelerate anything.
         """
         if self._data is None:

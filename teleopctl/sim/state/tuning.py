@@ -56,7 +56,7 @@ class MovedInertia:
         self, model: Any, joints: Sequence[JointSpec], driven: Sequence[str], tuned: Array
     ) -> None:
         self._m = model
-        # Of its own: who asks changes nothing.
+        # Data of its own: the estimate changes nothing.
         self._d = mujoco.MjData(model)
         row = {name: number for number, name in enumerate(driven)}
         self._dofs = np.array([model.joint(name).dofadr[0] for name in driven], dtype=int)
