@@ -69,7 +69,7 @@ def expanded(names: Sequence[str], known: Iterable[str], *, kind: str) -> list[s
 
 
 def learn_type(type_name: str, graph: Graph | None = None) -> None:
-    """Make a type known that this program lacks; see `teleopctl.node.learn_type_from`.
+    """Make a type known that this program lacks; see `teleopctl.node.add_type_from_graph`.
 
     Args:
         type_name: Full name of a message or a service.
@@ -89,7 +89,7 @@ def learn_type(type_name: str, graph: Graph | None = None) -> None:
             return
     if any(e.type_name == type_name for e in graph.endpoints):
         from teleopctl.cli.command_node import command_node
-        from teleopctl.node import learn_type_from
+        from teleopctl.node import add_type_from_graph
 
         with command_node(session_mode="client") as node:
-            learn_type_from(node, type_name, graph)
+            add_type_from_graph(node, type_name, graph)

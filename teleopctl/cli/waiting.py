@@ -69,9 +69,9 @@ def wait_for_clock(node: Node | BareNode) -> None:
     """Wait until a node with ``use_sim_time`` has received ``/clock``."""
     clock = node.get_clock()
     has_come = threading.Event()
-    clock.on_jump(has_come.set)
+    clock.on_time_update(has_come.set)
     try:
         if clock.nanoseconds() == 0:
             wait_aloud(has_come.wait, None, lambda: "Nobody publishes the time on /clock yet.")
     finally:
-        clock.forget_on_jump(has_come.set)
+        clock.forget_on_time_update(has_come.set)

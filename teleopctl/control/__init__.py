@@ -4,7 +4,7 @@ Classes and methods have the names of hardware_interface, controller_interface, 
 and realtime_tools, so that what is written about those holds here. A controller derives from
 ``ControllerInterface``, or from ``ChainableControllerInterface`` where others may command it, and
 hardware from ``HardwareComponentInterface``. The manager runs in a process as a
-``ControllerManagerNode``; another process asks it with a ``ControllerManagerClient``.
+``ControllerManagerNode``; another process calls it by a ``ControllerManagerClient``.
 """
 
 from __future__ import annotations
@@ -16,7 +16,9 @@ if TYPE_CHECKING:
         ControllerManagerClient as ControllerManagerClient,
         ControllerManagerUnavailableError as ControllerManagerUnavailableError,
     )
-    from teleopctl.control.controller_files import manager_settings as manager_settings
+    from teleopctl.control.controller_files import (
+        controller_load_parameters as controller_load_parameters,
+    )
     from teleopctl.control.controller_manager import (
         ControllerManager as ControllerManager,
         ManagerNode as ManagerNode,

@@ -1,4 +1,4 @@
-"""Chains of controllers: who commands the references of whom, and who reads whose states.
+"""Chains of controllers: which commands which, and which reads whose exported states.
 
 In ros2_control's words the controller that commands *precedes*, and the one whose references it
 commands *follows*. An interface is a controller's own where its name begins with the controller's.
@@ -17,15 +17,15 @@ from teleopctl.control.resource_manager import ResourceManager
 
 
 class ChainCycleError(Exception):
-    """Controllers wait for each other in a cycle; the message names them."""
+    """Controllers command each other in a cycle; the message names them."""
 
 
 class Chains:
-    """Dependencies among the configured controllers.
+    """Chains of the configured controllers, by the interfaces that they export and require.
 
     Args:
         controllers: The loaded controllers by name.
-        resources: Whose interfaces are hardware's, whatever their names.
+        resources: The resource manager, whose interfaces are those of hardware.
     """
 
     def __init__(
@@ -34,7 +34,7 @@ class Chains:
         self._controllers = controllers
         self._resources = resources
 
-    def exporter(self, interface: str) -> ControllerSpec | None:
+    def exporting_controller(self, interface: str) -> ControllerSpec | None:
         """Return the controller that exports an interface; None for hardware interfaces."""
         spec = self._controllers.get(interface.partition("/")[0])
         if spec is None or self._resources.component_of(interface) is not None:
@@ -42,53 +42,57 @@ class Chains:
         return spec
 
     def _exporters(self, interfaces: Iterable[str]) -> list[ControllerSpec]:
-        found = (self.exporter(interface) for interface in interfaces)
+        found = (self.exporting_controller(interface) for interface in interfaces)
         return list({spec.name: spec for spec in found if spec is not None}.values())
 
-    def following(self, spec: ControllerSpec) -> list[ControllerSpec]:
-        """Return the controllers that a controller commands."""
+    def commanded_controllers(self, spec: ControllerSpec) -> list[ControllerSpec]:
+        """Return the controllers whose reference interfaces a controller commands."""
         return self._exporters(spec.required_command_interfaces)
 
-    def read(self, spec: ControllerSpec) -> list[ControllerSpec]:
-        """Return the controllers whose exported states a controller reads."""
+    def state_sources(self, spec: ControllerSpec) -> list[ControllerSpec]:
+        """Return the controllers whose exported state interfaces a controller reads."""
         return self._exporters(_states(spec))
 
     def users(self, spec: ControllerSpec) -> list[ControllerSpec]:
-        """Return the controllers that require this one to be active."""
+        """Return the controllers that command a controller or read its exported states."""
         return [
             other
             for other in self._controllers.values()
-            if spec in self.following(other) or spec in self.read(other)
+            if spec in self.commanded_controllers(other) or spec in self.state_sources(other)
         ]
 
     def connected(self, specs: Iterable[ControllerSpec]) -> list[ControllerSpec]:
-        """Return the active controllers that are in one chain with any of the given ones."""
+        """Return given controllers with all active ones that a chain connects to them."""
         found = {spec.name: spec for spec in specs}
         waiting = list(found.values())
         while waiting:
             spec = waiting.pop()
-            for other in (*self.following(spec), *self.read(spec), *self.users(spec)):
+            for other in (
+                *self.commanded_controllers(spec),
+                *self.state_sources(spec),
+                *self.users(spec),
+            ):
                 if other.name not in found and other.lifecycle_state is State.ACTIVE:
                     found[other.name] = other
                     waiting.append(other)
         return list(found.values())
 
-    def connection(self, spec: ControllerSpec) -> dict[str, list[str]]:
-        """Return, by following controller, the reference interfaces that a controller commands.
+    def chain_connections(self, spec: ControllerSpec) -> dict[str, list[str]]:
+        """Return the reference interfaces that a controller commands, by exporting controller.
 
         The references are named without their controllers.
         """
         found: dict[str, list[str]] = {}
         for interface in spec.required_command_interfaces:
-            if (other := self.exporter(interface)) is not None:
+            if (other := self.exporting_controller(interface)) is not None:
                 found.setdefault(other.name, []).append(interface.partition("/")[2])
         return found
 
     def in_update_order(self) -> list[ControllerSpec]:
-        """Return all controllers in update order: commanding before commanded ones.
+        """Return all controllers in update order: each before those that it commands.
 
-        Who commands a controller and reads its states too, as a base does with the controllers of
-        its wheels, comes before it. Controllers without a chain keep their order.
+        A controller that both commands another one and reads its states comes before it.
+        Controllers without a chain keep their order.
 
         Raises:
             ChainCycleError: There is no such order.
@@ -96,11 +100,11 @@ class Chains:
         graph: dict[str, list[str]] = {name: [] for name in self._controllers}
         specs = list(self._controllers.values())
         for spec in specs:
-            for other in self.following(spec):
+            for other in self.commanded_controllers(spec):
                 graph[other.name].append(spec.name)
         _sorted(graph)
         for spec in specs:
-            for other in self.read(spec):
+            for other in self.state_sources(spec):
                 if spec.name not in _above(graph, other.name):
                     graph[spec.name].append(other.name)
         return [self._controllers[name] for name in _sorted(graph)]
@@ -113,12 +117,12 @@ class Chains:
         starting: Collection[ControllerSpec],
         stopping: Collection[ControllerSpec],
     ) -> str | None:
-        """Return why a controller cannot be activated; None if it can.
+        """Return why a controller cannot be activated in a switch; None if it can.
 
         Args:
             spec: The controller.
-            starting: What the same request activates.
-            stopping: What the same request deactivates.
+            starting: Controllers that the same switch activates.
+            stopping: Controllers that the same switch deactivates.
         """
         name = spec.name
         if spec.lifecycle_state is State.UNCONFIGURED:
@@ -139,7 +143,7 @@ class Chains:
         stopping: Collection[ControllerSpec],
     ) -> str | None:
         for interface in (*spec.required_command_interfaces, *_states(spec)):
-            other = self.exporter(interface)
+            other = self.exporting_controller(interface)
             if other is None:
                 continue
             if not isinstance(other.controller, ChainableControllerInterface):
@@ -180,7 +184,7 @@ class Chains:
         starting: Collection[ControllerSpec],
         stopping: Collection[ControllerSpec],
     ) -> str | None:
-        """Return why a controller cannot be deactivated; see ``activation_problem``."""
+        """Return why a controller cannot be deactivated in a switch; None if it can."""
         if spec.lifecycle_state is not State.ACTIVE:
             return (
                 f"Controller with name '{spec.name}' can not be deactivated since it is not active."
@@ -200,34 +204,34 @@ class Chains:
                 return f"{text} currently active and will not be deactivated."
         return None
 
-    def commanded(self, running: Iterable[ControllerSpec]) -> set[str]:
-        """Return the names of the controllers in chained mode while these are active."""
-        return {other.name for spec in running for other in self.following(spec)}
+    def controllers_in_chained_mode(self, running: Iterable[ControllerSpec]) -> set[str]:
+        """Return the names of the controllers that the given running ones command."""
+        return {other.name for spec in running for other in self.commanded_controllers(spec)}
 
-    def restarts(
+    def chained_mode_changes(
         self,
         active: Collection[ControllerSpec],
         starting: Collection[ControllerSpec],
         stopping: Collection[ControllerSpec],
     ) -> list[ControllerSpec]:
-        """Return the active controllers that must enter or leave chained mode."""
+        """Return the controllers staying active whose chained mode a switch must change."""
         staying = [spec for spec in active if spec not in stopping]
-        commanded = self.commanded((*staying, *starting))
+        controllers_in_chained_mode = self.controllers_in_chained_mode((*staying, *starting))
         return [
             spec
             for spec in staying
             if isinstance(spec.controller, ChainableControllerInterface)
-            and spec.controller.in_chained_mode is not (spec.name in commanded)
+            and spec.controller.in_chained_mode is not (spec.name in controllers_in_chained_mode)
         ]
 
-    def followers_first(self, specs: Iterable[ControllerSpec]) -> list[ControllerSpec]:
-        """Return controllers in activation order: commanded before commanding ones."""
+    def in_activation_order(self, specs: Iterable[ControllerSpec]) -> list[ControllerSpec]:
+        """Return controllers in activation order: each after those that it commands or reads."""
         depths: dict[str, int] = {}
 
         def depth(spec: ControllerSpec) -> int:
             if spec.name not in depths:
-                needed = (*self.following(spec), *self.read(spec))
-                depths[spec.name] = 0  # for who asks meanwhile: they read each other's states
+                needed = (*self.commanded_controllers(spec), *self.state_sources(spec))
+                depths[spec.name] = 0  # controllers may read each other's states
                 depths[spec.name] = 1 + max(map(depth, needed), default=-1)
             return depths[spec.name]
 
@@ -235,14 +239,14 @@ class Chains:
 
 
 def _states(spec: ControllerSpec) -> tuple[str, ...]:
-    """The state interfaces that a controller cannot do without."""
+    """Return the state interfaces that a controller requires by name."""
     if spec.state_interface_configuration.type is InterfaceConfigurationType.ALL:
         return ()
     return spec.required_state_interfaces
 
 
 def _above(graph: Mapping[str, Iterable[str]], name: str) -> set[str]:
-    """All that comes before a node."""
+    """Return all nodes that come before a node of the graph."""
     found: set[str] = set()
     waiting = list(graph[name])
     while waiting:

@@ -1,4 +1,4 @@
-"""Client of a controller manager's services, for other processes."""
+"""Client of a controller manager's services, for use in other processes."""
 
 from __future__ import annotations
 
@@ -21,26 +21,26 @@ from teleopctl.node import (
 )
 
 STRICT = 2
-# The graph wakes who waits for a service; the manager's log is looked at this often, in seconds.
-_LOOK_EVERY_S = 0.1
-# After so long without a response it is asked whether the manager's process runs at all: what it
-# does for a call, of others' controllers and hardware, may take longer.
+# The graph wakes a thread that waits for a service; the manager's log is checked this often.
+_POLL_PERIOD_S = 0.1
+# After so long without a response, check whether the manager's process runs at all: a call that
+# runs users' controllers and hardware may take longer.
 _NOT_FROZEN_S = 4.0
-# The graph wakes who waits for another manager; Windows delivers signals to who wakes by itself.
-_WAKE_EVERY_S = 1.0
+# The graph wakes a thread that waits for a restart; Windows delivers signals to running threads.
+_WAKE_PERIOD_S = 1.0
 
 # Any stands for messages: their classes are made at run time, from definitions.
 
 
 class ControllerManagerUnavailableError(UnavailableError):
-    """No controller manager of that name answers."""
+    """The services of a controller manager are not offered or do not respond."""
 
 
 class ControllerManagerClient:
-    """Client of a controller manager's services.
+    """Client of a controller manager's services, with retries and error causes.
 
     Args:
-        node: The node that asks.
+        node: The node that sends the requests.
         manager: The manager's name; a relative one is in the node's namespace.
         call_timeout: Seconds for one attempt of one call.
         attempts: How often a call is tried.
@@ -53,7 +53,7 @@ class ControllerManagerClient:
         self._call_timeout = call_timeout
         self._attempts = attempts
         self._clients: dict[str, Client[Any, Any]] = {}
-        self._asked_ns = 0
+        self._called_ns = 0
         self.name = (
             manager if manager.startswith("/") else f"{node.get_namespace().rstrip('/')}/{manager}"
         )
@@ -66,17 +66,17 @@ class ControllerManagerClient:
             )
         return self._clients[service]
 
-    def wait(self, timeout: float, *, patient: bool = False) -> None:
-        """Wait for the manager's services.
+    def wait(self, timeout: float, *, log_waiting: bool = False) -> None:
+        """Wait until the controller manager offers its services.
 
         Args:
             timeout: Seconds; 0 waits for ever.
-            patient: Whether to say on the node's logger what is being waited for.
+            log_waiting: Whether to log on the node's logger what is being waited for.
 
         Raises:
             ControllerManagerUnavailableError: The time is over, or the manager refuses the robot
                 description, without which it has no services.
-            ExternalShutdownException: The process was told to end meanwhile.
+            ExternalShutdownException: The context was shut down meanwhile.
         """
         client, service = self._list_client, f"{self.name}/list_controllers"
         deadline = time.monotonic() + timeout if timeout else None
@@ -84,8 +84,8 @@ class ControllerManagerClient:
         while True:
             if client.service_is_ready():
                 return
-            log = self._log  # listens before anything is said: who is told may end the process
-            if patient:
+            log = self._log  # subscribes before the log line, which may lead a user to interrupt
+            if log_waiting:
                 logger.info(f"waiting for service {service} to become available...")
             left = 10.0 if deadline is None else min(10.0, deadline - time.monotonic())
             if self._is_ready_within(left, client, log):
@@ -97,14 +97,14 @@ class ControllerManagerClient:
                     f"Could not contact service {service}",
                     hint=self._why_unavailable(),
                 )
-            if patient:
+            if log_waiting:
                 logger.warning(f"Could not contact service {service}")
 
     def _is_ready_within(self, seconds: float, client: Client[Any, Any], log: ManagerLog) -> bool:
         deadline = time.monotonic() + seconds
         while True:
             left = deadline - time.monotonic()
-            if client.wait_for_service(max(0.0, min(left, _LOOK_EVERY_S))):
+            if client.wait_for_service(max(0.0, min(left, _POLL_PERIOD_S))):
                 return True
             if log.refusal is not None:
                 raise ControllerManagerUnavailableError(
@@ -118,19 +118,19 @@ class ControllerManagerClient:
         return self._client("list_controllers", "controller_manager_msgs/srv/ListControllers")
 
     def sessions(self) -> frozenset[str]:
-        """Return the Zenoh sessions of the managers of this name; a restarted one has a new one."""
+        """Return the ids of the Zenoh sessions that offer the manager's services."""
         client = self._list_client
         servers = self._node.graph().servers(client.service_name, client.type_name)
         return frozenset(server.zid for server in servers)
 
-    def wait_for_another(self, sessions: frozenset[str]) -> None:
-        """Wait until a manager serves requests in another session than these.
+    def wait_for_restart(self, sessions: frozenset[str]) -> None:
+        """Wait until a session other than the given ones offers the manager's services.
 
         Raises:
-            ExternalShutdownException: The process was told to end meanwhile.
+            ExternalShutdownException: The context was shut down meanwhile.
         """
         context = self._node.context
-        while not context.wait_for_change(lambda: bool(self.sessions() - sessions), _WAKE_EVERY_S):
+        while not context.wait_for_change(lambda: bool(self.sessions() - sessions), _WAKE_PERIOD_S):
             if not context.ok():
                 raise ExternalShutdownException
 
@@ -139,15 +139,15 @@ class ControllerManagerClient:
         return ManagerLog(self._node, self.name)
 
     def cause(self, controller: str) -> str | None:
-        """Return the error that was logged since the last call about a controller, or None."""
-        return self._log.cause(controller, self._asked_ns)
+        """Return the error logged about a controller since the last call, or None."""
+        return self._log.cause(controller, self._called_ns)
 
-    def why_not_reloaded(self) -> str | None:
-        """Return the logged reason why the last call did not reload the controllers' code, or None.
+    def reload_error(self) -> str | None:
+        """Return the logged reason why the last call did not reload controllers, or None.
 
-        None where nothing is heard of it.
+        None also if nothing was logged.
         """
-        return self._log.last_error(NOT_RELOADED, self._asked_ns)
+        return self._log.last_error(NOT_RELOADED, self._called_ns)
 
     def _why_unavailable(self) -> str:
         names = self._node.graph().node_names(include_hidden=True)
@@ -175,24 +175,24 @@ class ControllerManagerClient:
         )
 
     def call(self, service: str, type_name: str, **fields: Any) -> Any:
-        """Call a service.
+        """Call a service of the controller manager, with retries; return the response.
 
         Args:
-            service: Its name below the manager's.
-            type_name: Its type, within controller_manager_msgs unless a package is named.
-            fields: The request's fields.
+            service: Name of the service, below the manager's name.
+            type_name: Service type, in controller_manager_msgs unless a package is given.
+            fields: Fields of the request.
 
         Raises:
-            ControllerManagerUnavailableError: There is no answer. Of a manager whose process is
-                stopped this is known after five seconds.
+            ControllerManagerUnavailableError: There is no response; for a suspended process of the
+                manager this is raised after five seconds.
         """
         full_type = type_name if "/" in type_name else f"controller_manager_msgs/srv/{type_name}"
         client = self._client(service, full_type)
         request = get_service(full_type).Request(**fields)
-        self._asked_ns = time.time_ns()
-        return self._insist(service, lambda: client.call_async(request))
+        self._called_ns = time.time_ns()
+        return self._call_with_retries(service, lambda: client.call_async(request))
 
-    def _insist(self, service: str, send: Callable[[], ResponseFuture[Any]]) -> Any:
+    def _call_with_retries(self, service: str, send: Callable[[], ResponseFuture[Any]]) -> Any:
         for attempt in range(1, self._attempts + 1):
             pending, began = send(), time.monotonic()
             if not pending.wait_until_settled(min(_NOT_FROZEN_S, self._call_timeout)):
@@ -220,23 +220,23 @@ class ControllerManagerClient:
             )
 
     def list_controllers(self) -> list[Any]:
-        """Return all controllers, as controller_manager_msgs/ControllerState."""
+        """Return the controllers as controller_manager_msgs/ControllerState messages."""
         return list(self.call("list_controllers", "ListControllers").controller)
 
     def load_controller(self, name: str) -> bool:
-        """Load a controller."""
+        """Request to load a controller; return whether that succeeded."""
         return bool(self.call("load_controller", "LoadController", name=name).ok)
 
     def configure_controller(self, name: str) -> bool:
-        """Configure a controller."""
+        """Request to configure a controller; return whether that succeeded."""
         return bool(self.call("configure_controller", "ConfigureController", name=name).ok)
 
     def cleanup_controller(self, name: str) -> bool:
-        """Clean up a controller."""
+        """Request to clean up a controller; return whether that succeeded."""
         return bool(self.call("cleanup_controller", "CleanupController", name=name).ok)
 
     def unload_controller(self, name: str) -> bool:
-        """Unload a controller."""
+        """Request to unload a controller; return whether that succeeded."""
         return bool(self.call("unload_controller", "UnloadController", name=name).ok)
 
     def switch_controllers(
@@ -248,7 +248,7 @@ class ControllerManagerClient:
         asap: bool = True,
         timeout: float = 5.0,
     ) -> tuple[bool, str]:
-        """Switch controllers; return whether that succeeded, and the manager's message."""
+        """Request to switch controllers; return the success and the manager's message."""
         duration = get_message("builtin_interfaces/msg/Duration")()
         set_stamp(duration, from_seconds(timeout))
         response = self.call(
@@ -263,7 +263,9 @@ class ControllerManagerClient:
         return bool(response.ok), str(response.message)
 
     def set_parameter(self, name: str, value: AllowableParameterValue) -> bool:
-        """Set a parameter of the manager's node."""
+        """Set a parameter of the manager's node; return whether that succeeded."""
         wanted = [Parameter(name, value=value)]
-        response = self._insist("set_parameters", lambda: self._parameters.set_parameters(wanted))
+        response = self._call_with_retries(
+            "set_parameters", lambda: self._parameters.set_parameters(wanted)
+        )
         return all(result.successful for result in response.results)

@@ -1,4 +1,4 @@
-"""Parameters in files that a controller manager needs before it loads a controller."""
+"""Parameters of controllers that a controller manager needs before it loads them."""
 
 from __future__ import annotations
 
@@ -13,12 +13,14 @@ from teleopctl.node import ParameterFile, read_parameter_file
 
 # Parameters of the controller manager, below the controller's name, that a file may give.
 _FROM_FILES = ("type", "fallback_controllers")
-OF_MANAGER = frozenset((*_FROM_FILES, "params_file", "node_options_args"))
+MANAGER_PARAMETERS = frozenset((*_FROM_FILES, "params_file", "node_options_args"))
 """Parameters below a controller's name that are the controller manager's own."""
 
 
-def manager_settings(controller: str, manager: str, files: Sequence[str]) -> dict[str, Any]:
-    """Return the parameters ``<controller>.…`` that the manager needs to load a controller.
+def controller_load_parameters(
+    controller: str, manager: str, files: Sequence[str]
+) -> dict[str, Any]:
+    """Return the parameters that the manager needs to load a controller, from files.
 
     Args:
         controller: The controller's name.

@@ -1,4 +1,4 @@
-"""Controller life cycle, without ROS: which controllers there are and in what state.
+"""Controller manager without ROS: the loaded controllers and their life cycles.
 
 ``services`` offers it to the graph, ``cycle`` runs it. Requests come from service threads, one at a
 time; the control loop runs in another thread. What both use, the tuple of active controllers and
@@ -40,24 +40,24 @@ if TYPE_CHECKING:
 
 
 class ManagerNode(Protocol):
-    """The methods of a node that the controller manager uses."""
+    """Interface of the node that a controller manager uses."""
 
     # Any: a parameter has one of nine types, and files decide which.
     def parameter(self, name: str) -> Any:
-        """Return a parameter's value, or None."""
+        """Return the value of a parameter of the manager's node; None if undeclared."""
 
     def create_controller_params(self, controller_name: str) -> ControllerInterfaceParams:
-        """Make a controller's node and its other arguments."""
+        """Create a controller's node; return the constructor argument with that node."""
 
     def destroy_controller_node(self, node: Node) -> None:
-        """Destroy a controller's node."""
+        """Destroy the node of an unloaded controller."""
 
     def publish_activity(self) -> None:
         """Publish the states of all controllers and hardware components."""
 
 
 class ControllerManager:
-    """Loads, configures, activates and deactivates controllers.
+    """Loads, configures, activates, deactivates and unloads controllers.
 
     Args:
         resource_manager: The robot's hardware.
@@ -93,7 +93,7 @@ class ControllerManager:
     # ---- life cycle of single controllers
 
     def load_controller(self, name: str) -> bool:
-        """Load a controller of the type in the parameter ``<name>.type``."""
+        """Load a controller, of the type in parameter ``<name>.type``; False on failure."""
         if name in self.controllers:
             self.logger.error(
                 f"A controller named '{name}' was already loaded inside the controller manager"
@@ -150,7 +150,7 @@ class ControllerManager:
         return True
 
     def configure_controller(self, name: str) -> bool:
-        """Configure a controller: from unconfigured or inactive to inactive."""
+        """Configure a controller, unconfigured or inactive, to inactive; False on failure."""
         spec = self._find(name, "configure")
         if spec is None:
             return False
@@ -168,10 +168,10 @@ class ControllerManager:
             return False
         outcome = self.call(controller, controller.on_configure)
         if outcome is CallbackReturn.SUCCESS:
-            outcome = self.call(controller, partial(self._ask_interfaces, spec))
+            outcome = self.call(controller, partial(self._request_interfaces, spec))
             if outcome is not CallbackReturn.SUCCESS:
-                self._forget_interfaces(spec)
-                self._clear_up(controller, controller.on_cleanup)
+                self._remove_interfaces(spec)
+                self._call_after_failure(controller, controller.on_cleanup)
         if outcome is CallbackReturn.SUCCESS:
             controller.lifecycle_state = State.INACTIVE
             if unread := controller.unread_parameters():
@@ -185,7 +185,7 @@ class ControllerManager:
         return outcome is CallbackReturn.SUCCESS
 
     def cleanup_controller(self, name: str) -> bool:
-        """Clean up a controller: from inactive to unconfigured."""
+        """Clean up an inactive controller, to unconfigured; return False on failure."""
         spec = self._find(name, "cleanup")
         if spec is None:
             return False
@@ -201,7 +201,7 @@ class ControllerManager:
         controller = spec.controller
         outcome = self.call(controller, controller.on_cleanup)
         controller.lifecycle_state = State.UNCONFIGURED
-        self._forget_interfaces(spec)
+        self._remove_interfaces(spec)
         if outcome is not CallbackReturn.SUCCESS:
             self.logger.error(f"Failed to clean-up controller '{name}'{self.cause(controller)}")
             self.recover(controller, outcome, State.UNCONFIGURED)
@@ -209,7 +209,7 @@ class ControllerManager:
         return outcome is CallbackReturn.SUCCESS
 
     def unload_controller(self, name: str) -> bool:
-        """Unload a controller that is not active."""
+        """Clean up and unload a controller that is not active; return False on failure."""
         spec = self._find(name, "unload")
         if spec is None:
             return False
@@ -221,7 +221,7 @@ class ControllerManager:
             return False
         if spec.lifecycle_state is State.INACTIVE:
             self.cleanup_controller(name)
-        self._forget_interfaces(spec)
+        self._remove_interfaces(spec)
         self.call(spec.controller, spec.controller.on_shutdown)
         del self.controllers[name]
         self.node.destroy_controller_node(spec.controller.get_node())
@@ -237,15 +237,15 @@ class ControllerManager:
             )
         return spec
 
-    def _ask_interfaces(self, spec: ControllerSpec) -> CallbackReturn:
-        """Ask a controller what it exports and needs; each interface may be named once."""
+    def _request_interfaces(self, spec: ControllerSpec) -> CallbackReturn:
+        """Store a controller's exported and required interfaces, each of them named once."""
         controller = spec.controller
         if isinstance(controller, ChainableControllerInterface):
             try:
                 controller.export_interfaces()
                 self._import_interfaces(controller)
             except InvalidExportError as error:
-                return self.fail(
+                return self.record_failure(
                     controller,
                     "Export of the state or reference interfaces failed with following error: "
                     f"{error}",
@@ -257,11 +257,11 @@ class ControllerManager:
             spec.required_state_interfaces
         )
         if problem is not None:
-            return self.fail(controller, f"It asks for the interface '{problem}' twice.")
+            return self.record_failure(controller, f"It requires the interface '{problem}' twice.")
         try:
             ordered = self.chains.in_update_order()
         except ChainCycleError as error:
-            return self.fail(controller, f"It cannot be in a chain of {error}.")
+            return self.record_failure(controller, f"It cannot be in a chain of {error}.")
         self.controllers = {other.name: other for other in ordered}
         return CallbackReturn.SUCCESS
 
@@ -274,8 +274,8 @@ class ControllerManager:
                 raise InvalidExportError(f"'{interface.name}' is an interface of the hardware.")
         resources.import_interfaces(states, references)
 
-    def _forget_interfaces(self, spec: ControllerSpec) -> None:
-        """Forget what a controller needs and exports."""
+    def _remove_interfaces(self, spec: ControllerSpec) -> None:
+        """Remove the interfaces that a controller requires and exports."""
         controller = spec.controller
         spec.required_command_interfaces = spec.required_state_interfaces = ()
         if isinstance(controller, ChainableControllerInterface):
@@ -286,11 +286,11 @@ class ControllerManager:
 
     @property
     def chains(self) -> Chains:
-        """Return the dependencies among the controllers."""
+        """Chains of the loaded controllers."""
         return Chains(self.controllers, self.resource_manager)
 
     def refresh_interfaces(self, spec: ControllerSpec) -> None:
-        """Update the claimed interfaces of a controller that claims all."""
+        """Update a controller's required interfaces from its interface configurations."""
         resources = self.resource_manager
         spec.required_command_interfaces = required_names(
             spec.command_interface_configuration, resources.command_interfaces
@@ -300,7 +300,7 @@ class ControllerManager:
         )
 
     def _set_rate(self, controller: ControllerInterface) -> bool:
-        """Set the controller's own update rate from its parameter; False when that is invalid."""
+        """Set a controller's update rate from its parameter; return False if it is invalid."""
         try:
             wanted = controller.auto_declare("update_rate", self.update_rate)
             if controller.auto_declare("is_async", False):
@@ -329,7 +329,7 @@ class ControllerManager:
     def call(
         self, controller: ControllerInterface, function: Callable[[], CallbackReturn | None]
     ) -> CallbackReturn:
-        """Call a life cycle callback; exceptions are logged and count as errors."""
+        """Call a life cycle callback of a controller; log exceptions and return ERROR for them."""
         # A bound method has a name; what is put together for one call has none.
         where = getattr(function, "__name__", "its choice of interfaces")
         self._causes.pop(controller.name, None)
@@ -345,19 +345,19 @@ class ControllerManager:
             self._causes.setdefault(controller.name, f"{where} returned {outcome.name}")
         return outcome
 
-    def fail(self, controller: ControllerInterface, cause: str) -> CallbackReturn:
-        """Store the cause of a controller's failure, for `cause`."""
+    def record_failure(self, controller: ControllerInterface, cause: str) -> CallbackReturn:
+        """Store the cause of a controller's failure, for `cause`; return FAILURE."""
         self._causes[controller.name] = cause
         return CallbackReturn.FAILURE
 
     def cause(self, controller: ControllerInterface) -> str:
-        """Return why a controller's last callback failed, to append to a sentence."""
+        """Return ``": CAUSE"`` of a controller's last failure, or an empty text."""
         return f": {self._causes[controller.name]}" if controller.name in self._causes else ""
 
     def recover(
         self, controller: ControllerInterface, outcome: CallbackReturn, after_failure: State
     ) -> None:
-        """Set the state after a failed life cycle callback.
+        """Set a controller's state after a life cycle callback that did not succeed.
 
         Args:
             controller: The controller.
@@ -367,13 +367,15 @@ class ControllerManager:
         if outcome is CallbackReturn.FAILURE:
             controller.lifecycle_state = after_failure
             return
-        recovered = self._clear_up(controller, controller.on_error) is CallbackReturn.SUCCESS
+        recovered = (
+            self._call_after_failure(controller, controller.on_error) is CallbackReturn.SUCCESS
+        )
         controller.lifecycle_state = State.UNCONFIGURED if recovered else State.FINALIZED
 
-    def _clear_up(
+    def _call_after_failure(
         self, controller: ControllerInterface, function: Callable[[], CallbackReturn | None]
     ) -> CallbackReturn:
-        """Run a life cycle callback after one that failed, which stays the cause."""
+        """Call a life cycle callback after a failed one, whose cause is kept."""
         cause = self._causes.get(controller.name)
         outcome = self.call(controller, function)
         if cause is not None:
@@ -381,7 +383,7 @@ class ControllerManager:
         return outcome
 
     def deactivate_controllers(self, stopping: Sequence[ControllerSpec]) -> list[str]:
-        """Deactivate controllers that left ``active_controllers``; return those that failed."""
+        """Deactivate controllers and release their interfaces; return the failed ones."""
         failed = []
         for spec in stopping:
             controller = spec.controller
@@ -400,7 +402,7 @@ class ControllerManager:
         return failed
 
     def stop_controllers(self, stopping: Sequence[ControllerSpec]) -> None:
-        """Deactivate active controllers without a request; the caller holds ``cycle_lock``."""
+        """Stop updating and deactivate controllers at once; the caller holds ``cycle_lock``."""
         self.active_controllers = tuple(
             spec for spec in self.active_controllers if spec not in stopping
         )
@@ -412,7 +414,7 @@ class ControllerManager:
     def users_of(
         self, component: HardwareComponent, *, only_commands: bool
     ) -> list[ControllerSpec]:
-        """Return the active controllers that use a component's interfaces."""
+        """Return the active controllers that use interfaces of a hardware component."""
         hardware = component.hardware
         users = []
         for spec in self.active_controllers:
@@ -427,7 +429,7 @@ class ControllerManager:
         return users
 
     def shutdown(self) -> None:
-        """Deactivate and unload everything."""
+        """Deactivate and unload all controllers, and finalize all hardware components."""
         with self.cycle_lock:
             active, self.active_controllers = self.active_controllers, ()
             self.deactivate_controllers(active)

@@ -1,4 +1,4 @@
-"""The controller manager as a node: robot description in, services and topics out."""
+"""Node of the controller manager: robot description, control cycle, services, topics."""
 
 from __future__ import annotations
 
@@ -7,17 +7,17 @@ from collections.abc import Sequence
 from typing import Any
 
 from teleopctl.base import progress
-from teleopctl.control.controller_files import OF_MANAGER
+from teleopctl.control.controller_files import MANAGER_PARAMETERS
 from teleopctl.control.controller_manager import ControllerManager
 from teleopctl.control.controllers.base import ControllerInterfaceParams
 from teleopctl.control.cycle import Cycle, WallClockLoop
 from teleopctl.control.lifecycle import State
-from teleopctl.control.limits import enforced_by_default
+from teleopctl.control.limits import limits_enforced_by_default
 from teleopctl.control.manager_log import DESCRIPTION_RECEIVED, DESCRIPTION_REFUSED
 from teleopctl.control.realtime_publisher import PublishQueue
 from teleopctl.control.resource_manager import ResourceManager
 from teleopctl.control.services import ControllerManagerServices, lifecycle_state_message
-from teleopctl.control.statistics_publishers import Diagnostics, StatisticsTopics
+from teleopctl.control.statistics_publishers import DiagnosticsPublisher, StatisticsPublisher
 from teleopctl.errors import InvalidParameterError, TeleopctlError
 from teleopctl.interfaces import get_message
 from teleopctl.node import Clock, Executor, Node, qos_profile_latched
@@ -29,7 +29,7 @@ _RATE_TOLERANCE = 0.01
 
 
 class ControllerManagerNode:
-    """Node ``controller_manager``, with its control cycle and services.
+    """Controller manager as a ROS node: waits for the robot description, runs the cycle.
 
     Args:
         node: The manager's node.
@@ -49,7 +49,7 @@ class ControllerManagerNode:
             )
         enforce = self.parameter("enforce_command_limits")
         if enforce is None:
-            enforce = enforced_by_default()
+            enforce = limits_enforced_by_default()
         elif not isinstance(enforce, bool):
             raise InvalidParameterError(
                 f"Parameter 'enforce_command_limits' must be true or false, got {enforce}"
@@ -93,13 +93,13 @@ class ControllerManagerNode:
 
     # Any: a parameter has one of nine types, and files decide which.
     def parameter(self, name: str) -> Any:
-        """Return a parameter of the manager's node, or None."""
+        """Return the value of a parameter of the manager's node; None if undeclared."""
         if not self._node.has_parameter(name):
             return None
         return self._node.get_parameter(name).value
 
     def create_controller_params(self, controller_name: str) -> ControllerInterfaceParams:
-        """Make a controller's node, with the parameters of its parameter files."""
+        """Create a controller's node, with the parameters of its parameter files."""
         files = self.parameter(f"{controller_name}.params_file") or []
         arguments = list(self._ros_arguments)
         for file in dict.fromkeys([files] if isinstance(files, str) else files):
@@ -115,7 +115,7 @@ class ControllerManagerNode:
             allow_undeclared_parameters=True,
             automatically_declare_parameters_from_overrides=True,
         )
-        self._hand_down(node)
+        self._declare_manager_parameters(node)
         self._executor.add_node(node)
         assert self._description is not None
         return ControllerInterfaceParams(
@@ -133,8 +133,8 @@ class ControllerManagerNode:
             now_ns=self._now_ns,
         )
 
-    def _hand_down(self, node: Node) -> None:
-        """Give a controller what files say of it among the manager's parameters.
+    def _declare_manager_parameters(self, node: Node) -> None:
+        """Declare a controller's parameters that files give among the manager's.
 
         It belongs into a section of the controller's, which wins; ROS 2 reads nothing else.
         """
@@ -143,7 +143,7 @@ class ControllerManagerNode:
         handed = [
             key
             for key in below
-            if key not in OF_MANAGER
+            if key not in MANAGER_PARAMETERS
             and not key.startswith(f"{name}.")
             and not node.has_parameter(key)
         ]
@@ -159,11 +159,11 @@ class ControllerManagerNode:
         return self._cycle.time_ns if self._lockstep else time.time_ns()
 
     def destroy_controller_node(self, node: Node) -> None:
-        """Destroy a controller's node."""
+        """Destroy the node of an unloaded controller."""
         node.destroy_node()
 
     def publish_activity(self) -> None:
-        """Publish the states of all controllers and components."""
+        """Publish the states of all controllers and hardware components on ``~/activity``."""
         named: Any = get_message("controller_manager_msgs/msg/NamedLifecycleState")
         message = get_message("controller_manager_msgs/msg/ControllerManagerActivity")(
             controllers=[
@@ -215,8 +215,8 @@ class ControllerManagerNode:
         self._start_cycling()
         self.publish_activity()
         progress.tell(progress.READY)
-        StatisticsTopics(self._node, self.manager, self._cycle)
-        Diagnostics(self._node, self.manager, self._cycle, self.parameter)
+        StatisticsPublisher(self._node, self.manager, self._cycle)
+        DiagnosticsPublisher(self._node, self.manager, self._cycle, self.parameter)
 
     def _start_hardware(self) -> None:
         initial = {
@@ -228,7 +228,7 @@ class ControllerManagerNode:
             component.change_state(initial.get(component.name, State.ACTIVE))
 
     def _find_lockstep_hardware(self) -> None:
-        """Let hardware that works in lockstep run the cycles, before it is started."""
+        """Set the cycle function of hardware in lockstep, before it is started."""
         for component in self._resource_manager.components.values():
             if component.hardware.drives_cycle:
                 # One component's states time the cycles; the others are read and written with it.
@@ -240,7 +240,7 @@ class ControllerManagerNode:
                 return
 
     def _run_lockstep_cycle(self, time_ns: int) -> None:
-        """Run the cycle that a state of this time asks for."""
+        """Run the control cycle for a received state of this time."""
         last_ns, self._last_state_ns = self._last_state_ns, time_ns
         if not self._rate_compared and last_ns is not None and time_ns > last_ns:
             self._rate_compared = True
@@ -248,7 +248,7 @@ class ControllerManagerNode:
         self._cycle.run(time_ns)
 
     def _compare_rate(self, period: float) -> None:
-        """Say when states do not come at the update rate, on which controllers rely."""
+        """Log a warning if states do not arrive at the update rate."""
         rate = self.manager.update_rate
         if abs(period * rate - 1.0) > _RATE_TOLERANCE:
             self._cycle.report(
@@ -271,7 +271,7 @@ class ControllerManagerNode:
         self._loop.start()
 
     def close(self) -> None:
-        """Stop the loop, the controllers and the hardware."""
+        """Stop the control loop, unload the controllers, and finalize the hardware."""
         if self._loop is not None:
             self._loop.stop()
         for component in self._resource_manager.components.values():
@@ -285,7 +285,7 @@ def _no_cycle(time_ns: int) -> None:
 
 
 def without_node_name(arguments: Sequence[str]) -> list[str]:
-    """Return ROS arguments without the rule that renames the node.
+    """Return ROS arguments without the remap rule of the node's name.
 
     Args:
         arguments: A command line with ``--ros-args`` groups.

@@ -1,4 +1,4 @@
-"""What the controller manager knows of a loaded controller."""
+"""Loaded controllers, as the controller manager keeps them."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _NO_INTERFACES = InterfaceConfiguration()
 
 @dataclass
 class ControllerSpec:
-    """A loaded controller.
+    """Loaded controller with type, fallbacks, required interfaces and statistics.
 
     Attributes:
         controller: The controller.
@@ -46,7 +46,7 @@ class ControllerSpec:
 
     @property
     def name(self) -> str:
-        """The controller's name."""
+        """Name of the controller."""
         return self.controller.name
 
     @property
@@ -58,7 +58,7 @@ class ControllerSpec:
 def required_names(
     configuration: InterfaceConfiguration, interfaces: Mapping[str, StateInterface]
 ) -> tuple[str, ...]:
-    """Return the full names of the interfaces that a configuration selects now."""
+    """Return the full interface names that a configuration selects; ALL takes available ones."""
     if configuration.type is InterfaceConfigurationType.ALL:
         return tuple(name for name, interface in interfaces.items() if interface.available)
     if configuration.type is InterfaceConfigurationType.NONE:
@@ -67,7 +67,7 @@ def required_names(
 
 
 def repeated_name(names: Sequence[str]) -> str | None:
-    """Return the first repeated name, if any."""
+    """Return the first name that occurs twice; None if all differ."""
     seen: set[str] = set()
     for name in names:
         if name in seen:

@@ -1,4 +1,4 @@
-"""The control cycle: read, update, limit, write; and the loop that repeats it on the wall clock.
+"""Control cycle, and the loop that runs it on the wall clock.
 
 In lockstep nothing loops here: the hardware calls ``Cycle.run`` for every state that it receives.
 """
@@ -36,7 +36,7 @@ _REPORT_PERIOD = 1.0
 
 
 class Cycle:
-    """The control cycle: read hardware, update controllers, write hardware.
+    """Control cycle: read hardware, update controllers, enforce limits, write hardware.
 
     Args:
         manager: The controllers and the hardware.
@@ -58,11 +58,11 @@ class Cycle:
         self.times = CycleTimes()
 
     def report(self, sentence: str) -> None:
-        """Log a warning after the cycle, since logging is too slow within."""
+        """Log a warning after the present cycle, since logging is too slow within."""
         self._reports.append(sentence)
 
     def run(self, time_ns: int, steady_ns: int | None = None) -> None:
-        """Run one cycle.
+        """Run one control cycle at a given time.
 
         Args:
             time_ns: Its time, for controllers and stamps.
@@ -83,7 +83,7 @@ class Cycle:
             began_ns = time.perf_counter_ns()
             for component in resources.read(time_ns, period):
                 self._component_failed(component, "read")
-            if resources.take_put_elsewhere() or begun_again:
+            if resources.take_state_jumped() or begun_again:
                 self._restart()
             read_ns = time.perf_counter_ns()
             self._update(time_ns, trigger_ns, period_ns)
@@ -91,7 +91,7 @@ class Cycle:
             updated_ns = time.perf_counter_ns()
             for component in resources.write(time_ns, period):
                 self._component_failed(component, "write")
-            self.times.note(began_ns, read_ns, updated_ns, None if last_ns is None else period)
+            self.times.record(began_ns, read_ns, updated_ns, None if last_ns is None else period)
         self._publish_queue.flush()
         while self._reports:
             manager.logger.warning(self._reports.popleft())
@@ -100,7 +100,7 @@ class Cycle:
             manager.node.publish_activity()
 
     def _restart(self) -> None:
-        """Tell the controllers that their plans are void: the joints have jumped."""
+        """Restart limiters and active controllers, after the joints have jumped."""
         self._manager.resource_manager.restart()
         for spec in self._manager.active_controllers:
             try:
@@ -162,7 +162,7 @@ class Cycle:
 
 
 class WallClockLoop:
-    """Runs the control cycle at its rate by the wall clock, in a thread of its own.
+    """Thread that runs the control cycle at the update rate on the wall clock.
 
     Args:
         cycle: What to run.
@@ -184,11 +184,11 @@ class WallClockLoop:
         self._last_failure = 0.0
 
     def start(self) -> None:
-        """Start the thread."""
+        """Start the thread of the loop."""
         self._thread.start()
 
     def stop(self) -> None:
-        """End after the present cycle."""
+        """End the loop after the present cycle, and wait for the thread."""
         self._stop.set()
         if self._thread.is_alive():
             self._thread.join(timeout=2.0)
@@ -243,7 +243,7 @@ class WallClockLoop:
 
 
 def _request_realtime_scheduling(logger: RcutilsLogger) -> None:
-    """Ask for real-time scheduling, which needs a permission of the system."""
+    """Request real-time scheduling for this thread; log whether the system permits it."""
     if not hasattr(os, "sched_setscheduler"):
         return
     try:

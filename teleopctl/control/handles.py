@@ -1,4 +1,4 @@
-"""State and command interfaces: the values that hardware and controllers share.
+"""State and command interfaces: values that hardware and controllers share.
 
 An interface is one float with a name. Hardware and controllers hold the same object and read and
 write its ``value``: one attribute access, no lookup, no lock (there is one control thread).
@@ -15,7 +15,7 @@ EFFORT = "effort"
 
 
 class StateInterface:
-    """A state interface, such as ``joint_1/position``.
+    """Named float that hardware measures, such as ``joint_1/position``.
 
     Args:
         prefix_name: The joint, sensor or gpio.
@@ -59,7 +59,7 @@ class StateInterface:
 
 
 class CommandInterface(StateInterface):
-    """A command interface, which one controller at a time can claim.
+    """Named float that one controller at a time can claim and command.
 
     Attributes:
         owner: Name of the controller that has claimed it, or None.

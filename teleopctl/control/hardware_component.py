@@ -1,4 +1,4 @@
-"""One hardware component: its plug-in and its life cycle."""
+"""Hardware components: a plug-in with life cycle state and statistics."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _ORDER = (State.UNCONFIGURED, State.INACTIVE, State.ACTIVE)
 
 
 class HardwareComponent:
-    """A hardware component with its life cycle state and interfaces.
+    """Hardware plug-in with life cycle state, interfaces and statistics.
 
     Args:
         hardware: The plug-in.
@@ -49,7 +49,7 @@ class HardwareComponent:
         self._logger = logger
 
     def initialize(self) -> bool:
-        """Run ``on_init``; return False if the component cannot be used."""
+        """Call the plug-in's ``on_init``; return False unless it succeeds."""
         self._logger.info(f"Initialize hardware '{self.name}' ")
         if self._call(self.hardware.on_init) is not CallbackReturn.SUCCESS:
             self._logger.error(f"Failed to initialize hardware '{self.name}'")
@@ -58,7 +58,7 @@ class HardwareComponent:
         return True
 
     def change_state(self, target: State) -> bool:
-        """Change the life cycle state step by step; return False if a step fails."""
+        """Move to a life cycle state step by step; return False if a step fails."""
         if target is State.FINALIZED:
             return self._finalize()
         while self.lifecycle_state is not target:
@@ -99,7 +99,7 @@ class HardwareComponent:
             interface.available = available
 
     def read(self, time_ns: int, period: float) -> ReturnType:
-        """Read the hardware; on failure the component changes its state."""
+        """Call the plug-in's ``read`` if inactive or active; handle errors and requests."""
         if self.lifecycle_state not in (State.INACTIVE, State.ACTIVE):
             return ReturnType.OK
         began_ns = time.perf_counter_ns()
@@ -108,7 +108,7 @@ class HardwareComponent:
         return outcome
 
     def write(self, time_ns: int, period: float) -> ReturnType:
-        """Write to the hardware; see ``read``."""
+        """Call the plug-in's ``write`` if active; handle errors and requests."""
         if self.lifecycle_state is not State.ACTIVE:
             return ReturnType.OK
         began_ns = time.perf_counter_ns()

@@ -1,4 +1,4 @@
-"""Control stack without a ROS graph: nodes, actions and control cycles in memory, for tests."""
+"""Control stack without a ROS graph: nodes, actions and cycles in memory, for tests."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from teleopctl.control.controller_manager import ControllerManager
 from teleopctl.control.controllers.base import ControllerInterface, ControllerInterfaceParams
 from teleopctl.control.cycle import Cycle
 from teleopctl.control.lifecycle import State
-from teleopctl.control.limits import enforced_by_default
+from teleopctl.control.limits import limits_enforced_by_default
 from teleopctl.control.realtime_publisher import PublishQueue
 from teleopctl.control.resource_manager import ResourceManager
 from teleopctl.control.switching import SwitchRequest, switch_controller
@@ -30,7 +30,7 @@ from teleopctl.robot import RobotDescription
 
 
 class RecordedLog:
-    """Logger that stores its lines.
+    """Logger that stores lines in memory.
 
     Attributes:
         lines: Severity (``debug`` to ``fatal``) and text of each.
@@ -45,7 +45,7 @@ class RecordedLog:
         return [text for kind, text in self.lines if severity in (None, kind)]
 
     def get_child(self, name: str) -> RecordedLog:
-        """Return a child logger, whose lines are stored here too."""
+        """Return this logger: lines of children are stored here too."""
         del name
         return self
 
@@ -75,7 +75,7 @@ class RecordedLog:
 
 # Any: an endpoint takes the callback and the messages of any type.
 class RecordedEndpoint:
-    """Publisher, subscription or service that stores its messages.
+    """Publisher, subscription or service in memory, which stores published messages.
 
     Args:
         name: As the controller gave it.
@@ -97,19 +97,19 @@ class RecordedEndpoint:
         self._last_only = last_only
 
     def publish(self, msg: object) -> None:
-        """Keep a copy of a message."""
+        """Store a copy of a message."""
         if self._last_only:
             self.messages = [msg]
         else:
             self.messages.append(copy.deepcopy(msg))
 
     def get_subscription_count(self) -> int:
-        """Return 1."""
+        """Return 1, so that publishers publish."""
         return 1
 
 
 class RecordedNode:
-    """Node without a network, for controllers and hardware under test.
+    """Node in memory, for controllers and hardware under test.
 
     Args:
         name: The node's name.
@@ -139,7 +139,7 @@ class RecordedNode:
     # -- what the other side does ------------------------------------------------------------------
 
     def receive(self, topic: str, message: object) -> None:
-        """Pass a message to a subscription's callback."""
+        """Call a subscription's callback with a message."""
         callback = self.endpoints[topic].callback
         if callback is None:
             raise AssertionError(f"{topic} is published, not subscribed to")
@@ -147,7 +147,7 @@ class RecordedNode:
 
     # Any: what it answers has the type of the service.
     def call(self, service: str, request: object, response: object) -> Any:
-        """Call a service's callback."""
+        """Call a service's callback with request and response; return what it returns."""
         callback = self.endpoints[service].callback
         if callback is None:
             raise AssertionError(f"{service} is no service")
@@ -155,7 +155,7 @@ class RecordedNode:
 
     # Any: each topic has a type of its own.
     def published(self, topic: str) -> list[Any]:
-        """Return the messages that were published on a topic."""
+        """Return the messages that the node published on a topic."""
         return self.endpoints[topic].messages
 
     # -- what the node's owner uses ----------------------------------------------------------------
@@ -184,11 +184,11 @@ class RecordedNode:
         return Parameter(name, value=self._parameters[name])
 
     def get_parameter_overrides(self) -> dict[str, Parameter]:
-        """Return the given parameter values, as those of a parameter file."""
+        """Return the parameter values given to the constructor."""
         return {name: Parameter(name, value=value) for name, value in self._given.items()}
 
     def set_parameters(self, parameter_list: Sequence[Parameter]) -> None:
-        """Set parameters and call the post-set callbacks."""
+        """Set parameters, and call the post-set callbacks."""
         self._parameters.update((parameter.name, parameter.value) for parameter in parameter_list)
         for callback in self._post_set:
             callback(list(parameter_list))
@@ -240,7 +240,7 @@ class RecordedNode:
 
 # Any: goals, results and feedback of whatever action it is.
 class RecordedActionServer:
-    """Action server without a network, for controllers under test.
+    """Action server in memory, for controllers under test.
 
     Args:
         action_type: Action class.
@@ -253,7 +253,7 @@ class RecordedActionServer:
     Attributes:
         name: As the controller gave it.
         action_type: Action class.
-        feedback: What has been told of all goals.
+        feedback: Feedback messages of all goals.
     """
 
     def __init__(
@@ -280,7 +280,7 @@ class RecordedActionServer:
     # -- what the other side does ------------------------------------------------------------------
 
     def send_goal(self, goal: object) -> ServerGoalHandle[Any, Any, Any] | None:
-        """Send a goal; return its handle, or None if it is rejected."""
+        """Send a goal to the callbacks; return its handle, or None if it is rejected."""
         if self._goal_callback(goal) is not GoalResponse.ACCEPT:
             return None
         self._count += 1
@@ -291,11 +291,11 @@ class RecordedActionServer:
         return handle
 
     def cancel(self, handle: ServerGoalHandle[Any, Any, Any]) -> bool:
-        """Request to cancel a goal; return False if it is rejected or the goal has ended."""
+        """Request to cancel a goal; return False if rejected or the goal has ended."""
         return self._cancel_callback(handle) is CancelResponse.ACCEPT and handle.begin_cancel()
 
     def result(self, handle: ServerGoalHandle[Any, Any, Any]) -> Any:
-        """Return the result of a goal, or None if there is none yet."""
+        """Return the result of a goal; None before the goal has ended."""
         responses: list[Any] = []
         handle.when_finished(responses.append)
         return responses[0].result if responses else None
@@ -303,7 +303,7 @@ class RecordedActionServer:
     # -- what the owner and the handles use --------------------------------------------------------
 
     def destroy(self) -> None:
-        """Do nothing: there is nothing to destroy."""
+        """Do nothing: the server holds no resources."""
 
     def publish_status(self) -> None:  # noqa: D102
         pass
@@ -320,7 +320,7 @@ class RecordedActionServer:
 
 
 class ControlStack:
-    """The controller manager with its hardware and control cycle, without a ROS graph.
+    """Controller manager, hardware and control cycle in one thread, without a ROS graph.
 
     The caller runs the cycles with `step`, in its own thread. The description's hardware plug-in,
     such as ``mock_components/GenericSystem``, stands for the robot.
@@ -382,7 +382,9 @@ class ControlStack:
             cast(Node, self.node),
             logger,
             lambda text: self.cycle.report(text),
-            enforce_limits=enforced_by_default() if enforce_limits is None else enforce_limits,
+            enforce_limits=limits_enforced_by_default()
+            if enforce_limits is None
+            else enforce_limits,
         )
         self.publish_queue = PublishQueue(self.log.warning)
         self.manager = ControllerManager(self.resources, self, logger, update_rate)
@@ -391,7 +393,7 @@ class ControlStack:
             self.load_urdf(urdf)
 
     def load_urdf(self, urdf: str) -> None:
-        """Load the robot's hardware components and activate them.
+        """Load a robot's hardware components, and activate them.
 
         Raises:
             TeleopctlError: A plug-in is missing or fails.
@@ -404,7 +406,7 @@ class ControlStack:
     def set_controller_parameters(
         self, name: str, parameters: Mapping[str, AllowableParameterValue]
     ) -> None:
-        """Set parameters for a controller that is not yet loaded, by dotted name."""
+        """Set the parameters, by dotted name, of a controller to be loaded."""
         self._controller_parameters[name] = dict(parameters)
 
     def load_controller(
@@ -413,7 +415,7 @@ class ControlStack:
         type_name: str,
         parameters: Mapping[str, AllowableParameterValue] | None = None,
     ) -> ControllerInterface:
-        """Load a controller.
+        """Load a controller, and return it.
 
         Args:
             name: The controller's name.
@@ -432,7 +434,7 @@ class ControlStack:
         return self.manager.controllers[name].controller
 
     def activate(self, *names: str) -> None:
-        """Configure controllers that are unconfigured, and activate all of them.
+        """Activate controllers, after configuring those that are unconfigured.
 
         Raises:
             AssertionError: It failed; the text says why.
@@ -455,13 +457,13 @@ class ControlStack:
             raise AssertionError(message or self.log.texts("error")[-1])
 
     def step(self, count: int = 1, period_ns: int | None = None) -> None:
-        """Run control cycles, by default with the period of the update rate."""
+        """Run control cycles, each one period of the update rate later by default."""
         for _ in range(count):
             self.time_ns += period_ns or round(1e9 / self.manager.update_rate)
             self.cycle.run(self.time_ns)
 
     def step_until(self, seconds: float) -> None:
-        """Run control cycles until a time in seconds since the start."""
+        """Run control cycles until a time in seconds after `start_ns`."""
         while self.time_ns < self.start_ns + round(seconds * 1e9):
             self.step()
 
@@ -482,15 +484,15 @@ class ControlStack:
             if command.interface_name == interface_name
         ]
 
-    # -- what the manager asks of its node ---------------------------------------------------------
+    # -- methods of `ManagerNode` ------------------------------------------------------------------
 
     # Any: a parameter has one of nine types, and files decide which.
     def parameter(self, name: str) -> Any:
-        """Return a parameter of the manager, or None."""
+        """Return the value of a parameter of the manager's node; None if undeclared."""
         return self.node.get_parameter(name).value if self.node.has_parameter(name) else None
 
     def create_controller_params(self, controller_name: str) -> ControllerInterfaceParams:
-        """Make a controller's node and its other arguments."""
+        """Create a controller's node; return the constructor argument with that node."""
         node = RecordedNode(
             controller_name,
             self._controller_parameters.get(controller_name),
@@ -519,7 +521,7 @@ class ControlStack:
         return cast("ActionServer[Any, Any, Any]", server)
 
     def destroy_controller_node(self, node: Node) -> None:
-        """Remove a controller's node."""
+        """Remove the node of an unloaded controller."""
         del self.nodes[node.get_name()]
 
     def publish_activity(self) -> None:

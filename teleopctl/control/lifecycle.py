@@ -1,4 +1,4 @@
-"""Life cycles: the states of controllers and hardware, and what their callbacks return."""
+"""Life cycle states and return values of controllers and hardware, in ros2_control's words."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ __all__ = ["CallbackReturn", "ReturnType", "State"]
 
 
 class ReturnType(Enum):
-    """Return value of update, read and write; None means OK, an exception means ERROR."""
+    """Return values of update, read and write; None means OK, an exception ERROR."""
 
     OK = "ok"
     ERROR = "error"

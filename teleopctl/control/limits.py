@@ -1,4 +1,4 @@
-"""Keeps commands inside the limits of their joint, once per cycle after all controllers.
+"""Limiter of joint commands, applied once per cycle after all controllers.
 
 A command that had to be changed is reported once for each joint, and again when another controller
 takes the joint over.
@@ -30,16 +30,16 @@ _OUTSIDE = 0.002
 _ROUNDING = 1e-9
 
 
-def enforced_by_default() -> bool:
-    """Return whether limits are enforced by default.
+def limits_enforced_by_default() -> bool:
+    """Return whether the ROS 2 distribution enforces command limits by default.
 
     They are from Kilted on; in Jazzy the parameter is false, and before there was none.
     """
     return is_since("kilted")
 
 
-def describe(limits: JointLimits) -> str:
-    """Return the limits of a joint as the resource manager logs them."""
+def limits_text(limits: JointLimits) -> str:
+    """Return the limits of a joint as text for the log."""
     parts = []
     if math.isfinite(limits.lower) or math.isfinite(limits.upper):
         parts.append(f"position [{limits.lower:g}, {limits.upper:g}]")
@@ -51,7 +51,7 @@ def describe(limits: JointLimits) -> str:
 
 
 class JointLimiter:
-    """Limits the commands of one joint.
+    """Limiter of the commands of one joint.
 
     Args:
         joint: Name, for the report.
@@ -89,16 +89,16 @@ class JointLimiter:
         self._reported: set[str] = set()
 
     def reset(self, interface: str) -> None:
-        """Drop the previous command, because another controller takes over."""
+        """Forget the previous command of an interface, which another controller takes over."""
         self._previous.pop(interface, None)
         self._reported.discard(interface)
 
     def restart(self) -> None:
-        """Start limiting from the measured position."""
+        """Forget all previous commands, so that limiting starts from measured values."""
         self._previous.clear()
 
     def enforce(self, period: float) -> None:
-        """Clamp the claimed commands.
+        """Clamp the claimed commands to the limits; report each interface's first cut.
 
         Args:
             period: Seconds of this cycle.
@@ -115,15 +115,15 @@ class JointLimiter:
             command.value = limited
             if command.interface_name not in self._reported:
                 self._reported.add(command.interface_name)
-                by = self._which(command.interface_name, wanted)
+                by = self._cutting_limit(command.interface_name, wanted)
                 self._report(
                     cut_command(
                         self._joint, command.interface_name, wanted, limited, self._limits, by
                     )
                 )
 
-    def _which(self, interface: str, wanted: float) -> str:
-        """Which limit a command is cut by."""
+    def _cutting_limit(self, interface: str, wanted: float) -> str:
+        """Return the quantity whose limit cuts a command."""
         limits = self._limits
         if interface == POSITION and limits.lower <= wanted <= limits.upper:
             return VELOCITY

@@ -1,4 +1,4 @@
-"""What a controller manager logs, for a process that asks it: its services tell no reasons."""
+"""Errors logged by a controller manager, read from ``/rosout``."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ if TYPE_CHECKING:
     from rcl_interfaces.msg import Log
 
 DESCRIPTION_RECEIVED = "Received robot description from topic."
-"""How a manager begins what it says of a description."""
+"""Beginning of the log line about a received robot description."""
 NOT_RELOADED = "Controller manager: Cannot reload controller libraries because"
-"""How a manager, ROS 2's too, begins to say why it does not reload the code of controllers."""
+"""Beginning of the log line with the reason why controllers were not reloaded, as in ROS 2."""
 DESCRIPTION_REFUSED = (
     "The published robot description file (URDF) seems not to be genuine. The following error was "
     "caught:"
 )
-"""How a manager, ROS 2's too, begins to say why it does not accept a description."""
+"""Beginning of the log line with the reason why a description was rejected, as in ROS 2."""
 
-# The log goes another way than the answer of a service, and may come after it.
+# A log message may arrive after the response of the service.
 _CAUSE_WITHIN_S = 3.0
 _OWN_WORDS_WITHIN_S = 0.3
 # By which the clocks of two machines may differ.
@@ -31,10 +31,10 @@ _SKEW_NS = 100_000_000
 
 
 class ManagerLog:
-    """Collects errors on ``/rosout`` of a controller manager and its controllers.
+    """Collector of a controller manager's and its controllers' errors on ``/rosout``.
 
     Args:
-        node: The node that listens.
+        node: The node that subscribes.
         manager: The manager's full name.
 
     Attributes:
@@ -57,7 +57,7 @@ class ManagerLog:
         )
 
     def cause(self, controller: str, since_ns: int) -> str | None:
-        """Return the last error about a controller; None if none comes within a moment.
+        """Return the last error logged about a controller; None if none arrives soon.
 
         Args:
             controller: Its name.
@@ -65,12 +65,12 @@ class ManagerLog:
         """
         with self._changed:
             self._changed.wait_for(lambda: self._about(controller, since_ns), _CAUSE_WITHIN_S)
-            # What the controller itself says is closer to the cause, and comes by another way.
+            # The controller's own log line is closer to the cause, and may arrive later.
             self._changed.wait_for(lambda: self._own(controller, since_ns), _OWN_WORDS_WITHIN_S)
             return self._own(controller, since_ns) or self._about(controller, since_ns)
 
     def last_error(self, beginning: str, since_ns: int) -> str | None:
-        """Return the manager's last error with this beginning, without that; or None."""
+        """Return the manager's last error with a given beginning, without the beginning."""
 
         def found() -> str | None:
             texts = self._texts(self._name, since_ns)
@@ -82,7 +82,7 @@ class ManagerLog:
         return text and text.removeprefix(beginning).strip()
 
     def _texts(self, name: str, since_ns: int) -> Iterator[str]:
-        """What a logger has said, the last first."""
+        """Return the errors of a logger since a time, the last first."""
         return (
             text
             for stamp_ns, logger, text in reversed(self._errors)
@@ -95,8 +95,8 @@ class ManagerLog:
 
     def _about(self, controller: str, since_ns: int) -> str | None:
         of_manager = self._texts(self._name, since_ns)
-        told = next((text for text in of_manager if f"'{controller}'" in text), None)
-        return told or self._own(controller, since_ns)
+        found = next((text for text in of_manager if f"'{controller}'" in text), None)
+        return found or self._own(controller, since_ns)
 
     def _received(self, log: Log) -> None:
         if log.name == self._name:

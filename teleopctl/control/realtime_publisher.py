@@ -1,4 +1,4 @@
-"""Publishing from the control loop without waiting for the network.
+"""Publishing from the control cycle without blocking it.
 
 The counterpart of realtime_tools: a controller hands plain values over; the message is built and
 published elsewhere. On the wall clock a thread does it, and only the latest value of each publisher
@@ -19,7 +19,7 @@ LogEntry: TypeAlias = "tuple[Callable[[str], object], *tuple[str, ...]]"
 
 
 class RealtimePublisher(Generic[T]):
-    """Passes values from the control loop to the thread that publishes them.
+    """Publisher for use in the control cycle: queues values, which are published later.
 
     Args:
         queue: The queue of the control loop, ``params.publish_queue`` of a controller.
@@ -33,7 +33,7 @@ class RealtimePublisher(Generic[T]):
         self.publish = publish
 
     def try_publish(self, value: T) -> None:
-        """Queue a value, which must not be changed afterwards; returns at once.
+        """Queue a value, which must not be changed afterwards; never blocks.
 
         On the wall clock it replaces an earlier value that has not been published yet.
         """
@@ -41,7 +41,7 @@ class RealtimePublisher(Generic[T]):
 
 
 class PublishQueue:
-    """Queue of the values to publish outside of the control loop.
+    """Queue of values to be published outside of the control cycle.
 
     Args:
         report: Called with a sentence when publishing fails.
@@ -57,12 +57,12 @@ class PublishQueue:
         self._stopping = False
 
     def start_thread(self) -> None:
-        """Start the thread that publishes the latest value of each publisher."""
+        """Start a thread that publishes the latest value of each publisher."""
         self._thread = threading.Thread(target=self._run, name="publish queue", daemon=True)
         self._thread.start()
 
     def close(self) -> None:
-        """Stop the thread."""
+        """Stop the thread of `start_thread`, if any."""
         self._stopping = True
         self._wake.set()
         if self._thread is not None:
@@ -70,14 +70,14 @@ class PublishQueue:
             self._thread = None
 
     def put(self, publisher: RealtimePublisher[T], value: T) -> None:
-        """Add a value of a publisher."""
+        """Queue a value of a publisher; replaces the queued one if a thread publishes."""
         if self._thread is None:
             self._queue.append((publisher, value))
         else:
             self._latest[publisher] = value
 
     def flush(self) -> None:
-        """Publish after a cycle: now, or by waking the thread."""
+        """Publish the queued values now, or wake the thread that does."""
         if self._thread is not None:
             if self._latest:
                 self._wake.set()
@@ -102,7 +102,7 @@ class PublishQueue:
 
 
 def realtime_log(queue: PublishQueue) -> RealtimePublisher[LogEntry]:
-    """Return a realtime publisher of log lines: a logger's method and its arguments."""
+    """Return a realtime publisher of log lines: tuples of a logger's method and texts."""
     return RealtimePublisher(queue, _write_log)
 
 

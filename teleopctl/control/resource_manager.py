@@ -1,4 +1,4 @@
-"""The resource manager: every interface of every hardware component, and who owns it."""
+"""Resource manager: hardware components, their interfaces, and claims on them."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from teleopctl.control.handles import CommandInterface, StateInterface
 from teleopctl.control.hardware.base import HardwareComponentInterface, HardwareComponentParams
 from teleopctl.control.hardware_component import HardwareComponent
 from teleopctl.control.lifecycle import ReturnType, State
-from teleopctl.control.limits import JointLimiter, describe
+from teleopctl.control.limits import JointLimiter, limits_text
 from teleopctl.errors import BrokenPluginError, HardwareError, UnknownPluginError
 from teleopctl.robot import Joints
 
@@ -30,11 +30,11 @@ _WITHOUT_HARDWARE = (
 
 
 class ClaimError(Exception):
-    """A command interface cannot be claimed; the message says why."""
+    """An interface cannot be claimed or read; the message says which and why."""
 
 
 class ResourceManager:
-    """Hardware components of a robot, with their interfaces.
+    """Hardware components of a robot, with all state and command interfaces.
 
     Args:
         node: The controller manager's node, handed to hardware that talks over topics.
@@ -71,7 +71,7 @@ class ResourceManager:
         self.components_initialized = False
 
     def load_and_initialize_components(self, description: RobotDescription) -> None:
-        """Load and initialize the hardware components of a robot.
+        """Load and initialize the hardware components of a robot description.
 
         Raises:
             HardwareError: A plug-in is missing or fails; nothing has been loaded then.
@@ -140,7 +140,7 @@ class ResourceManager:
                 continue
             self._logger.info(
                 f"Using JointLimiter for joint '{joint}' in hardware '{component.name}': "
-                f"{describe(limits)}"
+                f"{limits_text(limits)}"
             )
             limiter = JointLimiter(
                 joint,
@@ -157,7 +157,7 @@ class ResourceManager:
             self._limiter_of[joint] = limiter
 
     def component_of(self, interface: str) -> HardwareComponent | None:
-        """Return the component that has an interface."""
+        """Return the hardware component that has an interface; None if none has."""
         for component in self.components.values():
             hardware = component.hardware
             if interface in hardware.command_interfaces or interface in hardware.state_interfaces:
@@ -167,7 +167,7 @@ class ResourceManager:
     def import_interfaces(
         self, states: Iterable[StateInterface], commands: Iterable[CommandInterface]
     ) -> None:
-        """Add the interfaces that a controller exports."""
+        """Add state and reference interfaces that a controller exports."""
         # New mappings, since the control loop may be looking at the old ones.
         self.state_interfaces = self.state_interfaces | {state.name: state for state in states}
         self.command_interfaces = self.command_interfaces | {
@@ -177,7 +177,7 @@ class ResourceManager:
     def remove_interfaces(
         self, states: Iterable[StateInterface], commands: Iterable[CommandInterface]
     ) -> None:
-        """Remove the exported interfaces of a controller."""
+        """Remove interfaces that a controller exported."""
         gone_states = {state.name for state in states}
         gone_commands = {command.name for command in commands}
         self.state_interfaces = {
@@ -190,7 +190,7 @@ class ResourceManager:
         }
 
     def available_states(self, names: Iterable[str]) -> list[StateInterface]:
-        """Return the state interfaces of these names.
+        """Return the state interfaces of the given full names.
 
         Raises:
             ClaimError: One does not exist or is not available.
@@ -204,7 +204,7 @@ class ResourceManager:
         return states
 
     def claim_command_interfaces(self, names: Iterable[str], owner: str) -> list[CommandInterface]:
-        """Claim command interfaces for a controller: all of them or, on an error, none.
+        """Claim command interfaces for a controller: all or, on an error, none.
 
         Raises:
             ClaimError: One does not exist, is not available or belongs to another controller.
@@ -226,7 +226,7 @@ class ResourceManager:
         return claimed
 
     def release_command_interfaces(self, owner: str) -> None:
-        """Release all command interfaces of a controller."""
+        """Release all command interfaces that a controller has claimed."""
         for interface in self.command_interfaces.values():
             if interface.owner == owner:
                 interface.owner = None
@@ -234,7 +234,7 @@ class ResourceManager:
     def prepare_command_mode_switch(
         self, start_interfaces: Sequence[str], stop_interfaces: Sequence[str]
     ) -> bool:
-        """Ask the hardware components whether they can switch command interfaces.
+        """Return whether the hardware components accept a switch of command interfaces.
 
         Args:
             start_interfaces: Full names of interfaces that controllers will own.
@@ -250,7 +250,7 @@ class ResourceManager:
     def perform_command_mode_switch(
         self, start_interfaces: Sequence[str], stop_interfaces: Sequence[str]
     ) -> bool:
-        """Switch the command interfaces of the components concerned."""
+        """Switch command interfaces of the hardware components; return False on failure."""
         return self._switch_command_mode(
             lambda hardware: hardware.perform_command_mode_switch, start_interfaces, stop_interfaces
         )
@@ -280,7 +280,7 @@ class ResourceManager:
         return True
 
     def read(self, time_ns: int, period: float) -> list[HardwareComponent]:
-        """Read all components; return those that failed."""
+        """Read all hardware components; return those that failed."""
         return [
             component
             for component in self.components.values()
@@ -300,22 +300,22 @@ class ResourceManager:
         for limiter in self._limiters:
             limiter.enforce(period)
 
-    def take_put_elsewhere(self) -> bool:
-        """Return whether hardware has reported, since the last call, that the robot was moved."""
-        told = [c.hardware for c in self.components.values() if c.hardware.put_elsewhere]
-        for hardware in told:
-            hardware.put_elsewhere = False
-        return bool(told)
+    def take_state_jumped(self) -> bool:
+        """Return whether hardware has set ``state_jumped`` since the last call."""
+        jumped = [c.hardware for c in self.components.values() if c.hardware.state_jumped]
+        for hardware in jumped:
+            hardware.state_jumped = False
+        return bool(jumped)
 
     def restart(self) -> None:
-        """Reset commands and limiters, because the robot was moved."""
+        """Reset commands to NaN, and restart the limiters, after the state has jumped."""
         for limiter in self._limiters:
             limiter.restart()
         for command in self.command_interfaces.values():
             command.value = math.nan
 
     def shutdown_components(self) -> None:
-        """Deactivate and finalize all components."""
+        """Deactivate and finalize all hardware components."""
         for component in self.components.values():
             if component.lifecycle_state is State.ACTIVE:
                 component.change_state(State.INACTIVE)

@@ -1,4 +1,4 @@
-"""The controller manager's services: controller_manager_msgs on the graph."""
+"""Services of the controller manager, of types in controller_manager_msgs."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ if TYPE_CHECKING:
 
 
 def controller_state(manager: ControllerManager, spec: ControllerSpec) -> Any:
-    """Return a controller as controller_manager_msgs/ControllerState."""
+    """Return a controller's state as a controller_manager_msgs/ControllerState message."""
     configured = spec.lifecycle_state in (State.INACTIVE, State.ACTIVE)
     commands = list(spec.required_command_interfaces)
     # Any: messages, whose classes are made at run time.
-    connection: Any = get_message("controller_manager_msgs/msg/ChainConnection")
+    chain_connections: Any = get_message("controller_manager_msgs/msg/ChainConnection")
     controller = spec.controller
     chainable = controller if isinstance(controller, ChainableControllerInterface) else None
     return get_message("controller_manager_msgs/msg/ControllerState")(
@@ -43,22 +43,24 @@ def controller_state(manager: ControllerManager, spec: ControllerSpec) -> Any:
         required_state_interfaces=list(spec.required_state_interfaces),
         is_chainable=chainable is not None,
         is_chained=chainable is not None and chainable.in_chained_mode,
-        exported_state_interfaces=_own(chainable.exported_state_interfaces) if chainable else [],
-        reference_interfaces=_own(chainable.reference_interfaces) if chainable else [],
+        exported_state_interfaces=_exported_names(chainable.exported_state_interfaces)
+        if chainable
+        else [],
+        reference_interfaces=_exported_names(chainable.reference_interfaces) if chainable else [],
         chain_connections=[
-            connection(name=name, reference_interfaces=references)
-            for name, references in manager.chains.connection(spec).items()
+            chain_connections(name=name, reference_interfaces=references)
+            for name, references in manager.chains.chain_connections(spec).items()
         ],
     )
 
 
-def _own(interfaces: Iterable[StateInterface]) -> list[str]:
-    """Names of what a controller exports, without its own."""
+def _exported_names(interfaces: Iterable[StateInterface]) -> list[str]:
+    """Return the names of exported interfaces without the controller's name."""
     return [interface.name.partition("/")[2] for interface in interfaces]
 
 
 def hardware_interface(interface: StateInterface) -> Any:
-    """Return an interface as controller_manager_msgs/HardwareInterface."""
+    """Return an interface as a controller_manager_msgs/HardwareInterface message."""
     return get_message("controller_manager_msgs/msg/HardwareInterface")(
         name=interface.name,
         data_type=interface.data_type,
@@ -68,12 +70,12 @@ def hardware_interface(interface: StateInterface) -> Any:
 
 
 def lifecycle_state_message(state: State) -> Any:
-    """Return a state as lifecycle_msgs/State."""
+    """Return a life cycle state as a lifecycle_msgs/State message."""
     return get_message("lifecycle_msgs/msg/State")(id=int(state), label=state.label)
 
 
 def hardware_component_state(manager: ControllerManager, component: HardwareComponent) -> Any:
-    """Return a component as controller_manager_msgs/HardwareComponentState."""
+    """Return a hardware component as a HardwareComponentState message."""
     info = component.hardware.info
     message = get_message("controller_manager_msgs/msg/HardwareComponentState")(
         name=component.name,
@@ -93,11 +95,11 @@ def hardware_component_state(manager: ControllerManager, component: HardwareComp
 
 
 class ControllerManagerServices:
-    """Services of a controller manager.
+    """Service servers of a controller manager.
 
     Args:
         node: The manager's node.
-        manager: What the services ask.
+        manager: The controller manager that the services call.
     """
 
     def __init__(self, node: Node, manager: ControllerManager) -> None:

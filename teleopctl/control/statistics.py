@@ -1,4 +1,4 @@
-"""What is measured in the control cycle: a few additions, whether somebody asks or not.
+"""Durations and rates of the control cycle and its parts.
 
 The cycle's thread adds, others read without a lock: what they read may lack the last measurement in
 some of the numbers, which changes none by much.
@@ -14,7 +14,7 @@ _NANOSECONDS_PER_US = 1000.0
 
 
 class MovingStatistics:
-    """Average, extremes and standard deviation of measurements since the last reset.
+    """Average, extremes and standard deviation of values since the last reset.
 
     Source: Welford 1962, which needs one pass and keeps no measurements.
 
@@ -24,48 +24,48 @@ class MovingStatistics:
         average: Of all; 0 before the first.
     """
 
-    __slots__ = ("_greatest", "_least", "_squares", "average", "count", "current")
+    __slots__ = ("_maximum", "_minimum", "_squares", "average", "count", "current")
 
     def __init__(self) -> None:
         self.reset()
 
     def reset(self) -> None:
-        """Forget all measurements."""
+        """Discard all values."""
         self.count = 0
         self.current = self.average = self._squares = 0.0
-        self._least, self._greatest = math.inf, -math.inf
+        self._minimum, self._maximum = math.inf, -math.inf
 
     def add(self, value: float) -> None:
-        """Add a measurement."""
+        """Add a value to the statistics."""
         self.count += 1
         self.current = value
         off = value - self.average
         self.average += off / self.count
         self._squares += off * (value - self.average)
-        if value < self._least:
-            self._least = value
-        if value > self._greatest:
-            self._greatest = value
+        if value < self._minimum:
+            self._minimum = value
+        if value > self._maximum:
+            self._maximum = value
 
     @property
-    def least(self) -> float:
-        """Return the smallest measurement; 0 if there is none."""
-        return self._least if self.count else 0.0
+    def minimum(self) -> float:
+        """Smallest value; 0 without values."""
+        return self._minimum if self.count else 0.0
 
     @property
-    def greatest(self) -> float:
-        """Return the largest measurement; 0 if there is none."""
-        return self._greatest if self.count else 0.0
+    def maximum(self) -> float:
+        """Largest value; 0 without values."""
+        return self._maximum if self.count else 0.0
 
     @property
     def standard_deviation(self) -> float:
-        """Return the standard deviation; 0 without measurements."""
+        """Standard deviation of the values; 0 without values."""
         return math.sqrt(self._squares / self.count) if self.count else 0.0
 
     def entries(self, name: str) -> Iterator[tuple[str, float]]:
-        """Yield the statistics under ros2_control's names, in its order."""
-        yield f"{name}/max", self.greatest
-        yield f"{name}/min", self.least
+        """Yield pairs of name and value, as ros2_control names and orders them."""
+        yield f"{name}/max", self.maximum
+        yield f"{name}/min", self.minimum
         yield f"{name}/average", self.average
         yield f"{name}/standard_deviation", self.standard_deviation
         yield f"{name}/sample_count", float(self.count)
@@ -73,7 +73,7 @@ class MovingStatistics:
 
 
 class WorkStatistics:
-    """Duration in microseconds and rate in Hz of one part of the control cycle."""
+    """Statistics of one part of the control cycle: execution time in µs and rate in Hz."""
 
     __slots__ = ("execution_time", "periodicity")
 
@@ -82,12 +82,12 @@ class WorkStatistics:
         self.periodicity = MovingStatistics()
 
     def reset(self) -> None:
-        """Reset the statistics."""
+        """Reset the statistics of execution time and rate."""
         self.execution_time.reset()
         self.periodicity.reset()
 
     def add(self, began_ns: int, period_s: float | None) -> None:
-        """Add the duration of the work that ends now.
+        """Add the execution time of the work that ends now, and the rate if known.
 
         Args:
             began_ns: When it began, by ``time.perf_counter_ns``.
@@ -98,13 +98,13 @@ class WorkStatistics:
             self.periodicity.add(1.0 / period_s)
 
     def entries(self, name: str) -> Iterator[tuple[str, float]]:
-        """Yield the statistics under ros2_control's names."""
+        """Yield pairs of name and value, as ros2_control names and orders them."""
         yield from self.execution_time.entries(f"{name}/execution_time")
         yield from self.periodicity.entries(f"{name}/periodicity")
 
 
 class CycleTimes:
-    """Durations of the parts of the last control cycle, in microseconds.
+    """Durations of the last control cycle's parts in µs, and statistics of the rate.
 
     Attributes:
         periodicity: How often cycles began, in Hz.
@@ -116,8 +116,8 @@ class CycleTimes:
         self.read_us = self.update_us = self.write_us = 0.0
         self.periodicity = MovingStatistics()
 
-    def note(self, began_ns: int, read_ns: int, updated_ns: int, period_s: float | None) -> None:
-        """Add the times of the cycle that ends now.
+    def record(self, began_ns: int, read_ns: int, updated_ns: int, period_s: float | None) -> None:
+        """Store the durations of the cycle that ends now, and add its rate.
 
         Args:
             began_ns: When it began, by ``time.perf_counter_ns``, as for the others.
@@ -132,7 +132,7 @@ class CycleTimes:
             self.periodicity.add(1.0 / period_s)
 
     def entries(self, name: str) -> Iterator[tuple[str, float]]:
-        """Yield the durations under ros2_control's names."""
+        """Yield pairs of name and duration, as ros2_control names them."""
         yield f"{name}.read_time", self.read_us
         yield f"{name}.update_time", self.update_us
         yield f"{name}.write_time", self.write_us

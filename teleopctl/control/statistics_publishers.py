@@ -1,4 +1,4 @@
-"""Publishers of the topics ``~/statistics/…`` and ``/diagnostics`` of a controller manager."""
+"""Publishers of ``~/statistics/…`` and ``/diagnostics`` of a controller manager."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ _PUBLISHED_PER_S = 10.0
 _DEPTH = 10
 
 
-class StatisticsTopics:
-    """Publishes ros2_control's statistics topics while they have subscribers.
+class StatisticsPublisher:
+    """Publisher of ros2_control's statistics topics, while they have subscriptions.
 
     Args:
         node: The manager's node.
@@ -44,7 +44,7 @@ class StatisticsTopics:
             )
             for kind, name, qos in (
                 ("Statistics", "full", _DEPTH),
-                # Sent when they change, for whoever listens later too.
+                # Sent when they change, and kept for later subscriptions.
                 ("StatisticsNames", "names", qos_profile_latched),
                 ("StatisticsValues", "values", _DEPTH),
             )
@@ -84,7 +84,7 @@ class StatisticsTopics:
 def statistics_entries(
     name: str, manager: ControllerManager, cycle: Cycle
 ) -> Iterator[tuple[str, float]]:
-    """Yield all statistics under ros2_control's names.
+    """Yield name and value of all statistics, as ros2_control names them.
 
     Args:
         name: The manager's.
@@ -113,25 +113,25 @@ _DEFAULTS = {
 Parameter = Callable[[str], Any]
 
 
-class Level(IntEnum):
-    """Levels of a diagnostic status."""
+class DiagnosticLevel(IntEnum):
+    """Levels of diagnostic_msgs/DiagnosticStatus."""
 
     OK = 0
     WARN = 1
     ERROR = 2
 
 
-class Status(NamedTuple):
-    """A diagnostic status: task, level, message and values."""
+class DiagnosticStatus(NamedTuple):
+    """Diagnostic status of one task: level, message and values."""
 
     name: str
-    level: Level
+    level: DiagnosticLevel
     message: str
     values: Sequence[tuple[str, str]]
 
 
-class Diagnostics:
-    """Publishes diagnostics while they have subscribers.
+class DiagnosticsPublisher:
+    """Publisher of the controller manager's ``/diagnostics``, once a second.
 
     Args:
         node: The manager's node.
@@ -165,17 +165,17 @@ class Diagnostics:
                     hardware_id=_HARDWARE_ID,
                     values=[pair(key=key, value=value) for key, value in one.values],
                 )
-                for one in statuses(self._manager, self._cycle, self._parameter)
+                for one in diagnostic_statuses(self._manager, self._cycle, self._parameter)
             ]
         )
         message.header.stamp = self._node.get_clock().now().to_msg()
         self._publisher.publish(message)
 
 
-def statuses(
+def diagnostic_statuses(
     manager: ControllerManager, cycle: Cycle, parameter: Parameter
-) -> tuple[Status, Status, Status]:
-    """Return the statuses of the controllers, of the hardware and of the manager.
+) -> tuple[DiagnosticStatus, DiagnosticStatus, DiagnosticStatus]:
+    """Return the diagnostic statuses of controllers, hardware and control cycle.
 
     Args:
         manager: Its controllers and hardware.
@@ -189,7 +189,7 @@ def statuses(
     )
 
 
-def _controllers(manager: ControllerManager, parameter: Parameter) -> Status:
+def _controllers(manager: ControllerManager, parameter: Parameter) -> DiagnosticStatus:
     thresholds = _Thresholds("controllers", parameter)
     specs = list(manager.controllers.values())
     values: list[tuple[str, str]] = []
@@ -205,7 +205,7 @@ def _controllers(manager: ControllerManager, parameter: Parameter) -> Status:
     return thresholds.status("Controllers Activity", "controllers", specs, values)
 
 
-def _hardware(manager: ControllerManager, parameter: Parameter) -> Status:
+def _hardware(manager: ControllerManager, parameter: Parameter) -> DiagnosticStatus:
     thresholds = _Thresholds("hardware_components", parameter)
     components = list(manager.resource_manager.components.values())
     values: list[tuple[str, str]] = []
@@ -221,7 +221,7 @@ def _hardware(manager: ControllerManager, parameter: Parameter) -> Status:
     )
 
 
-def _manager(manager: ControllerManager, cycle: Cycle, parameter: Parameter) -> Status:
+def _manager(manager: ControllerManager, cycle: Cycle, parameter: Parameter) -> DiagnosticStatus:
     thresholds = _Thresholds("controller_manager", parameter)
     rate = manager.update_rate
     values = [
@@ -229,9 +229,9 @@ def _manager(manager: ControllerManager, cycle: Cycle, parameter: Parameter) -> 
         thresholds.judge("", cycle.times.periodicity, "periodicity", rate),
     ]
     message = "The control cycle keeps its rate"
-    if thresholds.level is not Level.OK:
+    if thresholds.level is not DiagnosticLevel.OK:
         message = f"The control cycle does not keep its rate of {rate} Hz"
-    return Status("Controller Manager Activity", thresholds.level, message, values)
+    return DiagnosticStatus("Controller Manager Activity", thresholds.level, message, values)
 
 
 class _Thresholds:
@@ -249,13 +249,13 @@ class _Thresholds:
         self._prefix = f"diagnostics.threshold.{kind}"
         self._parameter = parameter
         self._off: list[str] = []
-        self.level = Level.OK
+        self.level = DiagnosticLevel.OK
 
     def judge(
         self, name: str, measured: MovingStatistics, quantity: str, wanted: float
     ) -> tuple[str, str]:
-        """Compare a measured quantity with its expected value; return its key and numbers."""
-        level = Level.OK
+        """Compare statistics with an expected value; return the key and text for the status."""
+        level = DiagnosticLevel.OK
         if measured.count:
             error = measured.average - wanted
             # What takes less time than it may is no mistake.
@@ -264,20 +264,21 @@ class _Thresholds:
                 self._level(f"{quantity}.mean_error", error),
                 self._level(f"{quantity}.standard_deviation", measured.standard_deviation),
             )
-        if level is not Level.OK and name:
+        if level is not DiagnosticLevel.OK and name:
             self._off.append(f"{name} ({quantity})")
         self.level = max(self.level, level)
         unit = "us" if quantity == "execution_time" else "Hz"
         return (
             f"{name}.{quantity}".lstrip("."),
-            f"Avg: {measured.average:.2f} [{measured.least:.2f} - {measured.greatest:.2f}] {unit}, "
+            f"Avg: {measured.average:.2f} "
+            f"[{measured.minimum:.2f} - {measured.maximum:.2f}] {unit}, "
             f"StdDev: {measured.standard_deviation:.2f}"
             + (f" -> Desired : {wanted:g} Hz" if wanted else ""),
         )
 
-    def _level(self, quantity: str, value: float) -> Level:
-        levels = (Level.WARN, Level.ERROR)
-        above = Level.OK
+    def _level(self, quantity: str, value: float) -> DiagnosticLevel:
+        levels = (DiagnosticLevel.WARN, DiagnosticLevel.ERROR)
+        above = DiagnosticLevel.OK
         for level, default in zip(levels, _DEFAULTS[quantity], strict=True):
             limit = self._parameter(f"{self._prefix}.{quantity}.{level.name.lower()}")
             if value > (default if limit is None else float(limit)):
@@ -286,8 +287,8 @@ class _Thresholds:
 
     def status(
         self, task: str, things: str, all_: Iterable[Any], values: Sequence[tuple[str, str]]
-    ) -> Status:
-        """Return the overall status of the controllers or of the hardware."""
+    ) -> DiagnosticStatus:
+        """Return one status for all controllers or components, with the worst level so far."""
         states = [one.lifecycle_state for one in all_]
         message = f"All {things} are active"
         if not states:
@@ -296,4 +297,4 @@ class _Thresholds:
             message = f"Not all {things} are active"
         if self._off:
             message += f"; slow or irregular: {', '.join(dict.fromkeys(self._off))}"
-        return Status(task, self.level, message, values)
+        return DiagnosticStatus(task, self.level, message, values)

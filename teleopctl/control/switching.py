@@ -1,4 +1,4 @@
-"""Switching: some controllers stop and others start, between two control cycles."""
+"""Switching of controllers between two control cycles."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from teleopctl.control.resource_manager import ClaimError
 
 
 class Strictness(IntEnum):
-    """Strictness of a switch request about controllers that cannot be switched."""
+    """Strictness of a switch request, numbered as in controller_manager_msgs."""
 
     DEFAULT = 0
     BEST_EFFORT = 1
@@ -25,7 +25,7 @@ class Strictness(IntEnum):
 
 @dataclass(frozen=True)
 class SwitchRequest:
-    """Request to deactivate and activate controllers.
+    """Request to activate and deactivate controllers.
 
     Attributes:
         activate_controllers: Names of controllers to start.
@@ -43,7 +43,7 @@ class SwitchRequest:
     timeout_s: float = 1.0
 
 
-class _Refused(Exception):
+class _SwitchRefused(Exception):
     """The request cannot be carried out."""
 
 
@@ -54,14 +54,14 @@ NOT_INITIALIZED = (
 
 
 def switch_controller(manager: ControllerManager, request: SwitchRequest) -> tuple[bool, str]:
-    """Deactivate and activate controllers.
+    """Activate and deactivate controllers; return the success and a message.
 
     Args:
         manager: The controller manager.
         request: What to switch.
 
     Returns:
-        Whether it succeeded, and a message for the person who asked.
+        Whether the switch succeeded, and a message for people.
     """
     log = manager.logger
     if not manager.resource_manager.components_initialized:
@@ -83,11 +83,13 @@ def switch_controller(manager: ControllerManager, request: SwitchRequest) -> tup
             )
             log.info(text)
             return True, text
-        restarting = manager.chains.restarts(manager.active_controllers, starting, stopping)
+        restarting = manager.chains.chained_mode_changes(
+            manager.active_controllers, starting, stopping
+        )
         starting, stopping = [*starting, *restarting], [*stopping, *restarting]
         _check_interfaces(manager, starting, stopping)
         _check_hardware(manager, starting, stopping)
-    except _Refused as refusal:
+    except _SwitchRefused as refusal:
         return False, str(refusal)
     return _perform(manager, starting, stopping, request)
 
@@ -108,7 +110,7 @@ def _known(
         elif spec not in known:
             known.append(spec)
     if problems and (strict or not known):
-        raise _Refused("\n".join(problems))
+        raise _SwitchRefused("\n".join(problems))
     return known
 
 
@@ -148,7 +150,7 @@ def _accept(manager: ControllerManager, problem: str | None, *, strict: bool) ->
     if strict:
         manager.logger.error(problem)
         manager.logger.error("Aborting, no controller is switched! (::STRICT switch)")
-        raise _Refused(f"{problem}\nAborting, no controller is switched! (::STRICT switch)")
+        raise _SwitchRefused(f"{problem}\nAborting, no controller is switched! (::STRICT switch)")
     manager.logger.warning(problem)
     return False
 
@@ -169,7 +171,7 @@ def _check_interfaces(
     def refuse(name: str, reason: str) -> None:
         text = f"Unable to activate controller '{name}' since {reason}"
         manager.logger.error(text)
-        raise _Refused(text)
+        raise _SwitchRefused(text)
 
     for spec in starting:
         for interface in spec.required_command_interfaces:
@@ -177,7 +179,7 @@ def _check_interfaces(
             label = f"the command interface '{interface}'"
             component = resources.component_of(interface)
             # Another controller's is available once that is active, which has been seen to.
-            exported = chains.exporter(interface) is not None
+            exported = chains.exporting_controller(interface) is not None
             if command is None or not (exported or command.available):
                 refuse(spec.name, f"{label} is not available.")
                 return
@@ -206,7 +208,7 @@ def _check_interfaces(
             wanted[interface] = spec.name
         for interface in spec.required_state_interfaces:
             state = resources.state_interfaces.get(interface)
-            exported = chains.exporter(interface) is not None
+            exported = chains.exporting_controller(interface) is not None
             if state is None or not (exported or state.available):
                 refuse(spec.name, f"the state interface '{interface}' is not available.")
 
@@ -237,7 +239,7 @@ def _check_hardware(
     if not prepared:
         text = "Could not switch controllers since prepare command mode switch was rejected."
         manager.logger.error(text)
-        raise _Refused(text)
+        raise _SwitchRefused(text)
 
 
 def _perform(
@@ -274,7 +276,7 @@ def _perform(
                 # Its hardware has failed while it was being activated.
                 manager.deactivate_controllers(lost)
                 for spec in lost:
-                    manager.fail(spec.controller, "its hardware failed meanwhile")
+                    manager.record_failure(spec.controller, "its hardware failed meanwhile")
                 unstarted += [spec.name for spec in lost]
                 started = [spec for spec in started if spec not in lost]
             _run(manager, started)
@@ -301,13 +303,13 @@ def _perform(
 
 
 def _available(spec: ControllerSpec) -> bool:
-    """Whether all interfaces that a controller has are still available."""
+    """Return whether all interfaces of a controller are still available."""
     interfaces = (*spec.controller.command_interfaces, *spec.controller.state_interfaces)
     return all(interface.available for interface in interfaces)
 
 
 def _run(manager: ControllerManager, started: Sequence[ControllerSpec]) -> None:
-    """Hand controllers to the loop, in the order in which they are updated."""
+    """Add started controllers to the active ones, in update order."""
     for spec in started:
         spec.last_update_cycle_time_ns = None
         spec.statistics.reset()
@@ -322,7 +324,7 @@ def _exchange(
     *,
     strict: bool,
 ) -> tuple[list[str], list[str], list[ControllerSpec]]:
-    """Stop and start; returns who could not be stopped, who could not be started, who runs.
+    """Stop and start controllers; return those not stopped, not started, and started.
 
     The loop no longer updates those that stop, and does not yet update those that start.
     """
@@ -332,15 +334,15 @@ def _exchange(
         return [], [c.name for c in starting], []
     chains = manager.chains
     # Who commands stops before those that it commands, and starts after them.
-    unstopped = manager.deactivate_controllers(chains.followers_first(stopping)[::-1])
+    unstopped = manager.deactivate_controllers(chains.in_activation_order(stopping)[::-1])
     started: list[ControllerSpec] = []
     unstarted: list[ControllerSpec] = []
-    commanded = chains.commanded((*manager.active_controllers, *starting))
-    for spec in chains.followers_first(starting):
+    commanded = chains.controllers_in_chained_mode((*manager.active_controllers, *starting))
+    for spec in chains.in_activation_order(starting):
         (started if _start(manager, spec, spec.name in commanded) else unstarted).append(spec)
     if unstarted and not strict:
         # Nobody commands those that were to follow them.
-        unchained = chains.restarts((*manager.active_controllers, *started), [], [])
+        unchained = chains.chained_mode_changes((*manager.active_controllers, *started), [], [])
         chained = [spec for spec in started if spec in unchained]
         manager.deactivate_controllers(chained)
         failed = [spec for spec in chained if not _start(manager, spec, False)]
@@ -358,7 +360,7 @@ def _start(manager: ControllerManager, spec: ControllerSpec, chained: bool) -> b
     controller, resources = spec.controller, manager.resource_manager
     chainable = controller if isinstance(controller, ChainableControllerInterface) else None
     if chainable is not None and not chainable.set_chained_mode(chained):
-        manager.fail(controller, "it refuses the chained mode")
+        manager.record_failure(controller, "it refuses the chained mode")
         manager.logger.error(
             f"Got request to turn {'ON' if chained else 'OFF'} chained mode for controller "
             f"'{spec.name}', but controller refused to do it!"
@@ -370,7 +372,7 @@ def _start(manager: ControllerManager, spec: ControllerSpec, chained: bool) -> b
             spec.required_command_interfaces, spec.name
         )
     except ClaimError as error:
-        manager.fail(controller, f"{error}")
+        manager.record_failure(controller, f"{error}")
         manager.logger.error(f"Unable to activate controller '{spec.name}' since {error}.")
         controller.state_interfaces = []
         return False
@@ -392,19 +394,19 @@ def _start(manager: ControllerManager, spec: ControllerSpec, chained: bool) -> b
 
 
 def start_fallbacks(manager: ControllerManager, failed: Sequence[ControllerSpec]) -> None:
-    """Activate the fallback controllers of failed ones; called within a cycle."""
+    """Activate the fallback controllers of failed controllers; called within a cycle."""
     names = list(dict.fromkeys(name for spec in failed for name in spec.fallback_controllers))
     if not names:
         return
     manager.logger.error(f"Activating fallback controllers : [ {' '.join(names)} ]")
     known = (manager.controllers.get(name) for name in names)
-    # Since the activation somebody may have started, cleaned up or unloaded one.
+    # Since the activation, a fallback may have been activated, cleaned up or unloaded.
     starting = [spec for spec in known if spec and spec.lifecycle_state is State.INACTIVE]
     needed = {name for spec in starting for name in spec.required_command_interfaces}
     holding = manager.chains.connected(
         c for c in manager.active_controllers if needed & set(c.required_command_interfaces)
     )
-    restarting = manager.chains.restarts(manager.active_controllers, starting, holding)
+    restarting = manager.chains.chained_mode_changes(manager.active_controllers, starting, holding)
     starting, holding = [*starting, *restarting], [*holding, *restarting]
     manager.active_controllers = tuple(c for c in manager.active_controllers if c not in holding)
     started = _exchange(manager, starting, holding, strict=False)[2]

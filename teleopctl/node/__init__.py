@@ -80,11 +80,11 @@ if TYPE_CHECKING:
         SingleThreadedExecutor as SingleThreadedExecutor,
     )
     from teleopctl.node.generic_subscription import (
-        ask_for_description as ask_for_description,
-        learn_type_from as learn_type_from,
-        subscribe_undecoded as subscribe_undecoded,
-        suited_to as suited_to,
-        undecoded as undecoded,
+        add_type_from_graph as add_type_from_graph,
+        create_generic_subscription as create_generic_subscription,
+        qos_for_publishers as qos_for_publishers,
+        raw_message_class as raw_message_class,
+        request_type_description as request_type_description,
     )
     from teleopctl.node.graph_view import (
         get_action_client_names_and_types_by_node as get_action_client_names_and_types_by_node,
@@ -124,7 +124,7 @@ if TYPE_CHECKING:
     from teleopctl.node.node_options import NodeOptions as NodeOptions
     from teleopctl.node.parameters.client import (
         AsyncParameterClient as AsyncParameterClient,
-        ask_nodes as ask_nodes,
+        call_parameter_services as call_parameter_services,
     )
     from teleopctl.node.parameters.events import (
         ParameterCallbackHandle as ParameterCallbackHandle,
@@ -194,7 +194,7 @@ if TYPE_CHECKING:
         Parameter as Parameter,
         ParameterType as ParameterType,
         parameter_value_from_yaml as parameter_value_from_yaml,
-        why_no_parameter as why_no_parameter,
+        parameter_value_problem as parameter_value_problem,
     )
     from teleopctl.node.values.parameter_file import (
         ParameterFile as ParameterFile,
@@ -233,7 +233,7 @@ if TYPE_CHECKING:
     from teleopctl.node.values.ros_args import parse_ros_arguments as parse_ros_arguments
     from teleopctl.node.values.signals import (
         SignalHandlerOptions as SignalHandlerOptions,
-        heeded_signals as heeded_signals,
+        get_current_signal_handlers_options as get_current_signal_handlers_options,
     )
     from teleopctl.node.values.time import (
         ClockType as ClockType,
@@ -245,10 +245,10 @@ if TYPE_CHECKING:
         EventHandle as EventHandle,
         GuardHandle as GuardHandle,
         WaitSet as WaitSet,
-        call_loosely as call_loosely,
-        serve_loosely as serve_loosely,
-        subscribe_loosely as subscribe_loosely,
-        tick_loosely as tick_loosely,
+        create_polled_client as create_polled_client,
+        create_polled_service as create_polled_service,
+        create_polled_subscription as create_polled_subscription,
+        create_polled_timer as create_polled_timer,
     )
 else:
     from teleopctl.base.lazy import attach

@@ -1,4 +1,4 @@
-"""Clocks (system, steady and ROS time) and the callbacks for their time jumps."""
+"""Clocks (system, steady and ROS time) and callbacks for their time jumps."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from teleopctl.node.values.time import ClockType, Duration, Time
 
 
 class ClockChange(IntEnum):
-    """Change of a clock's time source at a jump; numbers as in rcl."""
+    """How a time jump changed the clock's time source, numbered as in rcl."""
 
     ROS_TIME_NO_CHANGE = 1
     ROS_TIME_ACTIVATED = 2
@@ -25,15 +25,15 @@ class ClockChange(IntEnum):
 
 
 class JumpThreshold:
-    """Smallest size of a time jump for which callbacks are called.
+    """Thresholds that a time jump must exceed for jump callbacks to be called.
 
     Args:
         min_forward: A positive duration; None for no jump forwards.
         min_backward: A negative duration; None for no jump backwards.
-        on_clock_change: Whether the beginning and the end of simulated time are told.
+        on_clock_change: Whether switching simulated time on or off counts as a jump.
 
     Raises:
-        ValueError: A duration has the wrong sign, or nothing at all would be told.
+        ValueError: A duration has the wrong sign, or no kind of jump is enabled.
     """
 
     def __init__(
@@ -63,7 +63,7 @@ class JumpThreshold:
 
 
 class TimeJump:
-    """A time jump of a clock.
+    """Size and cause of a time jump, as jump callbacks receive it.
 
     Args:
         clock_change: What it changed.
@@ -81,31 +81,31 @@ class TimeJump:
 
     @property
     def clock_change(self) -> ClockChange:
-        """Change of the time source that the jump belongs to."""
+        """Change of the clock's time source that caused the jump."""
         return self._clock_change
 
     @property
     def delta(self) -> Duration:
-        """Difference between the times after and before the jump."""
+        """Clock time after the jump minus that before."""
         return self._delta
 
 
-class Jumping(Protocol):
-    """Interface of clocks that call jump handles."""
+class JumpingClock(Protocol):
+    """Interface of a clock as `JumpHandle` uses it."""
 
     def add_jump_handle(self, handle: JumpHandle) -> None:
-        """Register a jump handle."""
+        """Register a jump handle, to be called at each time jump."""
 
     def remove_jump_handle(self, handle: JumpHandle) -> None:
         """Unregister a jump handle."""
 
 
 class JumpHandle:
-    """Callbacks for the jumps of a clock, until `unregister`; made by `create_jump_callback`.
+    """Registered jump callbacks of a clock, until `unregister`; made by `create_jump_callback`.
 
     Args:
         clock: The clock.
-        threshold: Which jumps are told.
+        threshold: Smallest jumps for which the callbacks are called.
         pre_callback: Called without arguments before the clock shows the new time.
         post_callback: Called with the `TimeJump` when it does.
 
@@ -116,7 +116,7 @@ class JumpHandle:
     def __init__(
         self,
         *,
-        clock: Jumping,
+        clock: JumpingClock,
         threshold: JumpThreshold,
         pre_callback: Callable[[], object] | None,
         post_callback: Callable[[TimeJump], object] | None,
@@ -126,25 +126,25 @@ class JumpHandle:
         for name, callback in (("pre_callback", pre_callback), ("post_callback", post_callback)):
             if callback is not None and not callable(callback):
                 raise ValueError(f"{name} must be callable if given")
-        self._clock: Jumping | None = clock
+        self._clock: JumpingClock | None = clock
         self._threshold = threshold
         self._pre_callback = pre_callback
         self._post_callback = post_callback
         clock.add_jump_handle(self)
 
     def unregister(self) -> None:
-        """Stop calling the callbacks. Idempotent."""
+        """Unregister the callbacks from the clock. Idempotent."""
         clock, self._clock = self._clock, None
         if clock is not None:
             clock.remove_jump_handle(self)
 
     def begin(self, jump: TimeJump) -> None:
-        """Call the pre-callback for a jump that is about to happen (ours)."""
+        """Call the pre-callback, before a jump that exceeds the threshold (ours)."""
         if self._pre_callback is not None and self._threshold.is_exceeded_by(jump):
             self._pre_callback()
 
     def end(self, jump: TimeJump) -> None:
-        """Call the post-callback for a jump that has happened (ours)."""
+        """Call the post-callback, after a jump that exceeds the threshold (ours)."""
         if self._post_callback is not None and self._threshold.is_exceeded_by(jump):
             self._post_callback(jump)
 
@@ -156,7 +156,7 @@ class JumpHandle:
 
 
 class Clock:
-    """Base of clocks: system, steady or ROS time.
+    """Clock of a given type: system, steady or ROS time.
 
     ``Clock(clock_type=ClockType.ROS_TIME)`` is a `ROSClock`, as in rclpy.
     """
@@ -179,39 +179,39 @@ class Clock:
 
     @property
     def handle(self) -> Handle:
-        """Handle of the clock as rclpy has it; the clock is never destroyed."""
+        """Handle of the clock, as in rclpy."""
         return Handle(self)
 
     @property
     def is_destroyed(self) -> bool:
-        """Return False: clocks are never destroyed (ours)."""
+        """Always False: clocks are never destroyed (ours)."""
         return False
 
     def destroy(self) -> None:
-        """Do nothing: a clock holds nothing of a session (ours)."""
+        """Do nothing: a clock holds no resources (ours)."""
 
     @property
     def clock_type(self) -> ClockType:
-        """Type of the clock: ROS, system or steady time."""
+        """Type of the clock: system, steady or ROS time."""
         return self._clock_type
 
     def nanoseconds(self) -> int:
-        """Return the present time in nanoseconds, without making a `Time`."""
+        """Return the clock's present time in nanoseconds, without creating a `Time` (ours)."""
         if self._clock_type == ClockType.STEADY_TIME:
             return time.monotonic_ns()
         return time.time_ns()
 
     def elapsed_ns(self) -> int:
-        """Return the clock's elapsed nanoseconds, unaffected by time jumps (ours).
+        """Return a count of nanoseconds that jumps of the clock do not affect (ours).
 
-        The steady clock's: somebody may set the system's time meanwhile, as NTP does on a machine
+        The steady clock's: the system time may be set meanwhile, as NTP does on a machine
         that starts without a battery-backed clock. rcl measures periods by the time that is shown,
         and a timer then stops until that has come back to where it was.
         """
         return time.monotonic_ns()
 
     def now(self) -> Time:
-        """Return the present time as a `Time`."""
+        """Return the clock's present time."""
         return Time(nanoseconds=self.nanoseconds(), clock_type=self._clock_type)
 
     def create_jump_callback(
@@ -221,13 +221,13 @@ class Clock:
         pre_callback: Callable[[], object] | None = None,
         post_callback: Callable[[TimeJump], object] | None = None,
     ) -> JumpHandle:
-        """Register callbacks for time jumps; only a `ROSClock` has jumps.
+        """Register callbacks for the clock's time jumps (a `ROSClock` has them); return a handle.
 
         The callbacks run where the clock is set, on the transport's thread for ``/clock``: they
         should be quick.
 
         Args:
-            threshold: Which jumps are told.
+            threshold: Smallest jumps for which the callbacks are called.
             pre_callback: Called without arguments before the clock shows the new time.
             post_callback: Called with the `TimeJump` when it does.
 
@@ -242,15 +242,15 @@ class Clock:
         )
 
     def add_jump_handle(self, handle: JumpHandle) -> None:
-        """Register a jump handle (ours); handles register themselves."""
+        """Register a jump handle (ours); handles call this when they are created."""
         self._jump_handles = (*self._jump_handles, handle)
 
     def remove_jump_handle(self, handle: JumpHandle) -> None:
-        """Unregister a jump handle (ours)."""
+        """Unregister a jump handle (ours); unknown ones are ignored."""
         self._jump_handles = tuple(other for other in self._jump_handles if other is not handle)
 
     def sleep_until(self, until: Time, context: Context | None = None) -> bool:
-        """Sleep until a time of this clock.
+        """Sleep until the clock reaches a time; return False if interrupted.
 
         Returns:
             True when it was reached, False when the context was shut down before, or simulated
@@ -265,7 +265,7 @@ class Clock:
         return self._sleep(self.nanoseconds, until.nanoseconds, context)
 
     def sleep_for(self, duration: Duration, context: Context | None = None) -> bool:
-        """Sleep for a duration of this clock, unaffected by changes of the system time.
+        """Sleep for a duration by the clock; return False if interrupted.
 
         Returns:
             As `sleep_until`.
@@ -299,7 +299,7 @@ class Clock:
 
 
 class ROSClock(Clock):
-    """Clock of nodes: system time, or simulated time once ``/clock`` is received.
+    """ROS time: the system time, or simulated time while ``use_sim_time`` is true.
 
     Before the first message of ``/clock`` simulated time is 0, as in ROS 2.
     """
@@ -319,15 +319,15 @@ class ROSClock(Clock):
 
     @property
     def ros_time_is_active(self) -> bool:
-        """True while ``/clock`` drives this clock."""
+        """Whether simulated time is active."""
         return self._source[0]
 
     def nanoseconds(self) -> int:
-        """Return the present time in nanoseconds, simulated or the system's."""
+        """Return the present time in nanoseconds: simulated if active, else the system's."""
         return self._simulated_ns if self._source[0] else time.time_ns()
 
     def elapsed_ns(self) -> int:
-        """Return the clock's elapsed nanoseconds, unaffected by time jumps (ours).
+        """Return a count of nanoseconds that time jumps and changes of source do not affect (ours).
 
         That of simulated time while it is active, else the steady clock's; between the two it goes
         on, so that a span that has begun has its rest still to come, as in rcl.
@@ -336,7 +336,7 @@ class ROSClock(Clock):
         return offset_ns + (self._simulated_ns if simulated else time.monotonic_ns())
 
     def set_simulated(self, active: bool) -> None:
-        """Switch between simulated and system time."""
+        """Switch the clock to simulated time or back to system time."""
         switches = active != self.ros_time_is_active
         if switches and self._jump_handles:
             change = ClockChange.ROS_TIME_ACTIVATED if active else ClockChange.ROS_TIME_DEACTIVATED
@@ -352,7 +352,7 @@ class ROSClock(Clock):
         self._source = (active, self.elapsed_ns() - count_ns)
 
     def set_simulated_time(self, nanoseconds: int) -> None:
-        """Set the simulated time; called for each message of ``/clock``."""
+        """Set the simulated time in nanoseconds; called for each message on ``/clock``."""
         if self.ros_time_is_active and self._jump_handles:
             step = nanoseconds - self._simulated_ns
             change = ClockChange.ROS_TIME_NO_CHANGE
@@ -362,7 +362,7 @@ class ROSClock(Clock):
         self._tell()
 
     def set_ros_time_override(self, time: Time) -> None:
-        """Set the time that the clock shows while simulated time is active.
+        """Set the time that the clock shows while simulated time is active, as rclpy.
 
         Raises:
             TypeError: It is no `Time`.
@@ -385,12 +385,12 @@ class ROSClock(Clock):
         for handle in handles:
             handle.end(jump)
 
-    def on_jump(self, listener: Callable[[], None]) -> None:
-        """Call ``listener`` whenever simulated time moves (executors re-check their timers)."""
+    def on_time_update(self, listener: Callable[[], None]) -> None:
+        """Register a function to be called whenever simulated time or the time source changes."""
         self._listeners.append(listener)
 
-    def forget_on_jump(self, listener: Callable[[], None]) -> None:
-        """Stop calling a listener; unknown ones are ignored."""
+    def forget_on_time_update(self, listener: Callable[[], None]) -> None:
+        """Unregister a function of `on_time_update`; unknown ones are ignored."""
         if listener in self._listeners:
             self._listeners.remove(listener)
 

@@ -1,4 +1,4 @@
-"""A context: one Zenoh session, one counter of entity ids, one lifetime, shared by its nodes."""
+"""Contexts: lifetime, Zenoh session and graph watcher that the nodes of a process share."""
 
 from __future__ import annotations
 
@@ -27,22 +27,22 @@ if TYPE_CHECKING:
 
     SessionMode = Literal["peer", "client"]
 
-# Bound of the first look at the graph, which takes about a millisecond.
-_FIRST_LOOK_S = 1.0
+# Bound of the first query of the graph, which takes about a millisecond.
+_FIRST_QUERY_S = 1.0
 
 # Without a session publishing raises and spinning ends; a thread that does neither may go on.
-_LONGEST_LEAVE_S = 0.1
+_LONGEST_JOIN_S = 0.1
 
 
 class Context:
-    """State of ROS in a process between ``init()`` and ``shutdown()``, with its Zenoh session.
+    """ROS state of a process between ``init()`` and ``shutdown()``, with a Zenoh session.
 
     The session is opened when the first node needs it. One process normally has one context,
     `default`.
 
     Attributes:
-        ends_in_order: Whether publishers still send after a signal, until `shutdown`: for programs
-            that see to their end themselves and have something to send then, such as the last
+        publishes_after_signal: Whether publishers still send after a signal, until `shutdown`; for
+            programs that shut down by themselves and send something last, such as the final
             commands of controllers.
     """
 
@@ -55,7 +55,7 @@ class Context:
         # From init() until shutdown() has released everything; a signal only ends the running.
         self._initialized = False
         self._ended_by_signal = False
-        self.ends_in_order = False
+        self.publishes_after_signal = False
         self._session: zenoh.Session | None = None
         self._session_mode: SessionMode = "peer"
         self._shared_subscribers: SharedSubscribers | None = None
@@ -73,7 +73,7 @@ class Context:
 
     @classmethod
     def default(cls) -> Context:
-        """Return the default context."""
+        """Return the default context of the process, created on first use."""
         with cls._default_lock:
             if cls._default is None:
                 cls._default = cls()
@@ -87,7 +87,7 @@ class Context:
         domain_id: int | None = None,
         session_mode: SessionMode = "peer",
         signal_handler_options: signals.SignalHandlerOptions | None = None,
-        ends_in_order: bool = False,
+        publishes_after_signal: bool = False,
     ) -> None:
         """Initialize the context from command-line arguments.
 
@@ -96,11 +96,11 @@ class Context:
             domain_id: ROS domain; None takes ``ROS_DOMAIN_ID``, else 0.
             session_mode: ``peer`` for anything that lives or streams, ``client`` for one-shot
                 commands (opens faster, needs a router).
-            initialize_logging: Let what library code logs with Python's ``logging`` appear as
-                of the context's nodes; see `library_logging`. Costs the import of ``logging``.
+            initialize_logging: Pass log records of Python libraries to the nodes' loggers; see
+                `library_logging`. Costs the import of ``logging``.
             signal_handler_options: Which signals end the context; SIGINT and SIGTERM if None.
                 Ctrl-C raises KeyboardInterrupt in any case.
-            ends_in_order: See the class.
+            publishes_after_signal: See the class.
 
         Raises:
             RuntimeError: The context runs already, or the domain is negative.
@@ -112,12 +112,12 @@ class Context:
             if self._running:
                 raise RuntimeError("Context.init() must only be called once")
             if domain_id is not None and domain_id < 0:
-                raise RuntimeError(f"a ROS domain is not negative, as {domain_id} is")
+                raise RuntimeError(f"the ROS domain id must not be negative, got {domain_id}")
             self.try_shutdown()
             self.arguments = parse_ros_arguments(sys.argv if args is None else args)
             self.domain_id = domain_of_environment() if domain_id is None else domain_id
             self._session_mode = session_mode
-            self.ends_in_order = ends_in_order
+            self.publishes_after_signal = publishes_after_signal
             self._initialize_logging = initialize_logging
             self._ids = itertools.count()
             self._announced.clear()
@@ -127,10 +127,11 @@ class Context:
         # A session that only goes with the interpreter may wait for threads that no longer run.
         atexit.register(self._end_with_program)
         every = signals.SignalHandlerOptions.ALL
-        signals.heed(self, every if signal_handler_options is None else signal_handler_options)
+        options = every if signal_handler_options is None else signal_handler_options
+        signals.install_signal_handlers(self, options)
 
     def ok(self) -> bool:
-        """Return True between ``init()`` and ``shutdown()``."""
+        """Return whether the context is initialized and not shut down."""
         return self._running
 
     @property
@@ -140,7 +141,7 @@ class Context:
 
     @property
     def session(self) -> zenoh.Session:
-        """The Zenoh session, opened on first use.
+        """Zenoh session of the context, opened on first use.
 
         Raises:
             NotInitializedException: The context is not running.
@@ -157,7 +158,7 @@ class Context:
 
     @property
     def shared_subscribers(self) -> SharedSubscribers:
-        """Shared Zenoh subscribers of the session."""
+        """Zenoh subscribers that the context's subscriptions share."""
         session = self.session
         with self._lock:
             if self._shared_subscribers is None:
@@ -168,24 +169,24 @@ class Context:
 
     @property
     def session_is_open(self) -> bool:
-        """Whether the Zenoh session is open."""
+        """Whether the context's Zenoh session is open."""
         return self._session is not None and not self._session.is_closed()
 
     @property
     def watcher(self) -> GraphWatcher:
-        """Watcher of the live graph, started on first use."""
+        """Graph watcher of the context, started on first use."""
         if self._watcher is None:
             with self._lock:
                 if self._watcher is not None:
                     return self._watcher
-                self._watcher = self._watch()
-            # What came while the watcher was made has told nobody.
-            self._tell_graph_change()
+                self._watcher = self._start_watcher()
+            # Changes while the watcher was made have notified nobody.
+            self._notify_graph_change()
         return self._watcher
 
     def announce(self, text: str) -> LivelinessToken:
-        """Declare a liveliness token for an entity of this process."""
-        # Before it is there: either a watcher that is being made finds it here, or hears of it.
+        """Declare the liveliness token of a node or endpoint, given its text; return the token."""
+        # Before declaring: a watcher that is being made finds the token here or receives it.
         self._announced[text] = None
         try:
             return self.session.liveliness().declare_token(text)
@@ -194,25 +195,25 @@ class Context:
             raise
 
     def withdraw(self, token: LivelinessToken, text: str) -> None:
-        """Undeclare a liveliness token, and remove it from this process's graph at once."""
+        """Undeclare a liveliness token, and remove its entity from the local graph at once."""
         self._announced.pop(text, None)
         token.undeclare()
         if self._watcher is not None:
             self._watcher.withdrawn(text)
 
-    def _watch(self) -> GraphWatcher:
-        """Return a watcher that has heard of everything that is there already."""
+    def _start_watcher(self) -> GraphWatcher:
+        """Return a watcher that has all tokens of the present graph."""
         from teleopctl.wire import GraphWatcher, query_graph
 
-        # Asked beside a watcher, an answer may lack tokens; see `query_graph`.
-        present = query_graph(self.session, self.domain_id, _FIRST_LOOK_S)
-        watcher = GraphWatcher(self.session, self.domain_id, self._tell_graph_change)
-        # What the session declared before, Zenoh 1.10 now and then tells a moment later.
+        # A query beside a watcher may lack tokens; see `query_graph`.
+        present = query_graph(self.session, self.domain_id, _FIRST_QUERY_S)
+        watcher = GraphWatcher(self.session, self.domain_id, self._notify_graph_change)
+        # Tokens that the session declared before, Zenoh 1.10 sometimes delivers a moment later.
         for text in tuple(self._announced):
             watcher.announced(text)
             if text not in self._announced:
                 watcher.withdrawn(text)
-        # One's own grow meanwhile, and would stand for others that are not heard of yet.
+        # Own tokens grow meanwhile, and would count for others' that have not arrived yet.
         own = str(self.session.zid())
 
         def of_others(graph: Graph) -> tuple[int, int]:
@@ -223,27 +224,27 @@ class Context:
 
         endpoints, nodes = of_others(present)
 
-        def is_whole(graph: Graph) -> bool:
-            heard_endpoints, heard_nodes = of_others(graph)
-            return heard_endpoints >= endpoints and heard_nodes >= nodes
+        def is_complete(graph: Graph) -> bool:
+            known_endpoints, known_nodes = of_others(graph)
+            return known_endpoints >= endpoints and known_nodes >= nodes
 
-        watcher.wait_for(is_whole, _FIRST_LOOK_S)
+        watcher.wait_for(is_complete, _FIRST_QUERY_S)
         return watcher
 
     def on_graph_change(self, callback: Callable[[], None]) -> None:
-        """Call ``callback`` after each change of the graph, on another thread."""
+        """Register a function to be called after each change of the graph, on another thread."""
         with self._lock:
             self._on_graph_change.append(callback)
         _ = self.watcher
 
     def forget_on_graph_change(self, callback: Callable[[], None]) -> None:
-        """Unregister a callback; unknown ones are ignored."""
+        """Unregister a function of `on_graph_change`; unknown ones are ignored."""
         with self._lock:
             if callback in self._on_graph_change:
                 self._on_graph_change.remove(callback)
 
     def wait_for_graph(self, predicate: Callable[[Graph], bool], timeout_s: float | None) -> bool:
-        """Wait by event until the graph satisfies a predicate.
+        """Block until the graph satisfies a predicate; return False on timeout or shutdown.
 
         Returns:
             False when the time, in seconds of wall time, ran out or the context ended.
@@ -252,7 +253,7 @@ class Context:
         return self.wait_for_change(lambda: predicate(watcher.snapshot()), timeout_s)
 
     def wait_for_change(self, predicate: Callable[[], bool], timeout_s: float | None) -> bool:
-        """Wait until a predicate of the graph watcher holds; cheaper than `wait_for_graph`."""
+        """Block until a predicate, checked at each graph change, holds; False on timeout."""
         _ = self.watcher
         with self._graph_changed:
             return (
@@ -260,7 +261,7 @@ class Context:
                 and self._running
             )
 
-    def _tell_graph_change(self) -> None:
+    def _notify_graph_change(self) -> None:
         if self._watcher is None:
             return
         with self._graph_changed:
@@ -269,22 +270,22 @@ class Context:
             callback()
 
     def next_id(self) -> int:
-        """Return the next entity id of the session: nodes and endpoints share one counter."""
+        """Return the next entity id of the session, for a node or an endpoint."""
         return next(self._ids)
 
     def on_shutdown(self, callback: Callable[[], None]) -> None:
-        """Call ``callback`` when the context is shut down."""
+        """Register a function to be called once when the context is shut down."""
         with self._lock:
             self._on_shutdown.append(callback)
 
     def forget_on_shutdown(self, callback: Callable[[], None]) -> None:
-        """Unregister a callback; unknown ones are ignored."""
+        """Unregister a function of `on_shutdown`; unknown ones are ignored."""
         with self._lock:
             if callback in self._on_shutdown:
                 self._on_shutdown.remove(callback)
 
     def add_node_logger(self, name: str) -> None:
-        """Route the log records of Python libraries to a node's logger."""
+        """Route log records of Python libraries to a node's logger, given its name."""
         if not self._initialize_logging:
             return
         with self._lock:
@@ -295,18 +296,18 @@ class Context:
             self._library_logs.nodes.append(name)
 
     def remove_node_logger(self, name: str) -> None:
-        """Stop routing library logs to a node's logger; unknown names are ignored."""
+        """Stop routing library log records to a node's logger; unknown names are ignored."""
         with self._lock:
             if self._library_logs is not None and name in self._library_logs.nodes:
                 self._library_logs.nodes.remove(name)
 
     def destroy(self) -> None:
-        """Shut the context down if it is initialized."""
+        """Shut the context down if it is initialized; same as `try_shutdown`."""
         self.try_shutdown()
 
     @property
     def handle(self) -> Handle:
-        """Handle of the context as rclpy has it."""
+        """Handle of the context, as in rclpy."""
         return Handle(self)
 
     @property
@@ -315,11 +316,11 @@ class Context:
         return not self._initialized
 
     def get_domain_id(self) -> int:
-        """Return the ROS domain id."""
+        """Return the ROS domain id of the context."""
         return self.domain_id
 
     def shutdown(self) -> None:
-        """End the context: wake everything that waits, then close the session.
+        """Shut the context down: wake all waiting threads, then close the Zenoh session.
 
         Raises:
             RuntimeError: It was not initialized, or was shut down already.
@@ -329,28 +330,28 @@ class Context:
         self.try_shutdown()
 
     def try_shutdown(self) -> None:
-        """Shut the context down if it is initialized."""
+        """Shut the context down if it is initialized; else do nothing."""
         self._running = False
-        self._tell_end()
+        self._notify_shutdown()
         self._release()
-        signals.forget(self)
+        signals.uninstall_signal_handlers(self)
 
     def _end_with_program(self) -> None:
-        """End the context of a program that did not, and let its daemon threads leave Zenoh.
+        """Shut the context down at interpreter exit, and wait briefly for daemon threads.
 
-        Up to version 3.13 Python unwinds a thread that wants its lock while the program ends. Out
-        of Zenoh's code that is the abort "FATAL: exception not rethrown".
+        Up to version 3.13 Python unwinds a thread that waits for its lock at exit. Within Zenoh's
+        code that is the abort "FATAL: exception not rethrown".
         """
         self.try_shutdown()
-        deadline = time.monotonic() + _LONGEST_LEAVE_S
+        deadline = time.monotonic() + _LONGEST_JOIN_S
         for thread in threading.enumerate():
             if thread.daemon and thread is not threading.current_thread():
-                # Python knows threads of Zenoh's that it cannot wait for.
+                # Python lists threads of Zenoh's that it cannot join.
                 with contextlib.suppress(AssertionError, RuntimeError):
                     thread.join(max(0.0, deadline - time.monotonic()))
 
     def _release(self) -> None:
-        """Leave the graph and close the session."""
+        """Close the graph watcher, the session and the library logs."""
         atexit.unregister(self._end_with_program)
         with self._lock:
             self._initialized = False
@@ -369,16 +370,16 @@ class Context:
             library_logs.close()
 
     def end_by_signal(self) -> None:
-        """Mark the context as ended by a signal and call its shutdown callbacks.
+        """Mark the context as ended by a signal, and call its shutdown callbacks in a new thread.
 
-        Whoever spins destroys the nodes and shuts down for good. What is told takes locks that
-        the interrupted thread may hold, so a thread of its own tells it.
+        The spinning thread then destroys the nodes and shuts down. The callbacks take locks that
+        the interrupted thread may hold, hence the new thread.
         """
         self._ended_by_signal = True
         self._running = False
-        _thread.start_new_thread(self._tell_end, ())
+        _thread.start_new_thread(self._notify_shutdown, ())
 
-    def _tell_end(self) -> None:
+    def _notify_shutdown(self) -> None:
         with self._lock:
             callbacks, self._on_shutdown = self._on_shutdown, []
         for callback in callbacks:

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 
 class SpinGuard:
-    """Lock of the thread that spins; re-entrant within the thread.
+    """Lock that admits one spinning thread at a time; re-entrant, raises for other threads.
 
     Another thread that would take it gets a RuntimeError.
     """
@@ -47,7 +47,7 @@ class SpinGuard:
 
     @property
     def is_held(self) -> bool:
-        """Whether a thread spins."""
+        """Whether a thread holds the lock."""
         return self._owner is not None
 
     def __enter__(self) -> None:
@@ -66,7 +66,7 @@ class SpinGuard:
 
     @contextlib.contextmanager
     def until(self, future: Future[ResultT], wake: Callable[[], object]) -> Iterator[None]:
-        """Hold the lock, and wake the thread when a future ends."""
+        """Hold the lock in a with block; call ``wake`` when a future ends meanwhile."""
         with self:
             future.on_end(wake)
             try:
@@ -77,12 +77,12 @@ class SpinGuard:
 
 # A blocked wait cannot be interrupted by Ctrl-C on Windows: come up for air there.
 _LONGEST_WAIT_S = 0.2 if sys.platform == "win32" else None
-# A word to the spinning thread that carries no work: something changed, look at everything again.
-_LOOK_AGAIN = object()
+# Queue item without work: the spinning thread checks timers, futures and shutdown again.
+_WAKE_UP = object()
 
 
 class Executor:
-    """Common base of the executors.
+    """Base of executors, which run the callbacks of their nodes.
 
     One of your own overrides `spin_once` and calls what `wait_for_ready_callbacks` returns.
 
@@ -91,7 +91,7 @@ class Executor:
     """
 
     # Whether what is ready is left to `wait_for_ready_callbacks`.
-    _hands_over = True
+    _returns_ready = True
 
     def __init__(self, *, context: Context | None = None) -> None:
         self._context = context or Context.default()
@@ -105,7 +105,7 @@ class Executor:
         self._timer_was_last = False
         self._held: set[QueuingEntity] = set()  # what its callback group did not let run yet
         self._ready: Ready | None = None
-        self._spinner = SpinGuard()
+        self._spin_guard = SpinGuard()
         self._context.on_shutdown(self.wake)
 
     @property
@@ -120,13 +120,13 @@ class Executor:
 
     @property
     def is_spinning(self) -> bool:
-        """Whether a thread spins the executor; a second thread is refused."""
-        return self._spinner.is_held
+        """Whether a thread spins the executor."""
+        return self._spin_guard.is_held
 
     # -- nodes -----------------------------------------------------------------------------------
 
     def add_node(self, node: NodeEndpoints) -> bool:
-        """Add a node, and remove it from the executor that served it before.
+        """Add a node, removing it from its previous executor.
 
         Returns:
             False when it was served already.
@@ -142,7 +142,7 @@ class Executor:
                 return False
             self._nodes = (*self._nodes, node)
         node.executor = self
-        for waitable in node.receivers():
+        for waitable in node.executor_entities():
             if waitable.pending():
                 self.schedule(waitable)
         if node.failure is not None:
@@ -151,7 +151,7 @@ class Executor:
         return True
 
     def remove_node(self, node: NodeEndpoints) -> None:
-        """Remove a node; unknown ones are ignored."""
+        """Remove a node from the executor; unknown ones are ignored."""
         node = node.itself
         with self._nodes_lock:
             if node not in self._nodes:
@@ -167,27 +167,27 @@ class Executor:
     # -- from other threads ----------------------------------------------------------------------
 
     def schedule(self, waitable: Schedulable) -> None:
-        """Queue an entity whose arrivals the spinning thread takes; any thread may call this."""
+        """Queue an entity whose arrivals the spinning thread takes; thread-safe."""
         if waitable not in self._queued:
             self._queued.add(waitable)
             self._queue.put(waitable)
 
     def enqueue(self, work: Callable[[], object]) -> None:
-        """Queue a function that the spinning thread will call; any thread may call this."""
+        """Queue a function that the spinning thread will call; thread-safe."""
         self._queue.put(work)
 
     def fail(self, error: BaseException) -> None:
-        """Raise an exception in the spinning thread; any thread may call this."""
+        """Raise an exception in the spinning thread; thread-safe."""
         self._queue.put(error)
 
     def wake(self) -> None:
-        """Wake the spinning thread, so that it checks timers, shutdown and futures again."""
+        """Wake the spinning thread, to check timers, shutdown and futures again; thread-safe."""
         if not self._wake_queued:
             self._wake_queued = True
-            self._queue.put(_LOOK_AGAIN)
+            self._queue.put(_WAKE_UP)
 
-    def create_future(self) -> Future[Any]:  # Any: whoever makes it knows of what
-        """Make a future whose callbacks this executor runs."""
+    def create_future(self) -> Future[Any]:  # Any: the caller sets the type
+        """Return a new future whose done callbacks this executor runs."""
         return Future(executor=self)
 
     def create_task(
@@ -197,7 +197,7 @@ class Executor:
         *args: object,
         **kwargs: object,
     ) -> Task[ResultT]:
-        """Run a function or coroutine in the executor; returns its future."""
+        """Schedule a function or coroutine on the executor; return its future."""
         task = Task(callback, args, kwargs, self)
         self.enqueue(task.step)
         return task
@@ -212,13 +212,13 @@ class Executor:
         """
         # A `spin_once` of the user's own counts; ours would take the guard for each callback.
         once = self._spin_once if type(self).spin_once is Executor.spin_once else self.spin_once
-        with self._spinner:
+        with self._spin_guard:
             while self._context.ok() and not self._is_shutdown:
                 once()
         self._raise_if_ended_by_signal()
 
     def spin_once(self, timeout_sec: float | None = None) -> None:
-        """Wait for one callback to be ready, and run it.
+        """Wait until a callback is ready or the timeout expires, and run it.
 
         Args:
             timeout_sec: Longest wait in seconds of wall time; None or negative waits for ever.
@@ -226,7 +226,7 @@ class Executor:
         Raises:
             ExternalShutdownException: A signal shut the context down.
         """
-        with self._spinner:
+        with self._spin_guard:
             self._spin_once(_deadline(timeout_sec), None)
         self._raise_if_ended_by_signal()
 
@@ -236,7 +236,7 @@ class Executor:
         nodes: object = None,  # noqa: ARG002 -- rclpy has it
         condition: Callable[[], bool] = lambda: False,
     ) -> Ready:
-        """Wait for one callback to be ready and return it unexecuted, for users' own executors.
+        """Wait until a callback is ready, and return it unexecuted; for custom executors.
 
         Args:
             timeout_sec: Longest wait in seconds of wall time; None or negative waits for ever.
@@ -263,17 +263,17 @@ class Executor:
     def spin_once_until_future_complete(
         self, future: Future[ResultT], timeout_sec: float | None = None
     ) -> None:
-        """Wait for one callback and run it, or return when a future is done or time is over."""
-        with self._spinner.until(future, self.wake):
+        """Run one callback; return early when a future is done or the timeout expires."""
+        with self._spin_guard.until(future, self.wake):
             self._spin_once(_deadline(timeout_sec), future)
         self._raise_if_ended_by_signal()
 
     def spin_until_future_complete(
         self, future: Future[ResultT], timeout_sec: float | None = None
     ) -> None:
-        """Run callbacks until a future is done or the time is over; 0 runs a ready one."""
+        """Run callbacks until a future is done or the timeout expires."""
         deadline = _deadline(timeout_sec)
-        with self._spinner.until(future, self.wake):
+        with self._spin_guard.until(future, self.wake):
             while self._context.ok() and not future.ended() and not self._is_shutdown:
                 self._spin_once(deadline, future)
                 if deadline is not None and time.monotonic() >= deadline:
@@ -281,7 +281,7 @@ class Executor:
         self._raise_if_ended_by_signal()
 
     def shutdown(self, timeout_sec: float | None = None) -> bool:  # noqa: ARG002 (rclpy has it)
-        """Stop spinning and remove all nodes."""
+        """Stop spinning and remove all nodes; return True."""
         self._is_shutdown = True
         for node in self._nodes:
             self.remove_node(node)
@@ -303,17 +303,17 @@ class Executor:
             if timer is not None and not self._timer_was_last:
                 self._timer_was_last = True
                 self._dispatch_timer(timer)
-                self._look_at_held()
+                self._reschedule_held()
                 return
             self._timer_was_last = False
             item = self._next_item(wait_s, deadline)
-            if item is _LOOK_AGAIN:
+            if item is _WAKE_UP:
                 self._wake_queued = False
             elif item is None:
                 if timer is None and deadline is not None and time.monotonic() >= deadline:
                     return
             elif self._dispatch(item):
-                self._look_at_held()
+                self._reschedule_held()
                 return
 
     def _next_timer(self) -> tuple[Timer | None, float | None]:
@@ -326,17 +326,19 @@ class Executor:
                 left_ns = timer.time_until_next_call()
                 if left_ns is None or timer in self._queued:
                     continue
-                if self._asks(timer.callback_group) and not timer.callback_group.can_execute(timer):
+                if self._uses_group_rule(
+                    timer.callback_group
+                ) and not timer.callback_group.can_execute(timer):
                     continue
                 if left_ns <= 0:
                     if left_ns < lowest_ns:
                         due, lowest_ns = timer, left_ns
-                elif not timer.waits_for_event and (wait_s is None or left_ns < wait_s * 1e9):
+                elif not timer.waits_for_clock and (wait_s is None or left_ns < wait_s * 1e9):
                     wait_s = left_ns / 1e9
         return due, wait_s if due is None else 0.0
 
     def _next_item(self, wait_s: float | None, deadline: float | None) -> Any:
-        """Wait for the next thing in the queue; None when the time is over."""
+        """Return the next item of the queue; None on timeout."""
         if deadline is not None:
             left_s = max(0.0, deadline - time.monotonic())
             wait_s = left_s if wait_s is None else min(wait_s, left_s)
@@ -346,10 +348,10 @@ class Executor:
             return None
 
     def _dispatch(self, item: Any) -> bool:
-        """Run what was taken from the queue; False when it had nothing to do after all."""
+        """Run an item of the queue; return False if there was nothing to run."""
         if isinstance(item, QueuingEntity):
-            if self._asks(item.callback_group):
-                return self._run_as_its_group_says(item)
+            if self._uses_group_rule(item.callback_group):
+                return self._run_if_group_allows(item)
             return self._run_waitable(item)
         if isinstance(item, BaseException):
             raise item
@@ -357,7 +359,7 @@ class Executor:
         return True
 
     def _take(self, waitable: QueuingEntity) -> Callable[[], object] | None:
-        """Take one arrival; what has more comes again, after all others that wait."""
+        """Take one arrival; an entity with more is queued again, behind the others."""
         self._queued.discard(waitable)
         if waitable.node not in self._nodes:
             return None
@@ -366,11 +368,11 @@ class Executor:
             self.schedule(waitable)
         return handler
 
-    def _asks(self, group: CallbackGroup) -> bool:
-        """Tell whether a group is asked; our executors know the rules of our groups."""
-        return group.decides or self._hands_over
+    def _uses_group_rule(self, group: CallbackGroup) -> bool:
+        """Return whether `can_execute` of a group decides; our groups have rules of our own."""
+        return group.decides or self._returns_ready
 
-    def _run_as_its_group_says(self, waitable: QueuingEntity) -> bool:
+    def _run_if_group_allows(self, waitable: QueuingEntity) -> bool:
         group = waitable.callback_group
         if not (group.can_execute(waitable) and group.beginning_execution(waitable)):
             self._queued.discard(waitable)
@@ -380,33 +382,33 @@ class Executor:
         if handler is None:
             group.ending_execution(waitable)
         else:
-            self._run_between(handler, waitable)
+            self._run_in_custom_group(handler, waitable)
         return handler is not None
 
     def _dispatch_timer(self, timer: Timer) -> None:
         group = timer.callback_group
-        if not self._asks(group):
+        if not self._uses_group_rule(group):
             self._run_timer(timer)
         elif group.beginning_execution(timer):
-            self._run_between(timer.take() or (lambda: None), timer)
+            self._run_in_custom_group(timer.take() or (lambda: None), timer)
 
-    def _run_between(self, handler: Callable[[], object], entity: Any) -> None:
-        """Run a callback that its group has let begin, and tell the group of its end."""
+    def _run_in_custom_group(self, handler: Callable[[], object], entity: Any) -> None:
+        """Run a callback that its group has admitted, and report its end to the group."""
 
         def end() -> None:
             entity.callback_group.ending_execution(entity)
-            self._look_at_held()
+            self._reschedule_held()
             self.wake()
 
         task: Task[Any] = Task(handler, executor=self)
         task.on_end(end)
-        if self._hands_over:
+        if self._returns_ready:
             self._ready = (task, entity, entity.node)
         else:
             self._run(task.step)
 
-    def _look_at_held(self) -> None:
-        """Ask again for what a group did not let run."""
+    def _reschedule_held(self) -> None:
+        """Schedule again the entities whose groups did not admit a callback."""
         while self._held:
             with contextlib.suppress(KeyError):  # threads of a pool come here as well
                 self.schedule(self._held.pop())
@@ -420,11 +422,11 @@ class Executor:
         raise NotImplementedError
 
     def _run(self, work: Callable[[], object]) -> None:
-        """Run what belongs to no callback group."""
+        """Run a function that belongs to no callback group."""
         self._ready = (Task(work, executor=self), None, None)
 
-    def _finish(self, outcome: object) -> None:
-        """Go on with what a callback returned: a coroutine becomes a task, and begins at once."""
+    def _start_if_coroutine(self, outcome: object) -> None:
+        """Start a coroutine that a callback returned as a task, at once."""
         if outcome is not None and hasattr(outcome, "send") and hasattr(outcome, "throw"):
             Task(cast("Coroutine[object, None, object]", outcome), executor=self).step()
 
@@ -441,27 +443,27 @@ def _deadline(timeout_sec: float | None) -> float | None:
 
 
 class SingleThreadedExecutor(Executor):
-    """Runs callbacks one after the other, in the thread that spins."""
+    """Executor that runs callbacks one after the other, in the spinning thread."""
 
-    _hands_over = False
+    _returns_ready = False
 
     def _run_waitable(self, waitable: QueuingEntity) -> bool:
         handler = self._take(waitable)
         if handler is None:
             return False
-        self._finish(handler())
+        self._start_if_coroutine(handler())
         return True
 
     def _run_timer(self, timer: Timer) -> None:
         if (callback := timer.take()) is not None:
-            self._finish(callback())
+            self._start_if_coroutine(callback())
 
     def _run(self, work: Callable[[], object]) -> None:
-        self._finish(work())
+        self._start_if_coroutine(work())
 
 
 class MultiThreadedExecutor(Executor):
-    """Runs callbacks in a thread pool, as their callback groups allow.
+    """Executor that runs callbacks in a thread pool, as their callback groups allow.
 
     A message is taken, and a timer counts as called, when a thread begins with the callback.
 
@@ -470,7 +472,7 @@ class MultiThreadedExecutor(Executor):
         context: See `Executor`.
     """
 
-    _hands_over = False
+    _returns_ready = False
 
     def __init__(self, num_threads: int | None = None, *, context: Context | None = None) -> None:
         super().__init__(context=context)
@@ -479,7 +481,7 @@ class MultiThreadedExecutor(Executor):
         size = num_threads or max(2, os.cpu_count() or 2)
         self._pool = ThreadPoolExecutor(size, thread_name_prefix="callback")
         # Ctrl-C raises in the main thread. Between a worker's start and its entry in the pool's
-        # books it would leave one that nobody wakes at exit, so another thread starts them all.
+        # list it would leave one that is never woken at exit, so another thread starts them all.
         self._workers: list[threading.Thread] = []
         starter = threading.Thread(
             target=_start_workers, args=(self._pool, size, self._workers), daemon=True
@@ -494,11 +496,11 @@ class MultiThreadedExecutor(Executor):
 
         if not waitable.pending():
             self._queued.discard(waitable)
-            # An arrival in between found it queued still.
+            # An arrival in between did not queue it again.
             if waitable.pending():
                 self.schedule(waitable)
             return False
-        # It counts as queued until a thread takes from it.
+        # It counts as queued until a thread takes an arrival.
         self._queued.add(waitable)
         self._run_in_group(take_and_call, waitable.callback_group)
         return True
@@ -507,7 +509,7 @@ class MultiThreadedExecutor(Executor):
         def call() -> object:
             self._queued.discard(timer)
             callback = timer.take()
-            # Whoever spins left the timer out while it was on its way here.
+            # The spinning thread has skipped the timer meanwhile.
             self.wake()
             return None if callback is None else callback()
 
@@ -521,11 +523,11 @@ class MultiThreadedExecutor(Executor):
         group.run(functools.partial(self._work, work), self._submit)
 
     def _work(self, work: Callable[[], object]) -> None:
-        """Run a callback in a thread of the pool; whoever spins raises what it raised."""
+        """Run a callback in a thread of the pool; pass its exception to the spinning thread."""
         if self._is_shutdown:
             return
         try:
-            self._finish(work())
+            self._start_if_coroutine(work())
         except BaseException as error:  # noqa: BLE001 (sys.exit in a callback ends the program)
             self.fail(error)
 
@@ -537,7 +539,7 @@ class MultiThreadedExecutor(Executor):
         return True
 
     def shutdown(self, timeout_sec: float | None = None) -> bool:
-        """Stop spinning; running callbacks are finished.
+        """Stop spinning; return False if a running callback did not end within the timeout.
 
         Args:
             timeout_sec: How long to wait for that end, in seconds of wall time; None does not wait.
@@ -557,7 +559,7 @@ class MultiThreadedExecutor(Executor):
 
 
 def _start_workers(pool: ThreadPoolExecutor, size: int, workers: list[threading.Thread]) -> None:
-    """Have a pool start all its threads, and note them: none is idle until the last one runs."""
+    """Start all threads of a pool and collect them in a list."""
     together = threading.Barrier(size)
 
     def note() -> None:

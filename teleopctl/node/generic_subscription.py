@@ -1,4 +1,4 @@
-"""Topics of any type, as tools and bridges listen to them: undecoded, as their publishers offer."""
+"""Subscriptions to topics of any type: serialized messages, matching QoS, unknown types."""
 
 from __future__ import annotations
 
@@ -21,21 +21,20 @@ _DESCRIBE = "get_type_description"
 _WAIT_FOR_ONE_S = 2.0
 
 
-def undecoded(type_name: str, version: str) -> type[Any]:  # Any: stands for any type
-    """Return a message class for raw subscriptions, which are not decoded.
+def raw_message_class(type_name: str, version: str) -> type[Any]:  # Any: stands for any type
+    """Return a message class that only names a type and its hash, for raw subscriptions.
 
     Args:
         type_name: Full name of the type.
         version: Hash of the type as its publishers have it.
     """
-    return type("Undecoded", (), {"TYPE_NAME": type_name, "TYPE_HASH": version})
+    return type("RawMessage", (), {"TYPE_NAME": type_name, "TYPE_HASH": version})
 
 
-def suited_to(offers: Sequence[EndpointQos], depth: int) -> QoSProfile:
+def qos_for_publishers(offers: Sequence[EndpointQos], depth: int) -> QoSProfile:
     """Return the QoS profile that receives the most from a topic's publishers.
 
-    Reliable if all of them are, and with earlier messages if all of them keep them; reliable and
-    volatile if there is none yet.
+    Reliable if all publishers are, transient local if all are; reliable and volatile without any.
     """
     reliable = all(offer.is_reliable for offer in offers)
     latched = bool(offers) and all(offer.is_transient_local for offer in offers)
@@ -46,7 +45,7 @@ def suited_to(offers: Sequence[EndpointQos], depth: int) -> QoSProfile:
     )
 
 
-def subscribe_undecoded(
+def create_generic_subscription(
     node: NodeEndpoints,
     topic: str,
     type_name: str,
@@ -55,43 +54,43 @@ def subscribe_undecoded(
     qos: QoSProfile | None = None,
     depth: int = 10,
 ) -> Subscription[Any]:  # Any: of any type
-    """Subscribe to the CDR bytes of a topic, whose type need not be known to this program.
+    """Subscribe to the serialized messages of a topic, whose type may be unknown here.
 
     Args:
-        node: The node that listens.
+        node: The node that subscribes.
         topic: The topic's full name.
         type_name: Its type.
         callback: Called with the CDR bytes of each message on the transport's thread, so it must
             be short; see `Subscription`.
-        qos: Quality of service; by default what suits the publishers that the topic has now.
-        depth: Messages that are kept, where the quality of service is not given.
+        qos: QoS profile; `qos_for_publishers` of the topic's present publishers if None.
+        depth: History depth, where no profile is given.
     """
     publishers = node.graph().publishers(topic, type_name)
     if publishers:
-        message_class = undecoded(type_name, publishers[0].type_hash)
+        message_class = raw_message_class(type_name, publishers[0].type_hash)
     else:
         from teleopctl.interfaces import type_hash
 
-        message_class = undecoded(type_name, type_hash(type_name))
-    qos = qos or suited_to([publisher.qos for publisher in publishers], depth)
+        message_class = raw_message_class(type_name, type_hash(type_name))
+    qos = qos or qos_for_publishers([publisher.qos for publisher in publishers], depth)
     return node.create_subscription(message_class, topic, callback, qos, raw=True, immediate=True)
 
 
-def learn_type_from(
+def add_type_from_graph(
     node: NodeEndpoints, type_name: str, graph: Graph, longest_s: float = 5.0
 ) -> None:
-    """Add a type unknown to this program, from the description that a node of the graph serves.
+    """Register a type unknown to this program, from the description that a node serves.
 
-    Where no node explains it, it stays unknown, and who needs it says so.
+    The type stays unknown if no node serves its description.
 
     Args:
-        node: The node that asks; it needs no executor for this.
+        node: The node that sends the request; it needs no executor.
         type_name: Full name of a message or a service.
-        graph: Who uses the type.
+        graph: Snapshot of the graph, with the nodes that use the type.
         longest_s: Longest wait in seconds of wall time.
 
     Raises:
-        InvalidMessageError: The explanation makes no sense, or contradicts what is known.
+        InvalidMessageError: The description is malformed, or contradicts a known type.
     """
     if known_types().find(type_name) is not None:
         return
@@ -99,29 +98,29 @@ def learn_type_from(
     versions = {e.full_name: e.type_hash for e in graph.endpoints if e.type_name == type_name}
     deadline = time.monotonic() + longest_s
     for name, version in versions.items():
-        patience_s = min(_WAIT_FOR_ONE_S, deadline - time.monotonic())
-        if not graph.servers(f"{name}/{_DESCRIBE}") or patience_s <= 0:
+        timeout_s = min(_WAIT_FOR_ONE_S, deadline - time.monotonic())
+        if not graph.servers(f"{name}/{_DESCRIBE}") or timeout_s <= 0:
             continue
-        description = ask_for_description(node, name, type_name, version, patience_s)
+        description = request_type_description(node, name, type_name, version, timeout_s)
         if description is not None:
             add_description(description)
             return
 
 
-def ask_for_description(
+def request_type_description(
     node: NodeEndpoints,
     node_name: str,
     type_name: str,
     version: str,
     longest_s: float = _WAIT_FOR_ONE_S,
 ) -> TypeDescription | None:
-    """Request the description of a type from a node; return None if it serves none.
+    """Request the description of a type from a node, and wait; None if the node has none.
 
     Args:
-        node: The node that asks; it needs no executor for this.
-        node_name: Full name of the one that is asked.
+        node: The node that sends the request; it needs no executor.
+        node_name: Full name of the node that serves the description.
         type_name: Full name of the type.
-        version: Its hash, as that node has it.
+        version: Hash of the type as that node has it.
         longest_s: Longest wait in seconds of wall time.
     """
     service_class = get_service(_DESCRIBES_TYPES)

@@ -1,4 +1,4 @@
-"""A node's questions about the graph, answered from the tokens that its context follows."""
+"""Graph queries of a node, as rclpy's."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ NamesAndTypes = list[tuple[str, list[str]]]
 
 
 class GraphView(abc.ABC):
-    """Methods of a node that query the graph."""
+    """Base of nodes with the methods that query the graph."""
 
     _context: Context
     _graph_callbacks: list[Callable[[], None]]
@@ -32,15 +32,15 @@ class GraphView(abc.ABC):
         """Return the absolute name of a service."""
 
     def graph(self) -> Graph:
-        """Return a snapshot of the whole graph (ours)."""
+        """Return a snapshot of the graph (ours)."""
         return self._context.watcher.snapshot()
 
     def add_graph_callback(self, callback: Callable[[], None]) -> None:
-        """Call a function after each change of the graph, on a thread of its own (ours)."""
+        """Register a function to be called after each graph change, on another thread (ours)."""
         self._graph_callbacks.append(callback)
         self._context.on_graph_change(callback)
 
-    def _forget_graph_callbacks(self) -> None:
+    def _remove_graph_callbacks(self) -> None:
         for callback in self._graph_callbacks:
             self._context.forget_on_graph_change(callback)
 
@@ -56,81 +56,81 @@ class GraphView(abc.ABC):
         count: int,
         timeout_s: float | None,
     ) -> bool:
-        """Wait by event until so many endpoints match; False when the time ran out (ours)."""
+        """Block until ``count`` endpoints match; return False on timeout or shutdown (ours)."""
         return self._context.wait_for_change(
             lambda: len(self.matched(kind, name, type_name)) >= count, timeout_s
         )
 
     def wait_for_subscribers(self, topic: str, count: int, timeout_s: float | None) -> bool:
-        """Wait by event until a topic has so many subscriptions, of any type (ours)."""
+        """Block until a topic has ``count`` subscriptions of any type; False on timeout (ours)."""
         name = self.resolve_topic_name(topic)
         return self._context.wait_for_change(
             lambda: _count(self._context, EntityKind.MS, name) >= count, timeout_s
         )
 
-    def matched_publishers(self, topic: str) -> int:
-        """Return how many publishers a topic has (ours; same as `count_publishers`)."""
-        return self.count_publishers(topic)
-
     def count_publishers(self, topic_name: str) -> int:
         """Return how many publishers a topic has."""
-        return _count(self._context, EntityKind.MP, _asked(self.resolve_topic_name, topic_name))
+        return _count(self._context, EntityKind.MP, _resolved(self.resolve_topic_name, topic_name))
 
     def count_subscribers(self, topic_name: str) -> int:
         """Return how many subscriptions a topic has."""
-        return _count(self._context, EntityKind.MS, _asked(self.resolve_topic_name, topic_name))
+        return _count(self._context, EntityKind.MS, _resolved(self.resolve_topic_name, topic_name))
 
     def count_services(self, service_name: str) -> int:
         """Return how many servers a service has."""
-        return _count(self._context, EntityKind.SS, _asked(self.resolve_service_name, service_name))
+        return _count(
+            self._context, EntityKind.SS, _resolved(self.resolve_service_name, service_name)
+        )
 
     def count_clients(self, service_name: str) -> int:
         """Return how many clients a service has."""
-        return _count(self._context, EntityKind.SC, _asked(self.resolve_service_name, service_name))
+        return _count(
+            self._context, EntityKind.SC, _resolved(self.resolve_service_name, service_name)
+        )
 
     def get_publishers_info_by_topic(
         self, topic_name: str, no_mangle: bool = False
     ) -> list[TopicEndpointInfo]:
-        """Return the publishers of a topic; ``no_mangle`` takes the name as it is."""
-        name = topic_name if no_mangle else _asked(self.resolve_topic_name, topic_name)
+        """Return the publishers of a topic; ``no_mangle`` uses the name as given."""
+        name = topic_name if no_mangle else _resolved(self.resolve_topic_name, topic_name)
         return _infos(self.graph().publishers(name))
 
     def get_subscriptions_info_by_topic(
         self, topic_name: str, no_mangle: bool = False
     ) -> list[TopicEndpointInfo]:
-        """Return the subscriptions of a topic; ``no_mangle`` takes the name as it is."""
-        name = topic_name if no_mangle else _asked(self.resolve_topic_name, topic_name)
+        """Return the subscriptions of a topic; ``no_mangle`` uses the name as given."""
+        name = topic_name if no_mangle else _resolved(self.resolve_topic_name, topic_name)
         return _infos(self.graph().subscriptions(name))
 
     def get_topic_names_and_types(self, no_demangle: bool = False) -> NamesAndTypes:  # noqa: ARG002
-        """Return all topics with their types, hidden ones included.
+        """Return the names of all topics, hidden ones included, with their types.
 
         ``no_demangle`` is rclpy's; names on Zenoh are not mangled.
         """
         return self.graph().topic_names_and_types(include_hidden=True)
 
     def get_service_names_and_types(self) -> NamesAndTypes:
-        """Return all services with their types, hidden ones included."""
+        """Return the names of all services, hidden ones included, with their types."""
         return self.graph().service_names_and_types(include_hidden=True)
 
     def get_node_names(self) -> list[str]:
-        """Return the names of all nodes, without namespaces."""
+        """Return the names of all nodes of the graph, without namespaces."""
         return [node.name for node in self.graph().nodes]
 
     def get_node_names_and_namespaces(self) -> list[tuple[str, str]]:
-        """Return the names and namespaces of all nodes."""
+        """Return the names and namespaces of all nodes of the graph."""
         return [(node.name, node.namespace) for node in self.graph().nodes]
 
     def get_node_names_and_namespaces_with_enclaves(self) -> list[tuple[str, str, str]]:
-        """Return the names, namespaces and enclaves of all nodes."""
+        """Return the names, namespaces and enclaves of all nodes of the graph."""
         return [(node.name, node.namespace, node.enclave) for node in self.graph().nodes]
 
     def get_fully_qualified_node_names(self) -> list[str]:
-        """Return the full names of all nodes."""
+        """Return the fully qualified names of all nodes of the graph."""
         return [node.full_name for node in self.graph().nodes]
 
     def wait_for_node(self, fully_qualified_node_name: str, timeout: float) -> bool:
-        """Wait by event until a node is there; False when the time, in seconds, ran out."""
+        """Block until a node is in the graph; return False if the timeout, in seconds, expires."""
         return self._context.wait_for_graph(
             lambda graph: graph.find_node(fully_qualified_node_name) is not None, timeout
         )
@@ -182,16 +182,16 @@ class GraphView(abc.ABC):
         return self._of_node(EntityKind.SC, node_name, node_namespace)
 
     def endpoints_of(self, node_name: str, node_namespace: str) -> list[EndpointToken]:
-        """Return the endpoints of all nodes of this name (ours).
+        """Return the tokens of all endpoints of the nodes with a name and namespace (ours).
 
         Raises:
             NodeNameNonExistentError: There is no such node.
         """
-        asked = (node_name, node_namespace)
-        found = [node for node in self.graph().nodes if (node.name, node.namespace) == asked]
+        wanted = (node_name, node_namespace)
+        found = [node for node in self.graph().nodes if (node.name, node.namespace) == wanted]
         if not found:
             place = f"{node_namespace.rstrip('/')}/{node_name}"
-            raise NodeNameNonExistentError(f"cannot tell of node '{place}': it is not there")
+            raise NodeNameNonExistentError(f"node '{place}' is not in the graph")
         return [token for node in found for token in node.endpoints]
 
     def _of_node(self, kind: EntityKind, node_name: str, namespace: str) -> NamesAndTypes:
@@ -202,8 +202,8 @@ class GraphView(abc.ABC):
         return [(name, sorted(types[name])) for name in sorted(types)]
 
 
-def _asked(resolve: Callable[[str], str], name: str) -> str:
-    """Return the absolute name of what is asked for; rclpy raises ValueError here, of all places.
+def _resolved(resolve: Callable[[str], str], name: str) -> str:
+    """Return the absolute name of a topic or service; raises ValueError as rclpy does here.
 
     Raises:
         TypeError: The name is no text.
@@ -228,14 +228,14 @@ def _infos(tokens: list[EndpointToken]) -> list[TopicEndpointInfo]:
 
 
 def get_action_names_and_types(node: GraphView) -> NamesAndTypes:
-    """Return all actions with their types."""
+    """Return the names of all actions of the graph with their types."""
     return node.graph().action_names_and_types()
 
 
 def get_action_server_names_and_types_by_node(
     node: GraphView, remote_node_name: str, remote_node_namespace: str
 ) -> NamesAndTypes:
-    """Return the actions that a node has servers of.
+    """Return the names and types of the actions that a node serves.
 
     Raises:
         NodeNameNonExistentError: There is no such node.
@@ -246,7 +246,7 @@ def get_action_server_names_and_types_by_node(
 def get_action_client_names_and_types_by_node(
     node: GraphView, remote_node_name: str, remote_node_namespace: str
 ) -> NamesAndTypes:
-    """Return the actions that a node has clients of.
+    """Return the names and types of the actions that a node has clients of.
 
     Raises:
         NodeNameNonExistentError: There is no such node.

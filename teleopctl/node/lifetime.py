@@ -1,4 +1,4 @@
-"""``init``, ``spin``, ``shutdown``: rclpy's module functions."""
+"""Module functions of rclpy: ``init``, ``spin``, ``shutdown`` and the like."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ def init(
     domain_id: int | None = None,
     signal_handler_options: SignalHandlerOptions | None = None,
     session_mode: SessionMode = "peer",
-    ends_in_order: bool = False,
+    publishes_after_signal: bool = False,
 ) -> Context:
-    """Initialize a context; see `Context.init`. It may be used as a context manager.
+    """Initialize a context from command-line arguments, and return it; see `Context.init`.
 
     Raises:
         RuntimeError: It runs already.
@@ -41,18 +41,18 @@ def init(
         domain_id=domain_id,
         session_mode=session_mode,
         signal_handler_options=signal_handler_options,
-        ends_in_order=ends_in_order,
+        publishes_after_signal=publishes_after_signal,
     )
     return chosen
 
 
 def ok(*, context: Context | None = None) -> bool:
-    """Return whether a context is initialized and not shut down."""
+    """Return whether a context, the default one if None, is initialized and not shut down."""
     return (context or Context.default()).ok()
 
 
 def shutdown(*, context: Context | None = None, uninstall_handlers: bool | None = None) -> None:  # noqa: ARG001
-    """Shut a context down.
+    """Shut down a context, the default one if None.
 
     Raises:
         RuntimeError: It does not run.
@@ -61,17 +61,17 @@ def shutdown(*, context: Context | None = None, uninstall_handlers: bool | None 
 
 
 def try_shutdown(*, context: Context | None = None, uninstall_handlers: bool | None = None) -> None:  # noqa: ARG001
-    """Shut a context down if it is initialized."""
+    """Shut down a context, the default one if None, if it is initialized."""
     (context or Context.default()).try_shutdown()
 
 
 def get_default_context() -> Context:
-    """Return the default context."""
+    """Return the default context of the process."""
     return Context.default()
 
 
 def get_global_executor() -> Executor:
-    """Return the executor that module-level spin functions use by default."""
+    """Return the executor that the module-level spin functions use by default."""
     global _executor
     with _executor_lock:
         if _executor is None:
@@ -103,7 +103,7 @@ def _served(node: Node, executor: Executor | None) -> Iterator[Executor]:
 
 
 def create_node(node_name: str, **options: Any) -> Node:  # Any: Node checks its own
-    """Make a node; the options are those of `Node`."""
+    """Create and return a node; the options are those of `Node`."""
     from teleopctl.node.node import Node
 
     return Node(node_name, **options)
@@ -133,6 +133,6 @@ def spin_until_future_complete(
     executor: Executor | None = None,
     timeout_sec: float | None = None,
 ) -> None:
-    """Run a node's callbacks until a future is done or the time is over."""
+    """Run a node's callbacks until a future is done or the timeout expires."""
     with _served(node, executor) as chosen:
         chosen.spin_until_future_complete(future, timeout_sec)

@@ -1,4 +1,4 @@
-"""The node: one participant of the graph, with rclpy's methods."""
+"""ROS nodes, with rclpy's methods."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ from collections.abc import Iterable, Sequence
 
 from teleopctl.base.typed import TYPE_CHECKING
 from teleopctl.node.context import Context
-from teleopctl.node.node_options import next_options
+from teleopctl.node.node_options import take_next_options
 from teleopctl.node.node_parameters import NodeParameters
 from teleopctl.node.values.logging import set_logger_level
 from teleopctl.node.values.parameter import Parameter
-from teleopctl.node.values.qos import QoSProfile, qos_from, qos_profile_rosout_default
+from teleopctl.node.values.qos import QoSProfile, as_qos_profile, qos_profile_rosout_default
 
 if TYPE_CHECKING:
     from teleopctl.node.node_services import RosoutPublisher
@@ -69,7 +69,7 @@ class Node(NodeParameters):
         enable_logger_service: bool = False,
     ) -> None:
         overrides = tuple(parameter_overrides or ())
-        options = next_options()
+        options = take_next_options()
         if options is not None:
             context = context or options.context
             cli_args = options.command_line(cli_args)
@@ -91,24 +91,24 @@ class Node(NodeParameters):
             if enable_rosout and all(arguments.rosout_logs for arguments in self._arguments):
                 from teleopctl.node.node_services import RosoutPublisher
 
-                self._rosout = RosoutPublisher(self, qos_from(rosout_qos_profile))
+                self._rosout = RosoutPublisher(self, as_qos_profile(rosout_qos_profile))
             self._start_parameters(
                 overrides,
                 allow_undeclared=allow_undeclared_parameters,
                 start_services=start_parameter_services,
             )
-            self._start_what_every_node_has(
+            self._start_node_services(
                 declare_overrides=automatically_declare_parameters_from_overrides,
                 type_descriptions=start_parameter_services,
                 logger_service=enable_logger_service,
             )
         except BaseException:
-            # A node that could not be made must not stay in the graph. What a subclass destroys
-            # besides it has not made yet.
+            # A node that could not be made must not stay in the graph. A subclass has not created
+            # what its own `destroy_node` destroys.
             Node.destroy_node(self)
             raise
 
-    def _start_what_every_node_has(
+    def _start_node_services(
         self, *, declare_overrides: bool, type_descriptions: bool, logger_service: bool
     ) -> None:
         from teleopctl.node.node_services import TimeSource
@@ -126,7 +126,7 @@ class Node(NodeParameters):
             LoggerService(self)
 
     def destroy_node(self) -> None:
-        """Destroy the node and its entities. Idempotent."""
+        """Destroy the node with all its entities, and remove it from the graph. Idempotent."""
         if self._rosout is not None:
             self._rosout.destroy()
         super().destroy_node()

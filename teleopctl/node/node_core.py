@@ -1,4 +1,4 @@
-"""The core of a node: who it is, where it lives, how it logs, what names mean to it."""
+"""Core of a node: name, namespace, context, logger, clock and name resolution."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 
 class NodeCore(GraphView):
-    """Name, namespace, context and executor of a node, for its endpoints.
+    """Base of nodes: name, namespace, context, executor, logger and clock.
 
     Args:
         node_name: Its name, unless ``__node`` is remapped.
@@ -113,7 +113,7 @@ class NodeCore(GraphView):
 
     @property
     def executor(self) -> Scheduler | None:
-        """Executor of the node; setting it adds the node there."""
+        """Executor of the node or None; setting it moves the node to that executor."""
         return self._executor
 
     @executor.setter
@@ -141,7 +141,7 @@ class NodeCore(GraphView):
         return self._namespace
 
     def get_fully_qualified_name(self) -> str:
-        """Return namespace and name, such as ``/arm/teleop``."""
+        """Return the node's namespace and name, such as ``/arm/teleop``."""
         return fully_qualified(self._namespace, self._name)
 
     def get_logger(self) -> logging.RcutilsLogger:
@@ -172,7 +172,7 @@ class NodeCore(GraphView):
         return resolved
 
     def fail(self, error: BaseException) -> None:
-        """Raise the exception of one of the node's threads where the node is spun (ours)."""
+        """Raise an exception in the thread that spins the node, now or later (ours)."""
         self.failure = error
         if self.executor is not None:
             self.executor.fail(error)

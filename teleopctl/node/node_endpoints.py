@@ -1,4 +1,4 @@
-"""The making and unmaking of what a node talks through, under rclpy's method names."""
+"""Methods of a node that create and destroy publishers, subscriptions, services and clients."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from teleopctl.node.endpoints.waitable import QueuingEntity
 from teleopctl.node.node_timers import NodeTimers
 from teleopctl.node.values.callback_groups import CallbackGroup
 from teleopctl.node.values.handle import Handle
-from teleopctl.node.values.qos import QoSProfile, qos_from, qos_profile_services_default
+from teleopctl.node.values.qos import QoSProfile, as_qos_profile, qos_profile_services_default
 from teleopctl.node.values.time import ClockType
 
 if TYPE_CHECKING:
@@ -42,7 +42,7 @@ _EndpointT = TypeVar("_EndpointT", bound=Endpoint)
 
 
 class NodeEndpoints(NodeTimers):
-    """Methods of a node for publishers, subscriptions, services and clients."""
+    """Base of nodes with methods for publishers, subscriptions, services and clients."""
 
     def __init__(
         self,
@@ -57,7 +57,7 @@ class NodeEndpoints(NodeTimers):
 
     @property
     def itself(self) -> Self:
-        """The node itself, also behind an object that forwards attributes to it (ours)."""
+        """The node itself; differs from an object that only forwards attributes to it (ours)."""
         return self
 
     # -- making endpoints ------------------------------------------------------------------------
@@ -73,7 +73,7 @@ class NodeEndpoints(NodeTimers):
         qos_overriding_options: QoSOverridingOptions | None = None,
         publisher_class: type[Publisher[MessageT]] | None = None,
     ) -> Publisher[MessageT]:
-        """Make a publisher; an integer QoS is the depth of the default profile.
+        """Create a publisher; an integer QoS is the depth of the default profile.
 
         Args:
             msg_type: Message class.
@@ -88,16 +88,16 @@ class NodeEndpoints(NodeTimers):
             InvalidTopicNameException: The name breaks a rule.
         """
         name = self.resolve_topic_name(topic)
-        qos = qos_from(qos_profile)
+        qos = as_qos_profile(qos_profile)
         if qos_overriding_options is not None:
             qos = self._overridden_qos(qos, qos_overriding_options, "publisher", name)
         if publisher_class is None:
             from teleopctl.node.endpoints.publisher import Publisher
 
             publisher_class = Publisher
-        publisher = self.keep(publisher_class(self, msg_type, name, qos))
+        publisher = self.add_endpoint(publisher_class(self, msg_type, name, qos))
         if event_callbacks is not None:
-            self._watch(publisher, event_callbacks, callback_group)
+            self._add_event_callbacks(publisher, event_callbacks, callback_group)
         return publisher
 
     @abc.abstractmethod
@@ -110,20 +110,20 @@ class NodeEndpoints(NodeTimers):
     ) -> QoSProfile:
         """Return a profile with what the node's parameters say of it."""
 
-    def _watch(
+    def _add_event_callbacks(
         self,
         endpoint: Publisher[MessageT] | Subscription[MessageT],
         callbacks: Any,  # those of the endpoint
         group: CallbackGroup | None,
     ) -> None:
         try:
-            endpoint.watch(callbacks, group or self._default_callback_group)
+            endpoint.add_event_callbacks(callbacks, group or self._default_callback_group)
         except BaseException:
-            self._forget(endpoint)
+            self._remove_endpoint(endpoint)
             raise
         for event in endpoint.events:
             if event.pending():
-                event.tell_executor()
+                event.notify_executor()
 
     @overload
     def create_subscription(
@@ -174,7 +174,7 @@ class NodeEndpoints(NodeTimers):
         raw: bool = False,
         immediate: bool = False,
     ) -> Subscription[MessageT]:
-        """Make a subscription; see `Subscription` for the callback and ``immediate``.
+        """Create a subscription; see `Subscription` for the callback and ``immediate``.
 
         ``content_filter_options`` is rclpy's: as under rmw_zenoh every message comes.
         ``topic_statistics`` is rclcpp's: see `TopicStatisticsOptions`.
@@ -188,10 +188,10 @@ class NodeEndpoints(NodeTimers):
         if topic_statistics is not None:
             topic_statistics.check()
         name = self.resolve_topic_name(topic)
-        qos = qos_from(qos_profile)
+        qos = as_qos_profile(qos_profile)
         if qos_overriding_options is not None:
             qos = self._overridden_qos(qos, qos_overriding_options, "subscription", name)
-        subscription = self.keep(
+        subscription = self.add_endpoint(
             Subscription(
                 self,
                 msg_type,
@@ -204,7 +204,7 @@ class NodeEndpoints(NodeTimers):
             )
         )
         if event_callbacks is not None:
-            self._watch(subscription, event_callbacks, callback_group)
+            self._add_event_callbacks(subscription, event_callbacks, callback_group)
         if topic_statistics is not None:
             self._publish_statistics(subscription, topic_statistics)
         return subscription
@@ -228,7 +228,7 @@ class NodeEndpoints(NodeTimers):
             self.destroy_timer(timer)
             self.destroy_publisher(publisher)
 
-        subscription.measure(statistics.saw, stop)
+        subscription.set_measurement(statistics.on_message, stop)
 
     def create_service(
         self,
@@ -240,14 +240,14 @@ class NodeEndpoints(NodeTimers):
         callback_group: CallbackGroup | None = None,
         immediate: bool = False,
     ) -> Service[RequestT, ResponseT]:
-        """Make a service server: ``callback(request, response) -> response``.
+        """Create a service server with ``callback(request, response) -> response``.
 
         Raises:
             InvalidServiceNameException: The name breaks a rule.
         """
         from teleopctl.node.endpoints.service import Service
 
-        return self.keep(
+        return self.add_endpoint(
             Service(
                 self,
                 srv_type,
@@ -267,7 +267,7 @@ class NodeEndpoints(NodeTimers):
         qos_profile: QoSProfile = qos_profile_services_default,
         callback_group: CallbackGroup | None = None,
     ) -> Client[RequestT, ResponseT]:
-        """Make a service client.
+        """Create a service client.
 
         Raises:
             InvalidServiceNameException: The name breaks a rule.
@@ -276,27 +276,27 @@ class NodeEndpoints(NodeTimers):
 
         name = self.resolve_service_name(srv_name)
         group = callback_group or self._default_callback_group
-        return self.keep(Client(self, srv_type, name, group, qos_profile))
+        return self.add_endpoint(Client(self, srv_type, name, group, qos_profile))
 
     def _of_class(self, class_: type[_EndpointT]) -> list[_EndpointT]:
         with self._endpoints_lock:
             return [endpoint for endpoint in self._endpoints if isinstance(endpoint, class_)]
 
-    def keep(self, endpoint: _EndpointT) -> _EndpointT:
-        """Register and return an endpoint, to be served and destroyed with the node (ours)."""
+    def add_endpoint(self, endpoint: _EndpointT) -> _EndpointT:
+        """Register an endpoint, to be served and destroyed with the node; return it (ours)."""
         with self._endpoints_lock:
             self._endpoints.append(endpoint)
         if isinstance(endpoint, QueuingEntity):
             endpoint.callback_group.add_entity(endpoint)
         if isinstance(endpoint, QueuingEntity) and endpoint.pending():
             # An executor that was given the node meanwhile did not know of the endpoint.
-            endpoint.tell_executor()
+            endpoint.notify_executor()
         return endpoint
 
     # -- what there is ---------------------------------------------------------------------------
 
-    def receivers(self) -> list[QueuingEntity]:
-        """Return the entities whose arrivals an executor takes (ours)."""
+    def executor_entities(self) -> list[QueuingEntity]:
+        """Return the node's entities whose arrivals an executor takes (ours)."""
         with self._endpoints_lock:
             receiving = [e for e in self._endpoints if isinstance(e, QueuingEntity)]
             events = [e for point in self._endpoints for e in point.events if e.is_served]
@@ -306,35 +306,35 @@ class NodeEndpoints(NodeTimers):
 
     @property
     def publishers(self) -> list[Publisher[Any]]:
-        """The node's publishers."""
+        """Publishers of the node."""
         from teleopctl.node.endpoints.publisher import Publisher
 
         return self._of_class(Publisher)
 
     @property
     def subscriptions(self) -> list[Subscription[Any]]:
-        """The node's subscriptions."""
+        """Subscriptions of the node."""
         from teleopctl.node.endpoints.subscription import Subscription
 
         return self._of_class(Subscription)
 
     @property
     def services(self) -> list[Service[Any, Any]]:
-        """The node's service servers."""
+        """Service servers of the node."""
         from teleopctl.node.endpoints.service import Service
 
         return self._of_class(Service)
 
     @property
     def clients(self) -> list[Client[Any, Any]]:
-        """The node's service clients."""
+        """Service clients of the node."""
         from teleopctl.node.endpoints.client import Client
 
         return self._of_class(Client)
 
     # -- taking things down ----------------------------------------------------------------------
 
-    def _forget(self, endpoint: Endpoint) -> bool:
+    def _remove_endpoint(self, endpoint: Endpoint) -> bool:
         with self._endpoints_lock:
             if endpoint not in self._endpoints:
                 return False
@@ -343,24 +343,24 @@ class NodeEndpoints(NodeTimers):
         return True
 
     def destroy_publisher(self, publisher: Publisher[MessageT]) -> bool:
-        """Destroy a publisher; False when it is not this node's."""
-        return self._forget(publisher)
+        """Destroy a publisher of the node; return False if it is not the node's."""
+        return self._remove_endpoint(publisher)
 
     def destroy_subscription(self, subscription: Subscription[MessageT]) -> bool:
-        """Destroy a subscription; False when it is not this node's."""
-        return self._forget(subscription)
+        """Destroy a subscription of the node; return False if it is not the node's."""
+        return self._remove_endpoint(subscription)
 
     def destroy_service(self, service: Service[RequestT, ResponseT]) -> bool:
-        """Destroy a service server; False when it is not this node's."""
-        return self._forget(service)
+        """Destroy a service server of the node; return False if it is not the node's."""
+        return self._remove_endpoint(service)
 
     def destroy_client(self, client: Client[RequestT, ResponseT]) -> bool:
-        """Destroy a service client; False when it is not this node's."""
-        return self._forget(client)
+        """Destroy a service client of the node; return False if it is not the node's."""
+        return self._remove_endpoint(client)
 
     @property
     def handle(self) -> Handle:
-        """Handle of the node as rclpy has it."""
+        """Handle of the node, as in rclpy."""
         return Handle(self, self.get_name())
 
     @property
@@ -369,12 +369,12 @@ class NodeEndpoints(NodeTimers):
         return self._token is None
 
     def destroy(self) -> None:
-        """Destroy the node; `destroy_node` under the name that entities have."""
+        """Destroy the node; same as `destroy_node`, for `Handle`."""
         self.destroy_node()
 
     def destroy_node(self) -> None:
-        """Destroy the node and its entities. Idempotent."""
-        self._forget_graph_callbacks()
+        """Destroy the node with all its entities, and remove it from the graph. Idempotent."""
+        self._remove_graph_callbacks()
         if self.executor is not None:
             self.executor.remove_node(self)
         self._destroy_all()
@@ -402,7 +402,7 @@ class NodeEndpoints(NodeTimers):
 
 
 class BareNode(NodeEndpoints):
-    """Node without parameters, /rosout and /clock, for commands that need it once (ours).
+    """Node without parameters, ``/rosout`` and ``/clock``, for short commands (ours).
 
     Starts in half the time of a `Node`, for what a command does once. It answers no question about
     parameters, publishes no log and does not follow ``/clock``.

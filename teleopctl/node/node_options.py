@@ -1,4 +1,4 @@
-"""What whoever has a node made by somebody else's code gives that node, as a container does."""
+"""Options for nodes that other code constructs, as a component container sets them."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class NodeOptions:
-    """Options of the next node made in a block, added to its constructor's arguments.
+    """Options for the next node that a thread constructs, added to the constructor's arguments.
 
     A component's class often has a constructor without arguments, which names its node itself.
 
@@ -51,32 +51,32 @@ class NodeOptions:
         self.node: NodeParameters | None = None
 
     @contextmanager
-    def given(self) -> Iterator[None]:
-        """Apply the options to the next node that this thread constructs in the block."""
-        outer = next_options()
-        _given.options = self
+    def applied_to_next_node(self) -> Iterator[None]:
+        """Apply the options to the next node that this thread constructs in a with block."""
+        outer = take_next_options()
+        _next.options = self
         try:
             yield
         finally:
-            _given.options = outer
+            _next.options = outer
 
     def command_line(self, own: Sequence[str] | None) -> list[str]:
-        """Return the node's own command line extended by the options' arguments."""
+        """Return the options' arguments followed by the node's own command line."""
         return [*self.arguments, *(["--", *own] if own else ())]
 
     def flag(self, name: str, own: bool) -> bool:
-        """Return the value of a flag: the option if given, else the node's own choice."""
+        """Return a flag of the constructor: the options' value if given, else the node's own."""
         return self.flags.get(name, own)
 
 
-class _Given(threading.local):
+class _NextOptions(threading.local):
     options: NodeOptions | None = None
 
 
-_given = _Given()
+_next = _NextOptions()
 
 
-def next_options() -> NodeOptions | None:
-    """Return, once, the options for the next node of this thread."""
-    options, _given.options = _given.options, None
+def take_next_options() -> NodeOptions | None:
+    """Return and clear the options for this thread's next node; None if there are none."""
+    options, _next.options = _next.options, None
     return options

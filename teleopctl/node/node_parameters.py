@@ -1,4 +1,4 @@
-"""A node's parameters, under rclpy's method names."""
+"""Parameter methods of a node, as rclpy's."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 
 class NodeParameters(NodeEndpoints):
-    """Methods of a node for its parameters."""
+    """Base of nodes with the methods for parameters."""
 
     def _start_parameters(
         self, given: Iterable[Parameter], *, allow_undeclared: bool, start_services: bool
@@ -88,7 +88,7 @@ class NodeParameters(NodeEndpoints):
         side: Literal["publisher", "subscription"],
         topic: str,
     ) -> QoSProfile:
-        from teleopctl.node.endpoints.qos_overrides import overridden
+        from teleopctl.node.endpoints.qos_overrides import apply_qos_overrides
 
         def declare(
             name: str, default: AllowableParameterValue, descriptor: ParameterDescriptor
@@ -97,7 +97,7 @@ class NodeParameters(NodeEndpoints):
                 return self.get_parameter(name)
             return self.declare_parameter(name, default, descriptor)
 
-        return overridden(profile, options, side, topic, declare)
+        return apply_qos_overrides(profile, options, side, topic, declare)
 
     # -- declaring -------------------------------------------------------------------------------
 
@@ -132,7 +132,7 @@ class NodeParameters(NodeEndpoints):
         ],
         ignore_override: bool = False,
     ) -> list[Parameter]:
-        """Declare several parameters below a prefix, each as ``(name[, value[, descriptor]])``."""
+        """Declare parameters below a prefix, each as ``(name[, value[, descriptor]])``."""
         prefix = f"{namespace}." if namespace else ""
         padded = [(*entry, None, None)[:3] for entry in parameters]
         entries = [(prefix + name, value, descriptor) for name, value, descriptor in padded]
@@ -147,7 +147,7 @@ class NodeParameters(NodeEndpoints):
         return [made[name] for name in names]
 
     def undeclare_parameter(self, name: str) -> None:
-        """Undeclare a parameter; see `ParameterStore.undeclare` for what it raises."""
+        """Undeclare a parameter; raises as `ParameterStore.undeclare`."""
         self._parameters.undeclare(name)
 
     def has_parameter(self, name: str) -> bool:
@@ -157,7 +157,7 @@ class NodeParameters(NodeEndpoints):
     # -- reading ---------------------------------------------------------------------------------
 
     def get_parameter(self, name: str) -> Parameter:
-        """Return a parameter.
+        """Return a declared parameter by name; raise if it is undeclared or has no value.
 
         Raises:
             ParameterNotDeclaredException: There is none, and undeclared ones are not allowed.
@@ -166,22 +166,22 @@ class NodeParameters(NodeEndpoints):
         return self._parameters.get(name)
 
     def get_parameters(self, names: Iterable[str]) -> list[Parameter]:
-        """Return several parameters; raises as `get_parameter`."""
+        """Return several parameters by name; raises as `get_parameter`."""
         return [self.get_parameter(name) for name in names]
 
     def get_parameter_or(self, name: str, alternative_value: Parameter | None = None) -> Parameter:
-        """Return a parameter, or the alternative where it has no value."""
-        parameter = self._parameters.peek(name)
+        """Return a parameter, or an alternative if it is undeclared or has no value."""
+        parameter = self._parameters.find(name)
         if parameter is not None and parameter.value is not None:
             return parameter
         return Parameter(name) if alternative_value is None else alternative_value
 
     def get_parameters_by_prefix(self, prefix: str) -> dict[str, Parameter]:
-        """Return the parameters below a prefix, by their names without it."""
+        """Return the parameters below a prefix, by their names without the prefix."""
         return self._parameters.by_prefix(prefix)
 
     def get_parameter_overrides(self) -> dict[str, Parameter]:
-        """Return the parameter values of the command line and files, declared or not (ours)."""
+        """Return the overrides of the command line, files and constructor, by name (ours)."""
         return dict(self._parameters.overrides)
 
     def get_parameter_type(self, name: str) -> ParameterType:
@@ -193,7 +193,7 @@ class NodeParameters(NodeEndpoints):
         return [self.get_parameter(name).type_ for name in names]
 
     def list_parameters(self, prefixes: Sequence[str], depth: int) -> ListParametersResult:
-        """Return the names below prefixes as ``rcl_interfaces/msg/ListParametersResult``.
+        """Return the parameter names below prefixes, as a ``ListParametersResult``.
 
         Args:
             prefixes: All parameters if empty.
@@ -222,7 +222,7 @@ class NodeParameters(NodeEndpoints):
         return self._parameters.descriptor(name)
 
     def describe_parameters(self, names: Iterable[str]) -> list[ParameterDescriptor]:
-        """Return several descriptors; raises as `describe_parameter`."""
+        """Return the descriptors of several parameters; raises as `describe_parameter`."""
         return [self.describe_parameter(name) for name in names]
 
     def set_descriptor(
@@ -231,7 +231,7 @@ class NodeParameters(NodeEndpoints):
         descriptor: ParameterDescriptor,
         alternative_value: ParameterValue | None = None,
     ) -> ParameterValue:
-        """Replace the descriptor of a parameter.
+        """Replace the descriptor of a parameter; return the parameter's value.
 
         Args:
             name: Name of a declared parameter.
@@ -256,7 +256,7 @@ class NodeParameters(NodeEndpoints):
     # -- setting ---------------------------------------------------------------------------------
 
     def set_parameters(self, parameter_list: Sequence[Parameter]) -> list[SetParametersResult]:
-        """Set parameters one by one; returns a ``SetParametersResult`` for each.
+        """Set parameters one by one; return a ``SetParametersResult`` for each.
 
         Raises:
             ParameterNotDeclaredException: One was not declared, and that is not allowed; those
@@ -266,7 +266,7 @@ class NodeParameters(NodeEndpoints):
         return [self.set_parameters_atomically([parameter]) for parameter in parameter_list]
 
     def set_parameters_atomically(self, parameter_list: Sequence[Parameter]) -> SetParametersResult:
-        """Set all parameters or none; returns one ``SetParametersResult``.
+        """Set all parameters or none; return one ``SetParametersResult``.
 
         Raises:
             ParameterNotDeclaredException: One was not declared, and that is not allowed.
@@ -275,22 +275,24 @@ class NodeParameters(NodeEndpoints):
         for parameter in parameter_list:
             if not isinstance(parameter, Parameter):
                 raise TypeError(f"{parameter!r} is no Parameter")
-        return self._parameters.set_together(parameter_list, check=self._parameters.check_declared)
+        return self._parameters.set_atomically(
+            parameter_list, check=self._parameters.check_declared
+        )
 
     def add_pre_set_parameters_callback(self, callback: PreSetCallback) -> None:
-        """Register a callback that may change the list of parameters before they are checked."""
+        """Register a callback that may change the list of parameters to set, before checks."""
         self._parameters.pre_set_callbacks.insert(0, callback)
 
     def add_on_set_parameters_callback(self, callback: OnSetCallback) -> None:
-        """Register a callback that accepts or rejects parameters; the newest is called first."""
+        """Register a callback that accepts or rejects new values; the newest is called first."""
         self._parameters.on_set_callbacks.insert(0, callback)
 
     def add_post_set_parameters_callback(self, callback: PostSetCallback) -> None:
-        """Register a callback that is called after parameters have been set."""
+        """Register a callback to be called after parameters were set."""
         self._parameters.post_set_callbacks.insert(0, callback)
 
     def remove_pre_set_parameters_callback(self, callback: PreSetCallback) -> None:
-        """Unregister a callback.
+        """Unregister a callback of `add_pre_set_parameters_callback`.
 
         Raises:
             ValueError: It was not added.
@@ -298,7 +300,7 @@ class NodeParameters(NodeEndpoints):
         self._parameters.pre_set_callbacks.remove(callback)
 
     def remove_on_set_parameters_callback(self, callback: OnSetCallback) -> None:
-        """Unregister a callback.
+        """Unregister a callback of `add_on_set_parameters_callback`.
 
         Raises:
             ValueError: It was not added.
@@ -306,7 +308,7 @@ class NodeParameters(NodeEndpoints):
         self._parameters.on_set_callbacks.remove(callback)
 
     def remove_post_set_parameters_callback(self, callback: PostSetCallback) -> None:
-        """Unregister a callback.
+        """Unregister a callback of `add_post_set_parameters_callback`.
 
         Raises:
             ValueError: It was not added.

@@ -1,4 +1,4 @@
-"""Services and topics that every node offers: ``/clock``, ``/rosout``, logger levels, its types."""
+"""Time source, ``/rosout`` publisher, logger services and type descriptions of a node."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ _ENCAPSULATION_SIZE = 4
 
 
 class TimeSource:
-    """Declares ``use_sim_time`` on a node and subscribes ``/clock`` while it is true."""
+    """Time source of a node: simulated time from ``/clock`` while ``use_sim_time`` is true."""
 
     def __init__(self, node: NodeParameters) -> None:
         self._node = node
@@ -94,7 +94,7 @@ class TimeSource:
 
 
 class RosoutPublisher:
-    """Publishes the log messages of a node on /rosout."""
+    """Publisher of a node's log messages on ``/rosout``."""
 
     def __init__(self, node: NodeEndpoints, qos: QoSProfile) -> None:
         self._log = get_message("rcl_interfaces/msg/Log")
@@ -130,7 +130,7 @@ class RosoutPublisher:
             )
 
     def destroy(self) -> None:
-        """Destroy the publisher."""
+        """Unregister from the node's logger, and destroy the publisher."""
         logging.remove_sink(self._logger_name)
         self._publisher.destroy()
 
@@ -175,7 +175,7 @@ _PARAMETER = "start_type_description_service"
 
 
 def start_type_description_service(node: NodeParameters) -> None:
-    """Start the ~/get_type_description service, unless its parameter disables it."""
+    """Start a node's ``~/get_type_description`` service unless its parameter disables it."""
     descriptor = get_message("rcl_interfaces/msg/ParameterDescriptor")(
         description="Start the ~/get_type_description service for this node.", read_only=True
     )
@@ -216,14 +216,15 @@ def _answer(request: Any, response: Any) -> Any:
 def _to_message(description: dict[str, Any]) -> Any:
     """Return the message form of the JSON structure that a type hash is taken of."""
     return get_message("type_description_interfaces/msg/TypeDescription")(
-        type_description=_individual(description["type_description"]),
+        type_description=_individual_type_description(description["type_description"]),
         referenced_type_descriptions=[
-            _individual(entry) for entry in description["referenced_type_descriptions"]
+            _individual_type_description(entry)
+            for entry in description["referenced_type_descriptions"]
         ],
     )
 
 
-def _individual(entry: dict[str, Any]) -> Any:
+def _individual_type_description(entry: dict[str, Any]) -> Any:
     package = "type_description_interfaces/msg"
     field_type = get_message(f"{package}/FieldType")
     field = get_message(f"{package}/Field")

@@ -1,4 +1,4 @@
-"""What has callbacks run without a message: timers, rates, guard conditions, waitables."""
+"""Methods of a node for timers, rates, guard conditions and waitables."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 class NodeTimers(NodeCore):
-    """Methods of a node for timers, guard conditions and waitables."""
+    """Base of nodes with the methods for timers, rates, guard conditions and waitables."""
 
     def __init__(
         self,
@@ -43,7 +43,7 @@ class NodeTimers(NodeCore):
 
     @property
     def default_callback_group(self) -> CallbackGroup:
-        """Callback group of entities without a group of their own."""
+        """Callback group of the node's entities that were given none."""
         return self._default_callback_group
 
     def create_timer(
@@ -54,7 +54,7 @@ class NodeTimers(NodeCore):
         clock: Clock | None = None,
         autostart: bool = True,
     ) -> Timer:
-        """Make a timer on the node's clock, or on another.
+        """Create a timer on the node's clock, or on another one.
 
         Args:
             timer_period_sec: Period in seconds.
@@ -81,7 +81,7 @@ class NodeTimers(NodeCore):
         return timer
 
     def create_rate(self, frequency: float, clock: Clock | None = None) -> Rate:
-        """Make a rate in Hz, to sleep by in a thread other than the spinning one.
+        """Create a rate in Hz, for sleeping in a thread other than the spinning one.
 
         Raises:
             ValueError: The frequency is not positive.
@@ -98,7 +98,7 @@ class NodeTimers(NodeCore):
     def create_guard_condition(
         self, callback: Callable[[], object], callback_group: CallbackGroup | None = None
     ) -> GuardCondition:
-        """Make a guard condition, whose triggers make the executor call ``callback``."""
+        """Create a guard condition, whose triggers make the executor call ``callback``."""
         from teleopctl.node.endpoints.guard_condition import GuardCondition
 
         guard = GuardCondition(self, callback, callback_group or self._default_callback_group)
@@ -109,16 +109,16 @@ class NodeTimers(NodeCore):
 
     @property
     def timers(self) -> tuple[Timer, ...]:
-        """The node's timers."""
+        """Timers of the node."""
         return self._timers
 
     @property
     def guards(self) -> list[GuardCondition]:
-        """The node's guard conditions."""
+        """Guard conditions of the node."""
         return list(self._guards)
 
     def add_waitable(self, waitable: Waitable) -> None:
-        """Add a waitable of the program's own, which executors then serve."""
+        """Add a waitable defined by the program, to be served by the node's executor."""
         from teleopctl.node.user_waitable import ServedWaitable
 
         def create_timer(clock: Clock) -> Timer:
@@ -128,10 +128,10 @@ class NodeTimers(NodeCore):
         served = ServedWaitable(self, waitable, create_timer, self.destroy_timer)
         with self._endpoints_lock:
             self._waitables.append(served)
-        served.tell_executor()
+        served.notify_executor()
 
     def remove_waitable(self, waitable: Waitable) -> None:
-        """Remove a waitable; unknown ones are ignored."""
+        """Remove a waitable of `add_waitable`; unknown ones are ignored."""
         with self._endpoints_lock:
             removed = [served for served in self._waitables if served.waitable is waitable]
             self._waitables = [served for served in self._waitables if served not in removed]
@@ -140,11 +140,11 @@ class NodeTimers(NodeCore):
 
     @property
     def waitables(self) -> list[Waitable]:
-        """Waitables that the program has added."""
+        """Waitables that were added by `add_waitable`."""
         return [served.waitable for served in self._waitables]
 
     def destroy_timer(self, timer: Timer) -> bool:
-        """Destroy a timer; False when it is not this node's."""
+        """Destroy a timer of the node; return False if it is not the node's."""
         with self._endpoints_lock:
             if timer not in self._timers:
                 return False
@@ -153,12 +153,12 @@ class NodeTimers(NodeCore):
         return True
 
     def destroy_rate(self, rate: Rate) -> bool:
-        """Destroy a rate and its timer."""
+        """Destroy a rate of the node and its timer; return False if it is not the node's."""
         rate.destroy()
         return self.destroy_timer(rate.timer)
 
     def destroy_guard_condition(self, guard: GuardCondition) -> bool:
-        """Destroy a guard condition; False when it is not this node's."""
+        """Remove a guard condition from the node; return False if it is not the node's."""
         with self._endpoints_lock:
             if guard not in self._guards:
                 return False

@@ -1,8 +1,8 @@
-"""One Zenoh subscriber for all subscriptions of a process that want the same samples.
+"""Zenoh subscribers that the subscriptions of a process share, one for each key.
 
-Zenoh calls a function of Python on a thread of its own, which has to wait for whoever runs Python
-meanwhile. Called once for each of several subscriptions, it would wait for the callback of the
-first one before it could tell the second: four took twice as long for a burst of messages.
+Zenoh calls a Python function on a thread of its own, which has to wait for Python's lock. Called
+once for each of several subscriptions, the thread would wait for the first callback before it
+could call the second: four subscriptions took twice as long for a burst of messages.
 """
 
 from __future__ import annotations
@@ -21,10 +21,10 @@ if TYPE_CHECKING:
 
 
 class SharedSubscribers:
-    """Shares one Zenoh subscriber among the session's subscriptions of the same key.
+    """Pool of Zenoh subscribers of a session, one for each key, with any number of receivers.
 
     Args:
-        session: Where to subscribe.
+        session: The Zenoh session.
     """
 
     def __init__(self, session: zenoh.Session) -> None:
@@ -33,9 +33,9 @@ class SharedSubscribers:
         self._topics: dict[str, _Topic] = {}
 
     def declare_subscriber(self, key: str, receive: Receive) -> SubscriberShare:
-        """Call a function with each sample of a key, on the transport's thread.
+        """Register a function for the samples of a key; return the share to undeclare.
 
-        It must be short and must not wait, since it holds the others up, nor raise.
+        The function runs on Zenoh's thread: it must be short, must not block and must not raise.
         """
         with self._lock:
             topic = self._topics.get(key)
@@ -46,7 +46,7 @@ class SharedSubscribers:
         return SubscriberShare(self, key, receive)
 
     def remove(self, key: str, receive: Receive) -> None:
-        """Stop calling a function for a key's samples."""
+        """Unregister a function; the key's Zenoh subscriber goes with its last function."""
         with self._lock:
             topic = self._topics[key]
             topic.receivers = tuple(each for each in topic.receivers if each != receive)
@@ -58,12 +58,12 @@ class SharedSubscribers:
 
 
 class SubscriberShare:
-    """One subscription's share of a Zenoh subscriber that several subscriptions use.
+    """One receiver's share of a Zenoh subscriber of `SharedSubscribers`.
 
     Args:
-        shared_subscribers: Where it is from.
-        key: Of the samples.
-        receive: What is called with them.
+        shared_subscribers: The pool.
+        key: Key expression of the samples.
+        receive: The registered function.
     """
 
     def __init__(self, shared_subscribers: SharedSubscribers, key: str, receive: Receive) -> None:
@@ -72,12 +72,12 @@ class SubscriberShare:
         self._receive = receive
 
     def undeclare(self) -> None:
-        """Stop calling the function; a call in progress continues."""
+        """Unregister the receiver; a call in progress continues."""
         self._shared_subscribers.remove(self._key, self._receive)
 
 
 class _Topic:
-    """A key and the functions that are called with its samples."""
+    """Zenoh subscriber of a key, and the functions called with its samples."""
 
     def __init__(self, session: zenoh.Session, key: str, receive: Receive) -> None:
         # Replaced, never changed, so that a sample is handed on without a lock.

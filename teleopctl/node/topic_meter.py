@@ -1,4 +1,4 @@
-"""Rate, bandwidth and age of topics, counted without reading their messages."""
+"""Rate, bandwidth and age of topics, measured without decoding messages."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections import deque
 from collections.abc import Iterable
 
 from teleopctl.base.typed import TYPE_CHECKING, Any, NamedTuple
-from teleopctl.node.generic_subscription import undecoded
+from teleopctl.node.generic_subscription import raw_message_class
 from teleopctl.node.values.qos import qos_profile_sensor_data
 
 if TYPE_CHECKING:
@@ -19,7 +19,7 @@ _WINDOW_S = 5.0
 
 
 class Traffic(NamedTuple):
-    """Rate, bandwidth and age of a topic.
+    """Rate, bandwidth and age of the last message of a topic.
 
     Attributes:
         rate_hz: Messages per second.
@@ -33,9 +33,9 @@ class Traffic(NamedTuple):
 
 
 class TopicMeter:
-    """Rate, bandwidth and age of topics, for ``top`` and the page.
+    """Meter of the rate, bandwidth and age of topics, for ``top`` and the viewer's page.
 
-    Messages that a publisher has kept from earlier are no traffic: they are not requested.
+    Messages that a latched publisher sent earlier are not requested, and do not count.
 
     Args:
         node: Node that subscribes.
@@ -46,7 +46,7 @@ class TopicMeter:
         self._counts: dict[tuple[str, str, str], _Count] = {}
 
     def follow(self, topics: Iterable[str]) -> None:
-        """Set the topics whose messages are counted, in place of the previous ones.
+        """Set the topics to be measured, in place of the previous ones.
 
         A topic is subscribed to once it has publishers, in each type and version that they have;
         so call this again when the graph has changed.
@@ -63,7 +63,7 @@ class TopicMeter:
             self._counts[new] = _Count(self._node, *new)
 
     def sample(self) -> dict[str, Traffic]:
-        """Return the traffic of each topic that is subscribed to, over the last 5 s.
+        """Return the traffic of each measured topic over the last 5 s; call it once a second.
 
         To be called about once a second: the rates are those since the call that was 5 s ago.
         """
@@ -86,7 +86,7 @@ class _Count:
         self._samples: deque[tuple[float, int, int]] = deque()
         self._samples.append((time.monotonic(), 0, 0))
         self.subscription: Subscription[Any] = node.create_subscription(
-            undecoded(type_name, type_hash),
+            raw_message_class(type_name, type_hash),
             topic,
             self._take,
             qos_profile_sensor_data,

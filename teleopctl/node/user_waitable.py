@@ -1,4 +1,4 @@
-"""What a program has executors wait for besides the entities of its node."""
+"""Waitables defined by programs, and their service by executors."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ if TYPE_CHECKING:
 
 
 class Waitable:
-    """Base of a program's own waitables (``rclpy.waitable.Waitable``); see ``Node.add_waitable``.
+    """Base of waitables defined by programs (``rclpy.waitable.Waitable``).
 
     Args:
-        callback_group: Whose rules decide when it may execute.
+        callback_group: Group whose rules decide when `execute` may run.
     """
 
     def __init__(self, callback_group: CallbackGroup) -> None:
@@ -30,35 +30,35 @@ class Waitable:
         self._futures: list[Future[Any]] = []
 
     def __enter__(self) -> None:
-        """Have what it waits for kept meanwhile."""
+        """Enter, as rclpy's waitables, which keep their entities alive in the block."""
 
     def __exit__(self, *_: object) -> None:
-        """Let it be destroyed again."""
+        """Leave; nothing to release here."""
 
     # Any, here and below: each waitable has its own, and `execute` gets what it has taken.
 
     def add_future(self, future: Future[Any]) -> None:
-        """Add a future whose callbacks are to be run."""
+        """Store a future, as rclpy's waitables do."""
         self._futures.append(future)
 
     def remove_future(self, future: Future[Any]) -> None:
-        """Remove a future."""
+        """Remove a future of `add_future`."""
         self._futures.remove(future)
 
     def is_ready(self, wait_set: WaitSet) -> bool:
-        """Return whether `execute` is due."""
+        """Return whether the waitable is ready, by its entities in the wait set."""
         raise NotImplementedError("Must be implemented by subclass")
 
     def take_data(self) -> Any:
-        """Take the data that has arrived."""
+        """Take the arrived data, to be passed to `execute`."""
         raise NotImplementedError("Must be implemented by subclass")
 
     async def execute(self, taken_data: Any) -> Any:
-        """Handle the data that was taken."""
+        """Handle the data of `take_data`, in the executor."""
         raise NotImplementedError("Must be implemented by subclass")
 
     def get_num_entities(self) -> NumberOfEntities:
-        """Return how many entities the waitable adds to a wait set."""
+        """Return how many entities of each kind the waitable adds to a wait set."""
         raise NotImplementedError("Must be implemented by subclass")
 
     def add_to_wait_set(self, wait_set: WaitSet) -> None:
@@ -67,16 +67,16 @@ class Waitable:
 
 
 class ServedWaitable(NodeWaitable):
-    """Serves a program's own waitable by the executor of a node.
+    """Adapter by which a node's executor serves a waitable defined by the program.
 
-    It is looked at when it is added to the node, and whenever something arrives for what it has
-    added to the wait set then or the last time.
+    The waitable is checked when it is added to the node, and whenever an entity that it added to
+    the wait set at the last check has an arrival.
 
     Args:
-        node: The node that it was added to.
-        waitable: The program's.
-        create_timer: Makes a timer of the node on a clock, for those that the waitable waits for.
-        destroy_timer: Unmakes it.
+        node: The node that the waitable was added to.
+        waitable: The program's waitable.
+        create_timer: Creates a timer of the node on a clock, for the waitable's timers.
+        destroy_timer: Destroys such a timer.
     """
 
     def __init__(
@@ -95,23 +95,23 @@ class ServedWaitable(NodeWaitable):
         self._alarms: dict[Clock, Timer] = {}
         self._is_due = True
 
-    def look(self) -> None:
-        """Schedule a check of the waitable by the executor."""
+    def schedule_check(self) -> None:
+        """Make the executor check soon whether the waitable is ready."""
         self._is_due = True
-        self.tell_executor()
+        self.notify_executor()
 
     def pending(self) -> int:
         """Return 1 while a check is scheduled, else 0."""
         return int(self._is_due)
 
     def take(self) -> Callable[[], object] | None:
-        """Return the waitable's `execute` call; None if it is not ready."""
+        """Check the waitable; return the call of `execute` with its data, None if not ready."""
         self._is_due = False
         self._wait_set.clear_entities()
         with self.waitable:
             self.waitable.add_to_wait_set(self._wait_set)
-            self._wait_set.listen(self.look)
-            self._wait_set.look()
+            self._wait_set.listen(self.schedule_check)
+            self._wait_set.check_ready()
             is_ready = self.waitable.is_ready(self._wait_set)
             data = self.waitable.take_data() if is_ready else None
         self._set_alarms()
@@ -122,26 +122,26 @@ class ServedWaitable(NodeWaitable):
         return functools.partial(self.waitable.execute, data)
 
     def _set_alarms(self) -> None:
-        """Have it looked at when the next timer of each clock is due."""
+        """Schedule checks for when the next timer of each clock is due."""
         due: dict[Clock, int] = {}
         for timer in self._wait_set.timers():
             if (left_ns := timer.time_until_next_call()) is not None and left_ns > 0:
                 due[timer.clock] = min(left_ns, due.get(timer.clock, left_ns))
         for clock in due.keys() - self._alarms.keys():
             alarm = self._alarms[clock] = self._create_timer(clock)
-            alarm.callback = functools.partial(self._ring, alarm)
+            alarm.callback = functools.partial(self._on_alarm, alarm)
         for clock, alarm in self._alarms.items():
             if clock in due:
                 alarm.restart(due[clock])
             else:
                 alarm.cancel()
 
-    def _ring(self, alarm: Timer) -> None:
+    def _on_alarm(self, alarm: Timer) -> None:
         alarm.cancel()
-        self.look()
+        self.schedule_check()
 
     def close(self) -> None:
-        """Stop waiting."""
+        """Stop checking the waitable, and destroy its timers."""
         self._is_due = False
         for alarm in self._alarms.values():
             self._destroy_timer(alarm)

@@ -1,4 +1,4 @@
-"""Wait sets, and the entities that a program polls or waits for without an executor."""
+"""Wait sets, and entities that a program polls instead of an executor."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from teleopctl.node.endpoints.events import (
     IncompatibleQoSInfo,
     PublisherEventCallbacks,
     SubscriptionEventCallbacks,
-    taken_by_hand,
+    never_called,
 )
 from teleopctl.node.endpoints.publisher import Publisher
 from teleopctl.node.endpoints.qos_overrides import QoSPolicyKind
 from teleopctl.node.endpoints.service import Service, ServiceHandle
-from teleopctl.node.endpoints.service_end import ServiceInfo
+from teleopctl.node.endpoints.service_endpoint import ServiceInfo
 from teleopctl.node.endpoints.subscription import Subscription, SubscriptionHandle
 from teleopctl.node.endpoints.timer import PeriodicTimer, TimerHandle
 from teleopctl.node.endpoints.waitable import QueuingEntity
@@ -42,13 +42,13 @@ Entity: TypeAlias = QueuingEntity | PeriodicTimer
 
 
 class WaitSet:
-    """Wait set as rclpy has it: entities to wait for, and those that are ready.
+    """Wait set as in rclpy: blocks until one of its entities is ready.
 
-    Whoever waits takes: meanwhile an executor is not told of what arrives. A timer of a node is
-    called by its executor all the same.
+    While the set waits, arrivals are not reported to executors, and the program takes them. A timer
+    of a node is called by the node's executor all the same.
 
     Args:
-        context: Whose shutdown ends a wait.
+        context: The context whose shutdown ends a wait.
     """
 
     def __init__(self, context: Context) -> None:
@@ -83,37 +83,37 @@ class WaitSet:
     def _add(self, kind: str, entity: Handle | Entity) -> int:
         waitable = entity.entity if isinstance(entity, Handle) else entity
         if not isinstance(waitable, QueuingEntity | PeriodicTimer):
-            raise TypeError(f"{type(waitable).__name__} is nothing that can be waited for")
+            raise TypeError(f"{type(waitable).__name__} cannot be waited for")
         self._entities[kind].append(waitable)
         return len(self._entities[kind]) - 1
 
     def clear_entities(self) -> None:
-        """Remove all entities."""
+        """Remove all entities from the wait set."""
         self.listen(None)
         for entities in self._entities.values():
             entities.clear()
         self._ready = set()
 
     def listen(self, listener: Callable[[], None] | None) -> None:
-        """Direct the entities' arrivals to a listener, or back to the executor for None."""
+        """Notify a function instead of the executor of the entities' arrivals; None reverts it."""
         for entities in self._entities.values():
             for entity in entities:
                 entity.listener = listener
                 if listener is None and entity.pending():
-                    entity.tell_executor()
+                    entity.notify_executor()
 
     def timers(self) -> list[PeriodicTimer]:
-        """Return the timers of the set."""
+        """Return the timers of the wait set."""
         return [one for one in self._entities["timer"] if isinstance(one, PeriodicTimer)]
 
     def has_arrivals(self) -> bool:
-        """Return whether any entity has an arrival."""
+        """Return whether an entity of the wait set is ready now."""
         return any(one.pending() for entities in self._entities.values() for one in entities)
 
-    def look(self) -> bool:
-        """Record which entities are ready; return False if none is.
+    def check_ready(self) -> bool:
+        """Record which entities are ready now, for `is_ready`; return whether any is.
 
-        A trigger is taken by being noted.
+        Triggers of guard conditions are reset by this.
         """
         found = [one for entities in self._entities.values() for one in entities if one.pending()]
         self._ready = set(found)
@@ -123,13 +123,13 @@ class WaitSet:
         return bool(found)
 
     def wait(self, timeout_nsec: int) -> None:
-        """Wait until an entity is ready, or for so many nanoseconds; negative is for ever."""
+        """Block until an entity is ready or the timeout expires; negative waits for ever."""
         end_ns = None if timeout_nsec < 0 else time.monotonic_ns() + timeout_nsec
         arrived = threading.Event()
         self.listen(arrived.set)
         self._context.on_shutdown(arrived.set)
         try:
-            while not self.look() and self._context.ok():
+            while not self.check_ready() and self._context.ok():
                 left_ns = None if end_ns is None else end_ns - time.monotonic_ns()
                 if left_ns is not None and left_ns <= 0:
                     break
@@ -140,39 +140,39 @@ class WaitSet:
             self.listen(None)
 
     def _longest_wait_s(self, left_ns: int | None) -> float | None:
-        """Return after what time to look again though nothing arrives; None for never."""
+        """Return after how many seconds to check again without an arrival; None for never."""
         due = [
             until_ns
             for timer in self.timers()
-            if not timer.waits_for_event and (until_ns := timer.time_until_next_call()) is not None
+            if not timer.waits_for_clock and (until_ns := timer.time_until_next_call()) is not None
         ]
         if left_ns is not None:
             due.append(left_ns)
         return max(0, min(due)) / 1e9 if due else None
 
     def is_ready(self, entity_type: str, index: int) -> bool:
-        """Return whether an entity was ready at the last wait.
+        """Return whether an entity was ready at the end of the last `wait`.
 
         Args:
             entity_type: One of `KINDS`.
-            index: What adding it returned.
+            index: The index that adding the entity returned.
         """
         return self._entities[entity_type][index] in self._ready
 
     def get_ready_entities(self, entity_type: str) -> list[int]:
-        """Return the ``pointer`` of each ready entity's handle, of one kind."""
+        """Return the handle pointers of the ready entities of one kind."""
         return [id(entity) for entity in self._entities[entity_type] if entity in self._ready]
 
 
-class _NeverHappens(QueuingEntity):
-    """An event that cannot happen here: QoS keeps nobody apart."""
+class _IncompatibleQosEvent(QueuingEntity):
+    """Event that never occurs: no QoS profiles are incompatible on Zenoh."""
 
     is_destroyed = False
 
     def pending(self) -> int:
         return 0
 
-    def tell_executor(self) -> None:
+    def notify_executor(self) -> None:
         """Do nothing: the event never occurs."""
 
     def status(self) -> NamedTuple:
@@ -183,14 +183,14 @@ class _NeverHappens(QueuingEntity):
 
 
 class EventHandle(Handle):
-    """Handle of a publisher's or subscription's event, to be added to a wait set.
+    """Handle of an event of a publisher or subscription, to be added to a wait set.
 
     Args:
-        endpoint: Whose event.
-        event: Its name among the endpoint's event callbacks.
+        endpoint: The publisher or subscription.
+        event: Name of the event among the endpoint's event callbacks.
     """
 
-    entity: EventHandler | _NeverHappens
+    entity: EventHandler | _IncompatibleQosEvent
 
     # Any: of whatever type.
     def __init__(self, endpoint: Publisher[Any] | Subscription[Any], event: str) -> None:
@@ -199,16 +199,16 @@ class EventHandle(Handle):
     @staticmethod
     def _handler(
         endpoint: Publisher[Any] | Subscription[Any], event: str
-    ) -> EventHandler | _NeverHappens:
+    ) -> EventHandler | _IncompatibleQosEvent:
         if event == "incompatible_qos":
-            return _NeverHappens()
+            return _IncompatibleQosEvent()
         # Any: whichever of them the event has.
-        callback: dict[str, Any] = {event: taken_by_hand}
+        callback: dict[str, Any] = {event: never_called}
         group = ReentrantCallbackGroup()
         if isinstance(endpoint, Publisher):
-            endpoint.watch(PublisherEventCallbacks(**callback), group)
+            endpoint.add_event_callbacks(PublisherEventCallbacks(**callback), group)
         else:
-            endpoint.watch(SubscriptionEventCallbacks(**callback), group)
+            endpoint.add_event_callbacks(SubscriptionEventCallbacks(**callback), group)
         return endpoint.events[-1]
 
     def take_event(self) -> NamedTuple:
@@ -216,16 +216,16 @@ class EventHandle(Handle):
         return self.entity.status()
 
 
-class _Loose(QueuingEntity):
-    """Tells only whoever waits by hand."""
+class _Polled(QueuingEntity):
+    """Base of entities that only report arrivals to a wait set."""
 
-    def tell_executor(self) -> None:
+    def notify_executor(self) -> None:
         if (listener := self.listener) is not None:
             listener()
 
 
-class LooseGuardCondition(_Loose):
-    """Guard condition to be added to a wait set."""
+class PolledGuardCondition(_Polled):
+    """Guard condition without a node and a callback, to be added to a wait set."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
@@ -236,49 +236,49 @@ class LooseGuardCondition(_Loose):
         """Trigger the guard condition: the current or the next wait ends."""
         with self._lock:
             self._triggered = True
-        self.tell_executor()
+        self.notify_executor()
 
     def pending(self) -> int:
         """Return 1 while a trigger is pending, else 0."""
         return int(self._triggered)
 
     def take(self) -> Callable[[], object] | None:
-        """Reset the trigger; there is no callback to return."""
+        """Reset the trigger; return None, since there is no callback."""
         with self._lock:
             self._triggered = False
         return None
 
     def destroy(self) -> None:
-        """Destroy the guard condition: it ends no wait any more."""
+        """Mark the guard condition as destroyed."""
         self.is_destroyed = True
 
 
 class GuardHandle(Handle):
-    """Guard condition that belongs to no node (in rclpy: of the C library)."""
+    """Handle of a guard condition without a node, to be added to a wait set."""
 
-    entity: LooseGuardCondition
+    entity: PolledGuardCondition
 
     def __init__(self, context_handle: Handle) -> None:
-        del context_handle  # rclpy's: it belongs to no session
-        super().__init__(LooseGuardCondition())
+        del context_handle  # rclpy's; a guard condition belongs to no session
+        super().__init__(PolledGuardCondition())
 
     def trigger_guard_condition(self) -> None:
         """Trigger the guard condition: the current or the next wait ends."""
         self.entity.trigger()
 
 
-class _LooseSubscription(_Loose, Subscription[MessageT]):
-    """A subscription whose messages wait until they are taken."""
+class _PolledSubscription(_Polled, Subscription[MessageT]):
+    """Subscription whose messages wait until the program takes them."""
 
 
-class _LooseService(_Loose, Service[RequestT, ResponseT]):
-    """A service whose requests wait until they are taken."""
+class _PolledService(_Polled, Service[RequestT, ResponseT]):
+    """Service server whose requests wait until the program takes them."""
 
 
-class _LooseClient(_Loose, Client[RequestT, ResponseT]):
-    """A client whose responses wait until they are taken."""
+class _PolledClient(_Polled, Client[RequestT, ResponseT]):
+    """Service client whose responses wait until the program takes them."""
 
-    # Any: whoever takes knows the type.
+    # Any: responses of the service's type.
     responses: collections.deque[tuple[ServiceInfo, Any]]
 
     def pending(self) -> int:
@@ -290,14 +290,14 @@ class _LooseClient(_Loose, Client[RequestT, ResponseT]):
 
 
 class ClientHandle(Handle):
-    """Service client whose responses the program takes itself, without an executor."""
+    """Handle of a service client, by which a program takes responses itself."""
 
     # Any, here and below: requests and responses of the service's type.
-    entity: _LooseClient[Any, Any]
+    entity: _PolledClient[Any, Any]
 
     @property
     def service_name(self) -> str:
-        """The fully qualified name of the service."""
+        """Fully qualified name of the service."""
         return self.name
 
     def service_server_is_available(self) -> bool:
@@ -305,56 +305,56 @@ class ClientHandle(Handle):
         return self.entity.service_is_ready()
 
     def send_request(self, request: Any) -> int:
-        """Send a request; return the ``sequence_number`` of its response."""
+        """Send a request; return its sequence number."""
         return self.entity.send(request)[0]
 
     def take_response(
         self,
         response_type: type[object],  # noqa: ARG002 -- rclpy's; the client knows
     ) -> tuple[ServiceInfo | None, Any]:
-        """Take the oldest queued response; return None twice if there is none."""
+        """Remove and return the oldest response with its header; None twice if there is none."""
         try:
             return self.entity.responses.popleft()
         except IndexError:
             return None, None
 
 
-def call_loosely(
+def create_polled_client(
     node: NodeCore,
     srv_type: type[ServiceType[RequestT, ResponseT]],
     name: str,
     qos: QoSProfile,
 ) -> ClientHandle:
-    """Return a client whose responses wait until the program takes them.
+    """Create a service client whose responses wait until the program takes them.
 
     Raises:
         InvalidServiceNameException: The name breaks a rule.
     """
     name = node.resolve_service_name(name)
-    client = _LooseClient(node, srv_type, name, ReentrantCallbackGroup(), qos)
-    # As many as the depth of a history says wait; the oldest falls out.
+    client = _PolledClient(node, srv_type, name, ReentrantCallbackGroup(), qos)
+    # As many responses wait as the history depth says; the oldest is dropped.
     client.responses = collections.deque(maxlen=qos.queue_depth)
     return ClientHandle(client, name)
 
 
-def serve_loosely(
+def create_polled_service(
     node: NodeCore,
     srv_type: type[ServiceType[RequestT, ResponseT]],
     name: str,
     qos: QoSProfile,
 ) -> ServiceHandle:
-    """Return a service whose requests wait until the program takes them.
+    """Create a service server whose requests wait until the program takes them.
 
     Raises:
         InvalidServiceNameException: The name breaks a rule.
     """
     name = node.resolve_service_name(name)
     group = ReentrantCallbackGroup()
-    return _LooseService(node, srv_type, name, _never_called_either, group, qos).handle
+    return _PolledService(node, srv_type, name, _never_called_either, group, qos).handle
 
 
-def tick_loosely(clock: Clock, period_ns: int, *, autostart: bool = True) -> TimerHandle:
-    """Return a timer whose calls the program counts itself.
+def create_polled_timer(clock: Clock, period_ns: int, *, autostart: bool = True) -> TimerHandle:
+    """Create a timer without a callback, whose calls the program counts.
 
     Raises:
         ValueError: The period is negative.
@@ -362,17 +362,17 @@ def tick_loosely(clock: Clock, period_ns: int, *, autostart: bool = True) -> Tim
     return PeriodicTimer(period_ns, clock, autostart=autostart).handle
 
 
-def subscribe_loosely(
+def create_polled_subscription(
     node: NodeCore, msg_type: type[MessageT], topic: str, qos: QoSProfile
 ) -> SubscriptionHandle:
-    """Return a subscription whose messages wait until the program takes them.
+    """Create a subscription whose messages wait until the program takes them.
 
     Raises:
         InvalidTopicNameException: The name breaks a rule.
     """
     name = node.resolve_topic_name(topic)
     group = ReentrantCallbackGroup()
-    return _LooseSubscription(node, msg_type, name, _never_called, group, qos).handle
+    return _PolledSubscription(node, msg_type, name, _never_called, group, qos).handle
 
 
 def _never_called(message: object) -> None:

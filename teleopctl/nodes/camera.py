@@ -380,7 +380,7 @@ def main(args: list[str] | None = None) -> int:
     check_drawing()
     with (
         contextlib.suppress(KeyboardInterrupt, ExternalShutdownException),
-        init(args=args, ends_in_order=True),
+        init(args=args, publishes_after_signal=True),
         CameraNode() as node,
     ):
         spin(node)

@@ -30,7 +30,7 @@ def main(args: list[str] | None = None) -> int:
     """
     arguments = sys.argv if args is None else args
     sys.setswitchinterval(_SWITCH_INTERVAL)
-    init(args=arguments, ends_in_order=True)
+    init(args=arguments, publishes_after_signal=True)
     try:
         _run(arguments)
     finally:

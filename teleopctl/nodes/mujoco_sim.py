@@ -39,7 +39,7 @@ def main(args: list[str] | None = None) -> int:
 
     with (
         contextlib.suppress(KeyboardInterrupt, ExternalShutdownException),
-        init(args=args, ends_in_order=True),
+        init(args=args, publishes_after_signal=True),
         MujocoSim() as node,
     ):
         require_single_instance(node)

@@ -49,7 +49,7 @@ def main(args: list[str] | None = None) -> int:
         os.nice(_NICENESS)
     with (
         contextlib.suppress(KeyboardInterrupt, ExternalShutdownException),
-        init(args=words, ends_in_order=True),
+        init(args=words, publishes_after_signal=True),
     ):
         viewer, address = open_viewer(
             options.host, options.port, options.token_file, view=options.display_config

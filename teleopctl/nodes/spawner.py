@@ -18,7 +18,7 @@ from teleopctl.base import progress
 from teleopctl.control import (
     ControllerManagerClient,
     ControllerManagerUnavailableError,
-    manager_settings,
+    controller_load_parameters,
 )
 from teleopctl.errors import TeleopctlError
 from teleopctl.node import ExternalShutdownException, Node, init, parse_ros_arguments, try_shutdown
@@ -244,7 +244,7 @@ class Spawner:
             ControllerManagerUnavailableError: The controller manager does not answer.
         """
         progress.tell(progress.STARTING, f"waiting for {self._client.name}")
-        self._client.wait(self._options.controller_manager_timeout, patient=True)
+        self._client.wait(self._options.controller_manager_timeout, log_waiting=True)
         group: list[str] = []
         failures: list[str] = []
         for request in requests:
@@ -281,7 +281,7 @@ class Spawner:
         """
         while True:
             progress.tell(progress.STARTING)
-            self._client.wait(self._options.controller_manager_timeout, patient=True)
+            self._client.wait(self._options.controller_manager_timeout, log_waiting=True)
             served = self._client.sessions()
             try:
                 self.spawn(requests)
@@ -290,7 +290,7 @@ class Spawner:
                 pass  # the reason is in the log, and in the progress file for a launch that waits
             except ControllerManagerUnavailableError as error:
                 self._logger.error(error.message)  # it ended meanwhile
-            self._client.wait_for_another(served)
+            self._client.wait_for_restart(served)
 
     def _prepare(self, request: SpawnRequest) -> bool:
         """Bring one controller up; whether it is still to be activated, with its group."""
@@ -331,7 +331,9 @@ class Spawner:
 
     def _set_parameters(self, request: SpawnRequest) -> None:
         try:
-            settings = manager_settings(request.name, self._client.name, request.param_files)
+            settings = controller_load_parameters(
+                request.name, self._client.name, request.param_files
+            )
         except TeleopctlError as error:
             self._fail(error.message)
         if request.type:

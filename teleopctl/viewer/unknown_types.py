@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from teleopctl.interfaces import known_types
-from teleopctl.node import learn_type_from
+from teleopctl.node import add_type_from_graph
 
 if TYPE_CHECKING:
     from teleopctl.node import Node
@@ -85,7 +85,7 @@ class UnknownTypes:
     def _ask(self, type_name: str) -> None:
         graph = self._node.graph()
         self._work(
-            lambda: learn_type_from(self._node, type_name, graph),
+            lambda: add_type_from_graph(self._node, type_name, graph),
             lambda result: self._asked_for(type_name, result),
         )
 

@@ -19,7 +19,7 @@ import pytest
 
 from teleopctl.bag import BagMessage, BagWriter, Compression, Player, PlayOptions, WriterOptions
 from teleopctl.interfaces import type_hash
-from teleopctl.node import MessageInfo, Node, QoSProfile, undecoded
+from teleopctl.node import MessageInfo, Node, QoSProfile, raw_message_class
 from tests.bag.bags import LATCHED, START_NS, STRING, message, topic
 from tests.benchmarks.figure import Figure
 
@@ -58,7 +58,7 @@ def sent_times_ns(ros, words: Sequence[str], topics: int) -> list[int]:
 
     subscriptions = [
         ros.node.create_subscription(
-            undecoded(STRING, type_hash(STRING)),
+            raw_message_class(STRING, type_hash(STRING)),
             f"/topic_{number}",
             hear,
             QoSProfile(depth=COUNT),

@@ -2,7 +2,7 @@
 
 import pytest
 
-from teleopctl.control.controller_files import manager_settings
+from teleopctl.control.controller_files import controller_load_parameters
 from teleopctl.errors import TeleopctlError
 
 TYPE = "joint_trajectory_controller/JointTrajectoryController"
@@ -20,39 +20,39 @@ def write(tmp_path):
 
 def test_the_type_stands_in_the_managers_section(write):
     file = write("a.yaml", f"controller_manager: {{ros__parameters: {{arm: {{type: {TYPE}}}}}}}")
-    settings = manager_settings("arm", "/controller_manager", [file])
+    settings = controller_load_parameters("arm", "/controller_manager", [file])
     assert settings == {"params_file": [file], "type": TYPE}
 
 
 def test_or_in_the_controllers_own(write):
     file = write("a.yaml", f"arm: {{ros__parameters: {{type: {TYPE}, joints: [a]}}}}")
-    settings = manager_settings("arm", "/controller_manager", [file])
+    settings = controller_load_parameters("arm", "/controller_manager", [file])
     assert settings == {"params_file": [file], "type": TYPE}
 
 
 def test_later_files_win(write):
     first = write("a.yaml", "arm: {ros__parameters: {type: x, fallback_controllers: [b]}}")
     second = write("b.yaml", "arm: {ros__parameters: {type: y}}")
-    settings = manager_settings("arm", "/controller_manager", [first, second])
+    settings = controller_load_parameters("arm", "/controller_manager", [first, second])
     assert settings == {"params_file": [first, second], "type": "y", "fallback_controllers": ["b"]}
 
 
 def test_without_files_there_is_nothing_to_set():
-    assert manager_settings("arm", "/controller_manager", []) == {}
+    assert controller_load_parameters("arm", "/controller_manager", []) == {}
 
 
 @pytest.mark.parametrize("key", ["/left/arm", "/**/arm", "/**"])
 def test_in_a_namespace_the_section_is_in_it_or_has_wildcards(write, key):
     file = write("a.yaml", f"{key}: {{ros__parameters: {{type: x}}}}")
-    assert manager_settings("arm", "/left/controller_manager", [file])["type"] == "x"
+    assert controller_load_parameters("arm", "/left/controller_manager", [file])["type"] == "x"
 
 
 def test_a_section_outside_of_the_namespace_is_a_mistake(write):
     file = write("a.yaml", "arm: {ros__parameters: {type: x}}")
     with pytest.raises(TeleopctlError, match="Missing namespace : /left or wildcard"):
-        manager_settings("arm", "/left/controller_manager", [file])
+        controller_load_parameters("arm", "/left/controller_manager", [file])
 
 
 def test_a_file_that_does_not_exist_is_named():
     with pytest.raises(TeleopctlError, match=r"Controller parameter file : nowhere\.yaml does not"):
-        manager_settings("arm", "/controller_manager", ["nowhere.yaml"])
+        controller_load_parameters("arm", "/controller_manager", ["nowhere.yaml"])

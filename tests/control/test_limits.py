@@ -5,7 +5,7 @@ import math
 import pytest
 
 from teleopctl.control.handles import CommandInterface, StateInterface
-from teleopctl.control.limits import JointLimiter, describe
+from teleopctl.control.limits import JointLimiter, limits_text
 from teleopctl.robot.joint_rules import JointLimits
 from teleopctl.testing import ControlStack, serial_robot
 
@@ -154,5 +154,5 @@ def test_a_new_owner_starts_from_the_measured_position():
 
 def test_the_limits_of_a_joint_are_told_on_one_line():
     limits = JointLimits(lower=-1.0, upper=2.0, velocity=0.5)
-    assert describe(limits) == "position [-1, 2], velocity 0.5"
-    assert describe(JointLimits()) == "no limits"
+    assert limits_text(limits) == "position [-1, 2], velocity 0.5"
+    assert limits_text(JointLimits()) == "no limits"

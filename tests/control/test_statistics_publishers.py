@@ -3,7 +3,11 @@
 import pytest
 
 from teleopctl.control.lifecycle import State
-from teleopctl.control.statistics_publishers import Level, statistics_entries, statuses
+from teleopctl.control.statistics_publishers import (
+    DiagnosticLevel,
+    diagnostic_statuses,
+    statistics_entries,
+)
 from teleopctl.testing import ControlStack, serial_robot
 from tests.control.fakes import TYPE
 
@@ -30,7 +34,7 @@ def diagnosed(stack, **limits):
     def parameter(name):
         return limits.get("_".join(name.split(".")[-2:]))
 
-    return statuses(stack.manager, stack.cycle, parameter)
+    return diagnostic_statuses(stack.manager, stack.cycle, parameter)
 
 
 def test_names_are_those_of_ros2_control(stack):
@@ -84,7 +88,7 @@ def test_hardware_is_measured_while_it_is_read_and_written(stack):
 def test_all_is_well(stack):
     stack.step(8)
     controllers, hardware, manager = diagnosed(stack, **GENEROUS)
-    assert [one.level for one in (controllers, hardware, manager)] == [Level.OK] * 3
+    assert [one.level for one in (controllers, hardware, manager)] == [DiagnosticLevel.OK] * 3
     assert (controllers.name, controllers.message) == (
         "Controllers Activity",
         "All controllers are active",
@@ -105,11 +109,16 @@ def test_what_is_not_active_is_told_and_is_no_fault(stack):
     stack.deactivate("slow")
     stack.step(3)
     controllers, *_ = diagnosed(stack, **GENEROUS)
-    assert (controllers.level, controllers.message) == (Level.OK, "Not all controllers are active")
+    assert (controllers.level, controllers.message) == (
+        DiagnosticLevel.OK,
+        "Not all controllers are active",
+    )
     assert dict(controllers.values)["slow.state"] == "inactive"
 
 
-@pytest.mark.parametrize(("limit", "level"), [("warn", Level.WARN), ("error", Level.ERROR)])
+@pytest.mark.parametrize(
+    ("limit", "level"), [("warn", DiagnosticLevel.WARN), ("error", DiagnosticLevel.ERROR)]
+)
 def test_who_takes_longer_than_the_parameters_allow_is_named(stack, limit, level):
     stack.step(3)
     limits = {**GENEROUS, f"mean_error_{limit}": 0.0}
@@ -121,7 +130,7 @@ def test_who_takes_longer_than_the_parameters_allow_is_named(stack, limit, level
 def test_a_cycle_that_does_not_keep_its_rate_is_an_error(stack):
     stack.step(3, period_ns=20_000_000)
     *_, manager = diagnosed(stack)
-    assert manager.level is Level.ERROR
+    assert manager.level is DiagnosticLevel.ERROR
     assert manager.message == "The control cycle does not keep its rate of 100 Hz"
     assert "Avg: 50.00 " in dict(manager.values)["periodicity"]
 

@@ -64,14 +64,14 @@ def test_a_program_may_catch_what_rclpy_raises(ros, tmp_path):
     assert program.stdout.splitlines() == ["ready", TEXT]
 
 
-@pytest.mark.parametrize("ends_in_order", [False, True])
-def test_what_ends_in_order_publishes_until_it_is_shut_down(ros, ends_in_order):
+@pytest.mark.parametrize("publishes_after_signal", [False, True])
+def test_what_ends_in_order_publishes_until_it_is_shut_down(ros, publishes_after_signal):
     del ros
     context = Context()
-    context.init([], ends_in_order=ends_in_order)
+    context.init([], publishes_after_signal=publishes_after_signal)
     publisher = Node("tester", context=context).create_publisher(STRING, "chatter", 10)
     context.end_by_signal()
-    if ends_in_order:
+    if publishes_after_signal:
         publisher.publish(STRING())
     else:
         with pytest.raises(ExternalShutdownException, match=TEXT):

@@ -246,7 +246,7 @@ def test_an_answer_that_comes_after_its_request_was_given_up_is_reported(
     monkeypatch.setattr(requests, "_limits", ShortLimits())
     future = client.call_async(ADD.Request())
     given_up: Future[None] = Future(executor=executor)
-    future.when_unanswered(lambda: given_up.set_result(None))
+    future.on_unanswered(lambda: given_up.set_result(None))
     executor.spin_until_future_complete(given_up, 10)
     assert given_up.done()
     assert not future.done()

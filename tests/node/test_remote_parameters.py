@@ -10,7 +10,7 @@ from teleopctl.errors import TeleopctlError, UnavailableError
 from teleopctl.interfaces.store import get_message
 from teleopctl.node import Node, Parameter, QoSProfile, ReliabilityPolicy
 from teleopctl.node.endpoints.qos_overrides import InvalidQosOverridesError, QoSOverridingOptions
-from teleopctl.node.parameters.client import AsyncParameterClient, ask_nodes
+from teleopctl.node.parameters.client import AsyncParameterClient, call_parameter_services
 from teleopctl.node.parameters.events import ParameterEventHandler
 from teleopctl.node.parameters.store import result
 from teleopctl.node.values.exceptions import ParameterNotDeclaredException
@@ -76,7 +76,7 @@ def test_many_nodes_are_asked_at_once_and_each_answers_for_itself(context, make_
     spinner.start()
     names = ["/left", "/right", "/nobody", *(node.get_fully_qualified_name() for node in hanging)]
     began = time.monotonic()
-    answers: dict[str, Any] = ask_nodes(
+    answers: dict[str, Any] = call_parameter_services(
         asker, names, lambda remote: remote.get_parameters(["side"]), 1.0
     )
     # One deadline for all: three that hang do not take three seconds.

@@ -16,7 +16,7 @@ from teleopctl.node import (
     SingleThreadedExecutor,
     Waitable,
     WaitSet,
-    tick_loosely,
+    create_polled_timer,
 )
 
 
@@ -117,7 +117,7 @@ class Ticks(Waitable):
 
     def __init__(self, callback) -> None:
         super().__init__(ReentrantCallbackGroup())
-        self.timer = tick_loosely(Clock(clock_type=ClockType.STEADY_TIME), 1_000_000)
+        self.timer = create_polled_timer(Clock(clock_type=ClockType.STEADY_TIME), 1_000_000)
         self.callback = callback
         self.index = 0
 

@@ -15,10 +15,10 @@ from teleopctl.node import (
     ROSClock,
     TimerCancelledError,
     WaitSet,
-    call_loosely,
-    serve_loosely,
-    subscribe_loosely,
-    tick_loosely,
+    create_polled_client,
+    create_polled_service,
+    create_polled_subscription,
+    create_polled_timer,
 )
 
 STRING = get_message("std_msgs/msg/String")
@@ -34,7 +34,7 @@ def wait_set(context):
 
 def test_a_message_is_waited_for_and_taken(make_node, wait_set):
     node = make_node()
-    handle = subscribe_loosely(node, STRING, "chatter", QoSProfile(depth=10))
+    handle = create_polled_subscription(node, STRING, "chatter", QoSProfile(depth=10))
     index = wait_set.add_subscription(handle)
     wait_set.wait(0)
     assert not wait_set.is_ready("subscription", index)
@@ -101,8 +101,8 @@ def test_an_event_is_waited_for_and_counted_from_the_last_time(make_node, wait_s
 
 def test_a_request_and_its_response_are_waited_for_and_taken(make_node, wait_set):
     node = make_node()
-    service = serve_loosely(node, ADD, "add", QOS)
-    client = call_loosely(node, ADD, "add", QOS)
+    service = create_polled_service(node, ADD, "add", QOS)
+    client = create_polled_client(node, ADD, "add", QOS)
     requests, responses = wait_set.add_service(service), wait_set.add_client(client)
     assert node.create_client(ADD, "add").wait_for_service(10.0)
     assert client.service_server_is_available()
@@ -143,7 +143,7 @@ def test_a_request_is_taken_by_hand_from_a_service_of_a_node(make_node, wait_set
 
 
 def test_a_wait_ends_when_a_timer_is_due_and_its_calls_are_counted_by_hand(wait_set):
-    timer = tick_loosely(Clock(clock_type=ClockType.STEADY_TIME), 1_000_000)
+    timer = create_polled_timer(Clock(clock_type=ClockType.STEADY_TIME), 1_000_000)
     index = wait_set.add_timer(timer)
     wait_set.wait(-1)
     assert wait_set.is_ready("timer", index)
@@ -161,7 +161,7 @@ def test_a_wait_ends_when_a_timer_is_due_and_its_calls_are_counted_by_hand(wait_
 def test_a_wait_for_a_timer_follows_simulated_time(wait_set):
     clock = ROSClock()
     clock.set_simulated(True)
-    timer = tick_loosely(clock, 10**9)
+    timer = create_polled_timer(clock, 10**9)
     wait_set.add_timer(timer)
     wait_set.wait(0)
     assert not timer.is_timer_ready()
@@ -173,7 +173,7 @@ def test_a_wait_for_a_timer_follows_simulated_time(wait_set):
 
 @pytest.mark.parametrize("autostart", [True, False])
 def test_a_timer_starts_at_once_or_by_reset(wait_set, autostart):
-    timer = tick_loosely(Clock(), 1000, autostart=autostart)
+    timer = create_polled_timer(Clock(), 1000, autostart=autostart)
     wait_set.add_timer(timer)
     assert timer.is_timer_canceled() is not autostart
     timer.reset_timer()

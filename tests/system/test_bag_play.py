@@ -19,7 +19,7 @@ from teleopctl.bag import BagTopic, BagWriter, TypeText, WriterOptions
 from teleopctl.interfaces import get_message, get_service, to_nanoseconds, type_hash as type_hash_of
 from teleopctl.interfaces.catalog import Catalog
 from teleopctl.interfaces.hashing import type_hash
-from teleopctl.node import Context, Node, Parameter, learn_type_from, undecoded
+from teleopctl.node import Context, Node, Parameter, add_type_from_graph, raw_message_class
 from teleopctl.testing import eventually
 from tests.bag.bags import START_NS, STRING, message, topic, write_bag
 from tests.bag.player.listening import Listener, as_received
@@ -116,7 +116,7 @@ def test_a_type_that_only_the_bag_knows_is_played_and_explained(ros):
     assert call(ros, "play_next", "PlayNext").success
     listener.wait_for_count(1)
     assert listener.received == [("/goals", data)]
-    learn_type_from(ros.node, goals, ros.node.graph())
+    add_type_from_graph(ros.node, goals, ros.node.graph())
     assert get_message(goals)().where.x == 0.0
     playing.interrupt()
     assert playing.wait() == 0
@@ -248,7 +248,12 @@ def test_a_burst_waits_for_a_subscriber_that_reads_nothing(ros):
 
     with Context() as context, Node("reader", context=context) as reader:
         reader.create_subscription(
-            undecoded(STRING, type_hash_of(STRING)), "/topic_0", hear, 10, raw=True, immediate=True
+            raw_message_class(STRING, type_hash_of(STRING)),
+            "/topic_0",
+            hear,
+            10,
+            raw=True,
+            immediate=True,
         )
         playing = ros.spawn("bag burst bag")
         with pytest.raises(AssertionError, match="no line matches"):

@@ -20,7 +20,7 @@ from teleopctl.interfaces import get_message
 from teleopctl.node import (
     qos_profile_latched,
     qos_profile_sensor_data,
-    undecoded,
+    raw_message_class,
 )
 from teleopctl.testing import eventually
 from tests.system.recording import (
@@ -35,7 +35,7 @@ from tests.system.recording import (
 
 
 def test_a_type_that_nobody_explains_is_recorded_without_definition_and_said_once(ros, caplog):
-    kind = undecoded("nobody_msgs/msg/Thing", "RIHS01_" + "0" * 64)
+    kind = raw_message_class("nobody_msgs/msg/Thing", "RIHS01_" + "0" * 64)
     with Recorder(ros.folder / "bag", select("/things", "/more")) as recorder:
         for topic in ("/things", "/more"):
             publisher = ros.node.create_publisher(kind, topic, 10)

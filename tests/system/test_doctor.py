@@ -7,7 +7,7 @@ import sys
 
 import pytest
 
-from teleopctl.cli.verbs.multicast import datagrams
+from teleopctl.cli.verbs.multicast import send_datagram
 from teleopctl.errors import SystemFailureError
 from teleopctl.testing import LONGEST_WAIT_S, free_port
 from teleopctl.wire import EntityKind
@@ -15,7 +15,7 @@ from teleopctl.wire import EntityKind
 
 def has_multicast() -> bool:
     try:
-        datagrams.send(b"")
+        send_datagram(b"")
     except SystemFailureError:
         return False
     return True

@@ -15,7 +15,7 @@ from teleopctl.bag.player.source import Split
 from teleopctl.bag.records import CDR, BagMessage, BagTopic
 from teleopctl.errors import TeleopctlError, UnsupportedError
 from teleopctl.interfaces import get_message
-from teleopctl.node import QoSProfile, undecoded
+from teleopctl.node import QoSProfile, raw_message_class
 
 if TYPE_CHECKING:
     from teleopctl.node import Node
@@ -97,7 +97,7 @@ class Outputs:
         # Feedback and status of an action are its server's to publish.
 
     def _publisher(self, topic: BagTopic) -> _Send:
-        message_class = undecoded(topic.type_name, hash_of(topic))
+        message_class = raw_message_class(topic.type_name, hash_of(topic))
         publisher = self._node.create_publisher(message_class, topic.name, self._offer(topic))
         self._undo.callback(self._node.destroy_publisher, publisher)
 

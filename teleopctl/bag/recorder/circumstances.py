@@ -315,7 +315,7 @@ class _Questions:
 
     def _asked(self, future: ResponseFuture[Any]) -> ResponseFuture[Any]:
         future.on_end(self._on_news)
-        future.when_unanswered(self._on_news)
+        future.on_unanswered(self._on_news)
         return future
 
 

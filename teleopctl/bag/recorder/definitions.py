@@ -9,7 +9,7 @@ from teleopctl.bag.known_definition import known_definition
 from teleopctl.bag.records import ROS2MSG, TypeText
 from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces import described_definition_text
-from teleopctl.node import ask_for_description
+from teleopctl.node import request_type_description
 
 if TYPE_CHECKING:
     from teleopctl.node import Node
@@ -52,7 +52,9 @@ class Definitions:
     def _ask(self, type_name: str, version: str, graph: Graph) -> TypeText:
         for node_name, asked_for, its_version in self._who_knows(type_name, version, graph):
             try:
-                description = ask_for_description(self._node, node_name, asked_for, its_version)
+                description = request_type_description(
+                    self._node, node_name, asked_for, its_version
+                )
                 if description is not None:
                     return TypeText(ROS2MSG, described_definition_text(description, type_name))
             except TeleopctlError as error:

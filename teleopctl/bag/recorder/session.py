@@ -88,7 +88,7 @@ class RecordingSession:
         if not options.use_sim_time:
             self._begin()
         node.add_graph_callback(self._changed.set)
-        node.get_clock().on_jump(self._clock_moved)
+        node.get_clock().on_time_update(self._clock_moved)
         self._changed.set()
         self._thread.start()
 
@@ -132,7 +132,7 @@ class RecordingSession:
         """
         self._is_over.set()
         self._changed.set()
-        self._node.get_clock().forget_on_jump(self._clock_moved)
+        self._node.get_clock().forget_on_time_update(self._clock_moved)
         self._thread.join()
         if self._circumstances is not None:
             self._circumstances.close()

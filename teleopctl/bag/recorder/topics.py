@@ -14,8 +14,8 @@ from teleopctl.node import (
     DurabilityPolicy,
     HistoryPolicy,
     QoSProfile,
-    suited_to,
-    undecoded,
+    qos_for_publishers,
+    raw_message_class,
 )
 
 if TYPE_CHECKING:
@@ -218,7 +218,7 @@ class RecordedTopics:
         # What a publisher keeps comes to a subscription of its own alone.
         comes_early = self._early is not None and not qos.is_latched
         subscription = topic.subscription = self._node.create_subscription(
-            undecoded(topic.type_name, topic.version),
+            raw_message_class(topic.type_name, topic.version),
             topic.name,
             _ignore if comes_early else receiver,
             qos,
@@ -322,7 +322,7 @@ def adapted_to(publishers: list[EndpointToken]) -> QoSProfile:
         return QoSProfile(depth=_DEFAULT_DEPTH, durability=DurabilityPolicy.TRANSIENT_LOCAL)
     offers = [publisher.qos for publisher in publishers]
     depth = max(offer.depth for offer in offers)
-    qos = suited_to(offers, depth)
+    qos = qos_for_publishers(offers, depth)
     if any(offer.is_transient_local for offer in offers):
         qos.durability = DurabilityPolicy.TRANSIENT_LOCAL
     if depth <= 1 or any(offer.history == HistoryPolicy.KEEP_ALL for offer in offers):

@@ -327,10 +327,10 @@ class _Exchange:
     def _take_result(self, timeout_s: float | None) -> int:
         from teleopctl.node import GoalState
 
-        result = self._client.ask_for_result(self._id)
+        result = self._client.request_result(self._id)
         if not self._wait(result, timeout_s):
             raise UnavailableError(f"Timed out waiting for result after {timeout_s:g} seconds.")
-        while self._client.feedback_waiting():
+        while self._client.queued_feedback():
             self._executor.spin_once(0)
         answer = result.result()
         assert answer is not None
@@ -346,7 +346,7 @@ class _Exchange:
         from teleopctl.cli.waiting import wait_aloud
 
         self._report.say("Canceling goal...")
-        answer = self._client.cancel(self._id)
+        answer = self._client.request_cancel(self._id)
         wait_aloud(lambda bound_s: self._wait(answer, bound_s), None, self._silent)
         response = answer.result()
         assert response is not None
@@ -380,7 +380,7 @@ class _Exchange:
 
         settled: Future[None] = Future()
         answer.on_end(lambda: settled.set_result(None))
-        answer.when_unanswered(lambda: settled.set_result(None))
+        answer.on_unanswered(lambda: settled.set_result(None))
         self._executor.spin_until_future_complete(settled, timeout_s)
         if settled.done() and not answer.done():
             raise UnavailableError(f"The server of '{self._client.action_name}' has gone away")

@@ -1,1 +1,1 @@
-"""Controllers: they compute commands from states and goals."""
+"""Controllers, which compute commands from states, references and goals."""

@@ -1,4 +1,4 @@
-"""Base class of controllers, and what it exchanges with the controller manager."""
+"""Base class of controllers, and its constructor argument."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def _make_action_server(*args: Any, **options: Any) -> ActionServer[Any, Any, An
 
 @dataclass(frozen=True)
 class ControllerInterfaceParams:
-    """Arguments that the manager gives a controller.
+    """Constructor argument of controllers, made by the controller manager.
 
     Attributes:
         controller_name: The controller's name, which is its node's too.
@@ -87,7 +87,7 @@ class InterfaceConfigurationType(Enum):
 
 @dataclass(frozen=True)
 class InterfaceConfiguration:
-    """The command or state interfaces that a controller claims.
+    """Command or state interfaces that a controller claims.
 
     Attributes:
         type: ALL means those that are available when the controller is activated.
@@ -147,7 +147,7 @@ class ControllerInterface:
         self._known_parameters: set[str] = set()
 
     def get_node(self) -> Node:
-        """The controller's node."""
+        """Return the controller's node."""
         return self.params.node
 
     @property
@@ -156,7 +156,7 @@ class ControllerInterface:
         return 1.0 / self.update_rate
 
     def auto_declare(self, name: str, default: T, *, read_only: bool = False) -> T:
-        """Declare a parameter if it is undeclared; return its value.
+        """Declare a parameter of the controller if undeclared; return the value.
 
         Args:
             name: Dotted name.
@@ -179,9 +179,10 @@ class ControllerInterface:
         return default if value is None else cast(T, _of_type(name, value, default))
 
     def unread_parameters(self) -> list[str]:
-        """Return the parameters that are set but that the controller does not declare.
+        """Return the names of set parameters that the controller does not declare.
 
-        Asked for after ``on_configure``; a stranger's controller may read its node's by itself.
+        Called after ``on_configure``; empty for controllers of others, which may read the node's
+        parameters themselves.
         """
         if not type(self).__module__.startswith(f"{__package__}."):
             return []
@@ -201,7 +202,7 @@ class ControllerInterface:
         handle_accepted_callback: AcceptedCallback[Any, Any, Any],
         cancel_callback: CancelCallback[Any, Any, Any],
     ) -> ActionServer[Any, Any, Any]:
-        """Make an action server, to be destroyed in ``on_cleanup``.
+        """Create an action server, to be destroyed in ``on_cleanup``.
 
         The callbacks run beside the control loop, as those of subscriptions do. A goal is followed
         by ``update``, and what ``update`` finds out leaves through a ``RealtimePublisher``.
@@ -225,32 +226,32 @@ class ControllerInterface:
         )
 
     def on_init(self) -> CallbackReturn | None:
-        """Declare the parameters."""
+        """Declare parameters, after construction; the base does nothing."""
 
     def on_configure(self) -> CallbackReturn | None:
-        """Read the parameters, and make publishers and subscriptions."""
+        """Read parameters and create publishers and subscriptions; the base does nothing."""
 
     def on_activate(self) -> CallbackReturn | None:
-        """Start controlling; the interfaces are assigned."""
+        """Prepare to control, with the interfaces assigned; the base does nothing."""
 
     def on_deactivate(self) -> CallbackReturn | None:
-        """Stop controlling; the interfaces are released afterwards."""
+        """Stop controlling, before the interfaces are released; the base does nothing."""
 
     def on_restart(self) -> None:
-        """Reset internal plans, because the robot was moved: a simulation was reset.
+        """Reset internal plans after the robot was moved, as by a simulation reset.
 
         A simulation was reset, or its clock went back. Called in the control cycle, with the states
         as they are now and commands that are NaN, which hardware takes as "stay where you are".
         """
 
     def on_cleanup(self) -> CallbackReturn | None:
-        """Release the resources of ``on_configure``."""
+        """Release what ``on_configure`` created; the base does nothing."""
 
     def on_shutdown(self) -> CallbackReturn | None:
-        """Release all resources, before the controller is unloaded."""
+        """Release all resources before the controller is unloaded; the base does nothing."""
 
     def on_error(self) -> CallbackReturn | None:
-        """Recover from an error; success means unconfigured, failure means finalized."""
+        """Recover from an error; SUCCESS leads to unconfigured, FAILURE to finalized."""
 
     def command_interface_configuration(self) -> InterfaceConfiguration:
         """Return the command interfaces to claim; called after ``on_configure``."""

@@ -1,4 +1,4 @@
-"""Controllers that other controllers may command: they export interfaces of their own."""
+"""Base class of controllers that other controllers can command."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ I = TypeVar("I", bound=StateInterface)  # noqa: E741 - an interface
 
 
 class InvalidExportError(Exception):
-    """A controller exports an invalid interface; the message says why."""
+    """A controller exports an invalid interface; the message says which and why."""
 
 
 class ChainableControllerInterface(ControllerInterface):
-    """Base of controllers that other controllers can command.
+    """Base of controllers that export reference and state interfaces to others.
 
     It exports *reference interfaces*, which a preceding controller commands as if they were a
     joint's, and *state interfaces*, which any controller reads. Both exist while it is configured
@@ -38,21 +38,21 @@ class ChainableControllerInterface(ControllerInterface):
         self.exported_state_interfaces: list[StateInterface] = []
         self._in_chained_mode = False
 
-    # -- what a controller says --------------------------------------------------------------------
+    # -- overridden by controllers -----------------------------------------------------------------
 
     def on_export_reference_interfaces_list(self) -> Sequence[CommandInterface]:
-        """Return the reference interfaces, whose names begin with the controller's.
+        """Return new reference interfaces, named after the controller; the base has none.
 
         ``CommandInterface(f"{self.name}/joint_1", "position")`` is one.
         """
         return ()
 
     def on_export_state_interfaces_list(self) -> Sequence[StateInterface]:
-        """Return the exported state interfaces, whose names begin with the controller's."""
+        """Return new exported state interfaces, named after the controller; the base has none."""
         return ()
 
     def on_set_chained_mode(self, chained_mode: bool) -> bool:
-        """Return whether the controller accepts the change of its chained mode.
+        """Return whether the controller accepts to enter or leave chained mode.
 
         Called before it is activated.
         """
@@ -60,10 +60,10 @@ class ChainableControllerInterface(ControllerInterface):
         return True
 
     def update_reference_from_subscribers(self, time_ns: int, period: float) -> ReturnType | None:
-        """Set ``reference_interfaces`` from topics; not called in chained mode."""
+        """Set the reference interfaces from received messages; not called in chained mode."""
 
     def update_and_write_commands(self, time_ns: int, period: float) -> ReturnType | None:
-        """Run one control step: read states and ``reference_interfaces``, write commands.
+        """Run one control step: read states and references, write commands.
 
         Args:
             time_ns: Time of this cycle, nanoseconds.
@@ -72,29 +72,29 @@ class ChainableControllerInterface(ControllerInterface):
         raise NotImplementedError
 
     def update(self, time_ns: int, period: float) -> ReturnType | None:
-        """Run one control step: update the references, then compute the commands."""
+        """Run one control step: update references unless in chained mode, then commands."""
         if not self._in_chained_mode:
             outcome = self.update_reference_from_subscribers(time_ns, period)
             if outcome is not None and outcome is not ReturnType.OK:
                 return outcome
         return self.update_and_write_commands(time_ns, period)
 
-    # -- what the manager asks ---------------------------------------------------------------------
+    # -- called by the manager ---------------------------------------------------------------------
 
     @property
     def in_chained_mode(self) -> bool:
-        """Whether another controller commands this one."""
+        """Whether another controller commands the reference interfaces."""
         return self._in_chained_mode
 
     def set_chained_mode(self, chained_mode: bool) -> bool:
-        """Enter or leave chained mode; return False if refused or active."""
+        """Enter or leave chained mode; return False if active or not accepted."""
         if self.lifecycle_state is State.ACTIVE or not self.on_set_chained_mode(chained_mode):
             return False
         self._in_chained_mode = chained_mode
         return True
 
     def export_interfaces(self) -> None:
-        """Make all exported interfaces, unavailable at first.
+        """Create and check all exported interfaces, unavailable until activation.
 
         Raises:
             InvalidExportError: A name is another's, or there twice; or there is none at all.
@@ -129,13 +129,13 @@ class ChainableControllerInterface(ControllerInterface):
         return list(interfaces)
 
     def forget_exported_interfaces(self) -> None:
-        """Remove the exported interfaces, on cleanup."""
+        """Remove the exported interfaces from the controller; called on cleanup."""
         self.reference_interfaces = []
         self.exported_state_interfaces = []
         self._in_chained_mode = False
 
     def make_exported_interfaces_available(self, available: bool) -> None:
-        """Make the exported interfaces available to other controllers, or set them to NaN."""
+        """Set whether the exported interfaces can be used; unavailable ones become NaN."""
         for interface in (*self.reference_interfaces, *self.exported_state_interfaces):
             interface.available = available
             if not available:

@@ -1,4 +1,4 @@
-"""Forward command controllers: each received command is written at once."""
+"""Forward command controllers, which write each received command at once."""
 
 from __future__ import annotations
 
@@ -20,18 +20,18 @@ class ForwardCommandController(ControllerInterface):
     zero_on_deactivate: ClassVar[bool] = False
 
     def on_init(self) -> None:
-        """Declare the parameters."""
+        """Declare the parameters of joints and interface."""
         self.auto_declare("joints", [])
         self.auto_declare("interface_name", "")
 
     def interface_names(self) -> list[str]:
-        """Return the command interfaces, in the order of a message's data."""
+        """Return the full names of the command interfaces, in the order of message data."""
         name = self.auto_declare("interface_name", "")
         joints: list[str] = self.auto_declare("joints", [])
         return [f"{joint}/{name}" for joint in joints] if name else []
 
     def on_configure(self) -> CallbackReturn | None:
-        """Subscribe to commands."""
+        """Read the parameters, and subscribe to ``~/commands``."""
         from teleopctl.interfaces import get_message
 
         self._names = self.interface_names()
@@ -46,20 +46,20 @@ class ForwardCommandController(ControllerInterface):
         return None
 
     def on_cleanup(self) -> None:
-        """Unsubscribe from commands."""
+        """Destroy the subscription to ``~/commands``."""
         self.get_node().destroy_subscription(self._subscription)
 
     def command_interface_configuration(self) -> InterfaceConfiguration:
-        """Return the command interfaces."""
+        """Return the command interfaces that the parameters name."""
         return InterfaceConfiguration(InterfaceConfigurationType.INDIVIDUAL, self._names)
 
     def on_activate(self) -> None:
-        """Drop earlier commands."""
+        """Discard commands that were received earlier."""
         self._incoming.clear()
         self._command = None
 
     def on_deactivate(self) -> None:
-        """Drop the command; velocity and effort groups stop."""
+        """Discard the command; velocity and effort groups command zero."""
         self._incoming.clear()
         self._command = None
         if self.zero_on_deactivate:
@@ -67,7 +67,7 @@ class ForwardCommandController(ControllerInterface):
                 interface.value = 0.0
 
     def on_restart(self) -> None:
-        """Drop earlier commands: the simulation was reset."""
+        """Discard the command after a simulation reset."""
         self._command = None
 
     def _received(self, message: Any) -> None:
@@ -78,7 +78,7 @@ class ForwardCommandController(ControllerInterface):
         self._incoming.append(data)
 
     def update(self, time_ns: int, period: float) -> ReturnType | None:
-        """Write the latest command."""
+        """Write the last received command to the command interfaces."""
         del time_ns, period
         if self._incoming:
             self._command = self._incoming.pop()
@@ -98,15 +98,15 @@ class ForwardCommandController(ControllerInterface):
 
 
 class MultiInterfaceForwardCommandController(ForwardCommandController):
-    """``forward_command_controller/MultiInterfaceForwardCommandController``: one joint."""
+    """``forward_command_controller/MultiInterfaceForwardCommandController``: several interfaces."""
 
     def on_init(self) -> None:
-        """Declare the parameters."""
+        """Declare the parameters of joint and interfaces."""
         self.auto_declare("joint", "")
         self.auto_declare("interface_names", [])
 
     def interface_names(self) -> list[str]:
-        """Return the joint's command interfaces."""
+        """Return the full names of the joint's command interfaces."""
         joint = self.auto_declare("joint", "")
         names: list[str] = self.auto_declare("interface_names", [])
         return [f"{joint}/{name}" for name in names] if joint else []
@@ -118,30 +118,30 @@ class _JointGroupController(ForwardCommandController):
     interface: ClassVar[str]
 
     def on_init(self) -> None:
-        """Declare the parameters."""
+        """Declare the parameter of the joints."""
         self.auto_declare("joints", [])
 
     def interface_names(self) -> list[str]:
-        """Return the joints' command interfaces of the fixed kind."""
+        """Return the full names of the joints' interfaces of the class's kind."""
         joints: list[str] = self.auto_declare("joints", [])
         return [f"{joint}/{self.interface}" for joint in joints]
 
 
 class JointGroupPositionController(_JointGroupController):
-    """``position_controllers/JointGroupPositionController``."""
+    """``position_controllers/JointGroupPositionController``: forwards positions."""
 
     interface = "position"
 
 
 class JointGroupVelocityController(_JointGroupController):
-    """``velocity_controllers/JointGroupVelocityController``."""
+    """``velocity_controllers/JointGroupVelocityController``: forwards velocities."""
 
     interface = "velocity"
     zero_on_deactivate = True
 
 
 class JointGroupEffortController(_JointGroupController):
-    """``effort_controllers/JointGroupEffortController``."""
+    """``effort_controllers/JointGroupEffortController``: forwards efforts."""
 
     interface = "effort"
     zero_on_deactivate = True

@@ -1,4 +1,4 @@
-"""Grippers of one joint, moved by an action that tells whether they closed on something."""
+"""Gripper action controllers for one joint, which report whether the gripper stalled."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class _Command:
-    """What the gripper is to do.
+    """Command of a gripper.
 
     Attributes:
         position: rad or m.
-        effort: The largest, N·m or N.
-        velocity: The largest, rad/s or m/s; only where the hardware can be told.
+        effort: Largest effort, N·m or N.
+        velocity: Largest velocity, rad/s or m/s; only with an interface for it.
     """
 
     position: float
@@ -40,7 +40,7 @@ class _Command:
 
 
 class _GripperController(ControllerInterface):
-    """What grippers have in common.
+    """Common base of the gripper action controllers.
 
     A goal has been reached within ``goal_tolerance``. A gripper that has not moved for
     ``stall_timeout`` seconds has stalled, on something between its fingers perhaps: that is a
@@ -52,7 +52,7 @@ class _GripperController(ControllerInterface):
     default_max_effort: ClassVar[float] = 0.0
 
     def on_init(self) -> None:
-        """Declare the parameters."""
+        """Declare the parameters, and follow their changes."""
         self.auto_declare("joint", "", read_only=True)
         self._read_parameters()
         self._stale_parameters = False
@@ -73,7 +73,7 @@ class _GripperController(ControllerInterface):
         )
 
     def on_configure(self) -> CallbackReturn | None:
-        """Read the parameters and make the action server."""
+        """Read the parameters, and create the action server ``~/gripper_cmd``."""
         from teleopctl.interfaces import get_action
 
         self._joint = self.auto_declare("joint", "")
@@ -89,9 +89,9 @@ class _GripperController(ControllerInterface):
         self._server = self.create_action_server(
             self._action,
             "~/gripper_cmd",
-            goal_callback=self._judge_request,
+            goal_callback=self._on_goal_request,
             handle_accepted_callback=self._begin,
-            cancel_callback=self._judge_cancel,
+            cancel_callback=self._on_cancel_request,
         )
         return None
 
@@ -113,7 +113,7 @@ class _GripperController(ControllerInterface):
         )
 
     def on_activate(self) -> None:
-        """Hold the gripper's present position."""
+        """Hold the gripper at the position measured in the first update."""
         self._incoming.clear()
         self._goal = None
         self._command = _Command(math.nan, self._max_effort)
@@ -121,13 +121,13 @@ class _GripperController(ControllerInterface):
         self._active = True
 
     def on_deactivate(self) -> None:
-        """Abort the goal."""
+        """Abort the running goal."""
         self._active = False
         self._abort_latest()
         self._goal = None
 
     def on_restart(self) -> None:
-        """Hold the gripper's position after the simulation's reset."""
+        """Hold the present position and abort the goal, after a simulation reset."""
         position = self.state_interfaces[0].value
         self._hold(position)
         if self._goal is not None:
@@ -135,7 +135,7 @@ class _GripperController(ControllerInterface):
             self._goal = None
 
     def update(self, time_ns: int, period: float) -> ReturnType | None:
-        """Command the joint, and check whether the goal has ended."""
+        """Write the goal's command, and end the goal when reached, stalled or canceled."""
         if self._stale_parameters:
             self._read_parameters()
         position, velocity = (state.value for state in self.state_interfaces)
@@ -168,7 +168,7 @@ class _GripperController(ControllerInterface):
         error: float,
         velocity: float,
     ) -> None:
-        """End the goal where the gripper has arrived, or does not move any more."""
+        """End the goal if the gripper is at the position or has stalled."""
         if abs(error) < self._goal_tolerance:
             goal.try_succeed(**self._result(position, reached_goal=True))
             self._goal = None
@@ -181,7 +181,7 @@ class _GripperController(ControllerInterface):
 
     # -- callbacks of the action -------------------------------------------------------------------
 
-    def _judge_request(self, goal: Any) -> GoalResponse:
+    def _on_goal_request(self, goal: Any) -> GoalResponse:
         from teleopctl.node import GoalResponse
 
         if not self._active:
@@ -204,7 +204,7 @@ class _GripperController(ControllerInterface):
         if not self._active:
             self._abort_latest()
 
-    def _judge_cancel(self, handle: ServerGoalHandle[Any, Any, Any]) -> CancelResponse:
+    def _on_cancel_request(self, handle: ServerGoalHandle[Any, Any, Any]) -> CancelResponse:
         from teleopctl.node import CancelResponse
 
         del handle
@@ -219,21 +219,21 @@ class _GripperController(ControllerInterface):
     # -- what differs ------------------------------------------------------------------------------
 
     def _problem(self, goal: Any) -> str | None:
-        """Why a goal cannot be accepted, or None."""
+        """Return why a goal cannot be accepted; None if it can."""
         raise NotImplementedError
 
     def _command_of(self, goal: Any) -> _Command:
-        """What a goal asks for."""
+        """Return the gripper command of a goal."""
         raise NotImplementedError
 
     def _write(self, command: _Command, error: float, velocity: float, period: float) -> float:
-        """Command the joint; returns the effort."""
+        """Write the command to the interfaces; return the effort."""
         raise NotImplementedError
 
     def _result(
         self, position: float, *, reached_goal: bool = False, stalled: bool = False
     ) -> dict[str, object]:
-        """The fields of a result."""
+        """Return the fields of a goal's result."""
         raise NotImplementedError
 
 
@@ -261,7 +261,7 @@ class _GripperCommandController(_GripperController):
 
 
 class PositionGripperActionController(_GripperCommandController):
-    """``position_controllers/GripperActionController``."""
+    """``position_controllers/GripperActionController``: commands a position."""
 
     def _write(self, command: _Command, error: float, velocity: float, period: float) -> float:
         del error, velocity, period
@@ -275,7 +275,7 @@ class EffortGripperActionController(_GripperCommandController):
     command_interface = EFFORT
 
     def on_activate(self) -> None:
-        """Hold the gripper's present position."""
+        """Hold the measured position, with a new PID from the parameters."""
         super().on_activate()
         read = self.auto_declare
         clamp = abs(read(f"gains.{self._joint}.i_clamp", 0.0))
@@ -283,12 +283,12 @@ class EffortGripperActionController(_GripperCommandController):
         self._pid = Pid(PidGains(p, i, d, i_clamp_max=clamp, i_clamp_min=-clamp))
 
     def on_restart(self) -> None:
-        """Hold the gripper's position after the simulation's reset."""
+        """Hold the present position and reset the PID, after a simulation reset."""
         super().on_restart()
         self._pid.reset()
 
     def on_deactivate(self) -> None:
-        """Set the effort to zero."""
+        """Abort the running goal, and command zero effort."""
         super().on_deactivate()
         self.command_interfaces[0].value = 0.0
 
@@ -300,26 +300,26 @@ class EffortGripperActionController(_GripperCommandController):
 
 
 class ParallelGripperActionController(_GripperController):
-    """``parallel_gripper_action_controller/GripperActionController``."""
+    """``parallel_gripper_action_controller/GripperActionController``: commands a position."""
 
     action_type = "control_msgs/action/ParallelGripperCommand"
     # N; upstream's.
     default_max_effort = 10.0
 
     def on_configure(self) -> CallbackReturn | None:
-        """Read the parameters, also those of speed and effort interfaces."""
+        """Read the parameters, create the action server, and find optional interfaces."""
         self._max_velocity = self.auto_declare("max_velocity", 0.1)
         self._effort_interface = self.auto_declare("max_effort_interface", "")
         self._velocity_interface = self.auto_declare("max_velocity_interface", "")
         return super().on_configure()
 
     def on_activate(self) -> None:
-        """Hold the gripper's present position."""
+        """Hold the gripper at the position measured in the first update."""
         super().on_activate()
         self._command = _Command(math.nan, self._max_effort, self._max_velocity)
 
     def command_interface_configuration(self) -> InterfaceConfiguration:
-        """Return the position interface, and those of speed and effort limits."""
+        """Return the position interface, and those of largest effort and velocity if any."""
         names = [f"{self._joint}/{POSITION}", self._effort_interface, self._velocity_interface]
         return InterfaceConfiguration(
             InterfaceConfigurationType.INDIVIDUAL, [name for name in names if name]

@@ -1,4 +1,4 @@
-"""Publishes state interfaces as ``/joint_states`` and ``dynamic_joint_states``."""
+"""Broadcaster of joint states."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _FIELDS = (POSITION, VELOCITY, EFFORT)
 
 
 class JointStateBroadcaster(ControllerInterface):
-    """``joint_state_broadcaster/JointStateBroadcaster``."""
+    """``joint_state_broadcaster/JointStateBroadcaster``: publishes state interfaces of joints."""
 
     def on_init(self) -> None:
         """Declare the parameters."""
@@ -33,7 +33,7 @@ class JointStateBroadcaster(ControllerInterface):
             self.auto_declare(f"map_interface_to_joint_state.{field}", field)
 
     def on_configure(self) -> None:
-        """Read the parameters and make the publishers."""
+        """Read the parameters, and create the publishers."""
         from teleopctl.interfaces import get_message
 
         self._joints: list[str] = self.auto_declare("joints", [])
@@ -46,7 +46,7 @@ class JointStateBroadcaster(ControllerInterface):
                 "will be published."
             )
         joint_state = get_message("sensor_msgs/msg/JointState")
-        # Messages are made once and filled anew each time.
+        # Messages are made once and reused.
         self._message: Any = joint_state()
         self._message.header.frame_id = self._frame_id
         prefix = "~/" if self.auto_declare("use_local_topics", False) else ""
@@ -66,13 +66,13 @@ class JointStateBroadcaster(ControllerInterface):
             )
 
     def on_cleanup(self) -> None:
-        """Remove the publishers."""
+        """Destroy the publishers."""
         self.get_node().destroy_publisher(self._publisher)
         if self._dynamic is not None:
             self.get_node().destroy_publisher(self._dynamic)
 
     def state_interface_configuration(self) -> InterfaceConfiguration:
-        """Return the selected state interfaces, or all."""
+        """Return the state interfaces that the parameters select, or all."""
         if self._joints and self._interfaces:
             return InterfaceConfiguration(
                 InterfaceConfigurationType.INDIVIDUAL,
@@ -81,7 +81,7 @@ class JointStateBroadcaster(ControllerInterface):
         return InterfaceConfiguration(InterfaceConfigurationType.ALL)
 
     def on_activate(self) -> CallbackReturn | None:
-        """Prepare the messages."""
+        """Prepare the messages for the assigned state interfaces."""
         states = [state for state in self.state_interfaces if state.data_type == "double"]
         if not states:
             self.logger.error("None of requested interfaces exist. Controller will not run.")
@@ -124,7 +124,7 @@ class JointStateBroadcaster(ControllerInterface):
         self._dynamic_rows = [list(interfaces.values()) for interfaces in by_prefix.values()]
 
     def update(self, time_ns: int, period: float) -> ReturnType | None:
-        """Publish the measured values."""
+        """Publish the values of the state interfaces, through the publish queue."""
         del period
         self._realtime_publisher.try_publish(
             (time_ns, [[state.value for state in column] for column in self._columns])

@@ -1,4 +1,4 @@
-"""A controller that passes references on: the simplest link of a chain."""
+"""Passthrough controller: copies references to command interfaces."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class PassthroughController(ChainableControllerInterface):
     """
 
     def on_configure(self) -> CallbackReturn | None:
-        """Read the interfaces' parameter, and subscribe to commands."""
+        """Read the parameter ``interfaces``, and subscribe to ``~/commands``."""
         none: list[str] = []
         self._names: list[str] = self.auto_declare("interfaces", none)
         if not self._names:
@@ -33,11 +33,11 @@ class PassthroughController(ChainableControllerInterface):
         return None
 
     def on_cleanup(self) -> None:
-        """Unsubscribe from commands."""
+        """Destroy the subscription to ``~/commands``."""
         self.get_node().destroy_subscription(self._subscription)
 
     def command_interface_configuration(self) -> InterfaceConfiguration:
-        """Return the command interfaces."""
+        """Return the command interfaces that the parameter names."""
         return InterfaceConfiguration(InterfaceConfigurationType.INDIVIDUAL, self._names)
 
     def on_export_reference_interfaces_list(self) -> list[CommandInterface]:
@@ -49,17 +49,17 @@ class PassthroughController(ChainableControllerInterface):
         ]
 
     def on_activate(self) -> None:
-        """Drop earlier commands."""
+        """Discard earlier commands, and set the references to NaN."""
         self._command = None
         for reference in self.reference_interfaces:
             reference.value = math.nan
 
     def on_deactivate(self) -> None:
-        """Drop the command."""
+        """Discard the last received command."""
         self._command = None
 
     def on_restart(self) -> None:
-        """Drop earlier commands: the simulation was reset."""
+        """Discard commands and references, after a simulation reset."""
         self.on_activate()
 
     # Any: a message, whose class is made at run time.
@@ -76,7 +76,7 @@ class PassthroughController(ChainableControllerInterface):
         self._command = data
 
     def update_reference_from_subscribers(self, time_ns: int, period: float) -> ReturnType | None:
-        """Set the references to the latest command."""
+        """Set the reference interfaces to the last received command."""
         del time_ns, period
         if self._command is not None:
             for reference, value in zip(self.reference_interfaces, self._command, strict=True):
@@ -84,7 +84,7 @@ class PassthroughController(ChainableControllerInterface):
         return None
 
     def update_and_write_commands(self, time_ns: int, period: float) -> ReturnType | None:
-        """Copy the references that are numbers to the command interfaces."""
+        """Copy finite references to the command interfaces."""
         del time_ns, period
         for reference, command in zip(
             self.reference_interfaces, self.command_interfaces, strict=True

@@ -1,4 +1,4 @@
-"""A PID controller for one joint, with the strategies against windup of control_toolbox."""
+"""PID controller of one value, with control_toolbox's anti-windup strategies."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ STRATEGIES = (BACK_CALCULATION, CONDITIONAL_INTEGRATION, LEGACY, NONE)
 
 @dataclass(slots=True)
 class PidGains:
-    """Gains of a PID, as control_toolbox has them.
+    """Gains, clamps and anti-windup strategy of a PID, as in control_toolbox.
 
     Attributes:
         p: Proportional gain.
@@ -45,7 +45,7 @@ class PidGains:
     error_deadband: float = 1e-16
 
     def tracking_time(self) -> float:
-        """Time constant of ``back_calculation`` in seconds; 0 or less if it is not used."""
+        """Return the time constant of ``back_calculation`` in seconds; 0 or less if unused."""
         if self.tracking_time_constant != 0.0 or self.i == 0.0:
             return self.tracking_time_constant
         if self.d == 0.0:
@@ -87,7 +87,7 @@ class PidGains:
 
 
 class Pid:
-    """PID: output = p·error + i·∫error + d·error rate, clamped.
+    """PID controller: output = p·error + i·∫error + d·error rate, clamped.
 
     A step whose errors are not finite (a measurement that is missing) gives the last output again
     and is otherwise left out.
@@ -103,7 +103,7 @@ class Pid:
 
     @property
     def gains(self) -> PidGains:
-        """The gains; they may be replaced at any time."""
+        """Gains of the PID, which may be replaced at any time."""
         return self._gains
 
     @gains.setter
@@ -113,7 +113,7 @@ class Pid:
         self._tracking = gains.tracking_time()
 
     def reset(self, *, keep_integral: bool = False) -> None:
-        """Clear the last error and output and, unless it is to be kept, the integral."""
+        """Clear the last error and output, and the integral unless it is kept."""
         if not keep_integral:
             self.integral = 0.0
         self.error_rate = 0.0
@@ -121,7 +121,7 @@ class Pid:
         self._output = 0.0
 
     def update_by_error(self, error: float, period: float) -> float:
-        """Run a step with the derivative of the error as error rate.
+        """Run a step with the error's difference quotient as error rate; return the output.
 
         After a reset the error is taken to have been 0.
 
@@ -135,7 +135,7 @@ class Pid:
         return self.update(error, rate, period)
 
     def update(self, error: float, error_rate: float, period: float) -> float:
-        """Run a step with a measured error rate, and return the output.
+        """Run a step with a given error rate; return the output.
 
         Args:
             error: Desired minus measured position.
@@ -159,7 +159,7 @@ class Pid:
         return output
 
     def _integrated(self, error: float, wanted: float, output: float, period: float) -> float:
-        """What a step adds to the integral part."""
+        """Return what a step adds to the integral part."""
         gains = self._gains
         step = gains.i * error * period
         if gains.antiwindup_strategy == BACK_CALCULATION:

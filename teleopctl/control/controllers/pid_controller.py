@@ -1,4 +1,4 @@
-"""The PID controller: brings measured values to references, and can be chained on both sides."""
+"""PID controller of several degrees of freedom, chainable."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class _InvalidPidError(Exception):
 
 
 class _Options(NamedTuple):
-    """What gains say of a degree of freedom beside those of its PID."""
+    """Options of a degree of freedom that are not gains of the PID."""
 
     feedforward_gain: float
     angle_wraparound: bool
@@ -36,7 +36,7 @@ class _Options(NamedTuple):
 
 
 class PidController(ChainableControllerInterface):
-    """``pid_controller/PidController``.
+    """``pid_controller/PidController``: commands each degree of freedom by a PID.
 
     Of each degree of freedom it measures one quantity and perhaps its derivative, and commands
     ``PID(reference - measured)``. With feed-forward enabled ``feedforward_gain`` times the
@@ -48,7 +48,7 @@ class PidController(ChainableControllerInterface):
     """
 
     def on_init(self) -> None:
-        """Declare parameters, and follow changes of the gains."""
+        """Follow changes of the parameters; they are declared in ``on_configure``."""
         self._pids: list[Pid] = []
         self._feedforward = False
         self.get_node().add_post_set_parameters_callback(self._parameters_changed)
@@ -56,7 +56,7 @@ class PidController(ChainableControllerInterface):
     # -- life cycle --------------------------------------------------------------------------------
 
     def on_configure(self) -> CallbackReturn | None:
-        """Read the parameters, and make the topics and the service."""
+        """Read the parameters; create the topics and ``~/set_feedforward_control``."""
         try:
             self._read_parameters()
             gains = self._read_gains()
@@ -183,19 +183,19 @@ class PidController(ChainableControllerInterface):
         self._pids = []
 
     def command_interface_configuration(self) -> InterfaceConfiguration:
-        """Return a command interface per degree of freedom."""
+        """Return one command interface for each degree of freedom."""
         names = [f"{dof}/{self._command}" for dof in self._dofs]
         return InterfaceConfiguration(InterfaceConfigurationType.INDIVIDUAL, names)
 
     def state_interface_configuration(self) -> InterfaceConfiguration:
-        """Return the state interfaces, derivatives last; none if a topic provides them."""
+        """Return the state interfaces, derivatives last; none if a topic gives the state."""
         if self._external:
             return InterfaceConfiguration(InterfaceConfigurationType.NONE)
         names = [f"{name}/{interface}" for interface in self._interfaces for name in self._names]
         return InterfaceConfiguration(InterfaceConfigurationType.INDIVIDUAL, names)
 
     def on_export_reference_interfaces_list(self) -> list[CommandInterface]:
-        """Return the reference interfaces, in the order of the states."""
+        """Return a reference interface for each measured quantity."""
         return [
             CommandInterface(f"{self.name}/{name}", interface)
             for interface in self._interfaces
@@ -203,7 +203,7 @@ class PidController(ChainableControllerInterface):
         ]
 
     def on_export_state_interfaces_list(self) -> list[StateInterface]:
-        """Return the exported state interfaces, under the names of the references."""
+        """Return an exported state interface for each measured quantity."""
         return [
             StateInterface(f"{self.name}/{name}", interface)
             for interface in self._interfaces
@@ -211,13 +211,13 @@ class PidController(ChainableControllerInterface):
         ]
 
     def on_activate(self) -> None:
-        """Start at the present state; integral terms are kept where so configured."""
+        """Initialize the references, and reset the PIDs (integrals kept if configured)."""
         self._begin()
         for pid, options in zip(self._pids, self._options, strict=True):
             pid.reset(keep_integral=options.save_i_term)
 
     def on_restart(self) -> None:
-        """Start at the present state, after the simulation was reset."""
+        """Initialize the references and reset the PIDs, after a simulation reset."""
         self._begin()
         for pid in self._pids:
             pid.reset()
@@ -233,7 +233,7 @@ class PidController(ChainableControllerInterface):
             reference.value = value
 
     def on_deactivate(self) -> None:
-        """Hold position commands, and set velocity and effort commands to zero."""
+        """Command zero, unless positions are commanded."""
         if self._command != POSITION:
             for command in self.command_interfaces:
                 command.value = 0.0
@@ -305,7 +305,7 @@ class PidController(ChainableControllerInterface):
     # -- control cycle -----------------------------------------------------------------------------
 
     def update_reference_from_subscribers(self, time_ns: int, period: float) -> ReturnType | None:
-        """Set the references from the latest message; NaN keeps a reference."""
+        """Set the references from the last message; NaN keeps a reference."""
         del time_ns, period
         if not self._incoming:
             return None
@@ -320,7 +320,7 @@ class PidController(ChainableControllerInterface):
         return None
 
     def update_and_write_commands(self, time_ns: int, period: float) -> ReturnType | None:
-        """Run a step of each PID."""
+        """Run a step of each PID, and queue the state for publishing."""
         if self._external:
             measured = self._measured
         else:

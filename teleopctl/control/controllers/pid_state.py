@@ -1,4 +1,4 @@
-"""What a PID controller publishes of itself."""
+"""Topics ``~/controller_state`` and ``~/DOF/pid_state`` of a PID controller."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ class PidStep(NamedTuple):
     """Values of one PID step of one degree of freedom; NaN where missing.
 
     Attributes:
-        reference: What was wanted.
-        feedback: What was measured.
-        feedback_dot: Its derivative.
-        error: Wanted minus measured, the short way round for angles.
-        error_dot: The same of the derivative.
-        output: What was commanded, or has been before.
+        reference: Reference value.
+        feedback: Measured value.
+        feedback_dot: Derivative of the measured value.
+        error: Reference minus measured value, the short way round for angles.
+        error_dot: Reference minus measured derivative.
+        output: Commanded value, the previous one if the step commanded nothing.
         integral: The integral part.
         error_rate: The error rate that the PID used.
         gains: The gains.
@@ -43,7 +43,7 @@ class PidStep(NamedTuple):
 
 
 class PidStatePublisher:
-    """Publishes ``~/controller_state`` and, if so configured, ``~/DOF/pid_state``.
+    """Publisher of ``~/controller_state`` and, if configured, of ``~/DOF/pid_state``.
 
     Args:
         node: The controller's node.
@@ -61,7 +61,7 @@ class PidStatePublisher:
         own: Sequence[str],
         dofs: Sequence[str],
     ) -> None:
-        # Messages are made once and filled anew each time.
+        # Messages are made once and reused.
         kind: Any = get_message("control_msgs/msg/MultiDOFStateStamped")
         state: Any = get_message("control_msgs/msg/SingleDOFState")
         self._node = node
@@ -83,7 +83,7 @@ class PidStatePublisher:
         self._node.destroy_publisher(self._publisher)
 
     def try_publish(self, time_ns: int, period: float, steps: Sequence[PidStep]) -> None:
-        """Publish the steps of a cycle, outside of the control loop."""
+        """Queue the PID steps of one update for publishing."""
         self._realtime.try_publish((time_ns, period, steps))
 
     def _publish(self, value: tuple[int, float, Sequence[PidStep]]) -> None:

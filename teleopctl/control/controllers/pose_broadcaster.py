@@ -1,4 +1,4 @@
-"""Publish the pose that a sensor measures: a motion capture system's, or the simulator's truth."""
+"""Broadcaster of a measured pose, as topic and transform."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _TOLERANCE = 0.01
 
 
 class PoseBroadcaster(ControllerInterface):
-    """``pose_broadcaster/PoseBroadcaster``.
+    """``pose_broadcaster/PoseBroadcaster``: publishes a pose from state interfaces.
 
     Publishes the pose of ``pose_name`` in ``frame_id`` with each update, and, unless ``tf.enable``
     is false, as a transform to ``tf.child_frame_id``, which is ``pose_name`` by default. A pose
@@ -33,7 +33,7 @@ class PoseBroadcaster(ControllerInterface):
     """
 
     def on_configure(self) -> CallbackReturn | None:
-        """Read the parameters and open the topics."""
+        """Read the parameters, and create the publishers."""
         read = self.auto_declare
         frame, self._pose_name = read("frame_id", ""), read("pose_name", "")
         for name, value in (("frame_id", frame), ("pose_name", self._pose_name)):
@@ -53,7 +53,7 @@ class PoseBroadcaster(ControllerInterface):
                 "0.0. The publish rate of TF messages should not be limited."
             )
         self._period_ns = round(NANOSECONDS_PER_SECOND / rate) if rate else 0
-        # Messages are made once and filled anew each time. Any: their classes are made at run time.
+        # Messages are made once and reused. Any: their classes are made at run time.
         pose: Any = get_message("geometry_msgs/msg/PoseStamped")
         self._pose: Any = pose()
         self._transform: Any = get_message("geometry_msgs/msg/TransformStamped")()
@@ -83,33 +83,33 @@ class PoseBroadcaster(ControllerInterface):
         return InterfaceConfiguration(InterfaceConfigurationType.INDIVIDUAL, names)
 
     def on_activate(self) -> None:
-        """Publish a transform with the next update."""
+        """Reset the time of the last transform."""
         self._last_ns: int | None = None
-        self._told_ns: int | None = None
+        self._logged_ns: int | None = None
 
     def on_restart(self) -> None:
-        """Reset the time of the last transform: the clock may have gone back."""
+        """Reset the time of the last transform, since the clock may have gone back."""
         self.on_activate()
 
     def update(self, time_ns: int, period: float) -> ReturnType | None:
-        """Publish the measured pose."""
+        """Queue the measured pose for publishing."""
         del period
         values = [state.value for state in self.state_interfaces]
         valid = all(map(math.isfinite, values)) and (
             abs(sum(value * value for value in values[3:]) - 1.0) <= _TOLERANCE
         )
         if not valid:
-            self._tell_invalid(time_ns, values)
+            self._log_invalid(time_ns, values)
         due = self._last_ns is None or time_ns - self._last_ns >= self._period_ns
         if valid and due:
             self._last_ns = time_ns
         self._realtime.try_publish((time_ns, values, valid and due))
         return None
 
-    def _tell_invalid(self, time_ns: int, values: Sequence[float]) -> None:
-        if self._told_ns is not None and time_ns - self._told_ns < NANOSECONDS_PER_SECOND:
+    def _log_invalid(self, time_ns: int, values: Sequence[float]) -> None:
+        if self._logged_ns is not None and time_ns - self._logged_ns < NANOSECONDS_PER_SECOND:
             return
-        self._told_ns = time_ns
+        self._logged_ns = time_ns
         position, orientation = (
             ", ".join(f"{value:f}" for value in part) for part in (values[:3], values[3:])
         )

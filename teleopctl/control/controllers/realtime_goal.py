@@ -1,4 +1,4 @@
-"""Goals of actions that the control loop works on, without waiting for the network."""
+"""Action goal handles for the control cycle, which never block."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ if TYPE_CHECKING:
 
 # Any: goals, results and feedback of whatever action it is.
 class RealtimeServerGoalHandle:
-    """Goal handle for ``update``, as realtime_tools' class of this name.
+    """Goal handle for use in ``update``, as realtime_tools' class of this name.
 
-    The methods whose names begin with ``try_`` return at once: what they tell leaves through the
-    publish queue. The first end counts, whoever brings it about.
+    The methods whose names begin with ``try_`` return at once and take effect through the publish
+    queue. The first of several ends counts.
 
     Args:
         handle: The goal's handle.
@@ -41,30 +41,30 @@ class RealtimeServerGoalHandle:
 
     @property
     def cancel_requested(self) -> bool:
-        """Whether a client requested to cancel the goal."""
+        """Whether a client has requested to cancel the goal."""
         return self.handle.is_cancel_requested
 
     def start(self) -> None:
-        """Set the goal to executing; not for ``update``."""
+        """Set the goal's status to executing; not to be called in ``update``."""
         # A request to cancel may have been quicker.
         with contextlib.suppress(InvalidGoalTransitionError):
             if not self.handle.is_cancel_requested:
                 self.handle.executing()
 
     def try_succeed(self, **result: object) -> None:
-        """End the goal as succeeded, with these fields of the result."""
+        """End the goal as succeeded, with fields of the result, through the publish queue."""
         self._end_publisher.try_publish(("succeed", result))
 
     def try_abort(self, **result: object) -> None:
-        """End the goal as aborted."""
+        """End the goal as aborted, with fields of the result, through the publish queue."""
         self._end_publisher.try_publish(("abort", result))
 
     def try_cancel(self, **result: object) -> None:
-        """End the goal as canceled."""
+        """End the goal as canceled, with fields of the result, through the publish queue."""
         self._end_publisher.try_publish(("canceled", result))
 
     def abort(self, **result: object) -> None:
-        """End the goal as aborted at once; not for ``update``."""
+        """End the goal as aborted at once; not to be called in ``update``."""
         self._end(("abort", result))
 
     def _end(self, ending: tuple[str, dict[str, object]]) -> None:

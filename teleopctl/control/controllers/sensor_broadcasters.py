@@ -1,4 +1,4 @@
-"""Publish what sensors measure: inertial measurement units and force-torque sensors."""
+"""Broadcasters of sensors: inertial measurement units and force-torque sensors."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ class _SensorBroadcaster(ControllerInterface):
     topic: ClassVar[str]
 
     def on_init(self) -> None:
-        """Declare the parameters."""
+        """Declare the parameters ``sensor_name`` and ``frame_id``."""
         self.auto_declare("sensor_name", "")
         self.auto_declare("frame_id", "")
 
-    def open(self) -> None:
-        """Make the message and its publisher."""
-        # Any: message classes are made at run time. Made once and filled anew each time.
+    def create_publisher(self) -> None:
+        """Create the message and its publisher."""
+        # Any: message classes are made at run time. Made once and reused.
         kind: Any = get_message(self.message_type)
         self._message: Any = kind()
         self._message.header.frame_id = self.auto_declare("frame_id", "")
@@ -41,23 +41,23 @@ class _SensorBroadcaster(ControllerInterface):
         self._realtime_publisher = RealtimePublisher(self.params.publish_queue, self._publish)
 
     def on_cleanup(self) -> None:
-        """Remove the publisher."""
+        """Destroy the publisher."""
         self.get_node().destroy_publisher(self._publisher)
 
-    def names(self) -> Sequence[str]:
-        """Return the state interfaces."""
+    def interface_names(self) -> Sequence[str]:
+        """Return the full names of the state interfaces; for subclasses."""
         raise NotImplementedError
 
-    def fill(self, values: Sequence[float]) -> None:
-        """Fill the message with the interfaces' values."""
+    def fill_message(self, values: Sequence[float]) -> None:
+        """Fill the message with the values of the state interfaces; for subclasses."""
         raise NotImplementedError
 
     def state_interface_configuration(self) -> InterfaceConfiguration:
         """Return the state interfaces of the sensor."""
-        return InterfaceConfiguration(InterfaceConfigurationType.INDIVIDUAL, self.names())
+        return InterfaceConfiguration(InterfaceConfigurationType.INDIVIDUAL, self.interface_names())
 
     def update(self, time_ns: int, period: float) -> ReturnType | None:
-        """Publish the measured values."""
+        """Queue the measured values for publishing."""
         del period
         self._realtime_publisher.try_publish(
             (time_ns, [state.value for state in self.state_interfaces])
@@ -67,12 +67,12 @@ class _SensorBroadcaster(ControllerInterface):
     def _publish(self, value: tuple[int, Sequence[float]]) -> None:
         time_ns, values = value
         set_stamp(self._message.header.stamp, time_ns)
-        self.fill(values)
+        self.fill_message(values)
         self._publisher.publish(self._message)
 
 
 class IMUSensorBroadcaster(_SensorBroadcaster):
-    """``imu_sensor_broadcaster/IMUSensorBroadcaster``.
+    """``imu_sensor_broadcaster/IMUSensorBroadcaster``: publishes sensor_msgs/Imu.
 
     Its parameters ``rotation_offset.roll``, ``pitch`` and ``yaw`` turn what is measured: they are
     the sensor's mounting in the frame of ``frame_id``.
@@ -82,7 +82,7 @@ class IMUSensorBroadcaster(_SensorBroadcaster):
     topic = "~/imu"
 
     def on_configure(self) -> CallbackReturn | None:
-        """Read the parameters."""
+        """Read the parameters, and create the publisher."""
         self._sensor = self.auto_declare("sensor_name", "")
         for name in ("sensor_name", "frame_id"):
             if not self.auto_declare(name, ""):
@@ -99,15 +99,15 @@ class IMUSensorBroadcaster(_SensorBroadcaster):
             self.auto_declare(f"rotation_offset.{name}", 0.0) for name in ("roll", "pitch", "yaw")
         )
         self._mounting = _quaternion(roll, pitch, yaw)
-        self.open()
+        self.create_publisher()
         for part, values in covariances.items():
             # The orientation is measured against the world: its mounting changes nothing there.
             turned = values if part == "orientation" else _turned_matrix(values, self._mounting)
             setattr(self._message, f"{part}_covariance", [float(value) for value in turned])
         return None
 
-    def names(self) -> Sequence[str]:
-        """Return the interfaces of orientation, angular velocity and acceleration."""
+    def interface_names(self) -> Sequence[str]:
+        """Return the state interfaces of orientation, angular velocity and acceleration."""
         return [
             f"{self._sensor}/{part}.{axis}"
             for part, axes in (
@@ -118,8 +118,8 @@ class IMUSensorBroadcaster(_SensorBroadcaster):
             for axis in axes
         ]
 
-    def fill(self, values: Sequence[float]) -> None:
-        """Fill the message, rotated by the mounting."""
+    def fill_message(self, values: Sequence[float]) -> None:
+        """Fill the message with the values, rotated by the sensor's mounting."""
         orientation, rate, acceleration = values[:4], values[4:7], values[7:]
         x, y, z, w = self._mounting
         if w != 1.0:
@@ -137,7 +137,7 @@ class IMUSensorBroadcaster(_SensorBroadcaster):
 
 
 class ForceTorqueSensorBroadcaster(_SensorBroadcaster):
-    """``force_torque_sensor_broadcaster/ForceTorqueSensorBroadcaster``.
+    """``force_torque_sensor_broadcaster/ForceTorqueSensorBroadcaster``: publishes wrenches.
 
     Published is ``(measured + offset) * multiplier`` for each axis; one without an interface is
     not a number.
@@ -147,7 +147,7 @@ class ForceTorqueSensorBroadcaster(_SensorBroadcaster):
     topic = "~/wrench"
 
     def on_configure(self) -> CallbackReturn | None:
-        """Read the parameters."""
+        """Read the parameters, and create the publisher."""
         sensor = self.auto_declare("sensor_name", "")
         given = [self.auto_declare(f"interface_names.{p}.{a}", "") for p, a in _WRENCH]
         if not sensor and not any(given):
@@ -172,15 +172,15 @@ class ForceTorqueSensorBroadcaster(_SensorBroadcaster):
             self.logger.warning(
                 "Parameter 'sensor_filter_chain' has no effect: there is no ~/wrench_filtered"
             )
-        self.open()
+        self.create_publisher()
         return None
 
-    def names(self) -> Sequence[str]:
-        """Return the available interfaces of force and torque."""
+    def interface_names(self) -> Sequence[str]:
+        """Return the state interfaces of force and torque that are configured."""
         return [name for name in self._names if name]
 
-    def fill(self, values: Sequence[float]) -> None:
-        """Fill the message."""
+    def fill_message(self, values: Sequence[float]) -> None:
+        """Fill the message with the values, with offsets and multipliers applied."""
         measured = iter(values)
         for (part, axis), name, offset, factor in zip(
             _WRENCH, self._names, self._offsets, self._factors, strict=True

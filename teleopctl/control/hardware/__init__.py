@@ -1,1 +1,1 @@
-"""Hardware components: what reads states from a robot and writes commands to it."""
+"""Hardware components, which read states from a robot and write commands to it."""

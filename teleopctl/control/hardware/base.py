@@ -1,4 +1,4 @@
-"""Base class of hardware components."""
+"""Base class of hardware components, and its constructor argument."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class HardwareComponentParams:
-    """Arguments that the resource manager gives a hardware component.
+    """Constructor argument of hardware components, made by the resource manager.
 
     Attributes:
         hardware_info: The component's ``<ros2_control>`` tag.
@@ -31,7 +31,7 @@ class HardwareComponentParams:
 
 
 class HardwareComponentInterface:
-    """Base of hardware components.
+    """Base of hardware components, with ros2_control's life cycle callbacks.
 
     A plug-in overrides what it needs. A life cycle callback that returns None has succeeded; one
     that raises has failed. ``read`` and ``write`` run in the control cycle: they must not block.
@@ -46,12 +46,12 @@ class HardwareComponentInterface:
         command_interfaces: Command interfaces by full name.
         drives_cycle: Whether the hardware decides when a control cycle runs (lockstep). Such a
             hardware calls what ``set_cycle`` gives it.
-        put_elsewhere: Set by ``read`` where something else than commands has moved the robot, such
+    put_elsewhere: Set by ``read`` where something else than commands has moved the robot, such
             as the reset of a simulation: controllers give up what they were about to do.
     """
 
     drives_cycle = False
-    put_elsewhere = False
+    state_jumped = False
 
     def __init__(self, params: HardwareComponentParams) -> None:
         self.params = params
@@ -69,42 +69,42 @@ class HardwareComponentInterface:
             self.command_interfaces[command.name] = command
 
     def get_node(self) -> Node:
-        """The controller manager's node."""
+        """Return the controller manager's node."""
         return self.params.node
 
     def on_init(self) -> CallbackReturn | None:
-        """Check the parameters; called once, after the component was loaded."""
+        """Check the hardware parameters, once after loading; the base does nothing."""
 
     def on_configure(self) -> CallbackReturn | None:
-        """Connect to the hardware, so that states become available."""
+        """Connect to the hardware, so that states become available; by default nothing."""
 
     def on_activate(self) -> CallbackReturn | None:
-        """Enable the hardware, which then obeys commands."""
+        """Enable the hardware, which then follows commands; the base does nothing."""
 
     def on_deactivate(self) -> CallbackReturn | None:
-        """Disable the hardware; states stay available."""
+        """Disable the hardware, with states still available; the base does nothing."""
 
     def on_cleanup(self) -> CallbackReturn | None:
-        """Disconnect from the hardware."""
+        """Disconnect from the hardware; the base does nothing."""
 
     def on_shutdown(self) -> CallbackReturn | None:
-        """Release all resources; nothing is called afterwards."""
+        """Release all resources, as the last callback; the base does nothing."""
 
     def on_error(self) -> CallbackReturn | None:
-        """Recover from an error; success means unconfigured, failure means finalized."""
+        """Recover from an error; SUCCESS leads to unconfigured, FAILURE to finalized."""
 
     def prepare_command_mode_switch(
         self, start_interfaces: Sequence[str], stop_interfaces: Sequence[str]
     ) -> ReturnType | None:
-        """Return whether command interfaces can be switched; ERROR refuses."""
+        """Check whether command interfaces can be switched; return ERROR to refuse."""
 
     def perform_command_mode_switch(
         self, start_interfaces: Sequence[str], stop_interfaces: Sequence[str]
     ) -> ReturnType | None:
-        """Switch command interfaces, before the controllers change."""
+        """Switch command interfaces, before the controllers are switched."""
 
     def read(self, time_ns: int, period: float) -> ReturnType | None:
-        """Read the measured values into ``state_interfaces``.
+        """Read the measured values into ``state_interfaces``; called in each cycle.
 
         Args:
             time_ns: Time of the cycle, nanoseconds.
@@ -112,7 +112,7 @@ class HardwareComponentInterface:
         """
 
     def write(self, time_ns: int, period: float) -> ReturnType | None:
-        """Write ``command_interfaces`` to the hardware.
+        """Write the values of ``command_interfaces`` to the hardware; called in each cycle.
 
         Args:
             time_ns: Time of the cycle, nanoseconds.
@@ -120,7 +120,7 @@ class HardwareComponentInterface:
         """
 
     def set_cycle(self, cycle: Callable[[int], None]) -> None:
-        """Receive the function that runs a control cycle at a time in nanoseconds.
+        """Receive the function that runs a control cycle; the base ignores it.
 
         Args:
             cycle: To be called for every new state, where ``drives_cycle`` is true.

@@ -1,4 +1,4 @@
-"""The two topics on which hardware components meet a simulator or a robot: states and commands.
+"""Exchange of joint states and commands over two topics, shared by hardware components.
 
 Components of one robot share them: a state is read by all, and answered by one message with the
 commands of all, since who waits for an answer goes on with the first.
@@ -20,14 +20,14 @@ FIELDS = ("position", "velocity", "effort")
 
 
 class Member(Protocol):
-    """A component that exchanges joint states and commands on the topics."""
+    """Interface of hardware components that share a `JointStateExchange`."""
 
     def commands(self) -> tuple[list[str], dict[str, list[float]]]:
-        """Return the joints and their commands by field; no joints without a command."""
+        """Return joint names and their commands by message field; no joints without a command."""
 
 
 class JointStateExchange:
-    """Exchange of joint states and commands on a pair of topics; see `exchange_of`.
+    """Subscription to joint states and publisher of commands that components share.
 
     Attributes:
         message: The latest state, or None.
@@ -53,7 +53,7 @@ class JointStateExchange:
         self._command: Any = self._joint_state()
 
     def open(self, member: Member) -> None:
-        """Subscribe to states."""
+        """Add a component as reader; subscribe to states with the first one."""
         self._readers.append(member)
         if self._subscription is None:
             self.message = None
@@ -63,14 +63,14 @@ class JointStateExchange:
             )
 
     def close(self, member: Member) -> None:
-        """Unsubscribe."""
+        """Remove a component as reader; unsubscribe after the last one."""
         self._readers.remove(member)
         if not self._readers:
             subscription, self._subscription = self._subscription, None
             self._node.destroy_subscription(subscription)
 
     def activate(self, member: Member) -> None:
-        """Create the command publisher, by which simulators recognize a controller."""
+        """Add a component as writer; create the command publisher with the first one."""
         self._writers.append(member)
         if self._publisher is None:
             self._publisher = self._node.create_publisher(
@@ -78,7 +78,7 @@ class JointStateExchange:
             )
 
     def deactivate(self, member: Member) -> None:
-        """Stop commanding the component's joints; the simulator holds the last command."""
+        """Remove a component as writer; destroy the command publisher after the last one."""
         if member not in self._writers:
             return
         self._writers.remove(member)
@@ -87,7 +87,7 @@ class JointStateExchange:
             self._node.destroy_publisher(publisher)
 
     def write(self, member: Member, time_ns: int) -> None:
-        """Record a component's commands; publish once those of all components are there."""
+        """Record that a component has written; publish once all writers have."""
         self._written.append(member)
         if all(writer in self._written for writer in self._writers):
             self._answer(time_ns)
@@ -135,7 +135,7 @@ _exchanges: WeakKeyDictionary[Node, dict[tuple[str, str], JointStateExchange]] =
 
 
 def exchange_of(node: Node, states_topic: str, commands_topic: str) -> JointStateExchange:
-    """Return the exchange of a node on a pair of topics, which components share."""
+    """Return the exchange of a node on a pair of topics, created on first use."""
     of_node = _exchanges.setdefault(node, {})
     topics = (states_topic, commands_topic)
     if topics not in of_node:

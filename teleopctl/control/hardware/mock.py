@@ -1,4 +1,4 @@
-"""Ideal hardware without a robot: what is commanded is measured in the next cycle."""
+"""Mock hardware: commands become the measured values of the next cycle."""
 
 from __future__ import annotations
 
@@ -16,23 +16,23 @@ from teleopctl.control.hardware.base import HardwareComponentInterface
 from teleopctl.control.lifecycle import ReturnType
 
 
-def flag(text: str | None) -> bool:
-    """Return a hardware parameter as a truth value."""
+def parse_bool(text: str | None) -> bool:
+    """Return whether the text of a hardware parameter is ``true``."""
     return (text or "").strip().lower() == "true"
 
 
 class GenericSystem(HardwareComponentInterface):
-    """``mock_components/GenericSystem``: a loopback on the wall clock.
+    """``mock_components/GenericSystem``: mirrors commands to states.
 
     Hardware parameters: ``calculate_dynamics``, ``position_state_following_offset``,
     ``custom_interface_with_following_offset``, ``disable_commands``.
     """
 
     def on_init(self) -> None:
-        """Read the parameters and match command with state interfaces."""
+        """Read the hardware parameters, and match command with state interfaces."""
         parameters = self.info.hardware_parameters
-        self._disabled = flag(parameters.get("disable_commands"))
-        self._dynamics = flag(parameters.get("calculate_dynamics"))
+        self._disabled = parse_bool(parameters.get("disable_commands"))
+        self._dynamics = parse_bool(parameters.get("calculate_dynamics"))
         self._offset = float(parameters.get("position_state_following_offset") or 0.0)
         self._offset_interface = parameters.get("custom_interface_with_following_offset") or ""
         self._modes: dict[str, str] = {}
@@ -65,7 +65,7 @@ class GenericSystem(HardwareComponentInterface):
         return self._offset if command.interface_name == POSITION else 0.0
 
     def on_configure(self) -> None:
-        """Set the joints to their initial values, else to zero or the nearest limit."""
+        """Set joint states without a value to zero or the nearest limit."""
         rest = {joint.name: joint.limits.rest for joint in self.info.joints}
         for state in self._joint_states:
             if math.isnan(state.value):
@@ -77,7 +77,7 @@ class GenericSystem(HardwareComponentInterface):
     def prepare_command_mode_switch(
         self, start_interfaces: Sequence[str], stop_interfaces: Sequence[str]
     ) -> ReturnType | None:
-        """Check, with dynamics enabled, that a joint is commanded by one interface only."""
+        """With dynamics, refuse to command a joint by two interfaces at once."""
         if not self._dynamics:
             return None
         modes = dict(self._modes)
@@ -132,7 +132,7 @@ class GenericSystem(HardwareComponentInterface):
                 state.value = command.value + self._offset
 
     def _move(self, joint: str, mode: str, period: float) -> None:
-        """Differentiate or integrate what is not commanded."""
+        """Compute a joint's state from the command of one quantity."""
         position = self.state_interfaces.get(f"{joint}/{POSITION}")
         velocity = self.state_interfaces.get(f"{joint}/{VELOCITY}")
         acceleration = self.state_interfaces.get(f"{joint}/{ACCELERATION}")

@@ -1,4 +1,4 @@
-"""Hardware behind two topics: states come in, commands go out, both as sensor_msgs/JointState.
+"""Hardware over two topics: joint states received, joint commands published.
 
 Values of sensors come as positions under their interfaces' full names, ``imu/orientation.x`` say.
 
@@ -30,7 +30,7 @@ class JointStateTopicSystem(HardwareComponentInterface):
     """
 
     def on_init(self) -> None:
-        """Read the parameters and prepare the messages."""
+        """Read the hardware parameters, and prepare the exchange of messages."""
         parameters = self.info.hardware_parameters
         self.drives_cycle = (parameters.get("lockstep") or "true").strip().lower() != "false"
         self._layout: Sequence[str] = ()
@@ -50,12 +50,12 @@ class JointStateTopicSystem(HardwareComponentInterface):
         ]
 
     def set_cycle(self, cycle: Callable[[int], None]) -> None:
-        """Receive the function that runs a control cycle."""
+        """Store the function that runs a control cycle for each received state."""
         if self.drives_cycle:
             self._exchange.cycle = cycle
 
     def on_configure(self) -> None:
-        """Subscribe to states, and drop earlier ones."""
+        """Reset the states to NaN, and subscribe to states."""
         for state in self.state_interfaces.values():
             # Not its initial value: that is where a simulator starts, not where the robot is now.
             state.value = _NAN
@@ -63,29 +63,29 @@ class JointStateTopicSystem(HardwareComponentInterface):
         self._resets = self._exchange.resets
 
     def on_activate(self) -> None:
-        """Create the command publisher."""
+        """Reset the commands to NaN, and create the command publisher."""
         for command in self.command_interfaces.values():
             # The robot may have been moved meanwhile: old commands would move it back.
             command.value = _NAN
         self._exchange.activate(self)
 
     def on_deactivate(self) -> None:
-        """Destroy the command publisher."""
+        """Stop publishing commands for the component's joints."""
         self._exchange.deactivate(self)
 
     def on_cleanup(self) -> None:
-        """Unsubscribe."""
+        """Unsubscribe from states."""
         self._exchange.close(self)
 
     def on_error(self) -> None:
-        """Unsubscribe, and destroy the publisher."""
+        """Stop publishing commands, and unsubscribe from states."""
         self.on_deactivate()
         self.on_cleanup()
 
     def prepare_command_mode_switch(
         self, start_interfaces: Sequence[str], stop_interfaces: Sequence[str]
     ) -> None:
-        """Refuse to command a joint by two controllers in different ways.
+        """Refuse to let two controllers command different interfaces of one joint.
 
         One controller may own several interfaces of a joint, a trajectory's position and velocity
         say; two that want different things of it would fight.
@@ -113,7 +113,7 @@ class JointStateTopicSystem(HardwareComponentInterface):
     def perform_command_mode_switch(
         self, start_interfaces: Sequence[str], stop_interfaces: Sequence[str]
     ) -> None:
-        """Clear the other commands of joints whose command interface changes."""
+        """Reset released commands of joints whose command interface changes to NaN."""
         joints = {self.command_interfaces[name].prefix_name for name in start_interfaces}
         for name, command in self.command_interfaces.items():
             given_up = command.owner is None or name in stop_interfaces
@@ -121,14 +121,14 @@ class JointStateTopicSystem(HardwareComponentInterface):
                 command.value = _NAN
 
     def read(self, time_ns: int, period: float) -> ReturnType | None:
-        """Copy the latest received state."""
+        """Copy the last received state to the state interfaces."""
         del time_ns, period
         message = self._exchange.message
         if message is None:
             return None
         if self._resets != self._exchange.resets:
             self._resets = self._exchange.resets
-            self.put_elsewhere = True
+            self.state_jumped = True
         if self._layout != message.name:
             self._lay_out(list(message.name))
         fields = {field: getattr(message, field) for field in FIELDS}
@@ -139,7 +139,7 @@ class JointStateTopicSystem(HardwareComponentInterface):
         return None
 
     def _lay_out(self, names: list[str]) -> None:
-        """Note where each state interface stands in messages with these joint names."""
+        """Store the index of each state interface in messages with these joint names."""
         self._layout = names
         index = {name: position for position, name in enumerate(names)}
         self._readers, missing = [], set()
@@ -158,12 +158,12 @@ class JointStateTopicSystem(HardwareComponentInterface):
             )
 
     def write(self, time_ns: int, period: float) -> None:
-        """Publish the commands, with the stamp of the state that they answer."""
+        """Publish the commands, stamped with the time of the received state."""
         del period
         self._exchange.write(self, time_ns)
 
     def commands(self) -> tuple[list[str], dict[str, list[float]]]:
-        """Return the joints and their commands by field; no joints if none is claimed."""
+        """Return joint names and their commands by message field; none if none is claimed."""
         owned = {
             command.prefix_name for command in self.command_interfaces.values() if command.owner
         }
@@ -175,9 +175,9 @@ class JointStateTopicSystem(HardwareComponentInterface):
 
 
 def _value(command: CommandInterface | None, owned: set[str]) -> float:
-    """What to send: a joint that is commanded in one way is not commanded in another too.
+    """Return the value to publish; NaN for the unclaimed interfaces of a commanded joint.
 
-    One that nobody commands keeps the last values, so that it holds.
+    A joint without claimed interfaces keeps the last values, so that it holds.
     """
     if command is None or (command.owner is None and command.prefix_name in owned):
         return _NAN

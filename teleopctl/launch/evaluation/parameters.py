@@ -14,7 +14,7 @@ from teleopctl.launch.evaluation.substitution import render
 from teleopctl.launch.model import values
 from teleopctl.launch.model.descriptions import ParameterEntry, ParameterTree
 from teleopctl.launch.model.template import Template
-from teleopctl.node import why_no_parameter
+from teleopctl.node import parameter_value_problem
 
 _DUMPER: Any = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
 
@@ -52,7 +52,7 @@ def parameter_value(entry: ParameterEntry, context: LaunchContext) -> object:
             a parameter can have.
     """
     value = _tree_value(entry.value, entry.type_name, context)
-    reason = why_no_parameter(value)
+    reason = parameter_value_problem(value)
     if reason is not None:
         raise LaunchError(f"{shortened(str(value))} cannot be its value: {reason}")
     return value

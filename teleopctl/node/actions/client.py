@@ -1,4 +1,4 @@
-"""Action clients, and the handles of the goals that they send."""
+"""Action clients, and handles of the goals that they send."""
 
 from __future__ import annotations
 
@@ -42,10 +42,10 @@ FeedbackCallback = Callable[[FeedbackMessage[FeedbackT]], object]
 
 
 class FeedbackCallbacks(Generic[FeedbackT]):
-    """Feedback callbacks of a client's goals.
+    """Feedback callbacks of an action client, one for each goal.
 
-    A goal's feedback ends with its result. What came before the result and still waits for the
-    executor then is delivered; what comes later is not.
+    A goal's feedback ends with its result: messages received before the result are delivered, also
+    those that still wait for the executor; later ones are not.
     """
 
     def __init__(self) -> None:
@@ -56,30 +56,32 @@ class FeedbackCallbacks(Generic[FeedbackT]):
         self._taken = 0
 
     def add(self, key: bytes, callback: FeedbackCallback[FeedbackT]) -> None:
-        """Register a feedback callback for a goal, accepted already or not."""
+        """Register the feedback callback of a goal, which need not be accepted yet."""
         with self._lock:
             self._callbacks[key] = callback
 
-    def end(self, key: bytes, waiting: int = 0, then: Callable[[], object] = lambda: None) -> None:
-        """Unregister a goal's callback after the queued feedback was handled.
+    def remove(
+        self, key: bytes, queued: int = 0, on_removed: Callable[[], object] = lambda: None
+    ) -> None:
+        """Unregister a goal's callback once the feedback queued by now was handled.
 
         Args:
-            key: The goal's.
-            waiting: Messages that wait, of whatever goals.
-            then: Called when they have been taken; at once where nobody wants them.
+            key: Id of the goal, see `goal_key`.
+            queued: Number of feedback messages, of all goals, that wait for the executor.
+            on_removed: Called once these were handled; at once if the goal has no callback.
         """
         with self._lock:
-            if waiting and key in self._callbacks:
-                self._last[key] = (self._taken + waiting, then)
+            if queued and key in self._callbacks:
+                self._last[key] = (self._taken + queued, on_removed)
                 return
             self._callbacks.pop(key, None)
-        then()
+        on_removed()
 
-    def call(self, message: FeedbackMessage[FeedbackT] | None) -> object:
-        """Call the callback of a feedback message's goal; None stands for an unreadable message.
+    def dispatch(self, message: FeedbackMessage[FeedbackT] | None) -> object:
+        """Call the callback of the message's goal; None stands for an unreadable message.
 
         Returns:
-            What the callback returns, which may be a coroutine.
+            The callback's return value, which may be a coroutine; None without a callback.
         """
         with self._lock:
             self._taken += 1
@@ -102,7 +104,7 @@ class FeedbackCallbacks(Generic[FeedbackT]):
 
 
 class GoalResponseMessage(Protocol):
-    """Response of an action server to a goal request."""
+    """Interface of the response to a goal request: whether and when the goal was accepted."""
 
     accepted: bool
 
@@ -112,24 +114,24 @@ class GoalResponseMessage(Protocol):
 
 
 class GoalClient(Protocol[ResultT]):
-    """The requests of an action client that goal handles send."""
+    """Interface of an action client as goal handles use it: cancel and result requests."""
 
-    def cancel(self, goal_id: UUID) -> ResponseFuture[CancelGoal.Response]:
-        """Send a request to cancel a goal."""
+    def request_cancel(self, goal_id: UUID) -> ResponseFuture[CancelGoal.Response]:
+        """Send a request to cancel a goal; return a future of the response."""
 
-    def ask_for_result(
-        self, goal_id: UUID, *, at_once: bool = False
+    def request_result(
+        self, goal_id: UUID, *, immediate: bool = False
     ) -> ResponseFuture[ResultResponse[ResultT]]:
-        """Send a request for the result of a goal."""
+        """Send a request for the result of a goal; return a future of the response."""
 
 
 class ClientGoalHandle(Generic[ResultT]):
-    """Client's handle of a goal that was sent, with the server's response.
+    """Handle of a goal that an action client sent, made from the server's response.
 
     Args:
-        action_client: Who sent it.
-        goal_id: Its id.
-        goal_response: The answer.
+        action_client: The client that sent the goal.
+        goal_id: Id of the goal.
+        goal_response: The server's response to the goal request.
     """
 
     def __init__(
@@ -173,23 +175,23 @@ class ClientGoalHandle(Generic[ResultT]):
 
     @property
     def status(self) -> int:
-        """Last reported status of the goal, a number of action_msgs/msg/GoalStatus."""
+        """Goal status last published by the server, a number of action_msgs/msg/GoalStatus."""
         return int(self._state)
 
-    def follow(self, state: GoalState) -> None:
-        """Store the status that the server reports for the goal (ours)."""
+    def update_status(self, state: GoalState) -> None:
+        """Store the goal status that the server published (ours)."""
         self._state = state
 
     def cancel_goal_async(self) -> ResponseFuture[CancelGoal.Response]:
-        """Send a request to cancel the goal.
+        """Send a request to cancel the goal; return a future of the response.
 
         Returns:
             A future of the answer; the goal is being cancelled if ``goals_canceling`` holds it.
         """
-        return self._client.cancel(self._goal_id)
+        return self._client.request_cancel(self._goal_id)
 
     def cancel_goal(self) -> CancelGoal.Response | None:
-        """Send a request to cancel the goal, and wait for the response.
+        """Send a request to cancel the goal, block until the response, and return it.
 
         Raises:
             ExternalShutdownException: The context was shut down meanwhile.
@@ -197,21 +199,21 @@ class ClientGoalHandle(Generic[ResultT]):
         return self.cancel_goal_async().wait_until_answered()
 
     def get_result_async(self) -> ResponseFuture[ResultResponse[ResultT]]:
-        """Send a request for the goal's final status and result.
+        """Send a request for the goal's status and result; return a future of the response.
 
         Returns:
             A future of the answer, which comes when the goal has ended and the callbacks of the
             feedback that came before have been called.
         """
-        return self._client.ask_for_result(self._goal_id)
+        return self._client.request_result(self._goal_id)
 
     def get_result(self) -> ResultResponse[ResultT] | None:
-        """Request the goal's final status and result, and wait for the response.
+        """Request the goal's result, block until the goal has ended, and return the response.
 
         Raises:
             ExternalShutdownException: The context was shut down meanwhile.
         """
-        return self._client.ask_for_result(self._goal_id, at_once=True).wait_until_answered()
+        return self._client.request_result(self._goal_id, immediate=True).wait_until_answered()
 
 
 class ActionClient(Generic[GoalT, ResultT, FeedbackT]):
@@ -255,7 +257,7 @@ class ActionClient(Generic[GoalT, ResultT, FeedbackT]):
         self._logger = node.get_logger().get_child("action_client")
         self._lock = threading.Lock()
         self._callbacks: FeedbackCallbacks[FeedbackT] = FeedbackCallbacks()
-        # The states of goals that are not answered yet, which may be told before the answer.
+        # States of goals without a response yet; the status topic may be faster.
         self._unanswered: dict[bytes, GoalState] = {}
         self._handles: weakref.WeakValueDictionary[bytes, ClientGoalHandle[ResultT]]
         self._handles = weakref.WeakValueDictionary()
@@ -272,7 +274,7 @@ class ActionClient(Generic[GoalT, ResultT, FeedbackT]):
         self._feedback = node.create_subscription(
             parts.FeedbackMessage,
             f"{action_name}/_action/feedback",
-            self._pass_feedback_on,
+            self._dispatch_feedback,
             feedback_sub_qos_profile,
             callback_group=callback_group,
             raw=True,  # each one counts, also one that cannot be read
@@ -280,33 +282,33 @@ class ActionClient(Generic[GoalT, ResultT, FeedbackT]):
         self._status = node.create_subscription(
             parts.GoalStatusMessage,
             f"{action_name}/_action/status",
-            self._follow_states,
+            self._update_statuses,
             status_sub_qos_profile,
             callback_group=callback_group,
         )
 
     @property
     def node(self) -> NodeEndpoints:
-        """Node of the client (ours)."""
+        """Node that the client was created on (ours)."""
         return self._node
 
     @property
     def action_name(self) -> str:
-        """The fully qualified name of the action (ours)."""
+        """Fully qualified name of the action (ours)."""
         return self._feedback.topic_name.removesuffix("/_action/feedback")
 
     def get_num_entities(self) -> NumberOfEntities:
-        """Return the numbers of entities that an executor waits for, as rclpy counts them."""
+        """Return how many subscriptions, clients etc. the action client is made of, as rclpy."""
         return NumberOfEntities(num_subs=2, num_clients=3)
 
     # -- servers ---------------------------------------------------------------------------------
 
     def server_is_ready(self) -> bool:
-        """Return whether an action server of the client's name and type is in the graph."""
+        """Return whether a server of the client's action name and type is in the graph."""
         return self._is_served(self._node.graph())
 
     def wait_for_server(self, timeout_sec: float | None = None) -> bool:
-        """Wait until a server is in the graph, for some seconds of wall time.
+        """Block until an action server is in the graph or the timeout, in seconds, expires.
 
         Returns:
             False when the time ran out or the context was shut down.
@@ -329,16 +331,16 @@ class ActionClient(Generic[GoalT, ResultT, FeedbackT]):
         feedback_callback: FeedbackCallback[FeedbackT] | None = None,
         goal_uuid: UUID | None = None,
     ) -> ResponseFuture[ClientGoalHandle[ResultT]]:
-        """Send a goal.
+        """Send a goal to the action server; return a future of the goal handle.
 
         Args:
             goal: A goal of the client's action.
             feedback_callback: ``callback(message)`` for each feedback; the message has the
-                ``goal_id`` besides the ``feedback``. The first may come before the answer.
-            goal_uuid: Its id; a random one if None.
+                ``goal_id`` and the ``feedback``. The first may arrive before the goal response.
+            goal_uuid: Id of the goal; a random one if None.
 
         Returns:
-            A future of its handle, which tells whether the server has accepted it.
+            A future of the goal handle, whose ``accepted`` is the server's decision.
 
         Raises:
             TypeError: The goal is of another type.
@@ -357,8 +359,8 @@ class ActionClient(Generic[GoalT, ResultT, FeedbackT]):
             self._callbacks.add(key, feedback_callback)
         response = self._goals.call_async(request)
         future: ResponseFuture[ClientGoalHandle[ResultT]] = self._goals.make_future()
-        response.on_end(lambda: self._take_answer(key, request.goal_id, response, future))
-        response.when_unanswered(lambda: self._miss_server(future, f"goal {key.hex()}"))
+        response.on_end(lambda: self._accept_response(key, request.goal_id, response, future))
+        response.on_unanswered(lambda: self._warn_unanswered(future, f"goal {key.hex()}"))
         return future
 
     def send_goal(
@@ -367,7 +369,7 @@ class ActionClient(Generic[GoalT, ResultT, FeedbackT]):
         feedback_callback: FeedbackCallback[FeedbackT] | None = None,
         goal_uuid: UUID | None = None,
     ) -> ResultResponse[ResultT] | None:
-        """Send a goal and wait for its result.
+        """Send a goal, block until it has ended, and return its status and result.
 
         Returns:
             The end state with the result; the state is 0 where the goal was not accepted.
@@ -383,7 +385,7 @@ class ActionClient(Generic[GoalT, ResultT, FeedbackT]):
         if not isinstance(goal, self._action_type.Goal):
             raise TypeError(f"Expected {self._action_type.Goal}, got {type(goal)}")
 
-    def _take_answer(
+    def _accept_response(
         self,
         key: bytes,
         goal_id: UUID,
@@ -395,15 +397,15 @@ class ActionClient(Generic[GoalT, ResultT, FeedbackT]):
         if answer is None:
             with self._lock:
                 self._unanswered.pop(key, None)
-            self._callbacks.end(key)
+            self._callbacks.remove(key)
             future.cancel()
             return
         handle: ClientGoalHandle[ResultT] = ClientGoalHandle(self, goal_id, answer)
         with self._lock:
-            handle.follow(self._unanswered.pop(key, GoalState.UNKNOWN))
+            handle.update_status(self._unanswered.pop(key, GoalState.UNKNOWN))
             is_new = not answer.accepted or self._handles.setdefault(key, handle) is handle
         if not answer.accepted:
-            self._callbacks.end(key)
+            self._callbacks.remove(key)
         if is_new:
             future.set_result(handle)
         else:
@@ -411,22 +413,22 @@ class ActionClient(Generic[GoalT, ResultT, FeedbackT]):
                 RuntimeError(f"Two goals were accepted with the same ID ({handle})")
             )
 
-    def cancel(self, goal_id: UUID) -> ResponseFuture[CancelGoal.Response]:
-        """Request the cancellation of a goal, of this client or of another one (ours)."""
+    def request_cancel(self, goal_id: UUID) -> ResponseFuture[CancelGoal.Response]:
+        """Send a request to cancel a goal of any client; return a future of the response (ours)."""
         request = self._action_type.Impl.CancelGoalService.Request()
         request.goal_info.goal_id = goal_id
         future: ResponseFuture[CancelGoal.Response] = self._cancels.call_async(request)
         return future
 
-    def ask_for_result(
-        self, goal_id: UUID, *, at_once: bool = False
+    def request_result(
+        self, goal_id: UUID, *, immediate: bool = False
     ) -> ResponseFuture[ResultResponse[ResultT]]:
-        """Request the final status and result of a goal, of this client or of another one (ours).
+        """Send a request for the result of any client's goal; return a future of it (ours).
 
         Args:
             goal_id: Its id.
-            at_once: Not to wait until an executor has passed on the feedback that came before, for
-                who blocks the executor meanwhile.
+            immediate: Do not wait until the executor has handled the feedback received before;
+                for callers that block the executor meanwhile.
         """
         request = self._action_type.Impl.GetResultService.Request(goal_id=goal_id)
         response: ResponseFuture[ResultResponse[ResultT]] = self._results.call_async(request)
@@ -442,40 +444,40 @@ class ActionClient(Generic[GoalT, ResultT, FeedbackT]):
 
         def take() -> None:
             waiting = 0 if self._node.executor is None else self._feedback.pending()
-            if at_once:
+            if immediate:
                 pass_on()
-            self._callbacks.end(key, waiting, (lambda: None) if at_once else pass_on)
+            self._callbacks.remove(key, waiting, (lambda: None) if immediate else pass_on)
 
         response.on_end(take)
         what = f"the request for the result of goal {key.hex()}"
-        response.when_unanswered(lambda: self._miss_server(future, what))
+        response.on_unanswered(lambda: self._warn_unanswered(future, what))
         return future
 
     # Any: of whatever is waited for.
-    def _miss_server(self, future: ResponseFuture[Any], what: str) -> None:
-        """Say that nobody will answer; the future stays pending, as rclpy's."""
+    def _warn_unanswered(self, future: ResponseFuture[Any], what: str) -> None:
+        """Log that no server will respond; the future stays pending, as rclpy's."""
         if self._node.context.ok() and not self._goals.is_destroyed:
             self._logger.warning(
                 f"No server of action '{self.action_name}' answers {what}: "
                 "none is there, or it has gone away."
             )
-        future.reached_nobody()
+        future.mark_unanswered()
 
-    def feedback_waiting(self) -> int:
-        """Return how many feedback messages are queued for the executor (ours)."""
+    def queued_feedback(self) -> int:
+        """Return how many feedback messages wait for the executor (ours)."""
         return self._feedback.pending()
 
     # -- topics ----------------------------------------------------------------------------------
 
-    def _pass_feedback_on(self, data: bytes) -> object:
+    def _dispatch_feedback(self, data: bytes) -> object:
         try:
             message = deserialize(data, self._action_type.Impl.FeedbackMessage)
         except TeleopctlError as error:
             self._feedback.refusals.refuse(error.message)
             message = None
-        return self._callbacks.call(message)
+        return self._callbacks.dispatch(message)
 
-    def _follow_states(self, message: GoalStatusArray) -> None:
+    def _update_statuses(self, message: GoalStatusArray) -> None:
         with self._lock:
             meant = {*self._handles, *self._unanswered}
         # The youngest stand at the end, behind all that ended in the last quarter of an hour.
@@ -485,21 +487,21 @@ class ActionClient(Generic[GoalT, ResultT, FeedbackT]):
             key = goal_key(entry.goal_info.goal_id)
             if key in meant:
                 meant.discard(key)
-                self._follow_state(key, entry.status)
+                self._update_status(key, entry.status)
 
-    def _follow_state(self, key: bytes, number: int) -> None:
+    def _update_status(self, key: bytes, number: int) -> None:
         try:
             state = GoalState(number)
         except ValueError:  # no state that there is
             return
         with self._lock:
             if (handle := self._handles.get(key)) is not None:
-                handle.follow(state)
+                handle.update_status(state)
             elif key in self._unanswered:
                 self._unanswered[key] = state
 
     def destroy(self) -> None:
-        """Cancel what is pending and remove the client from the graph. Idempotent."""
+        """Remove the client from the graph, and cancel pending futures. Idempotent."""
         self._node.destroy_subscription(self._status)
         self._node.destroy_subscription(self._feedback)
         for client in (self._results, self._cancels, self._goals):

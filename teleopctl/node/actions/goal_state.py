@@ -1,4 +1,4 @@
-"""The life of a goal: its states, and what leads from one to the next."""
+"""State machine of action goals: states, events and transitions."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _ENCAPSULATION_SIZE = 4
 
 
 class GoalState(enum.IntEnum):
-    """Goal states, with their numbers in action_msgs/msg/GoalStatus."""
+    """States of an action goal, numbered as in action_msgs/msg/GoalStatus."""
 
     UNKNOWN = 0
     ACCEPTED = 1
@@ -37,7 +37,7 @@ class GoalState(enum.IntEnum):
 
 
 class GoalEvent(enum.Enum):
-    """Events of the goal state machine: execute, cancel, succeed, abort, canceled."""
+    """Events that change the state of a goal: execute, cancel, succeed, abort, canceled."""
 
     EXECUTE = 1
     CANCEL_GOAL = 2
@@ -61,7 +61,7 @@ _TRANSITIONS = {
 
 
 class InvalidGoalTransitionError(TeleopctlError, RCLError):
-    """An event is not possible in the goal's present state.
+    """An event was applied to a goal whose present state does not allow it.
 
     Args:
         state: The state that it is in.
@@ -80,7 +80,7 @@ class InvalidGoalTransitionError(TeleopctlError, RCLError):
 
 
 def next_state(state: GoalState, event: GoalEvent) -> GoalState:
-    """Return the state after an event.
+    """Return the goal state that an event leads to from a given state.
 
     Raises:
         InvalidGoalTransitionError: It cannot happen in this state.
@@ -92,5 +92,5 @@ def next_state(state: GoalState, event: GoalEvent) -> GoalState:
 
 
 def goal_key(goal_id: UUID) -> bytes:
-    """Return the 16 bytes of a goal's id; reading the field would import numpy."""
+    """Return the 16 UUID bytes of a goal id, as a dictionary key."""
     return bytes(serialize(goal_id)[_ENCAPSULATION_SIZE:])

@@ -1,4 +1,4 @@
-"""Action servers, with the callbacks that decide about goals.
+"""Action servers, with their callbacks and the selection of goals to cancel.
 
 Source of the cancellation policies: action_msgs/srv/CancelGoal.
 """
@@ -57,14 +57,14 @@ if TYPE_CHECKING:
 
 
 class GoalResponse(enum.Enum):
-    """Answer of a goal callback: accept or reject the goal."""
+    """Return value of a goal callback: accept or reject the goal."""
 
     REJECT = 1
     ACCEPT = 2
 
 
 class CancelResponse(enum.Enum):
-    """Answer of a cancel callback: accept or reject the request to cancel."""
+    """Return value of a cancel callback: accept or reject the cancel request."""
 
     REJECT = 1
     ACCEPT = 2
@@ -80,19 +80,19 @@ AcceptedCallback: TypeAlias = Callable[[ServerGoalHandle[GoalT, ResultT, Feedbac
 def default_handle_accepted_callback(
     goal_handle: ServerGoalHandle[GoalT, ResultT, FeedbackT],
 ) -> None:
-    """Execute a goal as soon as it is accepted."""
+    """Execute an accepted goal at once; the default callback for accepted goals."""
     goal_handle.execute()
 
 
 def default_goal_callback(goal_request: GoalT) -> GoalResponse:  # noqa: ARG001 (whichever it is)
-    """Accept every goal."""
+    """Accept every goal; the default goal callback."""
     return GoalResponse.ACCEPT
 
 
 def default_cancel_callback(
     cancel_request: ServerGoalHandle[GoalT, ResultT, FeedbackT],  # noqa: ARG001 (whichever it is)
 ) -> CancelResponse:
-    """Reject every request to cancel a goal."""
+    """Reject every cancel request; the default cancel callback."""
     return CancelResponse.REJECT
 
 
@@ -103,12 +103,12 @@ ERROR_GOAL_TERMINATED = 3
 _NO_ID = bytes(16)
 
 
-class KnownGoal(Protocol):
-    """The id, state and acceptance time of a server's goal, for a cancel request."""
+class CancelableGoal(Protocol):
+    """Interface of a server's goals as `goals_to_cancel` reads them."""
 
     @property
     def key(self) -> bytes:
-        """UUID bytes of the goal's id."""
+        """UUID bytes of the goal id."""
 
     @property
     def stamp_ns(self) -> int:
@@ -119,19 +119,19 @@ class KnownGoal(Protocol):
         """State of the goal."""
 
 
-KnownGoalT = TypeVar("KnownGoalT", bound=KnownGoal)
+CancelableGoalT = TypeVar("CancelableGoalT", bound=CancelableGoal)
 
 
 def goals_to_cancel(
-    goals: Iterable[KnownGoalT], key: bytes, stamp_ns: int
-) -> tuple[int, list[KnownGoalT]]:
-    """Return the goals that a cancel request selects, with the return code of the answer.
+    goals: Iterable[CancelableGoalT], key: bytes, stamp_ns: int
+) -> tuple[int, list[CancelableGoalT]]:
+    """Return the return code of a CancelGoal response, and the goals that the request selects.
 
     Args:
-        goals: All that the server knows, the oldest first.
+        goals: All goals of the server, the oldest first.
         key: Id in the request; zeros for none.
-        stamp_ns: Time in the request; 0 for none. Goals accepted until then are meant, and the
-            one of the id. Without id and time all are.
+        stamp_ns: Time in the request; 0 for none. Selects the goals accepted until then and
+            the one with the id; without id and time, all goals.
     """
     if key != _NO_ID and stamp_ns == 0:
         for goal in goals:
@@ -143,7 +143,7 @@ def goals_to_cancel(
     return ERROR_NONE, [goal for goal in meant if _can_be(goal)]
 
 
-def _can_be(goal: KnownGoal) -> bool:
+def _can_be(goal: CancelableGoal) -> bool:
     try:
         _next_state(goal.state, GoalEvent.CANCEL_GOAL)
     except InvalidGoalTransitionError:
@@ -154,8 +154,8 @@ def _can_be(goal: KnownGoal) -> bool:
 OutcomeT = TypeVar("OutcomeT")
 
 
-class Executions:
-    """Coroutines queued for a node's executor, which may be set later.
+class ExecutionQueue:
+    """Queue of coroutines of goals, which the node's executor runs once the node has one.
 
     So they also begin where a program spins its node now and then, and starts a goal in between.
     """
@@ -167,7 +167,7 @@ class Executions:
         self._guard = node.create_guard_condition(self._begin_next, ReentrantCallbackGroup())
 
     def add(self, begin: Callable[[], Coroutine[object, None, None]]) -> None:
-        """Queue a function whose coroutine the executor will run; any thread may call this."""
+        """Queue a function that returns a coroutine, to be run by the executor; thread-safe."""
         self._waiting.append(begin)
         self._guard.trigger()
 
@@ -181,23 +181,23 @@ class Executions:
         return begin()
 
     def destroy(self) -> None:
-        """Drop the queued coroutines."""
+        """Drop the queued functions, and destroy the queue's guard condition."""
         self._waiting.clear()
         self._guard.destroy()
         self._node.destroy_guard_condition(self._guard)
 
 
-async def outcome_of(
+async def call_and_await(
     callback: Callable[..., OutcomeT | Awaitable[OutcomeT]], *args: object
 ) -> OutcomeT:
-    """Return the result of a function or coroutine function."""
+    """Call a function or coroutine function with arguments; return its awaited result."""
     outcome = callback(*args)
     if hasattr(outcome, "__await__"):
         return await cast("Awaitable[OutcomeT]", outcome)
     return outcome
 
 
-# How long the result of a goal is kept for whoever asks, as in rclpy.
+# How long the result of a goal is kept for result requests, as in rclpy.
 _RESULT_TIMEOUT_S = 900
 
 
@@ -270,7 +270,7 @@ class ActionServer(Generic[GoalT, ResultT, FeedbackT]):
         self.register_handle_accepted_callback(handle_accepted_callback)
         self.register_cancel_callback(cancel_callback)
         group = callback_group or node.default_callback_group
-        self._executions = Executions(node)
+        self._executions = ExecutionQueue(node)
         self._timeout_ns = from_seconds(result_timeout)
         self._expiry = node.create_timer(
             max(0.0, result_timeout), self._forget_expired, group, autostart=False
@@ -280,13 +280,18 @@ class ActionServer(Generic[GoalT, ResultT, FeedbackT]):
         # Any: the services of whatever action it is.
         def serve(type_: type[Any], name: str, callback: Any, qos: QoSProfile) -> Any:
             name = node.resolve_service_name(f"{action_name}/_action/{name}")
-            return node.keep(DeferringService(node, type_, name, callback, group, qos))
+            return node.add_endpoint(DeferringService(node, type_, name, callback, group, qos))
 
         self._services = (
-            serve(parts.SendGoalService, "send_goal", self._take_goal, goal_service_qos_profile),
+            serve(
+                parts.SendGoalService,
+                "send_goal",
+                self._handle_goal_request,
+                goal_service_qos_profile,
+            ),
             serve(parts.CancelGoalService, "cancel_goal", self._cancel, cancel_service_qos_profile),
             serve(
-                parts.GetResultService, "get_result", self._give_result, result_service_qos_profile
+                parts.GetResultService, "get_result", self._send_result, result_service_qos_profile
             ),
         )
         self._feedback = node.create_publisher(
@@ -298,16 +303,16 @@ class ActionServer(Generic[GoalT, ResultT, FeedbackT]):
 
     @property
     def action_type(self) -> ActionType[GoalT, ResultT, FeedbackT]:
-        """The class of the action."""
+        """Action class of the server."""
         return self._action_type
 
     @property
     def action_name(self) -> str:
-        """The fully qualified name of the action (ours)."""
+        """Fully qualified name of the action (ours)."""
         return self._feedback.topic_name.removesuffix("/_action/feedback")
 
     def get_num_entities(self) -> NumberOfEntities:
-        """Return the numbers of entities that an executor waits for, as rclpy counts them."""
+        """Return how many services, timers etc. the action server is made of, as rclpy."""
         return NumberOfEntities(num_timers=1, num_services=len(self._services))
 
     # -- callbacks -------------------------------------------------------------------------------
@@ -319,7 +324,7 @@ class ActionServer(Generic[GoalT, ResultT, FeedbackT]):
     def register_handle_accepted_callback(
         self, handle_accepted_callback: AcceptedCallback[GoalT, ResultT, FeedbackT] | None
     ) -> None:
-        """Replace the callback of accepted goals; None executes them at once."""
+        """Replace the callback for accepted goals; None executes each goal at once."""
         self._handle_accepted_callback = (
             handle_accepted_callback or default_handle_accepted_callback
         )
@@ -327,13 +332,13 @@ class ActionServer(Generic[GoalT, ResultT, FeedbackT]):
     def register_cancel_callback(
         self, cancel_callback: CancelCallback[GoalT, ResultT, FeedbackT] | None
     ) -> None:
-        """Replace the callback that accepts or refuses to cancel; None refuses."""
+        """Replace the callback that accepts or rejects cancel requests; None rejects all."""
         self._cancel_callback = cancel_callback or default_cancel_callback
 
     def register_execute_callback(
         self, execute_callback: ExecuteCallback[GoalT, ResultT, FeedbackT]
     ) -> None:
-        """Replace the callback that executes goals.
+        """Replace the callback that executes goals and returns their results.
 
         Raises:
             TypeError: It cannot be called.
@@ -346,7 +351,7 @@ class ActionServer(Generic[GoalT, ResultT, FeedbackT]):
 
     # Any, here and below: requests and responses of whatever action it is.
 
-    async def _take_goal(self, request: Any, reply: Callable[[Any], None]) -> None:
+    async def _handle_goal_request(self, request: Any, reply: Callable[[Any], None]) -> None:
         key = goal_key(request.goal_id)
         response = self._action_type.Impl.SendGoalService.Response()
         handle = None
@@ -360,10 +365,10 @@ class ActionServer(Generic[GoalT, ResultT, FeedbackT]):
         reply(response)
         if handle is not None:
             self.publish_status()
-            await outcome_of(self._handle_accepted_callback, handle)
+            await call_and_await(self._handle_accepted_callback, handle)
 
     async def _is_accepted(self, goal: GoalT) -> bool:
-        answer = await outcome_of(self._goal_callback, goal)
+        answer = await call_and_await(self._goal_callback, goal)
         if not isinstance(answer, GoalResponse):
             self._logger.warning(
                 "Goal request callback did not return a GoalResponse type. Rejecting goal."
@@ -371,7 +376,7 @@ class ActionServer(Generic[GoalT, ResultT, FeedbackT]):
         return answer is GoalResponse.ACCEPT
 
     def _add(self, key: bytes, request: Any) -> ServerGoalHandle[GoalT, ResultT, FeedbackT] | None:
-        """Take note of a goal; None where another one came with its id while it was judged."""
+        """Store a new goal; return None if another one arrived with the same id meanwhile."""
         info = get_message("action_msgs/msg/GoalInfo")(goal_id=request.goal_id)
         with self.lock:
             if key in self._goal_handles or self._destroyed:
@@ -393,30 +398,30 @@ class ActionServer(Generic[GoalT, ResultT, FeedbackT]):
         response.goals_canceling = [
             handle.goal_info
             for handle in meant
-            if await outcome_of(self._cancel_callback, handle) is CancelResponse.ACCEPT
+            if await call_and_await(self._cancel_callback, handle) is CancelResponse.ACCEPT
             and handle.begin_cancel()
         ]
         reply(response)
 
-    def _give_result(self, request: Any, reply: Callable[[Any], None]) -> None:
+    def _send_result(self, request: Any, reply: Callable[[Any], None]) -> None:
         handle = self._goal_handles.get(goal_key(request.goal_id))
         if handle is None:
             reply(self._action_type.Impl.GetResultService.Response())
         else:
             handle.when_finished(reply)
 
-    # -- what goals ask for ----------------------------------------------------------------------
+    # -- methods for goal handles -----------------------------------------------------------------
 
     def now_ns(self) -> int:
         """Return the time of the node's clock in nanoseconds (ours)."""
         return self._node.get_clock().nanoseconds()
 
     def elapsed_ns(self) -> int:
-        """Return the node clock's elapsed nanoseconds, unaffected by time jumps (ours)."""
+        """Return the node clock's count of nanoseconds that time jumps do not affect (ours)."""
         return self._node.get_clock().elapsed_ns()
 
     def publish_status(self) -> None:
-        """Publish the status array of all goals, the oldest first (ours)."""
+        """Publish the status of all goals, the oldest first (ours)."""
         with self.lock:
             if self._destroyed:
                 return
@@ -425,7 +430,7 @@ class ActionServer(Generic[GoalT, ResultT, FeedbackT]):
             self._status.publish(message)
 
     def publish_feedback(self, goal_id: UUID, feedback: FeedbackT) -> None:
-        """Publish feedback about a goal (ours)."""
+        """Publish a feedback message for a goal (ours)."""
         if not self._destroyed:
             message = self._action_type.Impl.FeedbackMessage(goal_id=goal_id, feedback=feedback)
             self._feedback.publish(message)
@@ -435,7 +440,7 @@ class ActionServer(Generic[GoalT, ResultT, FeedbackT]):
         goal_handle: ServerGoalHandle[GoalT, ResultT, FeedbackT],
         execute_callback: ExecuteCallback[GoalT, ResultT, FeedbackT] | None,
     ) -> None:
-        """Schedule an execute callback for a goal."""
+        """Schedule a callback that executes a goal; the server's execute callback if None."""
         callback = execute_callback or self._execute_callback
         if callback is not None:
             self._executions.add(functools.partial(self._execute, callback, goal_handle))
@@ -447,7 +452,7 @@ class ActionServer(Generic[GoalT, ResultT, FeedbackT]):
     ) -> None:
         result = None
         try:
-            result = await outcome_of(callback, goal_handle)
+            result = await call_and_await(callback, goal_handle)
             goal_handle.check_result(result)
         except Exception as error:  # noqa: BLE001 (whatever the callback raises aborts the goal)
             result = None
@@ -457,7 +462,7 @@ class ActionServer(Generic[GoalT, ResultT, FeedbackT]):
                 self._logger.error(f"Error raised in execute callback: {error}")
                 traceback.print_exc()
         if not self._node.context.ok():
-            return  # nobody can be told any more
+            return  # no client can be reached any more
         if goal_handle.is_active:
             self._logger.warning(
                 f"Goal state not set, assuming aborted. Goal ID: {goal_handle.key.hex()}"
@@ -468,7 +473,7 @@ class ActionServer(Generic[GoalT, ResultT, FeedbackT]):
     # -- the end of goals ------------------------------------------------------------------------
 
     def notify_goal_done(self) -> None:
-        """Start the time after which the result of an ended goal expires."""
+        """Start the timer that drops the results of ended goals, unless it runs already."""
         with self.lock:
             if self._expiry.is_canceled() and self._timeout_ns >= 0:
                 self._expiry.restart(self._timeout_ns)

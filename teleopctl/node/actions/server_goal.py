@@ -1,4 +1,4 @@
-"""The server's side of one goal."""
+"""Goal handles of action servers."""
 
 from __future__ import annotations
 
@@ -31,39 +31,39 @@ ExecuteCallback: TypeAlias = Callable[
 
 
 class GoalServer(Protocol[GoalT, ResultT, FeedbackT]):
-    """The methods of an action server that its goal handles call."""
+    """Interface of an action server as its goal handles use it."""
 
     lock: threading.RLock
 
     @property
     def action_type(self) -> ActionType[GoalT, ResultT, FeedbackT]:
-        """The class of the action."""
+        """Action class of the server."""
 
     def publish_status(self) -> None:
-        """Publish the status array of all goals."""
+        """Publish the status of all goals of the server."""
 
     def publish_feedback(self, goal_id: UUID, feedback: FeedbackT) -> None:
-        """Publish feedback about a goal."""
+        """Publish a feedback message for a goal."""
 
     def notify_execute(
         self,
         goal_handle: ServerGoalHandle[GoalT, ResultT, FeedbackT],
         execute_callback: ExecuteCallback[GoalT, ResultT, FeedbackT] | None,
     ) -> None:
-        """Schedule the execution of a goal."""
+        """Schedule a callback that executes a goal; the server's execute callback if None."""
 
     def notify_goal_done(self) -> None:
-        """Handle the end of a goal."""
+        """Start the timer that drops the results of ended goals."""
 
     def now_ns(self) -> int:
         """Return the time of the server's clock in nanoseconds."""
 
     def elapsed_ns(self) -> int:
-        """Return the node clock's elapsed nanoseconds, unaffected by time jumps."""
+        """Return the node clock's count of nanoseconds that time jumps do not affect."""
 
 
 class ServerGoalHandle(Generic[GoalT, ResultT, FeedbackT]):
-    """Server's handle of an accepted goal.
+    """Handle of a goal that an action server accepted.
 
     Args:
         action_server: Its server.
@@ -120,7 +120,7 @@ class ServerGoalHandle(Generic[GoalT, ResultT, FeedbackT]):
 
     @property
     def state(self) -> GoalState:
-        """State of the goal (ours)."""
+        """State of the goal; UNKNOWN after `destroy` (ours)."""
         return GoalState.UNKNOWN if self._destroyed else self._state
 
     @property
@@ -130,30 +130,30 @@ class ServerGoalHandle(Generic[GoalT, ResultT, FeedbackT]):
 
     @property
     def is_active(self) -> bool:
-        """Whether the goal has not ended."""
+        """Whether the goal is accepted, executing or canceling."""
         return self.state.is_active
 
     @property
     def is_cancel_requested(self) -> bool:
-        """Whether the goal was requested to be canceled, and should end by `canceled` soon."""
+        """Whether a cancel request was accepted and the goal has not ended yet."""
         return self.state is GoalState.CANCELING
 
     def execute(
         self, execute_callback: ExecuteCallback[GoalT, ResultT, FeedbackT] | None = None
     ) -> None:
-        """Schedule the execute callback of the server, or the given one, for the goal.
+        """Schedule a callback that executes the goal; the server's execute callback if None.
 
         A goal that is being cancelled already stays so, and its callback is called all the same.
 
         Raises:
-            InvalidGoalTransitionError: It runs or has ended already.
+            InvalidGoalTransitionError: The goal is executing or has ended already.
         """
         if not self.is_cancel_requested:
             self.executing()
         self._server.notify_execute(self, execute_callback)
 
     def publish_feedback(self, feedback: FeedbackT) -> None:
-        """Publish feedback about the goal.
+        """Publish a feedback message for the goal.
 
         Raises:
             TypeError: It is of another type.
@@ -167,34 +167,34 @@ class ServerGoalHandle(Generic[GoalT, ResultT, FeedbackT]):
         """Set the goal's status to executing, for servers without an execute callback.
 
         Raises:
-            InvalidGoalTransitionError: It runs or has ended already.
+            InvalidGoalTransitionError: The goal is executing or has ended already.
         """
         self._update(GoalEvent.EXECUTE)
 
     def succeed(self, response: ResultT | None = None) -> None:
-        """End the goal as succeeded, with a result or that of the execute callback.
+        """End the goal as succeeded, with a result; None takes that of the execute callback.
 
         Raises:
-            InvalidGoalTransitionError: It does not run.
+            InvalidGoalTransitionError: The goal is not executing.
             TypeError: The result is of another type.
         """
         self._end(GoalEvent.SUCCEED, response)
 
     def abort(self, response: ResultT | None = None) -> None:
-        """End the goal as aborted, with a result; see `succeed`."""
+        """End the goal as aborted, with a result as in `succeed`."""
         self._end(GoalEvent.ABORT, response)
 
     def canceled(self, response: ResultT | None = None) -> None:
-        """End the goal as canceled, with a result; see `succeed`.
+        """End the goal as canceled, with a result as in `succeed`.
 
         Raises:
-            InvalidGoalTransitionError: It was not asked for.
+            InvalidGoalTransitionError: No cancel request was accepted for the goal.
             TypeError: The result is of another type.
         """
         self._end(GoalEvent.CANCELED, response)
 
     def destroy(self) -> None:
-        """Drop the goal: nothing is sent about it any more. Idempotent."""
+        """Drop the goal: no status, feedback or result of it is sent any more. Idempotent."""
         self._destroyed = True
         self._response.cancel()
 
@@ -207,7 +207,7 @@ class ServerGoalHandle(Generic[GoalT, ResultT, FeedbackT]):
         return True
 
     def finish(self, result: ResultT | None) -> None:
-        """Answer the pending result requests; only the first result counts (ours)."""
+        """Send the result to all clients that requested it; later calls have no effect (ours)."""
         if self._response.ended():
             return
         response = self._server.action_type.Impl.GetResultService.Response()
@@ -218,7 +218,7 @@ class ServerGoalHandle(Generic[GoalT, ResultT, FeedbackT]):
 
     # Any: the response of whatever action it is.
     def when_finished(self, reply: Callable[[Any], None]) -> None:
-        """Call ``reply`` with the result response once the goal has ended (ours)."""
+        """Call ``reply`` with the goal's result response, once the goal has ended (ours)."""
 
         def answer(response: Future[ResultResponse[ResultT]]) -> None:
             if not response.cancelled():
@@ -227,7 +227,7 @@ class ServerGoalHandle(Generic[GoalT, ResultT, FeedbackT]):
         self._response.add_done_callback(answer)
 
     def check_result(self, result: object) -> None:
-        """Raise TypeError if a result is not of the action's type (ours)."""
+        """Raise TypeError unless a result is None or of the action's result type (ours)."""
         expected = self._server.action_type.Result
         if result is not None and not isinstance(result, expected):
             raise TypeError(f"Expected {expected}, got {type(result)}")

@@ -1,1 +1,1 @@
-"""What a node talks through: publishers, subscriptions, services, clients, timers, events."""
+"""Publishers, subscriptions, services, clients, timers, guard conditions and their events."""

@@ -13,7 +13,7 @@ from teleopctl.base.interrupts import transport_callback
 from teleopctl.base.typed import TYPE_CHECKING, Any, Generic, cast
 from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces import RequestT, ResponseT, serialize
-from teleopctl.node.endpoints.service_end import ServiceEnd, ServiceInfo
+from teleopctl.node.endpoints.service_endpoint import ServiceEndpoint, ServiceInfo
 from teleopctl.node.endpoints.waitable import QueuingEntity
 from teleopctl.node.values.callback_groups import CallbackGroup
 from teleopctl.node.values.exceptions import ExternalShutdownException, ServiceUnavailableError
@@ -35,13 +35,13 @@ if TYPE_CHECKING:
     from teleopctl.node.node_core import NodeCore
 
 
-def _look_again() -> None:
-    """Do nothing; whoever spins comes back from it."""
+def _do_nothing() -> None:
+    """Do nothing, so that a spinning thread returns."""
 
 
 # Any, here and below: the request plays no part.
 class ResponseFuture(Future[ResultT]):
-    """Future of a service response, whose callbacks the node's executor calls.
+    """Future of a service response; done callbacks run in the executor of the client's node.
 
     Args:
         client: Whose request it is.
@@ -55,13 +55,13 @@ class ResponseFuture(Future[ResultT]):
         self.on_end(self._settled.set)
 
     @transport_callback
-    def reached_nobody(self) -> None:
+    def mark_unanswered(self) -> None:
         """Record that no server will respond, and wake waiting threads (ours)."""
         self._settled.set()
-        self._tell_if_unanswered()
+        self._notify_if_unanswered()
 
     def wait_until_settled(self, timeout_sec: float | None = None) -> bool:
-        """Block this thread until there is a response or no server is left to send one (ours).
+        """Block until there is a response, or no server is left to send one (ours).
 
         Returns:
             False when the time, in seconds of wall time, ran out; the request goes on then.
@@ -69,29 +69,29 @@ class ResponseFuture(Future[ResultT]):
         return self._wait_for(self._settled.wait, timeout_sec)
 
     def is_settled(self) -> bool:
-        """Whether there is a response, or no server is left to send one (ours)."""
+        """Return whether there is a response, or no server is left to send one (ours)."""
         return self._settled.is_set()
 
-    def when_unanswered(self, listener: Callable[[], object]) -> None:
-        """Call ``listener`` when no server will answer, on the transport's thread (ours)."""
+    def on_unanswered(self, listener: Callable[[], object]) -> None:
+        """Call ``listener`` once no server will respond, on a Zenoh thread (ours)."""
         self._when_unanswered.append(listener)
         if self._settled.is_set():
-            self._tell_if_unanswered()
+            self._notify_if_unanswered()
 
-    def _tell_if_unanswered(self) -> None:
+    def _notify_if_unanswered(self) -> None:
         while self._when_unanswered:
             try:
                 listener = self._when_unanswered.pop()
             except IndexError:
-                return  # another thread tells it
+                return  # another thread calls it
             if not self.done():
                 listener()
 
     def _call(self, callback: Callable[[Future[ResultT]], object]) -> None:
-        self._client.call_back(functools.partial(callback, self))
+        self._client.schedule_callback(functools.partial(callback, self))
 
     def wait_for_response(self, timeout_sec: float | None = None) -> ResultT | None:
-        """Block this thread until there is a response; raise if no server is left (ours).
+        """Block until the response, and return it; raise if no server is left (ours).
 
         For commands, which say who is missing; `Client.call` waits as rclpy does.
 
@@ -114,7 +114,7 @@ class ResponseFuture(Future[ResultT]):
         return None
 
     def wait_until_answered(self, timeout_sec: float | None = None) -> ResultT | None:
-        """Block this thread until there is a response, even while there is no server (ours).
+        """Block until the response, even while there is no server, and return it (ours).
 
         Args:
             timeout_sec: Longest wait in seconds of wall time; None waits for ever.
@@ -143,8 +143,8 @@ class ResponseFuture(Future[ResultT]):
         return ended
 
 
-class Client(ServiceEnd, QueuingEntity, Generic[RequestT, ResponseT]):
-    """Client of a service; made by ``Node.create_client``.
+class Client(ServiceEndpoint, QueuingEntity, Generic[RequestT, ResponseT]):
+    """Service client; made by ``Node.create_client``.
 
     A request that reaches no server, or whose server goes away, stays pending until the caller
     gives it up (`remove_pending_request`, a timeout): a server that comes later never sees it.
@@ -175,12 +175,12 @@ class Client(ServiceEnd, QueuingEntity, Generic[RequestT, ResponseT]):
 
     @property
     def srv_name(self) -> str:
-        """The fully qualified name of the service."""
+        """Fully qualified name of the service."""
         return self.name
 
     @property
     def service_name(self) -> str:
-        """The fully qualified name of the service."""
+        """Fully qualified name of the service."""
         return self.name
 
     def service_is_ready(self) -> bool:
@@ -188,7 +188,7 @@ class Client(ServiceEnd, QueuingEntity, Generic[RequestT, ResponseT]):
         return bool(self.node.matched(EntityKind.SS, self.name, self.type_name))
 
     def wait_for_service(self, timeout_sec: float | None = None) -> bool:
-        """Wait until a server is in the graph, for some seconds of wall time.
+        """Block until a matching server is in the graph; return False on timeout or shutdown.
 
         Returns:
             False when the time ran out or the context was shut down.
@@ -196,7 +196,7 @@ class Client(ServiceEnd, QueuingEntity, Generic[RequestT, ResponseT]):
         return self.node.wait_for_match(EntityKind.SS, self.name, self.type_name, 1, timeout_sec)
 
     def is_server_frozen(self) -> bool:
-        """Return whether all servers are in the graph but suspended, such as by SIGSTOP (ours).
+        """Return whether servers are in the graph but all suspended, as by SIGSTOP (ours).
 
         One that is stopped by a signal stays in the graph and answers nothing. Takes about a
         second then, else milliseconds.
@@ -208,7 +208,7 @@ class Client(ServiceEnd, QueuingEntity, Generic[RequestT, ResponseT]):
         return bool(servers) and all(is_frozen(session, server.zid) for server in servers)
 
     def call_async(self, request: RequestT) -> ResponseFuture[ResponseT]:
-        """Send a request.
+        """Send a request; return a future of the response.
 
         Returns:
             A future of the response; it stays pending while no server answers.
@@ -220,7 +220,7 @@ class Client(ServiceEnd, QueuingEntity, Generic[RequestT, ResponseT]):
         return self.send(request)[1]
 
     def send(self, request: RequestT) -> tuple[int, ResponseFuture[ResponseT]]:
-        """Send a request; return its future and its sequence number (ours). See `call_async`."""
+        """Send a request; return its sequence number and a future of the response (ours)."""
         self._check_alive()
         if not isinstance(request, self.srv_type.Request):
             raise TypeError(f"Expected {self.srv_type.Request}, got {type(request)}")
@@ -242,7 +242,7 @@ class Client(ServiceEnd, QueuingEntity, Generic[RequestT, ResponseT]):
                     "it did not come while the request was open, and the more requests a process "
                     "sends the sooner it gives them up"
                 )
-            future.reached_nobody()
+            future.mark_unanswered()
 
         send_request(
             self.node.context.session,
@@ -255,7 +255,7 @@ class Client(ServiceEnd, QueuingEntity, Generic[RequestT, ResponseT]):
         return sequence, future
 
     def call(self, request: RequestT, timeout_sec: float | None = None) -> ResponseT | None:
-        """Send a request and wait for the response.
+        """Send a request, block until the response, and return it; None on timeout.
 
         Args:
             request: A request of the client's type.
@@ -271,29 +271,29 @@ class Client(ServiceEnd, QueuingEntity, Generic[RequestT, ResponseT]):
 
     # Any: what is made of a response need be none.
     def make_future(self) -> ResponseFuture[Any]:
-        """Return a future for a value made from a response (ours)."""
+        """Return a new future, for a value derived from a response of this client (ours)."""
         future: ResponseFuture[Any] = ResponseFuture(self)
-        future.on_end(self._tell_of_answer)
+        future.on_end(self._notify_of_response)
         return future
 
-    def call_back(self, callback: Callable[[], object]) -> None:
-        """Schedule a function on the executor of the node, or on its next one."""
+    def schedule_callback(self, callback: Callable[[], object]) -> None:
+        """Queue a function for the node's executor, or for the next executor of the node."""
         self._callbacks.append(callback)
-        self.tell_executor()
+        self.notify_executor()
 
-    def _tell_of_answer(self) -> None:
+    def _notify_of_response(self) -> None:
         self._news = True
-        self.tell_executor()
+        self.notify_executor()
 
     def pending(self) -> int:
-        """Return how many responses are queued for the executor."""
+        """Return how many callbacks wait for the executor, at least 1 after a new response."""
         return len(self._callbacks) or int(self._news)
 
     def take(self) -> Callable[[], object] | None:
-        """Return the callback for the oldest queued response.
+        """Return the oldest queued callback; None if there is nothing for the executor to do.
 
-        An answer that calls nobody back is work as well, though there is nothing to do: who spins
-        once and then looks at the future is waiting for it.
+        A response without callbacks counts as work too, though there is nothing to do: a program
+        that spins once and then checks the future waits for it.
         """
         # Cleared only where it was set: an answer that comes between the two is seen by this one.
         if news := self._news:
@@ -301,10 +301,10 @@ class Client(ServiceEnd, QueuingEntity, Generic[RequestT, ResponseT]):
         try:
             return self._callbacks.popleft()
         except IndexError:
-            return _look_again if news else None
+            return _do_nothing if news else None
 
     def remove_pending_request(self, future: Future[Any]) -> None:
-        """Cancel a request; its response will be dropped."""
+        """Cancel the future of a request, so that its response is dropped."""
         with self._lock:
             self._pending.discard(future)
         future.cancel()
@@ -334,7 +334,7 @@ class Client(ServiceEnd, QueuingEntity, Generic[RequestT, ResponseT]):
         response: ResponseT,
         info: ServiceInfo,  # noqa: ARG002 -- for those that are taken by hand
     ) -> None:
-        """Give a response to whoever waits for it."""
+        """Set the response as the result of its future."""
         future.set_result(response)
 
     def _close(self) -> None:

@@ -1,4 +1,4 @@
-"""What publishers, subscriptions, services and clients have in common: a place in the graph."""
+"""Base of publishers, subscriptions, service servers and service clients."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ LARGE_MESSAGE = 256 * 1024
 """Size in bytes from which on memory is kept for the next message."""
 
 
-def expect_large_messages() -> None:
-    """Prepare the allocator of this process for large messages, after the first one."""
+def keep_memory_for_large_messages() -> None:
+    """Make the allocator keep freed memory; called once a large message was met."""
     # Imported here because hardly any command meets one.
     from teleopctl.base.kept_memory import keep_freed_memory
 
@@ -31,10 +31,10 @@ def expect_large_messages() -> None:
 
 
 class Endpoint(abc.ABC):
-    """Base of endpoints: key expression, liveliness token and GID.
+    """Base of publishers, subscriptions, services and clients: key, liveliness token and GID.
 
-    Subclasses declare their data channel first and call `_announce` last, so that nobody
-    meets an endpoint that does not serve yet; closing goes the other way round.
+    Subclasses declare their data channel first and call `_announce` last, so that an endpoint in
+    the graph always serves; closing goes the other way round.
 
     Args:
         node: The node that owns it.
@@ -45,7 +45,7 @@ class Endpoint(abc.ABC):
         version: Hash of the type, where it is not the one that is known here.
 
     Attributes:
-        events: What tells callbacks of events.
+        events: Handlers of the endpoint's events.
     """
 
     def __init__(
@@ -89,7 +89,7 @@ class Endpoint(abc.ABC):
 
     @property
     def handle(self) -> Handle:
-        """Handle of the endpoint as rclpy has it."""
+        """Handle of the endpoint, as in rclpy."""
         return Handle(self, self.name)
 
     @property
@@ -99,16 +99,16 @@ class Endpoint(abc.ABC):
 
     @property
     def logger_name(self) -> str:
-        """Name of the node's logger."""
+        """Name of the logger of the endpoint's node."""
         return self.node.get_logger().name
 
     @property
     def event_handlers(self) -> list[EventHandler]:
-        """Event handlers of the endpoint."""
+        """Handlers of the endpoint's events."""
         return list(self.events)
 
     def _announce(self) -> None:
-        """Show the endpoint to the graph."""
+        """Declare the endpoint's liveliness token."""
         self._token = self.node.context.announce(self._token_text)
 
     def _check_alive(self) -> None:
@@ -116,7 +116,7 @@ class Endpoint(abc.ABC):
             raise InvalidHandle(f"{type(self).__name__} of '{self.name}' was destroyed")
 
     def destroy(self) -> None:
-        """Remove the endpoint from the graph and close its channel. Idempotent."""
+        """Remove the endpoint from the graph and close its Zenoh channel. Idempotent."""
         if self._destroyed:
             return
         self._destroyed = True

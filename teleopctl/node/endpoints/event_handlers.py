@@ -1,4 +1,4 @@
-"""Handlers of publisher and subscription events: deadlines, liveliness, lost messages, matches.
+"""Event handlers: deadlines, liveliness, lost messages, matched endpoints, incompatible types.
 
 A publisher whose liveliness is automatic is alive as long as its token is in the graph, which goes
 with its process. One that asserts it by hand does so with each message and by
@@ -12,7 +12,7 @@ from __future__ import annotations
 import functools
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 import zenoh
 
@@ -33,40 +33,44 @@ from teleopctl.wire import INFINITE_NS, EndpointToken, EntityKind, assertion_key
 
 if TYPE_CHECKING:
     from teleopctl.node.endpoints.endpoint import Endpoint
+    from teleopctl.node.endpoints.events import (
+        PublisherEventCallbacks,
+        SubscriptionEventCallbacks,
+    )
     from teleopctl.node.node_core import NodeCore
 
 
 class Watchdog:
-    """Counts the periods that pass without a call of `feed`, and calls back at the end of each.
+    """Timer that reports each period that passes without a call of `feed`.
 
-    A sign does no more than note the time: the thread that waits, which exists from the first sign
-    on, finds out by itself that there is longer to wait. However late it is, no period is missed
-    and none is counted twice.
+    `feed` only stores the time: the watchdog's thread, started by the first call, finds out by
+    itself that it has to wait longer. However late the thread runs, no period is missed and none
+    is counted twice.
 
     Args:
-        period_ns: Longest time between two signs.
+        period_ns: Longest time between two calls of `feed`.
         on_silence: Called with the number of periods that have passed since the last call, on the
-            thread that waits or on that of a sign that came too late.
-        now_ns: A clock that only goes forward.
+            watchdog's thread or on that of a `feed` that came too late.
+        now_ns: Monotonic clock, in nanoseconds.
     """
 
     def __init__(
         self,
         period_ns: int,
-        on_silence: Callable[[int], None],
+        on_missed: Callable[[int], None],
         now_ns: Callable[[], int] = time.monotonic_ns,
     ) -> None:
         self._period_ns = period_ns
-        self._on_silence = on_silence
+        self._on_silence = on_missed
         self._now_ns = now_ns
         self._changed = threading.Condition()
-        self._last_sign_ns = 0
+        self._last_fed_ns = 0
         self._counted = 0
         self._thread: threading.Thread | None = None
         self._is_closed = False
 
-    def sign(self) -> None:
-        """Restart the period."""
+    def feed(self) -> None:
+        """Restart the watchdog's period."""
         with self._changed:
             if self._is_closed:
                 return
@@ -77,19 +81,19 @@ class Watchdog:
                 self._thread.start()
             else:
                 passed = self._count(now_ns)
-            self._last_sign_ns, self._counted = now_ns, 0
+            self._last_fed_ns, self._counted = now_ns, 0
         if passed:
             self._on_silence(passed)
 
     def close(self) -> None:
-        """Stop counting."""
+        """Stop the watchdog; no period is reported any more."""
         with self._changed:
             self._is_closed = True
             self._changed.notify_all()
 
     def _count(self, now_ns: int) -> int:
         before = self._counted
-        self._counted = (now_ns - self._last_sign_ns) // self._period_ns
+        self._counted = (now_ns - self._last_fed_ns) // self._period_ns
         return self._counted - before
 
     def _wait(self) -> None:
@@ -98,7 +102,7 @@ class Watchdog:
                 if self._is_closed:
                     return
                 now_ns = self._now_ns()
-                left_ns = self._last_sign_ns + (self._counted + 1) * self._period_ns - now_ns
+                left_ns = self._last_fed_ns + (self._counted + 1) * self._period_ns - now_ns
                 if left_ns > 0:
                     # A wait of more than some weeks is an error of threading's.
                     self._changed.wait(min(left_ns / 1e9, threading.TIMEOUT_MAX))
@@ -108,7 +112,7 @@ class Watchdog:
 
 
 class DeadlineHandler(EventHandler):
-    """Counts the periods of an endpoint's deadline in which it sent or received nothing.
+    """Event handler that counts the deadline periods without a message.
 
     They are counted from its first message on, as in DDS, and by this process's own clock: the
     wire has no part in it.
@@ -117,28 +121,28 @@ class DeadlineHandler(EventHandler):
     def __init__(self, endpoint: Endpoint, callback: EventCallback, group: CallbackGroup) -> None:
         super().__init__(endpoint.node, callback, group)
         self._total = 0
-        self._told = 0
+        self._reported = 0
         deadline_ns = bound_ns(endpoint.qos_profile.deadline)
         self._watchdog = None if deadline_ns is None else Watchdog(deadline_ns, self._missed)
 
-    def saw(self, gid: bytes, sequence: int) -> None:
-        """Restart the deadline period after a message."""
+    def on_message(self, gid: bytes, sequence: int) -> None:
+        """Restart the deadline period."""
         del gid, sequence
         if self._watchdog is not None:
-            self._watchdog.sign()
+            self._watchdog.feed()
 
     def _missed(self, periods: int) -> None:
         with self._lock:
             self._total += periods
             self._changed = True
-        self.tell_executor()
+        self.notify_executor()
 
     def _status(self) -> DeadlineMissedInfo:
-        before, self._told = self._told, self._total
+        before, self._reported = self._reported, self._total
         return DeadlineMissedInfo(self._total, self._total - before)
 
     def close(self) -> None:
-        """Stop counting."""
+        """Stop the watchdog of the deadline."""
         if self._watchdog is not None:
             self._watchdog.close()
 
@@ -148,16 +152,16 @@ _MOST_SENDERS = 1000
 
 
 class MessageLostHandler(EventHandler):
-    """Detects lost messages by gaps in publishers' sequence numbers."""
+    """Event handler that counts lost messages, by gaps in publishers' sequence numbers."""
 
     def __init__(self, node: NodeCore, callback: EventCallback, group: CallbackGroup) -> None:
         super().__init__(node, callback, group)
         self._last: dict[bytes, int] = {}
         self._total = 0
-        self._told = 0
+        self._reported = 0
 
-    def saw(self, gid: bytes, sequence: int) -> None:
-        """Compare a message's sequence number with its publisher's last one."""
+    def on_message(self, gid: bytes, sequence: int) -> None:
+        """Count the numbers missing between a message and its publisher's previous one."""
         with self._lock:
             missed = max(0, sequence - self._last.get(gid, sequence - 1) - 1)
             if gid not in self._last and len(self._last) >= _MOST_SENDERS:
@@ -167,10 +171,10 @@ class MessageLostHandler(EventHandler):
                 return
             self._total += missed
             self._changed = True
-        self.tell_executor()
+        self.notify_executor()
 
     def _status(self) -> MessageLostInfo:
-        before, self._told = self._told, self._total
+        before, self._reported = self._reported, self._total
         return MessageLostInfo(self._total, self._total - before)
 
 
@@ -178,11 +182,11 @@ _OTHER_SIDE = {EntityKind.MP: EntityKind.MS, EntityKind.MS: EntityKind.MP}
 
 
 class GraphHandler(EventHandler):
-    """Base of handlers that follow the matching endpoints of a topic.
+    """Base of event handlers that follow the opposite endpoints of a topic in the graph.
 
     Args:
-        endpoint: A publisher or subscription; its other side is looked at.
-        callback: Told of changes.
+        endpoint: A publisher or subscription, whose opposite endpoints are followed.
+        callback: Called after changes.
         group: For multi-threaded executors.
     """
 
@@ -192,57 +196,59 @@ class GraphHandler(EventHandler):
         self._other_side = _OTHER_SIDE[endpoint.kind]
         self._present: frozenset[EndpointToken] = frozenset()
         self._total = 0
-        self.node.context.on_graph_change(self._look)
-        self._look()
+        self.node.context.on_graph_change(self._refresh)
+        self._refresh()
 
     def _find(self) -> list[EndpointToken]:
         """Return the endpoints that fulfil the condition now."""
         raise NotImplementedError
 
-    def _look(self) -> None:
+    def _refresh(self) -> None:
         with self._lock:
             present = frozenset(self._find())
             come, gone = present - self._present, self._present - present
             if not come and not gone:
                 return
             self._total += len(come)
-            self._take_note(come, gone)
+            self._update_matches(come, gone)
             self._present = present
             self._changed = True
-        self.tell_executor()
+        self.notify_executor()
 
-    def _take_note(self, come: frozenset[EndpointToken], gone: frozenset[EndpointToken]) -> None:
-        """Learn who has come and gone, under the lock."""
+    def _update_matches(
+        self, come: frozenset[EndpointToken], gone: frozenset[EndpointToken]
+    ) -> None:
+        """Handle endpoints that were added or removed, under the lock."""
 
     def close(self) -> None:
         """Stop following the graph."""
-        self.node.context.forget_on_graph_change(self._look)
+        self.node.context.forget_on_graph_change(self._refresh)
 
 
 class MatchedHandler(GraphHandler):
-    """Counts the endpoints that match: of the same name and type, as under rmw_zenoh."""
+    """Event handler that counts the opposite endpoints of the same topic name and type."""
 
-    _told = (0, 0)
+    _reported = (0, 0)
 
     def _find(self) -> list[EndpointToken]:
         return self.node.matched(self._other_side, self._endpoint.name, self._endpoint.type_name)
 
     def _status(self) -> MatchedInfo:
         current = len(self._present)
-        total_before, current_before = self._told
-        self._told = (self._total, current)
+        total_before, current_before = self._reported
+        self._reported = (self._total, current)
         return MatchedInfo(
             self._total, self._total - total_before, current, current - current_before
         )
 
 
 class IncompatibleTypeHandler(GraphHandler):
-    """Counts the endpoints of the same name with another type, or another version of the type.
+    """Event handler that counts opposite endpoints with another type or type hash.
 
-    Such two exchange nothing, and under rmw_zenoh nobody is told.
+    They exchange no messages, and rmw_zenoh does not report them.
     """
 
-    _told = 0
+    _reported = 0
 
     def _find(self) -> list[EndpointToken]:
         graph, name = self.node.graph(), self._endpoint.name
@@ -255,33 +261,45 @@ class IncompatibleTypeHandler(GraphHandler):
         return [other for other in others if (other.type_name, other.type_hash) != own]
 
     def _status(self) -> IncompatibleTypeInfo:
-        before, self._told = self._told, self._total
+        before, self._reported = self._reported, self._total
         return IncompatibleTypeInfo(self._total, self._total - before)
 
 
+def graph_event_handlers(
+    endpoint: Endpoint,
+    callbacks: PublisherEventCallbacks | SubscriptionEventCallbacks,
+    group: CallbackGroup,
+) -> Iterator[GraphHandler]:
+    """Yield new handlers for the callbacks ``incompatible_type`` and ``matched`` that are given."""
+    if callbacks.incompatible_type is not None:
+        yield IncompatibleTypeHandler(endpoint, callbacks.incompatible_type, group)
+    if callbacks.matched is not None:
+        yield MatchedHandler(endpoint, callbacks.matched, group)
+
+
 class LivelinessLostHandler(EventHandler):
-    """Counts the expired leases of a publisher with manual liveliness."""
+    """Event handler that counts the expired liveliness leases of a publisher."""
 
     def __init__(self, endpoint: Endpoint, callback: EventCallback, group: CallbackGroup) -> None:
         super().__init__(endpoint.node, callback, group)
         self._is_alive = False
         self._total = 0
-        self._told = 0
+        self._reported = 0
         qos = endpoint.qos_profile
         lease_ns = bound_ns(qos.liveliness_lease_duration)
         is_watched = qos.liveliness == LivelinessPolicy.MANUAL_BY_TOPIC and lease_ns is not None
         self._watchdog = Watchdog(lease_ns or INFINITE_NS, self._lost) if is_watched else None
 
-    def saw(self, gid: bytes, sequence: int) -> None:
+    def on_message(self, gid: bytes, sequence: int) -> None:
         """Restart the lease after a message."""
         del sequence
-        self.asserted(gid)
+        self.on_assertion(gid)
 
-    def asserted(self, gid: bytes) -> None:
-        """Restart the lease after an assertion."""
+    def on_assertion(self, gid: bytes) -> None:
+        """Restart the lease after a liveliness assertion."""
         del gid
         if self._watchdog is not None:
-            self._watchdog.sign()
+            self._watchdog.feed()
             self._is_alive = True
 
     def _lost(self, periods: int) -> None:
@@ -292,20 +310,20 @@ class LivelinessLostHandler(EventHandler):
             self._is_alive = False
             self._total += 1
             self._changed = True
-        self.tell_executor()
+        self.notify_executor()
 
     def _status(self) -> LivelinessLostInfo:
-        before, self._told = self._told, self._total
+        before, self._reported = self._reported, self._total
         return LivelinessLostInfo(self._total, self._total - before)
 
     def close(self) -> None:
-        """Stop counting."""
+        """Stop the watchdog of the lease."""
         if self._watchdog is not None:
             self._watchdog.close()
 
 
 class LivelinessChangedHandler(GraphHandler):
-    """Follows which publishers of a subscription's topic are alive.
+    """Event handler that counts the alive and not alive publishers of a subscription.
 
     One that asserts its liveliness by hand has its whole lease from the moment it is met.
     """
@@ -313,16 +331,18 @@ class LivelinessChangedHandler(GraphHandler):
     def __init__(self, endpoint: Endpoint, callback: EventCallback, group: CallbackGroup) -> None:
         self._watchdogs: dict[bytes, Watchdog] = {}
         self._silent: set[bytes] = set()
-        self._told = (0, 0)
+        self._reported = (0, 0)
         super().__init__(endpoint, callback, group)
         self._assertions = endpoint.node.context.session.declare_subscriber(
-            assertion_key(endpoint.key), direct_callback(self._hear)
+            assertion_key(endpoint.key), direct_callback(self._receive_assertion)
         )
 
     def _find(self) -> list[EndpointToken]:
         return self.node.matched(EntityKind.MP, self._endpoint.name, self._endpoint.type_name)
 
-    def _take_note(self, come: frozenset[EndpointToken], gone: frozenset[EndpointToken]) -> None:
+    def _update_matches(
+        self, come: frozenset[EndpointToken], gone: frozenset[EndpointToken]
+    ) -> None:
         for token in gone:
             self._silent.discard(token.gid)
             if (watchdog := self._watchdogs.pop(token.gid, None)) is not None:
@@ -331,51 +351,51 @@ class LivelinessChangedHandler(GraphHandler):
             qos = token.qos
             if qos.liveliness == LivelinessPolicy.MANUAL_BY_TOPIC and qos.lease_ns < INFINITE_NS:
                 gid = token.gid
-                watchdog = Watchdog(qos.lease_ns, functools.partial(self._fell_silent, gid))
+                watchdog = Watchdog(qos.lease_ns, functools.partial(self._lease_expired, gid))
                 self._watchdogs[gid] = watchdog
-                watchdog.sign()
+                watchdog.feed()
 
-    def saw(self, gid: bytes, sequence: int) -> None:
-        """Mark a publisher as alive after a message."""
+    def on_message(self, gid: bytes, sequence: int) -> None:
+        """Mark the message's publisher as alive."""
         del sequence
-        self.asserted(gid)
+        self.on_assertion(gid)
 
-    def asserted(self, gid: bytes) -> None:
-        """Mark a publisher as alive after an assertion."""
+    def on_assertion(self, gid: bytes) -> None:
+        """Mark a publisher as alive after its liveliness assertion."""
         watchdog = self._watchdogs.get(gid)
         if watchdog is None:
             return
-        watchdog.sign()
+        watchdog.feed()
         with self._lock:
             if gid not in self._silent:
                 return
             self._silent.discard(gid)
             self._changed = True
-        self.tell_executor()
+        self.notify_executor()
 
-    def _hear(self, sample: zenoh.Sample) -> None:
-        self.asserted(sample.payload.to_bytes())
+    def _receive_assertion(self, sample: zenoh.Sample) -> None:
+        self.on_assertion(sample.payload.to_bytes())
 
-    def _fell_silent(self, gid: bytes, periods: int) -> None:
+    def _lease_expired(self, gid: bytes, periods: int) -> None:
         del periods
         with self._lock:
             if gid in self._silent or gid not in self._watchdogs:
                 return
             self._silent.add(gid)
             self._changed = True
-        self.tell_executor()
+        self.notify_executor()
 
     def _status(self) -> LivelinessChangedInfo:
         not_alive = len(self._silent)
         alive = len(self._present) - not_alive
-        alive_before, not_alive_before = self._told
-        self._told = (alive, not_alive)
+        alive_before, not_alive_before = self._reported
+        self._reported = (alive, not_alive)
         return LivelinessChangedInfo(
             alive, not_alive, alive - alive_before, not_alive - not_alive_before
         )
 
     def close(self) -> None:
-        """Stop watching the liveliness of publishers."""
+        """Stop following publishers, and stop the watchdogs of their leases."""
         super().close()
         if self.node.context.session_is_open:
             self._assertions.undeclare()

@@ -1,4 +1,4 @@
-"""Events of publishers and subscriptions: their data, their callbacks, the base of handlers."""
+"""Events of publishers and subscriptions: event data, callbacks, base of the event handlers."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from teleopctl.node.values.callback_groups import CallbackGroup
 if TYPE_CHECKING:
     from teleopctl.node.node_core import NodeCore
 
-# Any: what it is told depends on the event.
+# Any: the data depends on the event.
 EventCallback = Callable[[Any], object]
 
 
 class UnsupportedEventTypeError(Exception):
-    """The middleware does not support an event type; never raised here."""
+    """An event type is not supported; exists for rclpy programs, never raised here."""
 
 
 class MatchedInfo(NamedTuple):
-    """Numbers of matching endpoints, for a matched event.
+    """Data of a matched event: numbers of matching endpoints.
 
     Attributes:
         total_count: Matches so far.
@@ -38,7 +38,7 @@ class MatchedInfo(NamedTuple):
 
 
 class MessageLostInfo(NamedTuple):
-    """Numbers of lost messages, for a message-lost event.
+    """Data of a message-lost event: numbers of lost messages.
 
     Attributes:
         total_count: Lost messages so far.
@@ -50,7 +50,7 @@ class MessageLostInfo(NamedTuple):
 
 
 class DeadlineMissedInfo(NamedTuple):
-    """Numbers of missed deadlines, for a deadline event.
+    """Data of a deadline event: numbers of missed deadlines.
 
     Attributes:
         total_count: Periods without a message so far.
@@ -62,7 +62,7 @@ class DeadlineMissedInfo(NamedTuple):
 
 
 class LivelinessLostInfo(NamedTuple):
-    """Numbers of expired liveliness leases, for a liveliness-lost event.
+    """Data of a liveliness-lost event: numbers of expired leases.
 
     Attributes:
         total_count: Times so far.
@@ -74,7 +74,7 @@ class LivelinessLostInfo(NamedTuple):
 
 
 class LivelinessChangedInfo(NamedTuple):
-    """Numbers of alive and not alive publishers, for a liveliness-changed event.
+    """Data of a liveliness-changed event: numbers of alive and not alive publishers.
 
     Attributes:
         alive_count: Those that are.
@@ -90,7 +90,7 @@ class LivelinessChangedInfo(NamedTuple):
 
 
 class IncompatibleTypeInfo(NamedTuple):
-    """Numbers of endpoints with the same topic and another type, for an incompatible-type event.
+    """Data of an incompatible-type event: numbers of endpoints with another type.
 
     Attributes:
         total_count: Endpoints so far.
@@ -102,7 +102,7 @@ class IncompatibleTypeInfo(NamedTuple):
 
 
 class IncompatibleQoSInfo(NamedTuple):
-    """Numbers of endpoints with incompatible QoS; always zero on Zenoh.
+    """Data of an incompatible-QoS event; always zero, since no QoS is incompatible on Zenoh.
 
     Attributes:
         total_count: Endpoints so far.
@@ -116,7 +116,7 @@ class IncompatibleQoSInfo(NamedTuple):
 
 
 class PublisherEventCallbacks:
-    """Callbacks for the events of a publisher.
+    """Callbacks for the events of a publisher, None for events of no interest.
 
     On Zenoh no quality of service keeps two endpoints apart, so ``incompatible_qos`` never happens.
     """
@@ -140,7 +140,7 @@ class PublisherEventCallbacks:
 
 
 class SubscriptionEventCallbacks:
-    """Callbacks for the events of a subscription; ``incompatible_qos`` is never called."""
+    """Callbacks for the events of a subscription, None for events of no interest."""
 
     def __init__(
         self,
@@ -162,35 +162,35 @@ class SubscriptionEventCallbacks:
         self.use_default_callbacks = use_default_callbacks
 
 
-def taken_by_hand(info: object) -> None:
-    """Placeholder callback of an event that a program takes itself; never called."""
+def never_called(info: object) -> None:
+    """Placeholder callback of an event that the program polls; the executor does not serve it."""
     del info
 
 
 class EventHandler(QueuingEntity):
-    """Counts events on any thread and calls an event callback through the executor of a node."""
+    """Base of event handlers: count on any thread, call back through the node's executor."""
 
     def __init__(self, node: NodeCore, callback: EventCallback, group: CallbackGroup) -> None:
         self.node = node
         self.callback_group = group
         self._callback = callback
-        self.is_served = callback is not taken_by_hand
+        self.is_served = callback is not never_called
         self.is_destroyed = False
         self._lock = threading.Lock()
         self._changed = False
         group.add_entity(self)
 
-    def tell_executor(self) -> None:
-        """Notify the executor of the event, unless the program takes events itself."""
+    def notify_executor(self) -> None:
+        """Notify the executor of an event, unless the program polls the event."""
         if self.is_served or self.listener is not None:
-            super().tell_executor()
+            super().notify_executor()
 
     def pending(self) -> int:
-        """Return 1 while the callback is due, else 0."""
+        """Return 1 while a call of the callback is due, else 0."""
         return int(self._changed)
 
     def take(self) -> Callable[[], object] | None:
-        """Return the due call of the callback; None if no event is new."""
+        """Return the due call of the event callback; None if nothing has changed."""
         with self._lock:
             if not self._changed:
                 return None
@@ -198,31 +198,31 @@ class EventHandler(QueuingEntity):
             return functools.partial(self._callback, self._status())
 
     def status(self) -> NamedTuple:
-        """Return the counters since the last call, and reset their changes."""
+        """Return the event's counters, with the changes since the last call."""
         with self._lock:
             self._changed = False
             return self._status()
 
     def _status(self) -> NamedTuple:
-        """Return what is told to the callback, and count from there."""
+        """Return the data for the callback, and count changes from there."""
         raise NotImplementedError
 
-    def saw(self, gid: bytes, sequence: int) -> None:
-        """Handle a message that was received or published.
+    def on_message(self, gid: bytes, sequence: int) -> None:
+        """Handle a message that was received or published; the base does nothing.
 
         Args:
             gid: The publisher's identity.
             sequence: The message's number among those of its publisher.
         """
 
-    def asserted(self, gid: bytes) -> None:
-        """Handle a liveliness assertion without a message."""
+    def on_assertion(self, gid: bytes) -> None:
+        """Handle a publisher's liveliness assertion without a message; the base does nothing."""
 
     def close(self) -> None:
-        """Stop counting."""
+        """Stop counting; the base does nothing."""
 
     def destroy(self) -> None:
-        """Stop counting. Idempotent."""
+        """Stop counting, once. Idempotent."""
         if not self.is_destroyed:
             self.is_destroyed = True
             self.close()

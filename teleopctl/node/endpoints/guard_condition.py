@@ -1,4 +1,4 @@
-"""Guard conditions: any thread has an executor run a callback."""
+"""Guard conditions, by which any thread schedules a callback on the executor."""
 
 from __future__ import annotations
 
@@ -28,16 +28,16 @@ class GuardCondition(QueuingEntity):
         self._destroyed = False
 
     def trigger(self) -> None:
-        """Schedule the callback."""
+        """Schedule one call of the callback on the executor; thread-safe."""
         with self._lock:
             if self._destroyed:
                 return
             self._triggered = True
-        self.tell_executor()
+        self.notify_executor()
 
     @property
     def handle(self) -> Handle:
-        """Handle of the guard condition as rclpy has it."""
+        """Handle of the guard condition, as in rclpy."""
         return Handle(self)
 
     @property
@@ -46,7 +46,7 @@ class GuardCondition(QueuingEntity):
         return self._destroyed
 
     def destroy(self) -> None:
-        """Destroy the guard condition."""
+        """Destroy the guard condition, dropping a pending trigger."""
         self._destroyed = True
         self._triggered = False
 
@@ -55,7 +55,7 @@ class GuardCondition(QueuingEntity):
         return int(self._triggered)
 
     def take(self) -> Callable[[], object] | None:
-        """Return the callback if the condition was triggered, else None."""
+        """Reset a pending trigger and return the callback; None without a trigger."""
         with self._lock:
             if not self._triggered:
                 return None

@@ -1,4 +1,4 @@
-"""Publishers."""
+"""Publishers of topics."""
 
 from __future__ import annotations
 
@@ -10,8 +10,12 @@ import zenoh
 
 from teleopctl.base.typed import TYPE_CHECKING, Any, Generic
 from teleopctl.interfaces import MessageT, serialize
-from teleopctl.node.endpoints.arrivals import MOST_ITEMS
-from teleopctl.node.endpoints.endpoint import LARGE_MESSAGE, Endpoint, expect_large_messages
+from teleopctl.node.endpoints.endpoint import (
+    LARGE_MESSAGE,
+    Endpoint,
+    keep_memory_for_large_messages,
+)
+from teleopctl.node.endpoints.receive_queues import MOST_ITEMS
 from teleopctl.node.values.callback_groups import CallbackGroup
 from teleopctl.node.values.exceptions import (
     ContextEndedError,
@@ -32,7 +36,7 @@ if TYPE_CHECKING:
     from teleopctl.node.values.time import Duration
 
 
-class _DestroyedChannel:
+class _DestroyedPublisher:
     """In the place of a zenoh publisher that is no more, for threads that are about to publish."""
 
     @staticmethod
@@ -41,7 +45,7 @@ class _DestroyedChannel:
 
 
 class Publisher(Endpoint, Generic[MessageT]):
-    """Publisher of one topic; made by ``Node.create_publisher``.
+    """Publisher on a topic; made by ``Node.create_publisher``.
 
     Attributes:
         sends_while_ending: Whether it still sends between a signal and the release of the session
@@ -57,18 +61,17 @@ class Publisher(Endpoint, Generic[MessageT]):
         self.msg_type = msg_type
         self._sequence = itertools.count(1)
         self._context_is_ok = node.context.ok
-        self.sends_while_ending = node.context.ends_in_order
+        self.sends_while_ending = node.context.publishes_after_signal
         self._watching: tuple[EventHandler, ...] = ()
         self._channel: Any = self._declare(qos)
         self._announce()
 
-    def watch(self, callbacks: PublisherEventCallbacks, group: CallbackGroup) -> None:
-        """Register event callbacks."""
+    def add_event_callbacks(self, callbacks: PublisherEventCallbacks, group: CallbackGroup) -> None:
+        """Create an event handler for each callback that is given."""
         from teleopctl.node.endpoints.event_handlers import (
             DeadlineHandler,
-            IncompatibleTypeHandler,
             LivelinessLostHandler,
-            MatchedHandler,
+            graph_event_handlers,
         )
 
         watching: list[EventHandler] = []
@@ -78,11 +81,8 @@ class Publisher(Endpoint, Generic[MessageT]):
             watching.append(LivelinessLostHandler(self, callbacks.liveliness, group))
         self._watching = (*self._watching, *watching)
         self.events = (*self.events, *watching)
-        if callbacks.incompatible_type is not None:
-            handler = IncompatibleTypeHandler(self, callbacks.incompatible_type, group)
+        for handler in graph_event_handlers(self, callbacks, group):
             self.events = (*self.events, handler)
-        if callbacks.matched is not None:
-            self.events = (*self.events, MatchedHandler(self, callbacks.matched, group))
 
     def _declare(self, qos: QoSProfile) -> Any:
         session = self.node.context.session
@@ -115,16 +115,16 @@ class Publisher(Endpoint, Generic[MessageT]):
 
     @property
     def topic(self) -> str:
-        """The fully qualified name of the topic."""
+        """Fully qualified name of the topic."""
         return self.name
 
     @property
     def topic_name(self) -> str:
-        """The fully qualified name of the topic."""
+        """Fully qualified name of the topic."""
         return self.name
 
     def publish(self, msg: MessageT | bytes | bytearray) -> None:
-        """Send a message.
+        """Publish a message.
 
         Args:
             msg: A message of the publisher's type, or its CDR bytes.
@@ -146,7 +146,7 @@ class Publisher(Endpoint, Generic[MessageT]):
         else:
             raise TypeError(f"Expected {self.msg_type}, got {type(msg)}")
         if len(payload) >= LARGE_MESSAGE:
-            expect_large_messages()
+            keep_memory_for_large_messages()
         sequence = next(self._sequence)
         try:
             self._channel.put(
@@ -158,14 +158,14 @@ class Publisher(Endpoint, Generic[MessageT]):
                 raise self._end_of_context() from error
             raise InvalidHandle(f"publisher of '{self.name}' cannot send: {error}") from error
         for handler in self._watching:
-            handler.saw(self.gid, sequence)
+            handler.on_message(self.gid, sequence)
 
     def _end_of_context(self) -> ContextInvalidError:
         by_signal = self.node.context.ended_by_signal
         return ContextEndedError() if by_signal else ContextInvalidError()
 
     def get_subscription_count(self) -> int:
-        """Return how many subscriptions the topic has, of the same type."""
+        """Return how many subscriptions match the publisher's topic name and type."""
         return len(self.node.matched(EntityKind.MS, self.name, self.type_name))
 
     def wait_for_all_acked(self, timeout: Duration | None = None) -> bool:  # noqa: ARG002 (rclpy's)
@@ -173,7 +173,7 @@ class Publisher(Endpoint, Generic[MessageT]):
         return True
 
     def assert_liveliness(self) -> None:
-        """Assert the publisher's liveliness, if its QoS is manual by topic.
+        """Assert the publisher's liveliness; does nothing unless its QoS is manual by topic.
 
         Otherwise there is nothing to do: the liveliness is that of its token in the graph.
 
@@ -188,10 +188,10 @@ class Publisher(Endpoint, Generic[MessageT]):
         except zenoh.ZError as error:
             raise InvalidHandle(f"publisher of '{self.name}' cannot send: {error}") from error
         for handler in self._watching:
-            handler.asserted(self.gid)
+            handler.on_assertion(self.gid)
 
     def _close(self) -> None:
-        channel, self._channel = self._channel, _DestroyedChannel
+        channel, self._channel = self._channel, _DestroyedPublisher
         # Zenoh refuses while another thread is within `put`; that thread then holds the last
         # reference, and zenoh undeclares the publisher as it lets go of it.
         with contextlib.suppress(RuntimeError):

@@ -1,4 +1,4 @@
-"""Quality of service that parameters override, with the names of ``rclpy.qos_overriding_options``.
+"""QoS overrides by parameters, with the names of ``rclpy.qos_overriding_options``.
 
 The parameters are ``qos_overrides.TOPIC.publisher.POLICY``, or ``….publisher_ID.POLICY`` with an
 entity id, and likewise for subscriptions; they are read-only.
@@ -34,7 +34,7 @@ Declare: TypeAlias = "Callable[[str, AllowableParameterValue, ParameterDescripto
 
 
 class QoSPolicyKind(enum.IntEnum):
-    """QoS policies, with the numbers of ``rmw/qos_policy_kind.h``."""
+    """Kinds of QoS policies, numbered as in ``rmw/qos_policy_kind.h``."""
 
     INVALID = 1
     DURABILITY = 2
@@ -62,12 +62,12 @@ _DURATIONS = (
 
 
 class InvalidQosOverridesError(TeleopctlError):
-    """A QoS override is rejected, or names an unknown policy."""
+    """A QoS override has an invalid value, or the callback rejected the profile."""
 
 
 @dataclasses.dataclass(frozen=True)
 class QoSOverridingOptions:
-    """The QoS policies of an endpoint that parameters may override.
+    """Options of an endpoint: QoS policies that parameters may override, and a validation.
 
     Attributes:
         policy_kinds: The policies.
@@ -88,19 +88,19 @@ class QoSOverridingOptions:
         callback: Callable[[QoSProfile], SetParametersResult] | None = None,
         entity_id: str | None = None,
     ) -> QoSOverridingOptions:
-        """Return options for history, depth and reliability."""
+        """Return options that let history, depth and reliability be overridden."""
         kinds = (QoSPolicyKind.HISTORY, QoSPolicyKind.DEPTH, QoSPolicyKind.RELIABILITY)
         return cls(kinds, callback=callback, entity_id=entity_id)
 
 
-def overridden(
+def apply_qos_overrides(
     profile: QoSProfile,
     options: QoSOverridingOptions,
     side: Literal["publisher", "subscription"],
     topic: str,
     declare: Declare,
 ) -> QoSProfile:
-    """Return a QoS profile with the overrides that the node's parameters give.
+    """Declare the override parameters of an endpoint; return the QoS profile with their values.
 
     Args:
         profile: What the program says.

@@ -12,8 +12,8 @@ import zenoh
 from teleopctl.base.typed import TYPE_CHECKING, Any, Generic, TypeAlias, cast
 from teleopctl.errors import InvalidMessageError, TeleopctlError
 from teleopctl.interfaces import RequestT, ResponseT, deserialize, serialize
-from teleopctl.node.endpoints.arrivals import KeepLast
-from teleopctl.node.endpoints.service_end import ServiceEnd, ServiceInfo
+from teleopctl.node.endpoints.receive_queues import KeepLastQueue
+from teleopctl.node.endpoints.service_endpoint import ServiceEndpoint, ServiceInfo
 from teleopctl.node.endpoints.waitable import QueuingEntity
 from teleopctl.node.values.callback_groups import CallbackGroup
 from teleopctl.node.values.handle import Handle
@@ -31,16 +31,16 @@ if TYPE_CHECKING:
     from teleopctl.node.node_core import NodeCore
 
 
-# A depth in the QoS is met by each client's burst; a thousand hold what a whole system asks at
-# once, in 20 MB.
-_FEWEST_WAITING = 1000
+# The depth of the QoS is for one client's burst; a thousand hold the requests of a whole system,
+# in 20 MB.
+_MINIMUM_DEPTH = 1000
 
 # It fills the response that it is given and returns it, or another one.
 ServiceCallback: TypeAlias = Callable[[RequestT, ResponseT], ResponseT | Awaitable[ResponseT]]
 
 
 class ServiceHandle(Handle):
-    """Handle of a service whose requests the program takes and answers itself."""
+    """Handle of a service server, by which a program takes and answers requests itself."""
 
     # Any, here and below: requests and responses of the service's type.
     entity: Service[Any, Any]
@@ -49,19 +49,19 @@ class ServiceHandle(Handle):
         self,
         request_type: type[object],  # noqa: ARG002 -- rclpy's; the service knows
     ) -> tuple[Any, ServiceInfo | None]:
-        """Take the oldest queued request; return None twice if there is none."""
+        """Remove and return the oldest request and its header; None twice if there is none."""
         return self.entity.take_request() or (None, None)
 
     def service_send_response(self, response: Any, header: ServiceInfo) -> None:
-        """Answer a request; see `Service.send_response`."""
+        """Send the response to the request with a header."""
         self.entity.send_response(response, header)
 
 
-class Service(ServiceEnd, QueuingEntity, Generic[RequestT, ResponseT]):
-    """Server of a service; made by ``Node.create_service``.
+class Service(ServiceEndpoint, QueuingEntity, Generic[RequestT, ResponseT]):
+    """Service server; made by ``Node.create_service``.
 
-    Requests wait in a queue as deep as the QoS says, at least a thousand; the oldest falls out,
-    which ends the wait of its client.
+    Requests wait in a queue of the QoS profile's depth, at least a thousand; the oldest is dropped
+    when it is full, which ends the wait of its client.
 
     Args:
         node: Owner.
@@ -74,7 +74,7 @@ class Service(ServiceEnd, QueuingEntity, Generic[RequestT, ResponseT]):
             that are short and touch nothing that a callback may hold.
 
     Attributes:
-        refusals: What was dropped: bytes that are no request, and what found no room.
+        refusals: Counts and logs dropped requests: malformed ones, and those of a full queue.
     """
 
     def __init__(
@@ -95,8 +95,8 @@ class Service(ServiceEnd, QueuingEntity, Generic[RequestT, ResponseT]):
         )
         self.callback = callback
         self.callback_group = callback_group
-        self._depth = max(qos.queue_depth or 0, _FEWEST_WAITING)
-        self._queries: KeepLast[tuple[zenoh.Query, int]] = KeepLast(self._depth)
+        self._depth = max(qos.queue_depth or 0, _MINIMUM_DEPTH)
+        self._queries: KeepLastQueue[tuple[zenoh.Query, int]] = KeepLastQueue(self._depth)
         self.refusals = Refusals(f"a request to '{name}'", node.get_logger().error)
         receive = self._answer_now if immediate else self._queue
         self._channel: Any = node.context.session.declare_queryable(
@@ -106,30 +106,30 @@ class Service(ServiceEnd, QueuingEntity, Generic[RequestT, ResponseT]):
 
     @property
     def srv_name(self) -> str:
-        """The fully qualified name of the service."""
+        """Fully qualified name of the service."""
         return self.name
 
     @property
     def service_name(self) -> str:
-        """The fully qualified name of the service."""
+        """Fully qualified name of the service."""
         return self.name
 
     @property
     def handle(self) -> ServiceHandle:
-        """Handle of the service as rclpy has it, from which requests can be taken."""
+        """Handle of the service server, as in rclpy."""
         return ServiceHandle(self, self.name)
 
     def pending(self) -> int:
-        """Return how many requests are queued."""
+        """Return how many requests wait for the executor."""
         return len(self._queries)
 
     def take(self) -> Callable[[], object] | None:
-        """Return the handler of the oldest queued request; None if there is none."""
+        """Remove the oldest request; return the call that answers it, None if there is none."""
         arrival = self._queries.take()
         return None if arrival is None else functools.partial(self._handle, *arrival)
 
     def take_request(self) -> tuple[RequestT, ServiceInfo] | None:
-        """Take the oldest queued request, without an executor (ours).
+        """Remove and return the oldest request and its header, without an executor (ours).
 
         Returns:
             The request, and what `send_response` needs to answer it; None when none waits.
@@ -141,7 +141,7 @@ class Service(ServiceEnd, QueuingEntity, Generic[RequestT, ResponseT]):
         if len(self._queries) == self._depth:
             self.refusals.refuse(f"{self._depth} wait already, the oldest falls out")
         self._queries.put((query, time.time_ns()), 0)
-        self.tell_executor()
+        self.notify_executor()
 
     def _answer_now(self, query: zenoh.Query) -> None:
         try:
@@ -186,7 +186,7 @@ class Service(ServiceEnd, QueuingEntity, Generic[RequestT, ResponseT]):
         return None
 
     def send_response(self, response: ResponseT, header: ServiceInfo) -> None:
-        """Send the response to a request.
+        """Send the response to a request, given the request's header.
 
         Args:
             response: The answer.
@@ -202,7 +202,7 @@ class Service(ServiceEnd, QueuingEntity, Generic[RequestT, ResponseT]):
                 f"not {self.srv_type.Response.__name__}"
             )
         payload = serialize(response)
-        # Nobody can be told any more when the callback itself has shut down or destroyed.
+        # The reply fails when the callback itself has shut down or destroyed the service.
         assert query is not None, "the header of a response answers nothing"
         with contextlib.suppress(zenoh.ZError):
             # Told first: a client of this process may have the response before this goes on.
@@ -227,10 +227,10 @@ async def _reply_later(reply: Callable[[ResponseT], None], answer: Awaitable[Res
 
 
 class DeferringService(Service[RequestT, ResponseT]):
-    """Service whose callback sends the response itself: at once, later or never.
+    """Service server whose callback sends the response by a function, at once or later.
 
-    A request whose ``reply`` is let go of unused ends the wait of its client. For the services of
-    actions, which go on after the response, or wait long with it.
+    A request whose ``reply`` is garbage-collected unused ends the wait of its client. For the
+    services of actions, which continue after the response, or respond late.
 
     Args:
         node: Owner.

@@ -1,4 +1,4 @@
-"""Service introspection: what is called and answered, told on a topic of the service (REP 2012)."""
+"""Service introspection: events of calls, published on a topic of the service (REP 2012)."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class ServiceIntrospectionState(enum.IntEnum):
-    """Level of service introspection: off, metadata or contents."""
+    """Level of service introspection: off, metadata only, or with contents."""
 
     OFF = 0
     METADATA = 1
@@ -29,7 +29,7 @@ _REQUEST_SENT, _REQUEST_RECEIVED, _RESPONSE_SENT, _RESPONSE_RECEIVED = range(4)
 
 
 class ServiceIntrospection:
-    """Publishes the introspection events of one client or server; off by default.
+    """Publisher of the introspection events of one service client or server.
 
     Args:
         endpoint: The client or server.
@@ -46,7 +46,7 @@ class ServiceIntrospection:
         self._state = ServiceIntrospectionState.OFF
 
     def configure(self, clock: Clock, qos: QoSProfile, state: ServiceIntrospectionState) -> None:
-        """Switch introspection on or off; the publisher keeps its QoS until it is switched off."""
+        """Set level, clock and QoS of introspection; creates or destroys the publisher."""
         self._state = ServiceIntrospectionState(state)
         self._clock = clock
         if self._state is ServiceIntrospectionState.OFF:
@@ -60,25 +60,25 @@ class ServiceIntrospection:
             )
 
     def request_sent(self, client_gid: bytes, sequence: int, request: object) -> None:
-        """Publish the event "the client sent a request".
+        """Publish an event REQUEST_SENT, with the request if contents are enabled.
 
         Args:
             client_gid: Identity of the client; so the next three.
             sequence: Number of the call among the client's.
-            request: What was asked.
+            request: Message of the request.
         """
         self._tell(_REQUEST_SENT, client_gid, sequence, request=request)
 
     def request_received(self, client_gid: bytes, sequence: int, request: object) -> None:
-        """Publish the event "the server received a request"."""
+        """Publish an event REQUEST_RECEIVED, as `request_sent`."""
         self._tell(_REQUEST_RECEIVED, client_gid, sequence, request=request)
 
     def response_sent(self, client_gid: bytes, sequence: int, response: object) -> None:
-        """Publish the event "the server sent a response"."""
+        """Publish an event RESPONSE_SENT, with the response if contents are enabled."""
         self._tell(_RESPONSE_SENT, client_gid, sequence, response=response)
 
     def response_received(self, client_gid: bytes, sequence: int, response: object) -> None:
-        """Publish the event "the client received a response"."""
+        """Publish an event RESPONSE_RECEIVED, as `response_sent`."""
         self._tell(_RESPONSE_RECEIVED, client_gid, sequence, response=response)
 
     def _tell(
@@ -109,7 +109,7 @@ class ServiceIntrospection:
             publisher.publish(message)
 
     def close(self) -> None:
-        """Destroy the publisher of events. Idempotent."""
+        """Destroy the publisher of events, if any. Idempotent."""
         publisher, self._publisher = self._publisher, None
         if publisher is not None:
             publisher.destroy()

@@ -1,4 +1,4 @@
-"""Subscriptions."""
+"""Subscriptions to topics."""
 
 from __future__ import annotations
 
@@ -12,8 +12,12 @@ import zenoh
 from teleopctl.base.typed import TYPE_CHECKING, Any, Generic, NamedTuple, TypeAlias, TypedDict
 from teleopctl.errors import InvalidMessageError, TeleopctlError
 from teleopctl.interfaces import MessageT, deserialize
-from teleopctl.node.endpoints.arrivals import KeepAll, KeepLast
-from teleopctl.node.endpoints.endpoint import LARGE_MESSAGE, Endpoint, expect_large_messages
+from teleopctl.node.endpoints.endpoint import (
+    LARGE_MESSAGE,
+    Endpoint,
+    keep_memory_for_large_messages,
+)
+from teleopctl.node.endpoints.receive_queues import KeepAllQueue, KeepLastQueue
 from teleopctl.node.endpoints.waitable import QueuingEntity
 from teleopctl.node.values.callback_groups import CallbackGroup
 from teleopctl.node.values.exceptions import RCLError
@@ -27,7 +31,7 @@ if TYPE_CHECKING:
 
 
 class ContentFilterOptions(NamedTuple):
-    """Content filter of a subscription; Zenoh does not filter, so filters have no effect.
+    """Content filter of a subscription, for rclpy programs; has no effect on Zenoh.
 
     Attributes:
         filter_expression: Such as ``position > %0``.
@@ -58,7 +62,7 @@ RawCallback: TypeAlias = Callable[[bytes], object] | Callable[[bytes, MessageInf
 
 
 class SubscriptionHandle(Handle):
-    """Handle of a subscription whose messages the program takes itself."""
+    """Handle of a subscription, by which a program takes messages itself."""
 
     entity: Subscription[Any]
 
@@ -68,17 +72,17 @@ class SubscriptionHandle(Handle):
         msg_type: type[object],  # noqa: ARG002 -- rclpy's; the subscription knows
         raw: bool,
     ) -> tuple[Any, MessageInfo] | None:
-        """Take the oldest queued message; see `Subscription.take_message`."""
+        """Remove and return the oldest message and its metadata; None if there is none."""
         return self.entity.take_message(raw=raw)
 
 
 class Subscription(Endpoint, QueuingEntity, Generic[MessageT]):
-    """Subscription of one topic; made by ``Node.create_subscription``.
+    """Subscription to a topic; made by ``Node.create_subscription``.
 
-    Samples wait undecoded in a queue as deep as the QoS says (the oldest falls out) until the
-    executor takes them. Where all are to be kept, a full queue holds a reliable publisher up; see
-    `KeepAll`. A message that is older than the profile's lifespan is dropped without a word, as
-    under Fast DDS; the lifespan of a publisher is announced and binds nobody, as under rmw_zenoh.
+    Samples wait undecoded in a queue of the QoS profile's depth until the executor takes them; the
+    oldest is dropped when the queue is full. With KEEP_ALL a full queue blocks a reliable publisher
+    instead; see `KeepAllQueue`. A message older than the subscription's lifespan is dropped without
+    a report, as under Fast DDS; a publisher's lifespan is announced only, as under rmw_zenoh.
 
     Args:
         node: Owner.
@@ -94,7 +98,7 @@ class Subscription(Endpoint, QueuingEntity, Generic[MessageT]):
             `InvalidMessageError` to refuse a message.
 
     Attributes:
-        refusals: What was dropped: bytes that are no message, and what found no room.
+        refusals: Counts and logs dropped messages: malformed ones, and those of a full queue.
     """
 
     def __init__(
@@ -121,28 +125,31 @@ class Subscription(Endpoint, QueuingEntity, Generic[MessageT]):
         self.refusals = Refusals(f"a message on '{topic}'", node.get_logger().error)
         self._watching: tuple[EventHandler, ...] = ()
         self._measure: Callable[[int | None], None] | None = None
-        self._stop_measuring: Callable[[], object] | None = None
+        self._on_destroy: Callable[[], object] | None = None
         self._lifespan_ns = bound_ns(qos.lifespan)
         self._channel = self._declare(qos, immediate=immediate)
         self._announce()
 
-    def measure(self, saw: Callable[[int | None], None], stop: Callable[[], object]) -> None:
-        """Set a function that receives the source time of each message that is taken (ours).
+    def set_measurement(
+        self, on_message: Callable[[int | None], None], on_destroy: Callable[[], object]
+    ) -> None:
+        """Set a function to be called with the source time of each message taken (ours).
 
         Args:
-            saw: Told in nanoseconds since the epoch; None where it is not known.
-            stop: Called when the subscription is destroyed.
+            on_message: Receives the source time in nanoseconds since the epoch, None if unknown.
+            on_destroy: Called when the subscription is destroyed.
         """
-        self._measure, self._stop_measuring = saw, stop
+        self._measure, self._on_destroy = on_message, on_destroy
 
-    def watch(self, callbacks: SubscriptionEventCallbacks, group: CallbackGroup) -> None:
-        """Register event callbacks."""
+    def add_event_callbacks(
+        self, callbacks: SubscriptionEventCallbacks, group: CallbackGroup
+    ) -> None:
+        """Create an event handler for each callback that is given."""
         from teleopctl.node.endpoints.event_handlers import (
             DeadlineHandler,
-            IncompatibleTypeHandler,
             LivelinessChangedHandler,
-            MatchedHandler,
             MessageLostHandler,
+            graph_event_handlers,
         )
 
         watching: list[EventHandler] = []
@@ -154,17 +161,14 @@ class Subscription(Endpoint, QueuingEntity, Generic[MessageT]):
             watching.append(MessageLostHandler(self.node, callbacks.message_lost, group))
         self._watching = (*self._watching, *watching)
         self.events = (*self.events, *watching)
-        if callbacks.incompatible_type is not None:
-            handler = IncompatibleTypeHandler(self, callbacks.incompatible_type, group)
+        for handler in graph_event_handlers(self, callbacks, group):
             self.events = (*self.events, handler)
-        if callbacks.matched is not None:
-            self.events = (*self.events, MatchedHandler(self, callbacks.matched, group))
 
-    def _make_queue(self, qos: QoSProfile) -> KeepAll[_Arrival] | KeepLast[_Arrival]:
+    def _make_queue(self, qos: QoSProfile) -> KeepAllQueue[_Arrival] | KeepLastQueue[_Arrival]:
         if qos.queue_depth is not None:
-            return KeepLast(qos.queue_depth)
-        samples: KeepAll[_Arrival] = KeepAll(
-            is_patient=qos.reliability != ReliabilityPolicy.BEST_EFFORT
+            return KeepLastQueue(qos.queue_depth)
+        samples: KeepAllQueue[_Arrival] = KeepAllQueue(
+            blocks=qos.reliability != ReliabilityPolicy.BEST_EFFORT
         )
         # A session does not close while a callback waits for room.
         self.node.context.on_shutdown(samples.close)
@@ -172,7 +176,7 @@ class Subscription(Endpoint, QueuingEntity, Generic[MessageT]):
 
     def _declare(self, qos: QoSProfile, *, immediate: bool) -> Any:
         session = self.node.context.session
-        # What may keep the transport waiting keeps nobody else's samples waiting.
+        # A subscription that may block the transport does not share its Zenoh subscriber.
         if not (immediate or qos.is_latched or qos.queue_depth is None):
             return self.node.context.shared_subscribers.declare_subscriber(self.key, self._queue)
         receive = self._handle_now if immediate else self._queue
@@ -197,12 +201,12 @@ class Subscription(Endpoint, QueuingEntity, Generic[MessageT]):
 
     @property
     def topic_name(self) -> str:
-        """The fully qualified name of the topic."""
+        """Fully qualified name of the topic."""
         return self.name
 
     @property
     def is_cft_enabled(self) -> bool:
-        """Return False: content filters are not supported, as under rmw_zenoh."""
+        """Whether a content filter is active; always False, as under rmw_zenoh."""
         return False
 
     def set_content_filter(
@@ -210,7 +214,7 @@ class Subscription(Endpoint, QueuingEntity, Generic[MessageT]):
         filter_expression: str,  # noqa: ARG002 -- rclpy's
         expression_parameters: list[str],  # noqa: ARG002 -- likewise
     ) -> None:
-        """Raise: content filters are not supported, as under rmw_zenoh.
+        """Raise RCLError: content filters are not supported, as under rmw_zenoh.
 
         Raises:
             RCLError: Always.
@@ -218,7 +222,7 @@ class Subscription(Endpoint, QueuingEntity, Generic[MessageT]):
         raise RCLError("content filters are not supported by the middleware (Zenoh)")
 
     def get_content_filter(self) -> ContentFilterOptions:
-        """Raise: content filters are not supported, as under rmw_zenoh.
+        """Raise RCLError: content filters are not supported, as under rmw_zenoh.
 
         Raises:
             RCLError: Always.
@@ -227,19 +231,19 @@ class Subscription(Endpoint, QueuingEntity, Generic[MessageT]):
 
     @property
     def handle(self) -> SubscriptionHandle:
-        """Handle of the subscription as rclpy has it, from which messages can be taken."""
+        """Handle of the subscription, as in rclpy."""
         return SubscriptionHandle(self, self.name)
 
     def get_publisher_count(self) -> int:
-        """Return how many publishers the topic has, of the same type."""
+        """Return how many publishers match the subscription's topic name and type."""
         return len(self.node.matched(EntityKind.MP, self.name, self.type_name))
 
     def pending(self) -> int:
-        """Return how many messages are queued."""
+        """Return how many messages wait for the executor."""
         return len(self._samples)
 
     def take(self) -> Callable[[], object] | None:
-        """Return the call of the callback with the oldest queued message; None if there is none."""
+        """Remove the oldest message; return the call of the callback with it, or None."""
         arrival = self._samples.take()
         # One may have come while the subscription was being destroyed.
         if arrival is None or self._destroyed:
@@ -253,11 +257,11 @@ class Subscription(Endpoint, QueuingEntity, Generic[MessageT]):
         size = len(sample.payload) if self._samples.counts_bytes else 0
         if not self._samples.put((sample, time.time_ns()), size):
             self.refusals.refuse("the queue is full, and nothing is taken from it")
-        self._tell_of(sample)
-        self.tell_executor()
+        self._notify_event_handlers(sample)
+        self.notify_executor()
 
     def _handle_now(self, sample: zenoh.Sample) -> None:
-        self._tell_of(sample)
+        self._notify_event_handlers(sample)
         arguments = self._arguments(sample, time.time_ns())
         if arguments is None:
             return
@@ -270,17 +274,17 @@ class Subscription(Endpoint, QueuingEntity, Generic[MessageT]):
 
             self.refusals.refuse(f"the callback failed:\n{traceback.format_exc()}")
 
-    def _tell_of(self, sample: zenoh.Sample) -> None:
-        """Tell the handlers of events that a message came."""
+    def _notify_event_handlers(self, sample: zenoh.Sample) -> None:
+        """Pass a message's publisher and sequence number to the event handlers."""
         if not self._watching or sample.attachment is None:
             return
         meta = decode_attachment(sample.attachment.to_bytes())
         if meta is not None:
             for handler in self._watching:
-                handler.saw(meta.gid, meta.sequence)
+                handler.on_message(meta.gid, meta.sequence)
 
     def _has_expired(self, sample: zenoh.Sample) -> bool:
-        """Whether a message is older than the lifespan, by its publisher's stamp."""
+        """Return whether a message is older than the lifespan, by its source time."""
         if self._lifespan_ns is None or sample.attachment is None:
             return False
         meta = decode_attachment(sample.attachment.to_bytes())
@@ -288,13 +292,13 @@ class Subscription(Endpoint, QueuingEntity, Generic[MessageT]):
 
     # Any: a message of the subscription's type, or bytes.
     def take_message(self, *, raw: bool = False) -> tuple[Any, MessageInfo] | None:
-        """Take the oldest queued message, without an executor (ours).
+        """Remove and return the oldest message and its metadata, without an executor (ours).
 
         Args:
             raw: Return its bytes instead of a message.
 
         Returns:
-            The message and what is known of it; None when none waits.
+            The message and its metadata; None if no message is queued.
         """
         arrival = self._samples.take()
         if arrival is None or self._has_expired(arrival[0]):
@@ -304,7 +308,7 @@ class Subscription(Endpoint, QueuingEntity, Generic[MessageT]):
         return None if info is None else (message, info)
 
     def _arguments(self, sample: zenoh.Sample, received_ns: int) -> tuple[Any, ...] | None:
-        """Return what the callback gets; None when the sample has expired or cannot be read."""
+        """Return the callback's arguments; None if the sample has expired or is malformed."""
         if self._has_expired(sample):
             return None
         message = self._decode(sample, raw=self.raw)
@@ -317,10 +321,10 @@ class Subscription(Endpoint, QueuingEntity, Generic[MessageT]):
         return None if info is None else (message, info)
 
     def _decode(self, sample: zenoh.Sample, *, raw: bool) -> MessageT | bytes | None:
-        """Decode a sample; None, counted and reported, when it is not what its key says."""
+        """Decode a sample; count, log and return None if it is malformed."""
         payload = sample.payload.to_bytes()
         if len(payload) >= LARGE_MESSAGE:
-            expect_large_messages()
+            keep_memory_for_large_messages()
         try:
             return payload if raw else deserialize(payload, self.msg_type)
         except TeleopctlError as error:
@@ -328,7 +332,7 @@ class Subscription(Endpoint, QueuingEntity, Generic[MessageT]):
             return None
 
     def _info(self, sample: zenoh.Sample, received_ns: int) -> MessageInfo | None:
-        """Read the attachment of a sample; None, counted and reported, when it cannot be read."""
+        """Return the metadata of a sample; count, log and return None if it is malformed."""
         meta = decode_attachment(sample.attachment.to_bytes()) if sample.attachment else None
         if meta is None:
             self.refusals.refuse("it came without a readable attachment")
@@ -342,8 +346,8 @@ class Subscription(Endpoint, QueuingEntity, Generic[MessageT]):
         }
 
     def _close(self) -> None:
-        if self._stop_measuring is not None:
-            self._stop_measuring()
+        if self._on_destroy is not None:
+            self._on_destroy()
         # First: undeclaring waits for a callback that waits for room.
         self._samples.close()
         self._channel.undeclare()
@@ -366,7 +370,7 @@ def _accepted(callback: Callable[..., object]) -> range:
 
 
 def _takes_two(callback: Callable[..., object]) -> bool:
-    """Tell whether a callback wants the message's information besides the message."""
+    """Return whether a callback takes the message's `MessageInfo` as a second argument."""
     accepted = _accepted(callback)  # without inspect, which takes long to import
     if 1 in accepted or 2 in accepted:
         return 1 not in accepted

@@ -1,4 +1,4 @@
-"""Timers on a clock, and rates that sleep by one."""
+"""Timers on a clock, and rates."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ if TYPE_CHECKING:
 
 
 class PeriodicTimer:
-    """Timer without a callback: due once per period of a clock, until `call` marks it as called.
+    """Timer without a callback, due once per period until `mark_called`.
 
     Periods are spans as `Clock.elapsed_ns` counts them: of simulated time where a ROS clock follows
-    ``/clock``, else of the steady clock. Late calls are made up once, not piled up: after a late
-    call the next one is at the next multiple of the period, as in rcl.
+    ``/clock``, else of the steady clock. Missed calls are not made up for: after a
+    late call the next one is at the next multiple of the period, as in rcl.
 
     Attributes:
-        listener: Told when the clock makes it due in a jump, or it starts anew, while somebody
-            waits by hand.
+        listener: Called when a time jump makes the timer due or the timer is restarted, while a
+            wait set holds the timer.
     """
 
     listener: Callable[[], None] | None = None
@@ -40,11 +40,11 @@ class PeriodicTimer:
         self._cancelled = not autostart
         self._destroyed = False
         if isinstance(clock, ROSClock):
-            clock.on_jump(self._follow_clock)
+            clock.on_time_update(self._follow_clock)
 
     @property
     def timer_period_ns(self) -> int:
-        """Period in nanoseconds; a new period applies after the next call, as in rcl."""
+        """Period in nanoseconds; a new value applies after the next call, as in rcl."""
         return self._period_ns
 
     @timer_period_ns.setter
@@ -53,7 +53,7 @@ class PeriodicTimer:
 
     @property
     def handle(self) -> TimerHandle:
-        """Handle of the timer as rclpy has it, which can be waited for."""
+        """Handle of the timer, as in rclpy, to be added to a wait set."""
         return TimerHandle(self)
 
     @property
@@ -62,50 +62,50 @@ class PeriodicTimer:
         return self._destroyed
 
     def is_ready(self) -> bool:
-        """Return whether a call is due."""
+        """Return whether a call of the timer is due."""
         return not self._cancelled and self.clock.elapsed_ns() >= self._next_call_ns
 
     def pending(self) -> int:
-        """Return 1 while a call is due, else 0."""
+        """Return 1 while a call of the timer is due, else 0."""
         return int(self.is_ready())
 
     def is_canceled(self) -> bool:
-        """Return whether the timer is cancelled."""
+        """Return whether the timer is canceled."""
         return self._cancelled
 
     def cancel(self) -> None:
-        """Cancel the timer until `reset`."""
+        """Stop the timer until `reset`."""
         self._cancelled = True
 
     def restart(self, period_ns: int) -> None:
-        """Restart the timer with another period, in nanoseconds (ours)."""
+        """Set the period, in nanoseconds, and restart the timer (ours)."""
         self.timer_period_ns = period_ns
         self.reset()
 
     def reset(self) -> None:
-        """Restart the period: the next call is due one period from now."""
+        """Restart the timer: the next call is due one period from now."""
         self._cancelled = self._destroyed
         self._last_call_ns = self.clock.elapsed_ns()
         self._next_call_ns = self._last_call_ns + self._period_ns
-        self.tell_executor()
+        self.notify_executor()
 
     def time_since_last_call(self) -> int:
-        """Return the nanoseconds since the last call."""
+        """Return the nanoseconds since the timer's last call, or since its reset."""
         return self.clock.elapsed_ns() - self._last_call_ns
 
     def time_until_next_call(self) -> int | None:
-        """Return the nanoseconds until the next call, None when cancelled."""
+        """Return the nanoseconds until the timer's next call; None if it is canceled."""
         if self._cancelled:
             return None
         return self._next_call_ns - self.clock.elapsed_ns()
 
     @property
-    def waits_for_event(self) -> bool:
-        """Whether the timer waits for a message on ``/clock`` rather than for time to pass."""
+    def waits_for_clock(self) -> bool:
+        """Whether the timer waits for messages on ``/clock`` rather than for real time."""
         return isinstance(self.clock, ROSClock) and self.clock.ros_time_is_active
 
-    def count_call(self) -> bool:
-        """Mark the due call as made and schedule the next; return False if cancelled."""
+    def mark_called(self) -> bool:
+        """Count the due call as made and schedule the next; return False if canceled."""
         if self._cancelled:
             return False
         now_ns = self.clock.elapsed_ns()
@@ -118,11 +118,11 @@ class PeriodicTimer:
         return True
 
     def destroy(self) -> None:
-        """Destroy the timer."""
+        """Cancel the timer for good, and detach it from its clock."""
         self._destroyed = True
         self._cancelled = True
         if isinstance(self.clock, ROSClock):
-            self.clock.forget_on_jump(self._follow_clock)
+            self.clock.forget_on_time_update(self._follow_clock)
 
     def __enter__(self) -> Self:
         return self
@@ -131,68 +131,68 @@ class PeriodicTimer:
         self.destroy()
 
     def _follow_clock(self) -> None:
-        """Look at the clock anew: simulated time moved, or began or ended."""
+        """Update the timer after a change of simulated time or of the time source."""
         if self.clock.elapsed_ns() < self._last_call_ns:
             # Time went back (a simulation was reset): count from here, as rcl does.
             self.reset()
-        elif not self.waits_for_event or self.is_ready():
-            self.tell_executor()
+        elif not self.waits_for_clock or self.is_ready():
+            self.notify_executor()
 
-    def tell_executor(self) -> None:
-        """Notify the wait set, if any, that the timer's next call has changed."""
+    def notify_executor(self) -> None:
+        """Notify the wait set that holds the timer, if any, that the next call has changed."""
         if (listener := self.listener) is not None:
             listener()
 
 
 class TimerHandle(Handle):
-    """Handle of a timer whose calls the program counts itself."""
+    """Handle of a timer, by which a program checks and counts calls itself."""
 
     entity: PeriodicTimer
 
     def is_timer_ready(self) -> bool:
-        """Return whether a call is due."""
+        """Return whether a call of the timer is due."""
         return self.entity.is_ready()
 
     def call_timer(self) -> None:
-        """Mark the due call as made: the next is due one period later.
+        """Count the due call as made: the next one is due one period later.
 
         Raises:
             TimerCancelledError: It was cancelled.
         """
-        if not self.entity.count_call():
+        if not self.entity.mark_called():
             raise TimerCancelledError("the timer was cancelled")
 
     def cancel_timer(self) -> None:
-        """Cancel the timer until `reset_timer`."""
+        """Stop the timer until `reset_timer`."""
         self.entity.cancel()
 
     def is_timer_canceled(self) -> bool:
-        """Return whether the timer is cancelled."""
+        """Return whether the timer is canceled."""
         return self.entity.is_canceled()
 
     def reset_timer(self) -> None:
-        """Restart the period: the next call is due one period from now."""
+        """Restart the timer: the next call is due one period from now."""
         self.entity.reset()
 
     def time_since_last_call(self) -> int:
-        """Return the nanoseconds since the last call."""
+        """Return the nanoseconds since the timer's last call, or since its reset."""
         return self.entity.time_since_last_call()
 
     def time_until_next_call(self) -> int | None:
-        """Return the nanoseconds until the next call, None when cancelled."""
+        """Return the nanoseconds until the timer's next call; None if it is canceled."""
         return self.entity.time_until_next_call()
 
     def get_timer_period(self) -> int:
-        """Return the period in nanoseconds."""
+        """Return the timer's period in nanoseconds."""
         return self.entity.timer_period_ns
 
     def change_timer_period(self, period_nsec: int) -> None:
-        """Set the period in nanoseconds; the next call's time does not change."""
+        """Set the timer's period in nanoseconds; the next call stays when it is."""
         self.entity.timer_period_ns = period_nsec
 
 
 class Timer(PeriodicTimer):
-    """Timer that calls back each period of a clock; made by ``Node.create_timer``."""
+    """Timer with a callback for each period of a clock; made by ``Node.create_timer``."""
 
     def __init__(
         self,
@@ -211,26 +211,26 @@ class Timer(PeriodicTimer):
 
     @property
     def node(self) -> NodeCore:
-        """Node of the timer."""
+        """Node that the timer was created on."""
         return self._node
 
     def take(self) -> Callable[[], object] | None:
-        """Mark the due call as made and return it; executors do so before calling back.
+        """Count the due call as made; return the callback for the executor, or None.
 
         Returns:
             The callback; None when there is none or the timer was cancelled meanwhile.
         """
-        return self.callback if self.count_call() else None
+        return self.callback if self.mark_called() else None
 
-    def tell_executor(self) -> None:
+    def notify_executor(self) -> None:
         """Notify the executor and the wait set that the timer's next call has changed."""
-        super().tell_executor()
+        super().notify_executor()
         if (executor := self._node.executor) is not None:
             executor.wake()
 
 
 class Rate:
-    """Sleeps at a fixed rate, while another thread spins the node."""
+    """Rate that a thread sleeps by, while another thread spins the node."""
 
     def __init__(self, timer: Timer, context: Context) -> None:
         self.timer = timer
@@ -239,7 +239,7 @@ class Rate:
         timer.callback = self._tick.set
 
     def sleep(self) -> None:
-        """Sleep until the next tick.
+        """Block until the next period of the rate begins.
 
         Raises:
             ROSInterruptException: The context was shut down, or the rate was destroyed.
@@ -255,6 +255,6 @@ class Rate:
             raise ROSInterruptException
 
     def destroy(self) -> None:
-        """Destroy the timer and wake sleeping threads."""
+        """Destroy the timer of the rate, and wake sleeping threads."""
         self.timer.destroy()
         self._tick.set()

@@ -1,4 +1,4 @@
-"""Statistics of the messages of a subscription, published as rclcpp's topic statistics are."""
+"""Topic statistics of a subscription, published as rclcpp does."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class TopicStatisticsOptions(NamedTuple):
-    """Options for the statistics of a subscription: message age and period.
+    """Options for publishing a subscription's topic statistics (message age and period).
 
     Attributes:
         publish_period_sec: Length of a window in seconds of wall time; positive.
@@ -28,7 +28,7 @@ class TopicStatisticsOptions(NamedTuple):
     qos_profile: QoSProfile = QoSProfile(depth=10)
 
     def check(self) -> None:
-        """Raise ValueError for a period that is not positive (ours)."""
+        """Raise ValueError unless the publish period is positive (ours)."""
         if self.publish_period_sec <= 0:
             raise ValueError(
                 "the period of topic statistics must be positive, which "
@@ -37,7 +37,7 @@ class TopicStatisticsOptions(NamedTuple):
 
 
 class Measurements:
-    """Running mean, extremes and deviation of the measurements in a window.
+    """Running mean, extremes and standard deviation of measurements.
 
     The mean and the sum of squared differences from it follow each measurement (Welford 1962).
     """
@@ -50,7 +50,7 @@ class Measurements:
         self._max = -math.inf
 
     def add(self, value: float) -> None:
-        """Add a measurement."""
+        """Add a measurement to the running statistics."""
         before = value - self._mean
         self._count += 1
         self._mean += before / self._count
@@ -59,7 +59,7 @@ class Measurements:
         self._max = max(self._max, value)
 
     def data_points(self) -> list[tuple[int, float]]:
-        """Return kind (``StatisticDataType``) and value of each statistic, in rclcpp's order.
+        """Return pairs of ``StatisticDataType`` and value, in rclcpp's order.
 
         Mean, maximum, minimum, number and standard deviation of the whole window; NaN, but for
         the number, where nothing was measured.
@@ -77,14 +77,14 @@ class Measurements:
 
 
 class TopicStatistics:
-    """Measures the messages of one subscription as they are taken, and publishes each window.
+    """Measures a subscription's messages, and publishes the statistics of each time window.
 
     Args:
         node_name: Named as the source.
         publisher: Of the statistics.
     """
 
-    # Any: message classes are made when they are first asked for.
+    # Any: message classes are generated on first use.
     def __init__(self, node_name: str, publisher: Publisher[Any]) -> None:
         self._node_name = node_name
         self._publisher = publisher
@@ -94,8 +94,8 @@ class TopicStatistics:
         self._last_ns: int | None = None
         self._window_start_ns = time.time_ns()
 
-    def saw(self, source_ns: int | None) -> None:
-        """Measure the age and period of a message.
+    def on_message(self, source_ns: int | None) -> None:
+        """Add the age and the period of a message, given its source time.
 
         Args:
             source_ns: When it was sent, in nanoseconds since the epoch; None when that is unknown.
@@ -109,7 +109,7 @@ class TopicStatistics:
             self._last_ns = now_ns
 
     def publish(self) -> None:
-        """Publish the statistics of the current window, and start a new one."""
+        """Publish the statistics of the current window, and start a new window."""
         now_ns = time.time_ns()
         with self._lock:
             measured = (("message_age", self._age_ms), ("message_period", self._period_ms))
@@ -133,7 +133,7 @@ class TopicStatistics:
             )
 
 
-# Any: message classes are made when they are first asked for.
+# Any: message classes are generated on first use.
 def _stamp(nanoseconds: int) -> Any:
     sec, nanosec = split(nanoseconds)
     return get_message("builtin_interfaces/msg/Time")(sec=sec, nanosec=nanosec)

@@ -1,4 +1,4 @@
-"""Things that receive, as an executor sees them."""
+"""Base of the entities whose arrivals an executor takes."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 class NumberOfEntities:
-    """Numbers of entities of each kind that an executor waits for."""
+    """Numbers of subscriptions, guard conditions, timers, clients, services and events."""
 
     def __init__(
         self,
@@ -43,26 +43,26 @@ class NumberOfEntities:
 class QueuingEntity:
     """Base of entities that queue arrivals on any thread until the node's executor takes them.
 
-    An arrival is queued first and then told with `tell_executor`; an executor that gets the
-    node later asks `pending`. So none is missed, whichever comes first.
+    An arrival is queued first and then reported with `notify_executor`; an executor that gets the
+    node later checks `pending`. So no arrival is missed.
     """
 
     node: NodeCore
     callback_group: CallbackGroup
 
     listener: Callable[[], None] | None = None
-    """Told of arrivals in the place of the executor, while somebody waits by hand."""
+    """Function called on arrivals instead of the executor, while a wait set holds the entity."""
 
     def take(self) -> Callable[[], object] | None:
-        """Return the call for the oldest arrival; None if there is none."""
+        """Remove the oldest arrival; return the call that handles it, None if there is none."""
         raise NotImplementedError
 
     def pending(self) -> int:
         """Return how many arrivals are queued."""
         raise NotImplementedError
 
-    def tell_executor(self) -> None:
-        """Notify the node's executor, or the wait set, of an arrival."""
+    def notify_executor(self) -> None:
+        """Notify the wait set that holds the entity, else the node's executor, of an arrival."""
         if self.listener is not None:
             self.listener()
         elif (executor := self.node.executor) is not None:

@@ -1,4 +1,4 @@
-"""Managed nodes: nodes with a life cycle, which others may configure, activate and shut down.
+"""Lifecycle nodes, which other programs can configure, activate and shut down.
 
 The classes are those of ``rclpy.lifecycle``, the states and transitions those of
 ``lifecycle_msgs``; design.ros2.org/articles/node_lifecycle.html says what they are for.

@@ -1,4 +1,4 @@
-"""Entities that a lifecycle node takes through its transitions, lifecycle publishers among them."""
+"""Managed entities of lifecycle nodes, lifecycle publishers among them."""
 
 from __future__ import annotations
 
@@ -21,49 +21,49 @@ _EntityT = TypeVar("_EntityT", bound="SimpleManagedEntity")
 
 
 class ManagedEntity:
-    """Base of entities whose callbacks accompany the transitions of a lifecycle node.
+    """Base of entities that receive the transition callbacks of a lifecycle node.
 
     All succeed unless they are overridden.
     """
 
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Acquire resources: parameters, publishers, devices."""
+        """Handle the configure transition (acquire resources); the base returns SUCCESS."""
         return TransitionCallbackReturn.SUCCESS
 
     def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Release the resources of `on_configure`."""
+        """Handle the cleanup transition (release the resources); the base returns SUCCESS."""
         return TransitionCallbackReturn.SUCCESS
 
     def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Release all resources, from any state."""
+        """Handle the shutdown transition from any primary state; the base returns SUCCESS."""
         return TransitionCallbackReturn.SUCCESS
 
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Start working."""
+        """Handle the activate transition (start working); the base returns SUCCESS."""
         return TransitionCallbackReturn.SUCCESS
 
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Stop working, keeping the resources."""
+        """Handle the deactivate transition (stop working); the base returns SUCCESS."""
         return TransitionCallbackReturn.SUCCESS
 
     def on_error(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Recover from another callback's error; success leads to unconfigured."""
+        """Handle an error of another callback; the base returns SUCCESS, for unconfigured."""
         return TransitionCallbackReturn.SUCCESS
 
 
 class SimpleManagedEntity(ManagedEntity):
-    """Managed entity that only keeps track of whether it is activated."""
+    """Managed entity that only records whether it is activated."""
 
     def __init__(self) -> None:
         self._enabled = False
 
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Mark the entity as activated."""
+        """Mark the entity as activated, and return SUCCESS."""
         self._enabled = True
         return TransitionCallbackReturn.SUCCESS
 
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Mark the entity as deactivated."""
+        """Mark the entity as deactivated, and return SUCCESS."""
         self._enabled = False
         return TransitionCallbackReturn.SUCCESS
 
@@ -94,7 +94,7 @@ class SimpleManagedEntity(ManagedEntity):
     def when_enabled(
         wrapped: Any = None, *, when_not_enabled: Callable[[], object] | None = None
     ) -> Any:
-        """Decorate a method that does nothing while the entity is not activated.
+        """Decorate a method so that it only runs while the entity is activated.
 
         Args:
             wrapped: The method; without it, what decorates one is returned.
@@ -129,6 +129,6 @@ class LifecyclePublisher(SimpleManagedEntity, Publisher[MessageT]):
         Publisher.__init__(self, node, msg_type, topic, qos)
 
     def publish(self, msg: MessageT | bytes | bytearray) -> None:
-        """Send a message if the publisher is activated; see `Publisher.publish`."""
+        """Publish a message if the publisher is activated; see `Publisher.publish`."""
         if self.is_activated:
             Publisher.publish(self, msg)

@@ -1,4 +1,4 @@
-"""Managed nodes."""
+"""Lifecycle nodes."""
 
 from __future__ import annotations
 
@@ -81,31 +81,31 @@ class LifecycleNodeMixin(ManagedEntity):
         return self._change_state("configure")
 
     def trigger_cleanup(self) -> TransitionCallbackReturn:
-        """Run the transition from inactive to unconfigured."""
+        """Run the transition from inactive to unconfigured; return `on_cleanup`'s result."""
         return self._change_state("cleanup")
 
     def trigger_shutdown(self) -> TransitionCallbackReturn:
-        """Run the transition to finalized."""
+        """Run the transition to finalized; return `on_shutdown`'s result."""
         return self._change_state("shutdown")
 
     def trigger_activate(self) -> TransitionCallbackReturn:
-        """Run the transition from inactive to active."""
+        """Run the transition from inactive to active; return `on_activate`'s result."""
         return self._change_state("activate")
 
     def trigger_deactivate(self) -> TransitionCallbackReturn:
-        """Run the transition from active to inactive."""
+        """Run the transition from active to inactive; return `on_deactivate`'s result."""
         return self._change_state("deactivate")
 
-    def _change_state(self, asked: int | str) -> TransitionCallbackReturn:
-        """Make a transition with its callback; then, after an error, the way out of it."""
-        before = self._state_machine.begin(asked)
-        outcome = self._call_back(before)
+    def _change_state(self, transition: int | str) -> TransitionCallbackReturn:
+        """Run a transition with its callback; after an error, run error processing too."""
+        before = self._state_machine.begin(transition)
+        outcome = self._run_callback(before)
         self._state_machine.end(outcome)
         if outcome is TransitionCallbackReturn.ERROR:
-            self._state_machine.end(self._call_back(before))
+            self._state_machine.end(self._run_callback(before))
         return outcome
 
-    def _call_back(self, before: LifecycleState) -> TransitionCallbackReturn:
+    def _run_callback(self, before: LifecycleState) -> TransitionCallbackReturn:
         name = _CALLBACKS[TransitionState(self._state_machine.state.state_id)]
         try:
             # Any: overrides return what they like.
@@ -125,30 +125,30 @@ class LifecycleNodeMixin(ManagedEntity):
     # -- callbacks -------------------------------------------------------------------------------
 
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Configure the managed entities."""
-        return self._pass_on("on_configure", state)
+        """Call `on_configure` of the managed entities; stop at the first not to succeed."""
+        return self._call_entities("on_configure", state)
 
     def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Clean the managed entities up."""
-        return self._pass_on("on_cleanup", state)
+        """Call `on_cleanup` of the managed entities; stop at the first not to succeed."""
+        return self._call_entities("on_cleanup", state)
 
     def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Shut the managed entities down."""
-        return self._pass_on("on_shutdown", state)
+        """Call `on_shutdown` of the managed entities; stop at the first not to succeed."""
+        return self._call_entities("on_shutdown", state)
 
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Activate the managed entities."""
-        return self._pass_on("on_activate", state)
+        """Call `on_activate` of the managed entities; stop at the first not to succeed."""
+        return self._call_entities("on_activate", state)
 
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Deactivate the managed entities."""
-        return self._pass_on("on_deactivate", state)
+        """Call `on_deactivate` of the managed entities; stop at the first not to succeed."""
+        return self._call_entities("on_deactivate", state)
 
     def on_error(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Recover the managed entities from an error."""
-        return self._pass_on("on_error", state)
+        """Call `on_error` of the managed entities; stop at the first not to succeed."""
+        return self._call_entities("on_error", state)
 
-    def _pass_on(self, name: str, state: LifecycleState) -> TransitionCallbackReturn:
+    def _call_entities(self, name: str, state: LifecycleState) -> TransitionCallbackReturn:
         for entity in list(self._managed_entities):
             callback: Callable[[LifecycleState], object] = getattr(entity, name)
             outcome = callback(state)
@@ -164,7 +164,7 @@ class LifecycleNodeMixin(ManagedEntity):
     # -- entities --------------------------------------------------------------------------------
 
     def add_managed_entity(self, entity: ManagedEntity) -> None:
-        """Add an entity whose callbacks accompany the node's transitions.
+        """Add an entity that receives the node's transition callbacks.
 
         Raises:
             TypeError: It is no `ManagedEntity`.
@@ -183,7 +183,7 @@ class LifecycleNodeMixin(ManagedEntity):
         event_callbacks: PublisherEventCallbacks | None = None,
         qos_overriding_options: QoSOverridingOptions | None = None,
     ) -> LifecyclePublisher[MessageT]:
-        """Make a publisher that sends only while the node is active; see `create_publisher`."""
+        """Create a publisher that sends only while the node is active."""
         publisher = Node.create_publisher(
             self._node,
             msg_type,
@@ -210,7 +210,7 @@ class LifecycleNodeMixin(ManagedEntity):
 
 
 class LifecycleNode(LifecycleNodeMixin, Node):
-    """Node with a managed life cycle.
+    """Node with a managed life cycle, which other programs can configure and activate.
 
     Args:
         node_name: See `Node`.

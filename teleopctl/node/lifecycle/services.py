@@ -1,4 +1,4 @@
-"""What shows the life cycle of a node to the graph: five services and one topic."""
+"""Services and transition-event topic of lifecycle nodes."""
 
 from __future__ import annotations
 
@@ -29,17 +29,17 @@ class LifecycleStateMachine(StateMachine):
     The attributes ``service_…`` and ``current_state`` are those that rclpy's has.
 
     Args:
-        node: Whose life cycle it is.
-        is_served: Whether there are the services and the topic.
-        group: The callback group of the services.
-        change: Makes a transition, by number or label.
+        node: The lifecycle node.
+        is_served: Whether to offer the services and the topic.
+        group: Callback group of the services.
+        change: Runs a transition, given by id or label.
 
     Attributes:
-        service_change_state: And so on: the services, each None where they are not served.
+        service_change_state: And the others: the services, None unless served.
     """
 
-    # Any, here and below: requests and responses of lifecycle_msgs, whose classes are made when
-    # they are asked for.
+    # Any, here and below: requests and responses of lifecycle_msgs, whose classes are generated on
+    # first use.
     service_change_state: Service[Any, Any] | None = None
     service_get_state: Service[Any, Any] | None = None
     service_get_available_states: Service[Any, Any] | None = None
@@ -82,7 +82,7 @@ class LifecycleStateMachine(StateMachine):
 
     @property
     def current_state(self) -> tuple[int, str]:
-        """Number and label of the present state."""
+        """Id and label of the present state, as in rclpy."""
         return self.state.state_id, self.state.label
 
     def _serve(self, type_: str, name: str, callback: Callable[[Any, Any], Any]) -> Any:
@@ -98,11 +98,11 @@ class LifecycleStateMachine(StateMachine):
             self._events.publish(event)
 
     def _on_change(self, request: Any, response: Any) -> Any:
-        asked = request.transition.label or request.transition.id
+        transition = request.transition.label or request.transition.id
         try:
-            outcome = self._change(asked)
+            outcome = self._change(transition)
         except TransitionNotPossibleError as error:
-            # In rclpy this ends the node; the one who asks is told no, as with other refusals.
+            # rclpy lets this end the node; here the client receives success=False.
             self._node.get_logger().error(str(error))
             response.success = False
         else:

@@ -1,4 +1,4 @@
-"""The states of a life cycle and the transitions between them, as data.
+"""Life cycle states and transitions, and the state machine over them.
 
 Numbers and labels are those of ``lifecycle_msgs`` and rcl_lifecycle.
 """
@@ -24,12 +24,12 @@ class PrimaryState(IntEnum):
 
     @property
     def label(self) -> str:
-        """Label of the state in ROS 2's spelling."""
+        """Label of the state as in ROS 2, in lower case."""
         return self.name.lower()
 
 
 class TransitionState(IntEnum):
-    """Transition states, in which callbacks run."""
+    """Transition states, in which the transition callbacks run."""
 
     CONFIGURING = 10
     CLEANINGUP = 11
@@ -40,36 +40,36 @@ class TransitionState(IntEnum):
 
     @property
     def label(self) -> str:
-        """Label of the state in ROS 2's spelling."""
+        """Label of the state as in ROS 2, in lower case."""
         return self.name.lower()
 
 
 class TransitionCallbackReturn(Enum):
-    """Outcome of a life cycle callback."""
+    """Return values of transition callbacks: success, failure or error."""
 
     SUCCESS = 97
     FAILURE = 98
     ERROR = 99
 
     def to_label(self) -> str:
-        """Return the label of the transition that follows from the outcome."""
+        """Return the label of the transition that follows, such as ``transition_success``."""
         return f"transition_{self.name.lower()}"
 
 
 class LifecycleState(NamedTuple):
-    """Life cycle state by label and id, as transition callbacks receive it."""
+    """Label and id of a life cycle state, as transition callbacks receive it."""
 
     label: str
     state_id: int
 
     @classmethod
     def of(cls, state: PrimaryState | TransitionState) -> LifecycleState:
-        """Return a state with its label."""
+        """Return the label and id of a state."""
         return cls(state.label, int(state))
 
 
 class Transition(NamedTuple):
-    """A life cycle transition between two states."""
+    """Life cycle transition: id, label, start state and goal state."""
 
     id: int
     label: str
@@ -125,20 +125,20 @@ TRANSITIONS = _transitions()
 
 
 class TransitionNotPossibleError(RCLError):
-    """The requested life cycle transition does not start in the present state.
+    """A life cycle transition was requested that does not start in the present state.
 
     Args:
-        asked: Number or label of the transition.
+        transition: Id or label of the requested transition.
         state: The present state.
-        possible: What can be asked for in that state.
+        possible: Transitions that start in that state.
     """
 
     def __init__(
-        self, asked: int | str, state: LifecycleState, possible: tuple[Transition, ...]
+        self, transition: int | str, state: LifecycleState, possible: tuple[Transition, ...]
     ) -> None:
         known = ", ".join(f"{each.label} ({each.id})" for each in possible) or "none"
         super().__init__(
-            f"transition {asked} is not possible in the state {state.label}; possible: {known}"
+            f"transition {transition} is not possible in the state {state.label}; possible: {known}"
         )
         self.state = state
 
@@ -146,12 +146,12 @@ class TransitionNotPossibleError(RCLError):
 class StateMachine:
     """Life cycle state machine: the present state and the transitions from it.
 
-    A transition has two steps: `begin` goes to the state in which its callback runs, `end` goes on
-    from there as the callback's outcome says. Any thread may begin one; while one is under way no
-    other can be begun.
+    A transition has two steps: `begin` enters the state in which the callback runs, `end` leaves it
+    according to the callback's return value. Any thread may begin a transition; while one is in
+    progress, no other can begin.
 
     Args:
-        on_step: Called after each step with the state that was left and the one that was reached.
+        on_step: Called after each step with the states before and after.
     """
 
     def __init__(self, on_step: Callable[[LifecycleState, LifecycleState], object]) -> None:
@@ -161,25 +161,25 @@ class StateMachine:
 
     @property
     def state(self) -> LifecycleState:
-        """The present state."""
+        """Present state of the state machine."""
         return self._state
 
     def available(self) -> tuple[Transition, ...]:
-        """Return the transitions that begin in the present state."""
+        """Return the transitions that start in the present state."""
         return _from(self._state)
 
-    def begin(self, asked: int | str) -> LifecycleState:
-        """Start a transition: enter the state in which its callback runs.
+    def begin(self, requested: int | str) -> LifecycleState:
+        """Start a transition by id or label: enter the state in which its callback runs.
 
         Args:
-            asked: Its number or its label.
+            requested: Id or label of the transition.
 
         Returns:
-            The state that was left.
+            The state before the transition.
 
         Raises:
-            TransitionNotPossibleError: It does not begin in the present state, or one is under
-                way.
+            TransitionNotPossibleError: The transition does not start in the present state, or
+                another one is in progress.
         """
         with self._lock:
             before = self._state
@@ -187,16 +187,16 @@ class StateMachine:
             is_busy = before.state_id in frozenset(TransitionState)
             possible = () if is_busy else _from(before)
             for transition in possible:
-                if asked in (transition.id, transition.label):
+                if requested in (transition.id, transition.label):
                     self._state = transition.goal
                     break
             else:
-                raise TransitionNotPossibleError(asked, before, possible)
+                raise TransitionNotPossibleError(requested, before, possible)
         self._on_step(before, transition.goal)
         return before
 
     def end(self, outcome: TransitionCallbackReturn) -> LifecycleState:
-        """Finish a transition by its callback's outcome; return the reached state."""
+        """Finish a transition by its callback's return value; return the reached state."""
         before = self._state
         label = outcome.to_label()
         (after,) = (each.goal for each in _from(before) if each.label == label)

@@ -1,1 +1,1 @@
-"""Parameters: values, files, what a node keeps of them, and its dealings with other nodes'."""
+"""Parameters of a node, parameter services, and clients of other nodes' parameters."""

@@ -1,4 +1,4 @@
-"""Other nodes' parameters: of one with the names of ``rclpy.parameter_client``, of many at once."""
+"""Clients of other nodes' parameter services, as ``rclpy.parameter_client``."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ class AsyncParameterClient:
     future once it has ended.
 
     Args:
-        node: The node that asks.
+        node: The node that sends the requests.
         remote_node_name: Name of the node whose parameters they are.
         qos_profile: Quality of service of the clients.
         callback_group: For multi-threaded executors.
@@ -89,11 +89,11 @@ class AsyncParameterClient:
         return [self._client(type_) for type_ in PARAMETER_SERVICES]
 
     def services_are_ready(self) -> bool:
-        """Return whether the other node serves all parameter services."""
+        """Return whether the other node offers all six parameter services."""
         return all(client.service_is_ready() for client in self._clients)
 
     def wait_for_services(self, timeout_sec: float | None = None) -> bool:
-        """Wait for the services; False when the time, in seconds for all of them, ran out."""
+        """Block until all parameter services are there; return False on timeout."""
         deadline = None if timeout_sec is None else time.monotonic() + timeout_sec
         for client in self._clients:
             left = None if deadline is None else max(0.0, deadline - time.monotonic())
@@ -107,7 +107,7 @@ class AsyncParameterClient:
         depth: int | None = None,
         callback: DoneCallback[ListParameters.Response] | None = None,
     ) -> ResponseFuture[ListParameters.Response]:
-        """Request the names below prefixes, down to a depth; None is without limit."""
+        """Request parameter names below prefixes, down to a depth (None: unlimited)."""
         return self._send(
             "ListParameters",
             callback,
@@ -118,13 +118,13 @@ class AsyncParameterClient:
     def get_parameters(
         self, names: Sequence[str], callback: DoneCallback[GetParameters.Response] | None = None
     ) -> ResponseFuture[GetParameters.Response]:
-        """Request the values of parameters."""
+        """Request the values of parameters; return a future of the response."""
         return self._send("GetParameters", callback, names=list(names))
 
     def get_parameter_types(
         self, names: Sequence[str], callback: DoneCallback[GetParameterTypes.Response] | None = None
     ) -> ResponseFuture[GetParameterTypes.Response]:
-        """Request the types of parameters."""
+        """Request the types of parameters; return a future of the response."""
         return self._send("GetParameterTypes", callback, names=list(names))
 
     def describe_parameters(
@@ -132,7 +132,7 @@ class AsyncParameterClient:
         names: Sequence[str],
         callback: DoneCallback[DescribeParameters.Response] | None = None,
     ) -> ResponseFuture[DescribeParameters.Response]:
-        """Request the descriptors of parameters."""
+        """Request the descriptors of parameters; return a future of the response."""
         return self._send("DescribeParameters", callback, names=list(names))
 
     def set_parameters(
@@ -140,7 +140,7 @@ class AsyncParameterClient:
         parameters: Sequence[Parameter | ParameterMessage],
         callback: DoneCallback[SetParameters.Response] | None = None,
     ) -> ResponseFuture[SetParameters.Response]:
-        """Set parameters one by one; each is a `Parameter` or its message."""
+        """Request to set parameters one by one; return a future of the response."""
         return self._send("SetParameters", callback, parameters=_messages(parameters))
 
     def set_parameters_atomically(
@@ -148,13 +148,13 @@ class AsyncParameterClient:
         parameters: Sequence[Parameter | ParameterMessage],
         callback: DoneCallback[SetParametersAtomically.Response] | None = None,
     ) -> ResponseFuture[SetParametersAtomically.Response]:
-        """Set all parameters or none; each is a `Parameter` or its message."""
+        """Request to set all parameters or none; return a future of the response."""
         return self._send("SetParametersAtomically", callback, parameters=_messages(parameters))
 
     def delete_parameters(
         self, names: Sequence[str], callback: DoneCallback[SetParameters.Response] | None = None
     ) -> ResponseFuture[SetParameters.Response]:
-        """Request that dynamically typed parameters lose their values."""
+        """Request to unset dynamically typed parameters; return a future of the response."""
         from teleopctl.node.values.parameter import Parameter
 
         return self.set_parameters([Parameter(name) for name in names], callback)
@@ -165,7 +165,7 @@ class AsyncParameterClient:
         use_wildcard: bool = False,
         callback: DoneCallback[SetParameters.Response] | None = None,
     ) -> ResponseFuture[SetParameters.Response]:
-        """Set the parameters of a parameter file one by one; see `parameter_messages`."""
+        """Request to set the parameters of a file one by one; see `parameter_messages`."""
         return self.set_parameters(_messages_of_file(parameter_file, use_wildcard), callback)
 
     def load_parameter_file_atomically(
@@ -174,7 +174,7 @@ class AsyncParameterClient:
         use_wildcard: bool = False,
         callback: DoneCallback[SetParametersAtomically.Response] | None = None,
     ) -> ResponseFuture[SetParametersAtomically.Response]:
-        """Set all parameters of a parameter file, or none; see `parameter_messages`."""
+        """Request to set all parameters of a file or none; see `parameter_messages`."""
         return self.set_parameters_atomically(
             _messages_of_file(parameter_file, use_wildcard), callback
         )
@@ -185,7 +185,7 @@ class AsyncParameterClient:
         qos_profile: QoSProfile = qos_profile_services_default,
         callback_group: CallbackGroup | None = None,
     ) -> Subscription[ParameterEvent]:
-        """Subscribe to the parameter events of all nodes; return the subscription."""
+        """Subscribe to ``/parameter_events`` of all nodes; return the subscription."""
         return self._node.create_subscription(
             get_message("rcl_interfaces/msg/ParameterEvent"),
             "/parameter_events",
@@ -204,21 +204,23 @@ class AsyncParameterClient:
         return future
 
 
-def ask_nodes(
+def call_parameter_services(
     node: NodeEndpoints,
     remote_node_names: Iterable[str],
-    question: Callable[[AsyncParameterClient], ResponseFuture[ResponseT]],
+    request: Callable[[AsyncParameterClient], ResponseFuture[ResponseT]],
     timeout_sec: float,
 ) -> dict[str, ResponseT | UnavailableError]:
-    """Send a parameter request to many nodes at once, and wait for the responses or a timeout.
+    """Send a parameter request to several nodes; wait, and return each response or error.
 
     Example:
-        ``ask_nodes(node, ["/arm", "/base"], lambda remote: remote.list_parameters(), 5.0)``
+        ```python
+        call_parameter_services(node, ["/arm"], lambda client: client.list_parameters(), 5.0)
+        ```
 
     Args:
-        node: The node that asks; it needs no executor for this.
+        node: The node that sends the requests; it needs no executor.
         remote_node_names: Names of the nodes whose parameters they are.
-        question: Sends a request to one of them.
+        request: Sends a request by the client of one of them.
         timeout_sec: Longest wait for all of them together, in seconds of wall time.
 
     Returns:
@@ -227,7 +229,7 @@ def ask_nodes(
     Raises:
         ExternalShutdownException: The context was shut down meanwhile.
     """
-    futures = {name: question(AsyncParameterClient(node, name)) for name in remote_node_names}
+    futures = {name: request(AsyncParameterClient(node, name)) for name in remote_node_names}
     return answers_of_nodes(futures, timeout_sec)
 
 

@@ -1,4 +1,4 @@
-"""Callbacks for changes of any node's parameters, as in ``rclpy.parameter_event_handler``."""
+"""Callbacks for parameter changes of any node, as ``rclpy.parameter_event_handler``."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class ParameterCallbackHandle:
-    """Handle of a callback for one parameter."""
+    """Handle of a callback for changes of one parameter."""
 
     parameter_name: str
     node_name: str
@@ -35,7 +35,7 @@ class ParameterEventCallbackHandle:
 
 
 class ParameterEventHandler:
-    """Calls back on parameter events; the newest callback is called first.
+    """Subscriber of parameter events that calls registered callbacks, the newest first.
 
     Args:
         node: The node that listens.
@@ -66,7 +66,7 @@ class ParameterEventHandler:
         )
 
     def destroy(self) -> None:
-        """Destroy the subscription."""
+        """Destroy the subscription to parameter events."""
         self.node.destroy_subscription(self.parameter_event_subscription)
 
     def _handle(self, event: ParameterEvent) -> None:
@@ -85,7 +85,7 @@ class ParameterEventHandler:
     def get_parameter_from_event(
         event: ParameterEvent, parameter_name: str, node_name: str
     ) -> ParameterMessage | None:
-        """Return a parameter that is new or changed, as its message; None if it is neither."""
+        """Return a node's new or changed parameter of an event; None if it is not in it."""
         if event.node != node_name:
             return None
         changed = ParameterEventHandler.get_parameters_from_event(event)
@@ -93,14 +93,14 @@ class ParameterEventHandler:
 
     @staticmethod
     def get_parameters_from_event(event: ParameterEvent) -> Iterator[ParameterMessage]:
-        """Yield the parameters that are new or changed, as their messages."""
+        """Yield the new and the changed parameters of an event, as messages."""
         yield from event.new_parameters
         yield from event.changed_parameters
 
     def add_parameter_callback(
         self, parameter_name: str, node_name: str, callback: Callable[[ParameterMessage], object]
     ) -> ParameterCallbackHandle:
-        """Register a callback for changes of one parameter of a node.
+        """Register a callback for changes of one parameter of a node; return its handle.
 
         Args:
             parameter_name: Its name.
@@ -125,11 +125,11 @@ class ParameterEventHandler:
         return handle
 
     def remove_parameter_callback(self, handle: ParameterCallbackHandle) -> None:
-        """Unregister a parameter callback; raise RuntimeError if it is not registered."""
+        """Unregister a callback of one parameter; raise RuntimeError if it is unknown."""
         self._remove(self._of_parameter, handle)
 
     def remove_parameter_event_callback(self, handle: ParameterEventCallbackHandle) -> None:
-        """Unregister an event callback; raise RuntimeError if it is not registered."""
+        """Unregister a callback of all events; raise RuntimeError if it is unknown."""
         self._remove(self._of_all, handle)
 
     def _remove(self, handles: list[Any], handle: Any) -> None:

@@ -1,4 +1,4 @@
-"""The parameter services and events that every node offers.
+"""Parameter services and parameter events of a node.
 
 Source: rclpy's parameter services; the order of declaration is the one that fixes the entity ids
 of a real node. An unknown name makes get, get types and describe answer with an empty list.
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 class ParameterService:
-    """Parameter services of a node."""
+    """Servers of a node's six parameter services."""
 
     def __init__(self, node: NodeEndpoints, store: ParameterStore) -> None:
         self._node = node
@@ -54,7 +54,7 @@ class ParameterService:
 
     def _descriptor(self, name: str) -> Any:
         descriptor = self._store.descriptor(name)
-        parameter = self._store.peek(name)
+        parameter = self._store.find(name)
         # One that was declared by its type alone keeps it while it has no value.
         if parameter is not None and parameter.type_ != ParameterType.NOT_SET:
             descriptor.type = int(parameter.type_)
@@ -65,7 +65,7 @@ class ParameterService:
     ) -> list[Parameter]:
         found: list[Parameter] = []
         for name in names:
-            parameter = self._store.peek(name)
+            parameter = self._store.find(name)
             if parameter is None and not self._store.allow_undeclared:
                 self._node.get_logger().warning(
                     f"Failed to get {what}: Invalid access to undeclared parameter(s): ['{name}']"
@@ -99,7 +99,9 @@ class ParameterService:
         results = []
         for message in request.parameters:
             parameter, refusal = _read(message)
-            results.append(refusal if parameter is None else self._store.set_together([parameter]))
+            results.append(
+                refusal if parameter is None else self._store.set_atomically([parameter])
+            )
         response.results = results
         return response
 
@@ -111,7 +113,7 @@ class ParameterService:
                 response.result = refusal
                 return response
             parameters.append(parameter)
-        response.result = self._store.set_together(parameters)
+        response.result = self._store.set_atomically(parameters)
         return response
 
 
@@ -130,7 +132,7 @@ def parameter_event(
     changed: list[Parameter],
     deleted: list[Parameter],
 ) -> ParameterEvent:
-    """Return the ``rcl_interfaces/msg/ParameterEvent`` of a change."""
+    """Return the ``ParameterEvent`` message for new, changed and deleted parameters."""
     message: type[ParameterEvent] = get_message("rcl_interfaces/msg/ParameterEvent")
     return message(
         stamp=stamp,

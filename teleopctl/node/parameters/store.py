@@ -1,4 +1,4 @@
-"""Rules of parameters: the range of a number, the names below a prefix."""
+"""Parameters of a node, with the rules and callbacks that check changes."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 def range_problem(name: str, value: object, descriptor: ParameterDescriptor) -> str | None:
-    """Return why a number violates its descriptor's range; None if it does not."""
+    """Return why a value violates its descriptor's range or step; None if it does not."""
     ranges = descriptor.integer_range if isinstance(value, int) else descriptor.floating_point_range
     if isinstance(value, bool) or not isinstance(value, int | float) or not ranges:
         return None
@@ -47,7 +47,7 @@ def range_problem(name: str, value: object, descriptor: ParameterDescriptor) -> 
 
 
 def is_listed(name: str, prefixes: Sequence[str], depth: int) -> bool:
-    """Return whether ListParameters lists a name; depth 0 is without limit."""
+    """Return whether a ListParameters request with these prefixes and depth selects a name."""
     if not prefixes:
         return depth == 0 or name.count(".") < depth
     for prefix in prefixes:
@@ -64,18 +64,18 @@ def is_listed(name: str, prefixes: Sequence[str], depth: int) -> bool:
 OnSetCallback: TypeAlias = "Callable[[list[Parameter]], SetParametersResult]"
 PreSetCallback = Callable[[list[Parameter]], list[Parameter]]
 PostSetCallback = Callable[[list[Parameter]], None]
-# Told of what changed: new, changed and deleted parameters.
+# Called with the new, changed and deleted parameters.
 ChangeListener = Callable[[list[Parameter], list[Parameter], list[Parameter]], None]
 
 
 def result(successful: bool, reason: str = "") -> SetParametersResult:
-    """Return a ``rcl_interfaces/msg/SetParametersResult``."""
+    """Return a ``rcl_interfaces/msg/SetParametersResult`` message."""
     message: type[SetParametersResult] = get_message("rcl_interfaces/msg/SetParametersResult")
     return message(successful=successful, reason=reason)
 
 
 def _invalid_answer(callback: Callable[..., object], answer: object, expected: str) -> str:
-    """Warn of a callback that returned something else than it has to, and return the reason."""
+    """Log that a callback returned a value of the wrong type, and return the reason."""
     import logging  # takes longer to load than some commands run
 
     name = getattr(callback, "__qualname__", type(callback).__qualname__)
@@ -87,13 +87,13 @@ def _invalid_answer(callback: Callable[..., object], answer: object, expected: s
 
 
 class ParameterStore:
-    """Parameters of a node, with the rules and callbacks that check each change.
+    """Declared parameters of a node, with the rules and callbacks that check changes.
 
     Args:
         overrides: Values from the command line and from files, by name; they replace the default
             of a declaration.
         allow_undeclared: Let undeclared parameters be set and read.
-        on_change: Told of every change, after it has happened.
+        on_change: Called after every change.
     """
 
     def __init__(
@@ -114,11 +114,11 @@ class ParameterStore:
         self._descriptors: dict[str, ParameterDescriptor] = {}
 
     def names(self) -> list[str]:
-        """Return the names of all parameters, in the order of their declaration."""
+        """Return the names of the declared parameters, in the order of their declaration."""
         return list(self._parameters)
 
     def list_names(self, prefixes: Sequence[str], depth: int) -> tuple[list[str], list[str]]:
-        """Return the names below prefixes, and the prefixes of these, each sorted.
+        """Return the sorted parameter names below prefixes, and the sorted prefixes of these.
 
         Args:
             prefixes: All parameters if empty.
@@ -128,7 +128,7 @@ class ParameterStore:
         return names, sorted({name.rpartition(".")[0] for name in names if "." in name})
 
     def check_declared(self, parameters: Iterable[Parameter]) -> None:
-        """Raise if a parameter is undeclared and undeclared ones are not allowed.
+        """Raise unless all parameters are declared or undeclared ones are allowed.
 
         Raises:
             ParameterNotDeclaredException: Some were not declared, and that is not allowed.
@@ -148,7 +148,7 @@ class ParameterStore:
         descriptor: ParameterDescriptor | None,
         ignore_override: bool,
     ) -> Parameter:
-        """Declare a parameter; see ``Node.declare_parameter``."""
+        """Declare a parameter and return it; see ``Node.declare_parameter``."""
         if not name:
             raise InvalidParameterException(name)
         with self._lock:
@@ -192,11 +192,11 @@ class ParameterStore:
                     own.type = int(default.type_)
             parameter = default
             if not ignore_override and name in self.overrides:
-                parameter = self._fitted(self.overrides[name], own)
+                parameter = self._override_in_type(self.overrides[name], own)
             self._descriptors[name] = own
-            problem = self._problem(parameter, own, declaring=True)
+            problem = self._set_problem(parameter, own, declaring=True)
             if problem is None and parameter.type_ != ParameterType.NOT_SET:
-                problem = self._ask_callbacks([parameter])
+                problem = self._callback_refusal([parameter])
             if problem is not None:
                 del self._descriptors[name]
                 if not own.dynamic_typing and own.type not in (
@@ -211,8 +211,8 @@ class ParameterStore:
         return parameter
 
     @staticmethod
-    def _fitted(override: Parameter, descriptor: ParameterDescriptor) -> Parameter:
-        """Return an override in the declared type where the text of a file left it open."""
+    def _override_in_type(override: Parameter, descriptor: ParameterDescriptor) -> Parameter:
+        """Return an override, an empty list in the declared array type."""
         declared = ParameterType(descriptor.type)
         empty = isinstance(override.value, list) and not override.value
         if empty and declared > ParameterType.BYTE_ARRAY:
@@ -220,7 +220,7 @@ class ParameterStore:
         return override
 
     def undeclare(self, name: str) -> None:
-        """Undeclare a parameter.
+        """Undeclare a parameter by name; raise if it is undeclared or read-only.
 
         Raises:
             ParameterNotDeclaredException: There is none of that name.
@@ -236,7 +236,7 @@ class ParameterStore:
         self._on_change([], [], [parameter])
 
     def get(self, name: str) -> Parameter:
-        """Return a declared parameter.
+        """Return a declared parameter by name; raise if it is undeclared or has no value.
 
         Raises:
             ParameterNotDeclaredException: There is none, and undeclared ones are not allowed.
@@ -258,12 +258,12 @@ class ParameterStore:
             and not self._descriptors[name].dynamic_typing
         )
 
-    def peek(self, name: str) -> Parameter | None:
+    def find(self, name: str) -> Parameter | None:
         """Return a declared parameter, initialized or not; None if it is undeclared."""
         return self._parameters.get(name)
 
     def by_prefix(self, prefix: str) -> dict[str, Parameter]:
-        """Return the parameters below a prefix, by their names without it."""
+        """Return the parameters below a prefix, by their names without the prefix."""
         start = f"{prefix}." if prefix else ""
         return {
             name[len(start) :]: parameter
@@ -272,7 +272,7 @@ class ParameterStore:
         }
 
     def descriptor(self, name: str) -> ParameterDescriptor:
-        """Return the ``rcl_interfaces/msg/ParameterDescriptor`` of a parameter.
+        """Return the descriptor of a parameter, a ``ParameterDescriptor`` message.
 
         Raises:
             ParameterNotDeclaredException: There is none, and undeclared ones are not allowed.
@@ -289,7 +289,7 @@ class ParameterStore:
     def describe(
         self, name: str, descriptor: ParameterDescriptor, alternative: Parameter | None
     ) -> Parameter:
-        """Replace the descriptor of a parameter; see ``Node.set_descriptor``."""
+        """Replace a parameter's descriptor; return the parameter. See ``Node.set_descriptor``."""
         with self._lock:
             if name not in self._parameters:
                 raise ParameterNotDeclaredException(name)
@@ -298,10 +298,10 @@ class ParameterStore:
             parameter = self._parameters[name]
             descriptor.name = name
             descriptor.type = int(parameter.type_)
-            problem = self._problem(parameter, descriptor, declaring=True)
+            problem = self._set_problem(parameter, descriptor, declaring=True)
             if problem is not None and alternative is not None:
                 parameter = alternative
-                problem = self._problem(parameter, descriptor, declaring=True)
+                problem = self._set_problem(parameter, descriptor, declaring=True)
             if problem is not None:
                 raise InvalidParameterValueException(name, parameter.value, problem)
             before = self._parameters[name]
@@ -311,7 +311,7 @@ class ParameterStore:
             self._on_change([], [parameter], [])
         return parameter
 
-    def set_together(
+    def set_atomically(
         self,
         parameters: Sequence[Parameter],
         check: Callable[[Iterable[Parameter]], None] = lambda _: None,
@@ -319,8 +319,8 @@ class ParameterStore:
         """Set all of the parameters, or none if one is rejected.
 
         Args:
-            parameters: What was asked for.
-            check: Raises for what may not be asked for, once callbacks have changed the list.
+            parameters: The parameters to set.
+            check: Called with the list as pre-set callbacks have changed it; raises to reject.
 
         Returns:
             A ``rcl_interfaces/msg/SetParametersResult``.
@@ -331,10 +331,10 @@ class ParameterStore:
             if not isinstance(wanted, Sequence):
                 return result(False, _invalid_answer(pre_set, wanted, "list of parameters"))
         if parameters and not wanted:
-            return result(False, "a callback left no parameter to set")
+            return result(False, "a pre-set callback removed all parameters")
         check(wanted)
         with self._lock:
-            problem = self._first_problem(wanted) or self._ask_callbacks(wanted)
+            problem = self._first_problem(wanted) or self._callback_refusal(wanted)
             if problem is not None:
                 return result(False, problem)
             new, changed, deleted = self._apply(wanted)
@@ -349,15 +349,15 @@ class ParameterStore:
             if descriptor is None:
                 if not self.allow_undeclared:
                     return f"Parameter {parameter.name} was not declared"
-            elif problem := self._problem(parameter, descriptor):
+            elif problem := self._set_problem(parameter, descriptor):
                 return problem
         return None
 
     @staticmethod
-    def _problem(
+    def _set_problem(
         parameter: Parameter, descriptor: ParameterDescriptor, *, declaring: bool = False
     ) -> str | None:
-        """Return why a value may not be set; None when it may."""
+        """Return why a value cannot be set; None if it can."""
         if descriptor.read_only and not declaring:
             return f"Trying to set a read-only parameter: {parameter.name}."
         if parameter.type_ == ParameterType.NOT_SET:
@@ -376,15 +376,15 @@ class ParameterStore:
             )
         return range_problem(parameter.name, parameter.value, descriptor)
 
-    def _ask_callbacks(self, parameters: list[Parameter]) -> str | None:
-        """Return the reason of the first callback that refuses; None when all agree."""
+    def _callback_refusal(self, parameters: list[Parameter]) -> str | None:
+        """Return the reason of the first callback that rejects; None if all accept."""
         for callback in tuple(self.on_set_callbacks):
             answer = callback(parameters)
             # A callback without a return statement, as in rclpy.
             if not isinstance(answer, get_message("rcl_interfaces/msg/SetParametersResult")):
                 return _invalid_answer(callback, answer, "SetParametersResult")
             if not answer.successful:
-                return answer.reason or "refused by a callback"
+                return answer.reason or "rejected by a callback"
         return None
 
     def _apply(

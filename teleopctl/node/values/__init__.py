@@ -1,1 +1,1 @@
-"""What a node is made of that needs no node: names, times, QoS, parameters, futures, logging."""
+"""Building blocks without a node: names, times, QoS, parameters, futures, logging."""

@@ -18,10 +18,10 @@ Submit = Callable[[Work], bool]
 
 
 class CallbackGroup:
-    """Base of callback groups.
+    """Base of callback groups, which decide when callbacks of their entities may run.
 
-    One of your own overrides `can_execute`, `beginning_execution` and `ending_execution`; it is
-    then asked before each of its callbacks, and again after each other one.
+    A custom group overrides `can_execute`, `beginning_execution` and `ending_execution`; executors
+    call these before and after each callback of its entities.
 
     Attributes:
         decides: Whether the class has a rule of its own.
@@ -38,7 +38,7 @@ class CallbackGroup:
         cls.decides = cls.decides or (cls.__module__ != __name__ and not rule.isdisjoint(vars(cls)))
 
     def add_entity(self, entity: Any) -> None:
-        """Add a timer, subscription or other entity."""
+        """Add a timer, subscription or other entity to the group."""
         self.entities.add(ref(entity, self.entities.discard))
 
     def has_entity(self, entity: Any) -> bool:
@@ -46,19 +46,19 @@ class CallbackGroup:
         return ref(entity) in self.entities
 
     def can_execute(self, entity: Any) -> bool:
-        """Return whether a callback of an entity may start now."""
+        """Return whether a callback of an entity may start now; for subclasses."""
         raise NotImplementedError
 
     def beginning_execution(self, entity: Any) -> bool:
-        """Record that a callback starts; return False if it may not."""
+        """Record that a callback of an entity starts; False if it may not; for subclasses."""
         raise NotImplementedError
 
     def ending_execution(self, entity: Any) -> None:
-        """Record that a callback has ended."""
+        """Record that a callback of an entity has ended; for subclasses."""
         raise NotImplementedError
 
     def run(self, work: Work, submit: Submit) -> None:
-        """Submit a callback, now or when the group's rule allows it."""
+        """Submit a function to a pool as soon as the group allows; here at once."""
         submit(work)
 
 
@@ -66,19 +66,19 @@ class ReentrantCallbackGroup(CallbackGroup):
     """Callback group whose callbacks may run in parallel."""
 
     def can_execute(self, entity: Any) -> bool:  # noqa: ARG002 -- whichever it is
-        """Return True."""
+        """Return True: callbacks of the group may start at any time."""
         return True
 
     def beginning_execution(self, entity: Any) -> bool:  # noqa: ARG002 -- whichever it is
-        """Return True."""
+        """Return True: callbacks of the group may start at any time."""
         return True
 
     def ending_execution(self, entity: Any) -> None:
-        """Do nothing: callbacks of the group never wait for each other."""
+        """Do nothing: no callback of the group waits for another."""
 
 
 class MutuallyExclusiveCallbackGroup(CallbackGroup):
-    """Callback group that runs one callback at a time; others wait in order."""
+    """Callback group that runs one callback at a time, in the order of submission."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -103,13 +103,13 @@ class MutuallyExclusiveCallbackGroup(CallbackGroup):
             return True
 
     def ending_execution(self, entity: Any) -> None:
-        """Mark the running callback as ended, so that the next one may start."""
+        """Record that the running callback has ended, so that another may start."""
         with self._lock:
             assert self._active is entity
             self._active = None
 
     def run(self, work: Work, submit: Submit) -> None:
-        """Submit a callback once all earlier ones of the group have ended."""
+        """Submit a function to a pool, after all earlier ones of the group have ended."""
         with self._lock:
             self._waiting.append((work, submit))
             if self._busy:
@@ -139,19 +139,19 @@ class MutuallyExclusiveCallbackGroup(CallbackGroup):
 
 
 class Schedulable(Protocol):
-    """An entity that queues arrivals until an executor takes them."""
+    """Interface of entities that queue arrivals until an executor takes them."""
 
     callback_group: CallbackGroup
 
     def take(self) -> Callable[[], object] | None:
-        """Return the call for the oldest arrival; None if there is none."""
+        """Remove the oldest arrival; return the call that handles it, None if there is none."""
 
     def pending(self) -> int:
         """Return how many arrivals are queued."""
 
 
 class Scheduler(Protocol):
-    """Interface of executors; all methods are thread-safe."""
+    """Interface of executors as entities and nodes use it; all methods are thread-safe."""
 
     @property
     def is_shutdown(self) -> bool:
@@ -160,10 +160,10 @@ class Scheduler(Protocol):
     # Any: a node's class stands above this one.
 
     def add_node(self, node: Any) -> bool:
-        """Add a node; return False if it was added before."""
+        """Add a node to the executor; return False if it was added before."""
 
     def remove_node(self, node: Any) -> None:
-        """Remove a node."""
+        """Remove a node from the executor."""
 
     def schedule(self, waitable: Schedulable) -> None:
         """Queue an entity whose arrivals the spinning thread will take."""
@@ -175,9 +175,9 @@ class Scheduler(Protocol):
         """Raise an exception in the spinning thread."""
 
     def wake(self) -> None:
-        """Wake the spinning thread, so that it checks timers, shutdown and futures again."""
+        """Wake the spinning thread, to check timers, shutdown and futures again."""
 
     def create_task(
         self, callback: Callable[..., object], *args: object, **kwargs: object
     ) -> object:
-        """Run a function or coroutine; return its future."""
+        """Schedule a function or coroutine on the executor; return its future."""

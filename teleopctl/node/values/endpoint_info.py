@@ -12,7 +12,7 @@ _SIZE = 32
 
 
 class TypeHash:
-    """Hash of a type's definition.
+    """Version and value of the hash of a type's definition.
 
     Args:
         version: Of the way in which it is computed; 1 for RIHS01.
@@ -27,7 +27,7 @@ class TypeHash:
 
     @classmethod
     def from_text(cls, text: str) -> TypeHash:
-        """Parse a type hash such as ``RIHS01_…``; other texts give an invalid hash."""
+        """Return the hash that a text such as ``RIHS01_…`` gives; an invalid one if malformed."""
         version, _, digits = text.removeprefix("RIHS").partition("_")
         try:
             return cls(int(version), bytes.fromhex(digits))
@@ -70,7 +70,7 @@ _TYPE_OF_KIND = {
 
 
 class TopicEndpointInfo:
-    """An endpoint of the graph, as its liveliness token describes it.
+    """Description of a publisher, subscription, server or client of the graph.
 
     Args:
         node_name: Name of the node that owns it.
@@ -113,7 +113,7 @@ class TopicEndpointInfo:
 
     @classmethod
     def of(cls, token: EndpointToken) -> TopicEndpointInfo:
-        """Return the endpoint that a liveliness token describes."""
+        """Return the description that an endpoint's liveliness token gives."""
         return cls(
             node_name=token.node,
             node_namespace=token.namespace,

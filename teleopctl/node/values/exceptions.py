@@ -1,4 +1,4 @@
-"""What the client library raises, under the names that rclpy gives it (rclpy/exceptions.py)."""
+"""Exceptions of the client library, by rclpy's names (``rclpy.exceptions``)."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ if TYPE_CHECKING:
 
 
 class NotInitializedException(TeleopctlError):
-    """The context was used before ``init()`` or after ``shutdown()``."""
+    """A context was used before ``init()`` or after ``shutdown()``."""
 
     def __init__(self, what: str = "rclpy.init()") -> None:
         super().__init__(f"{what} has not been called", hint="call rclpy.init() first")
 
 
 class ExternalShutdownException(Exception):
-    """The context was shut down by a signal while something was spinning."""
+    """A signal shut the context down while a thread was spinning or waiting."""
 
 
 class ShutdownException(Exception):
@@ -33,11 +33,11 @@ class ROSInterruptException(ExternalShutdownException):
 
 
 class TimeoutException(Exception):
-    """A wait has timed out."""
+    """No callback became ready before the timeout."""
 
 
 class ConditionReachedException(Exception):
-    """The condition of a conditional wait became true."""
+    """The condition given to `wait_for_ready_callbacks` became true."""
 
 
 class InvalidHandle(Exception):
@@ -45,30 +45,30 @@ class InvalidHandle(Exception):
 
 
 class RCLError(RuntimeError):
-    """Base of the errors that rclpy's C library raises."""
+    """Base of errors that correspond to those of rclpy's C library."""
 
 
 class ContextInvalidError(RCLError):
-    """A message was published after the context's shutdown; the text is rclpy's."""
+    """A message was published after the context's shutdown."""
 
     def __init__(self) -> None:
         super().__init__("Failed to publish: publisher's context is invalid")
 
 
 class ContextEndedError(ContextInvalidError, ExternalShutdownException):
-    """A signal has ended the context; ends a program quietly, as it ends a spin."""
+    """A message was published after a signal ended the context; ends a program quietly."""
 
 
 class TimerCancelledError(RCLError):
-    """A cancelled timer was called by its handle."""
+    """A canceled timer was called by its handle."""
 
 
 class NodeNameNonExistentError(RCLError):
-    """A node is not in the graph."""
+    """The node of a graph query is not in the graph."""
 
 
 class ServiceUnavailableError(UnavailableError):
-    """A request gets no response: there is no server, or it has left the graph."""
+    """A request gets no response: no server is there, or it has left the graph."""
 
 
 class NameValidationException(TeleopctlError):
@@ -127,7 +127,7 @@ class UnknownSubstitutionError(TeleopctlError, ValueError):
 
 
 class ParameterException(TeleopctlError):
-    """An operation on parameters failed.
+    """Base of exceptions about parameters.
 
     Args:
         message: What went wrong.
@@ -140,7 +140,7 @@ class ParameterException(TeleopctlError):
 
 
 class ParameterNotDeclaredException(ParameterException):
-    """A parameter is undeclared."""
+    """An undeclared parameter was used."""
 
     def __init__(self, parameters: str | list[str]) -> None:
         super().__init__("Invalid access to undeclared parameter(s)", parameters)
@@ -154,7 +154,7 @@ class ParameterAlreadyDeclaredException(ParameterException):
 
 
 class ParameterUninitializedException(ParameterException):
-    """A statically typed parameter without a value was read."""
+    """A parameter was read that was declared by type only and has no value."""
 
     def __init__(self, parameters: str | list[str]) -> None:
         super().__init__(f"The parameter '{parameters}' is not initialized", parameters)
@@ -175,7 +175,7 @@ class InvalidParameterException(ParameterException):
 
 
 class InvalidParameterTypeException(ParameterException):
-    """A value has another type than the parameter was declared with."""
+    """A value has another type than its parameter was declared with."""
 
     def __init__(self, parameter: Parameter, expected_type: str) -> None:
         value = shortened(str(parameter.value))
@@ -187,7 +187,7 @@ class InvalidParameterTypeException(ParameterException):
 
 
 class InvalidParameterValueException(ParameterException):
-    """A parameter value was rejected by a callback or its range."""
+    """A parameter value is out of range, or a callback rejected it."""
 
     def __init__(self, name: str, value: object, reason: str) -> None:
         super().__init__(

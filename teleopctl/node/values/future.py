@@ -1,4 +1,4 @@
-"""Futures and coroutine tasks that an executor drives, as in ``rclpy.task``."""
+"""Futures, and tasks that an executor runs, as in ``rclpy.task``."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Future(Generic[ResultT]):
     """Result of an asynchronous operation, as rclpy's class of this name.
 
     Args:
-        executor: Runs the callbacks that wait for it; None runs them where the value is set.
+        executor: Runs the done callbacks; None runs them on the thread that sets the result.
     """
 
     def __init__(self, *, executor: Scheduler | None = None) -> None:
@@ -37,47 +37,47 @@ class Future(Generic[ResultT]):
         self._listeners: list[Callable[[], object]] = []
 
     def done(self) -> bool:
-        """Return whether the future has a result or an exception, which cancelled ones lack."""
+        """Return whether the future has a result or an exception; False if it was cancelled."""
         return self._finished.is_set() and not self._cancelled
 
     def ended(self) -> bool:
-        """Return whether the future has a result or an exception, or is cancelled (ours)."""
+        """Return whether the future has a result or an exception, or was cancelled (ours)."""
         return self._finished.is_set()
 
     def cancelled(self) -> bool:
-        """Return whether the future is cancelled."""
+        """Return whether the future was cancelled."""
         return self._cancelled
 
     def result(self) -> ResultT | None:
-        """Return the result; None while there is none.
+        """Return the result, None while there is none; raise the exception if there is one.
 
         Raises:
-            BaseException: The one that it ended with.
+            BaseException: The exception of `set_exception`.
         """
         if self._exception is not None:
             raise self._exception
         return self._result
 
     def exception(self) -> BaseException | None:
-        """Return the exception of the operation; None if it succeeded."""
+        """Return the exception; None if there is none."""
         return self._exception
 
     def set_result(self, result: ResultT) -> None:
-        """Set the result; if the future has ended already, no callback is called again."""
+        """Set the result and call the callbacks, unless they were called already."""
         with self._lock:
             self._result = result
             self._cancelled = False
         self._finish()
 
     def set_exception(self, exception: BaseException) -> None:
-        """Set the exception; see `set_result`."""
+        """Set the exception and call the callbacks, unless they were called already."""
         with self._lock:
             self._exception = exception
             self._cancelled = False
         self._finish()
 
     def cancel(self) -> None:
-        """Cancel the future, unless it is done."""
+        """Cancel the future, unless it has ended."""
         with self._lock:
             if self._finished.is_set():
                 return
@@ -85,11 +85,11 @@ class Future(Generic[ResultT]):
         self._finish()
 
     def wait(self, timeout_s: float | None = None) -> bool:
-        """Block this thread until the future has ended (ours); return False on timeout."""
+        """Block until the future has ended; return False on timeout (ours)."""
         return self._finished.wait(timeout_s)
 
     def add_done_callback(self, callback: Callable[[Future[ResultT]], object]) -> None:
-        """Call ``callback(self)`` once the future is done; at once if it is."""
+        """Register a callback for the end of the future; called at once if it has ended."""
         with self._lock:
             if not self._finished.is_set():
                 self._callbacks.append(callback)
@@ -97,13 +97,13 @@ class Future(Generic[ResultT]):
         self._call(callback)
 
     def remove_done_callback(self, callback: Callable[[Future[ResultT]], object]) -> None:
-        """Unregister a callback; unknown ones are ignored."""
+        """Unregister a callback of `add_done_callback`; unknown ones are ignored."""
         with self._lock:
             if callback in self._callbacks:
                 self._callbacks.remove(callback)
 
     def on_end(self, listener: Callable[[], object]) -> None:
-        """Call ``listener`` once the future has ended, on the thread that ends it (ours)."""
+        """Register a listener, to be called on the thread that ends the future (ours)."""
         with self._lock:
             if not self._finished.is_set():
                 self._listeners.append(listener)
@@ -111,7 +111,7 @@ class Future(Generic[ResultT]):
         listener()
 
     def forget_on_end(self, listener: Callable[[], object]) -> None:
-        """Unregister a listener; unknown ones are ignored (ours)."""
+        """Unregister a listener of `on_end`; unknown ones are ignored (ours)."""
         with self._lock:
             if listener in self._listeners:
                 self._listeners.remove(listener)
@@ -154,7 +154,7 @@ class Future(Generic[ResultT]):
                 ended.set_result(None)
 
         def tell_loop() -> None:
-            with contextlib.suppress(RuntimeError):  # it is closed: nobody waits
+            with contextlib.suppress(RuntimeError):  # the loop is closed
                 loop.call_soon_threadsafe(end)
 
         self.on_end(tell_loop)
@@ -190,14 +190,14 @@ def _send(coroutine: CoroutineType[Any, None, ResultT]) -> object:
 
 
 class Task(Future[ResultT]):
-    """Future of a function or coroutine that an executor runs.
+    """Future of a function or coroutine that an executor runs in steps.
 
     Args:
         handler: Function, coroutine function or coroutine.
         args: For the function.
         kwargs: For the function.
-        executor: Runs it; without one whoever calls the task runs it, and it may await nothing
-            that has not ended.
+        executor: Runs the task; without one the caller runs it, and the task may only await
+            futures that have ended.
     """
 
     def __init__(
@@ -222,14 +222,14 @@ class Task(Future[ResultT]):
             self.step()
 
     def executing(self) -> bool:
-        """Return whether the task is running at this moment."""
+        """Return whether the task's function or coroutine is running at this moment."""
         return self._executing
 
     def step(self) -> None:
-        """Run the coroutine until its end or the next ``await`` of a pending future.
+        """Run the task until its end or the next ``await`` of a pending future.
 
-        An exception of the function ends the task and is raised again, so that spinning tells
-        of it; one that a coroutine awaits reaches the coroutine.
+        An exception of the function ends the task and is raised again, so that spinning raises it;
+        the exception of an awaited future reaches the coroutine.
         """
         if self.ended():
             if self._coroutine is not None:
@@ -253,7 +253,7 @@ class Task(Future[ResultT]):
         else:
             if self._runner is None:
                 self._coroutine.close()
-                raise RuntimeError("A task without an executor awaited what has not ended")
+                raise RuntimeError("A task without an executor awaited a pending future")
             if isinstance(awaited, Future):
                 awaited.on_end(self._go_on)
             else:

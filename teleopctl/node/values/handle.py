@@ -1,4 +1,4 @@
-"""What rclpy calls the handle of an entity, which programs enter while they use it."""
+"""Handles of entities, as rclpy has them."""
 
 from __future__ import annotations
 
@@ -18,25 +18,25 @@ class Destroyable(Protocol):
 
 
 class Handle:
-    """Handle of an entity, where rclpy has that of its C library.
+    """Handle of an entity, in place of rclpy's handle to its C library.
 
     Args:
         entity: The entity (ours).
-        name: Its name: of the topic, the service or the node; empty where it has none.
+        name: Name of the entity's topic, service or node; empty if it has none.
     """
 
     def __init__(self, entity: Destroyable, name: str = "") -> None:
-        # Any: whoever knows of what it is the handle uses it as that.
+        # Any: subclasses declare the class of their entities.
         self.entity: Any = entity
         self.name = name
 
     @property
     def pointer(self) -> int:
-        """Number that identifies the entity among all living ones."""
+        """Number that identifies the entity, as rclpy's address of the C structure."""
         return id(self.entity)
 
     def destroy_when_not_in_use(self) -> None:
-        """Destroy the entity."""
+        """Destroy the entity at once."""
         self.entity.destroy()
 
     def __enter__(self) -> Self:

@@ -1,4 +1,4 @@
-"""What library code logs with Python's ``logging``, in ROS's format, levels and ``/rosout``.
+"""Log records of Python libraries, passed to ROS loggers and ``/rosout``.
 
 Code of teleopctl that is no node logs to ``logging.getLogger(__name__)``. From the first node of a
 context until its end, what reaches the logger ``teleopctl`` (and ``py.warnings``, where the program
@@ -25,7 +25,7 @@ _untouched: list[tuple[logging.Logger, int, bool]] = []
 
 
 class LibraryLogs:
-    """Routes log records of Python libraries to the nodes of a context, until `close`.
+    """Route of Python log records to the loggers of a context's nodes, until `close`.
 
     Attributes:
         nodes: Names of the nodes' loggers; the first one speaks.
@@ -39,7 +39,7 @@ class LibraryLogs:
                 _install()
 
     def close(self) -> None:
-        """Stop routing library logs, and restore Python's logging if no other context routes them.
+        """Stop routing records; restore Python's loggers after the last route of the process.
 
         Idempotent.
         """

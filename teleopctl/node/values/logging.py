@@ -1,4 +1,4 @@
-"""Logging in ROS 2's line format, to stderr and, through the node, to ``/rosout``.
+"""ROS loggers: rcutils' line format on the console, levels, and ``/rosout``.
 
 Source: rcutils. ``RCUTILS_CONSOLE_OUTPUT_FORMAT`` (default
 ``[{severity}] [{time}] [{name}]: {message}``), ``RCUTILS_COLORIZED_OUTPUT`` (0, 1; unset: only on
@@ -29,7 +29,7 @@ _RESET = "\033[0m"
 
 
 class LoggingSeverity(enum.IntEnum):
-    """Severity of a log message."""
+    """Severities of log messages, numbered as in rcutils."""
 
     UNSET = 0
     DEBUG = 10
@@ -49,7 +49,7 @@ _COLORS = {
 
 
 class Caller(NamedTuple):
-    """Source location of a log call."""
+    """File, function and line of a log call."""
 
     file: str
     function: str
@@ -94,7 +94,7 @@ class _Console:
         )
         if self._colors:
             line = f"{_COLORS[severity]}{line}{_RESET}"
-        # A full disk, a terminal that is gone: no reason to end who only told something.
+        # A full disk or a closed terminal must not end a program that only logs.
         with self._lock, contextlib.suppress(OSError, ValueError):
             self._stream.write(line + "\n")
             self._stream.flush()
@@ -116,12 +116,12 @@ def _console_instance() -> _Console:
 
 
 def set_console_enabled(enabled: bool) -> None:
-    """Enable or disable the console output (``--disable-stdout-logs``)."""
+    """Enable or disable console output of all loggers (``--disable-stdout-logs``)."""
     _console_instance().enabled = enabled
 
 
 def severity_from_name(name: str) -> LoggingSeverity:
-    """Return the severity of a name such as ``debug``.
+    """Return the log severity of a name such as ``debug``.
 
     Raises:
         UsageError: There is none of that name.
@@ -136,17 +136,17 @@ def severity_from_name(name: str) -> LoggingSeverity:
 
 
 def set_logger_level(name: str, level: int) -> None:
-    """Set the level of a logger; the empty name is the root."""
+    """Set the level of a logger by name; the empty name is the root."""
     _levels[name] = LoggingSeverity(level)
 
 
 def get_logger_level(name: str) -> LoggingSeverity:
-    """Return the level set for a logger itself, UNSET when it inherits."""
+    """Return the level set for a logger by name; UNSET if it inherits its level."""
     return _levels.get(name, LoggingSeverity.UNSET)
 
 
 def reset_levels() -> None:
-    """Reset all logger levels but the root's default."""
+    """Remove the levels of all loggers, and set the root's to INFO."""
     _levels.clear()
     _levels[""] = LoggingSeverity.INFO
 
@@ -162,17 +162,17 @@ def effective_level(name: str) -> LoggingSeverity:
 
 
 def add_sink(name: str, sink: Sink) -> None:
-    """Also pass every message of a logger and its children to ``sink``."""
+    """Register a function that receives every message of a logger and its children."""
     _sinks[name] = sink
 
 
 def remove_sink(name: str) -> None:
-    """Remove the sink of a logger."""
+    """Unregister the function of `add_sink` for a logger."""
     _sinks.pop(name, None)
 
 
 def emit(severity: LoggingSeverity, name: str, text: str, caller: Caller, time_ns: int) -> None:
-    """Write a log message to the console and the sinks."""
+    """Write a log message to the console, and pass it to the nearest registered sink."""
     _console_instance().write(severity, name, text, caller, time_ns)
     owner = name
     while owner:
@@ -183,7 +183,7 @@ def emit(severity: LoggingSeverity, name: str, text: str, caller: Caller, time_n
 
 
 class Instant(Protocol):
-    """Interface of a time point."""
+    """Interface of a time in nanoseconds."""
 
     @property
     def nanoseconds(self) -> int:
@@ -191,14 +191,14 @@ class Instant(Protocol):
 
 
 class LogClock(Protocol):
-    """Clock by which throttled log calls measure time."""
+    """Interface of clocks that throttled log calls measure time by."""
 
     def now(self) -> Instant:
         """Return the present time."""
 
 
 class RcutilsLogger:
-    """Logger with rclpy's methods and filters.
+    """ROS logger with rclpy's methods and filters.
 
     The filters are keyword arguments of each call: ``throttle_duration_sec``, ``once`` and
     ``skip_first``, each counted per calling line.
@@ -209,7 +209,7 @@ class RcutilsLogger:
         self._seen: dict[tuple[str, int, str], int] = {}
 
     def get_child(self, name: str) -> RcutilsLogger:
-        """Return the logger whose name is this one's and the given one, with a dot between.
+        """Return the logger named ``PARENT.NAME``.
 
         Raises:
             ValueError: The name is empty.
@@ -219,7 +219,7 @@ class RcutilsLogger:
         return RcutilsLogger(f"{self.name}.{name}" if self.name else name)
 
     def set_level(self, level: int) -> None:
-        """Set the lowest severity that is logged."""
+        """Set the lowest severity that this logger logs."""
         set_logger_level(self.name, level)
 
     def get_effective_level(self) -> LoggingSeverity:
@@ -238,7 +238,7 @@ class RcutilsLogger:
         skip_first: bool,
         once: bool,
     ) -> bool:
-        """Ask the filters in rclpy's order: what the first holds back, the next has not seen."""
+        """Apply the filters in rclpy's order: a message that one drops, the next does not count."""
         place = (frame.f_code.co_filename, frame.f_lineno)
         if throttle_duration_sec is not None:
             now = time.monotonic_ns() if clock is None else clock.now().nanoseconds
@@ -269,7 +269,7 @@ class RcutilsLogger:
         _depth: int = 1,
         **unknown: object,
     ) -> bool:
-        """Log a message.
+        """Log a message with a severity; return whether it passed the level and the filters.
 
         Returns:
             True when it came through the level and the filters.
@@ -284,7 +284,7 @@ class RcutilsLogger:
         logger = self.name if name is None else name
         if severity < effective_level(logger):
             return False
-        frame = sys._getframe(_depth)  # noqa: SLF001 (rclpy tells the caller's place, too)
+        frame = sys._getframe(_depth)  # noqa: SLF001 (rclpy logs the caller's place, too)
         if (throttle_duration_sec is not None or skip_first or once) and not self._passes(
             frame, throttle_duration_sec, throttle_time_source_type, skip_first, once
         ):
@@ -317,7 +317,7 @@ class RcutilsLogger:
 
 
 def get_logger(name: str) -> RcutilsLogger:
-    """Return a logger without a node.
+    """Return the logger of a name, independent of any node.
 
     Raises:
         ValueError: The name is empty.

@@ -1,4 +1,4 @@
-"""Names of nodes, topics and services: the rules and their expansion.
+"""Rules and expansion of node, topic and service names.
 
 Source: the ROS 2 design article on topic and service names, and the name validation of rcl (names
 that are not expanded yet) and rmw (absolute names, namespaces, nodes), in its order and with its
@@ -29,18 +29,18 @@ _LONGEST_NODE: Final = 255
 # The import of re takes longer than all names of a node.
 _DIGITS: Final = frozenset("0123456789")
 _LETTERS: Final = frozenset("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ")
-_OF_WORDS: Final = _LETTERS | _DIGITS | {"_"}
+_NAME_CHARACTERS: Final = _LETTERS | _DIGITS | {"_"}
 
 
 def validate_node_name(name: str) -> None:
-    """Check the name of a node.
+    """Raise InvalidNodeNameException if a node name breaks a rule.
 
     Raises:
         InvalidNodeNameException: A rule is broken; the message says which and where.
     """
     if not name:
         raise InvalidNodeNameException(name, "node name must not be empty", 0)
-    if (bad := _first_outside(_OF_WORDS, name)) is not None:
+    if (bad := _first_outside(_NAME_CHARACTERS, name)) is not None:
         reason = "node name must not contain characters other than alphanumerics or '_'"
         raise InvalidNodeNameException(name, reason, bad)
     if name[0].isdigit():
@@ -51,29 +51,29 @@ def validate_node_name(name: str) -> None:
 
 
 def _first_outside(allowed: frozenset[str], text: str) -> int | None:
-    """Where the first character is that is none of those."""
+    """Return the index of the first character that is not allowed; None if all are."""
     return next((at for at, letter in enumerate(text) if letter not in allowed), None)
 
 
 def _first_after_slash(forbidden: frozenset[str], text: str) -> int | None:
-    """Where the first character is that may not follow a slash."""
+    """Return the index of the first forbidden character after a slash, None without one."""
     pairs = enumerate(pairwise(text), start=1)
     return next((at for at, (one, next_) in pairs if one == "/" and next_ in forbidden), None)
 
 
 def validate_name(name: str, *, is_service: bool = False) -> None:
-    """Check a topic or service name that is not yet expanded.
+    """Raise an exception if a topic or service name, not yet expanded, breaks a rule.
 
     Raises:
         InvalidTopicNameException: A rule is broken (topics); the message says which and where.
         InvalidServiceNameException: A rule is broken (services).
     """
-    if (broken := _broken_rule(name)) is not None:
+    if (broken := _first_problem(name)) is not None:
         raise _exception_of(is_service)(name, *broken)
 
 
-def _broken_rule(name: str) -> tuple[str, int] | None:
-    """The first rule of rcl that a name breaks, and where; None when it breaks none."""
+def _first_problem(name: str) -> tuple[str, int] | None:
+    """Return the first of rcl's rules that a name breaks and the position, or None."""
     if not name:
         return "topic name must not be empty string", 0
     if name[0] in _DIGITS:
@@ -89,7 +89,7 @@ def _broken_rule(name: str) -> tuple[str, int] | None:
                 return "substitution name must not start with a number", index
             if character == "~":
                 return "topic name must not have tilde '~' unless it is the first character", index
-            if character not in _OF_WORDS:
+            if character not in _NAME_CHARACTERS:
                 reason = "substitution name must not contain characters other than alphanumerics"
                 return f"{reason} or '_'", index
         elif character == "{":
@@ -98,7 +98,7 @@ def _broken_rule(name: str) -> tuple[str, int] | None:
             return "topic name must not have unmatched (unbalanced) curly braces '{}'", index
         elif character == "~" and index:
             return "topic name must not have tilde '~' unless it is the first character", index
-        elif character not in _OF_WORDS and character not in "/~":
+        elif character not in _NAME_CHARACTERS and character not in "/~":
             allowed = "alphanumerics, '_', '~', '{', or '}'"
             return f"topic name must not contain characters other than {allowed}", index
     if opened is not None:
@@ -113,7 +113,7 @@ def _broken_rule(name: str) -> tuple[str, int] | None:
 
 
 def validate_absolute_name(name: str, *, is_service: bool = False) -> None:
-    """Check an absolute topic or service name.
+    """Raise an exception if an absolute topic or service name breaks a rule.
 
     Raises:
         InvalidTopicNameException: A rule is broken (topics); the message says which and where.
@@ -127,7 +127,7 @@ def validate_absolute_name(name: str, *, is_service: bool = False) -> None:
 
 
 def validate_namespace(namespace: str) -> None:
-    """Check a namespace, which must be absolute.
+    """Raise InvalidNamespaceException if an absolute namespace breaks a rule.
 
     Raises:
         InvalidNamespaceException: A rule is broken; the message says which and where.
@@ -150,7 +150,7 @@ def _check_absolute(
         raise error(name, f"{what} must be absolute, it must lead with a '/'", 0)
     if name.endswith("/"):
         raise error(name, f"{what} must not end with a '/'{exception}", len(name) - 1)
-    if (bad := _first_outside(_OF_WORDS | {"/"}, name)) is not None:
+    if (bad := _first_outside(_NAME_CHARACTERS | {"/"}, name)) is not None:
         reason = f"{what} must not contain characters other than alphanumerics, '_', or '/'"
         raise error(name, reason, bad)
     if (bad := _first_after_slash(_DIGITS | {"/"}, name)) is not None:
@@ -164,7 +164,7 @@ def _exception_of(is_service: bool) -> type[NameValidationException]:
 
 
 def absolute_namespace(namespace: str | None) -> str:
-    """Return a node's namespace with its leading slash; None and ``""`` are the root.
+    """Return a namespace with its leading slash, checked; None and ``""`` give ``/``.
 
     Raises:
         InvalidNamespaceException: A rule is broken; the message says which and where.
@@ -175,19 +175,19 @@ def absolute_namespace(namespace: str | None) -> str:
 
 
 def fully_qualified(namespace: str, name: str) -> str:
-    """Join a namespace and a node name: ``("/", "talker")`` is ``/talker``."""
+    """Return namespace and node name joined: ``("/", "talker")`` gives ``/talker``."""
     return f"{namespace.rstrip('/')}/{name}"
 
 
 def expand_name(name: str, node_name: str, namespace: str, *, is_service: bool = False) -> str:
-    """Return the absolute form of a topic or service name, before remapping.
+    """Return the absolute form of a topic or service name, checked and not yet remapped.
 
     Args:
         name: Relative, absolute or private name; ``{node}``, ``{ns}`` and ``{namespace}`` stand
             for those of the node, the namespace with its leading slash.
         node_name: Name of the node that uses it.
         namespace: Absolute namespace of that node.
-        is_service: Says which of the two exceptions tells of a broken rule.
+        is_service: Which of the two exceptions to raise.
 
     Raises:
         InvalidTopicNameException: A rule is broken (topics).
@@ -201,7 +201,7 @@ def expand_name(name: str, node_name: str, namespace: str, *, is_service: bool =
 
 
 def expand_unchecked(name: str, node_name: str, namespace: str) -> str:
-    """Return the absolute form of a name that `validate_name` accepts, without further checks.
+    """Return the absolute form of a topic or service name, without checking its rules.
 
     Raises:
         UnknownSubstitutionError: Braces hold neither ``node`` nor ``ns`` nor ``namespace``.

@@ -1,4 +1,4 @@
-"""A parameter: a name, a type and a value, and its forms as messages."""
+"""Parameters and parameter types, and their conversion to and from messages."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 class ParameterType(enum.IntEnum):
-    """Parameter types, as in ``rcl_interfaces/msg/ParameterType``."""
+    """Parameter types, numbered as in ``rcl_interfaces/msg/ParameterType``."""
 
     NOT_SET = 0
     BOOL = 1
@@ -79,7 +79,7 @@ class ParameterType(enum.IntEnum):
         raise TypeError(f"The elements of a parameter must be of one type, got {names}.")
 
     def check(self, value: object) -> bool:
-        """Return whether a value is of this parameter type."""
+        """Return whether a Python value is of this parameter type."""
         try:
             actual = ParameterType.from_parameter_value(value)
         except TypeError:
@@ -91,8 +91,8 @@ class ParameterType(enum.IntEnum):
         return empty and self >= ParameterType.BYTE_ARRAY
 
 
-def why_no_parameter(value: object) -> str | None:
-    """Return why a YAML value cannot be a parameter; None if it can."""
+def parameter_value_problem(value: object) -> str | None:
+    """Return why a YAML value cannot be a parameter value; None if it can."""
     try:
         ParameterType.from_parameter_value(value)
     except TypeError as error:
@@ -104,7 +104,7 @@ def why_no_parameter(value: object) -> str | None:
 
 
 class Parameter:
-    """A parameter: name, type and value.
+    """Parameter of a node: name, type and value.
 
     Args:
         name: Its name, parts separated by dots.
@@ -139,27 +139,27 @@ class Parameter:
 
     @property
     def name(self) -> str:
-        """The parameter's name."""
+        """Name of the parameter."""
         return self._name
 
     @property
     def type_(self) -> ParameterType:
-        """The parameter's type."""
+        """Type of the parameter."""
         return self._type
 
     @property
     def value(self) -> Any:  # Any: see the constructor
-        """The parameter's value; None when it is not set."""
+        """Value of the parameter; None if it is not set."""
         return self._value
 
     @classmethod
     def from_parameter_msg(cls, message: ParameterMessage) -> Parameter:
-        """Return the parameter of a ``rcl_interfaces/msg/Parameter``."""
+        """Return the parameter that a ``rcl_interfaces/msg/Parameter`` describes."""
         type_ = ParameterType(message.value.type)
         return cls(message.name, type_, parameter_value_to_python(message.value))
 
     def get_parameter_value(self) -> ParameterValue:
-        """Return the value as ``rcl_interfaces/msg/ParameterValue``."""
+        """Return the value as a ``rcl_interfaces/msg/ParameterValue``."""
         made: type[ParameterValue] = get_message("rcl_interfaces/msg/ParameterValue")
         message = made(type=int(self._type))
         if self._type != ParameterType.NOT_SET:
@@ -172,7 +172,7 @@ class Parameter:
         return message
 
     def to_parameter_msg(self) -> ParameterMessage:
-        """Return the parameter as ``rcl_interfaces/msg/Parameter``."""
+        """Return the parameter as a ``rcl_interfaces/msg/Parameter``."""
         made: type[ParameterMessage] = get_message("rcl_interfaces/msg/Parameter")
         return made(name=self._name, value=self.get_parameter_value())
 
@@ -188,7 +188,7 @@ class Parameter:
 
 
 def parameter_value_from_yaml(text: str) -> ParameterValue:
-    """Parse a command-line word as a ParameterValue, as ``param set`` does.
+    """Return the ``ParameterValue`` of a YAML text, as ``param set`` does.
 
     The word is YAML: ``1`` is an integer, ``1.0`` a double, ``true`` a boolean, ``"1"`` and what
     fits nothing else a string, ``[1, 2]`` an integer array.

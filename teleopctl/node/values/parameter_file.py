@@ -25,7 +25,7 @@ _EVERY_NODE = "/**"
 
 
 class ParameterFile(NamedTuple):
-    """Sections of a parameter file, in the file's order.
+    """Contents of a parameter file: sections of node names with their parameters.
 
     Attributes:
         sections: Pairs of a section's name, with its leading slash, and its flat parameters.
@@ -35,7 +35,7 @@ class ParameterFile(NamedTuple):
     sections: tuple[tuple[str, dict[str, Any]], ...]
 
     def for_node(self, full_name: str, use_wildcard: bool = True) -> dict[str, Any]:
-        """Return the parameters of a node; later sections override earlier ones.
+        """Return the parameters that apply to a node; later sections override earlier ones.
 
         Args:
             full_name: The node's name.
@@ -63,7 +63,7 @@ def _matches(section: str, full_name: str) -> bool:
 
 # Any: as above.
 def flatten_parameters(values: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
-    """Yield dotted names and their values from nested mappings."""
+    """Yield dotted parameter names and their values from nested mappings."""
     for key, value in values.items():
         name = f"{prefix}{key}"
         if isinstance(value, Mapping):
@@ -96,13 +96,13 @@ def _sections(
 
 
 def read_parameter_file(path: Path) -> ParameterFile:
-    """Read a parameter file.
+    """Read and check a parameter file.
 
     Raises:
         InvalidFileError: The file cannot be read, is not YAML or has another layout.
     """
     from teleopctl.base import ros_yaml
-    from teleopctl.node.values.parameter import why_no_parameter
+    from teleopctl.node.values.parameter import parameter_value_problem
 
     text = read_text(path)
     with ros_yaml.faults_of(path):
@@ -114,7 +114,7 @@ def read_parameter_file(path: Path) -> ParameterFile:
     sections = tuple(_sections(tree, path))
     for _, parameters in sections:
         for name, value in parameters.items():
-            reason = why_no_parameter(value)
+            reason = parameter_value_problem(value)
             if reason is not None:
                 line = _line_of_fault(text)
                 raise InvalidFileError(
@@ -126,10 +126,10 @@ def read_parameter_file(path: Path) -> ParameterFile:
 def _line_of_fault(text: str) -> str:
     """The line of the first value that no parameter can have, as ``:line``; empty if unknown."""
     from teleopctl.base import ros_yaml
-    from teleopctl.node.values.parameter import why_no_parameter
+    from teleopctl.node.values.parameter import parameter_value_problem
 
     for node, value in ros_yaml.values_below(text, _PARAMETERS):
-        if why_no_parameter(value) is not None:
+        if parameter_value_problem(value) is not None:
             return f":{node.start_mark.line + 1}"
     return ""
 
@@ -140,7 +140,7 @@ def parameter_messages(
     target_nodes: Sequence[str] | None = None,
     namespace: str = "",
 ) -> dict[str, ParameterMessage]:
-    """Return the parameters of a file as messages, by name.
+    """Return the parameters of a file as ``Parameter`` messages, by name.
 
     Args:
         path: The file.
@@ -197,7 +197,7 @@ def _is_meant(section: str, node: str) -> bool:
 
 # Any: a value of YAML, of whatever type; the message is a ParameterValue.
 def plain_parameter_value(value: Any) -> Any:
-    """Return the Python value of a ``ParameterValue``, bytes as numbers; None if not set."""
+    """Return the YAML value of a ``ParameterValue``, bytes as numbers; None if not set."""
     from teleopctl.node.values.parameter_value import parameter_value_to_python
 
     found = parameter_value_to_python(value)
@@ -209,7 +209,7 @@ def plain_parameter_value(value: Any) -> Any:
 def parameter_document(
     node_name: str, parameters: Iterable[tuple[str, Any]], *, plain: bool = False
 ) -> dict[str, Any]:
-    """Return the entry of a node in a parameter file, for `teleopctl.base.ros_yaml.dump`.
+    """Return the contents of a parameter file with the parameters of one node.
 
     Args:
         node_name: Full name of the node.

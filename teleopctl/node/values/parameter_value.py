@@ -1,4 +1,4 @@
-"""What a ``rcl_interfaces/msg/ParameterValue`` holds, for who reads a value and makes none."""
+"""Python values of ``ParameterValue`` messages; apart, so that reading one loads little."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _NOT_SET, _BYTE_ARRAY, _BOOL_ARRAY = 0, 5, 6
 
 
 def parameter_value_to_python(message: ParameterValue) -> AllowableParameterValue:
-    """Return the Python value of a ``rcl_interfaces/msg/ParameterValue``.
+    """Return the Python value of a ``ParameterValue`` message; None if not set.
 
     Raises:
         ValueError: Its type is none of parameters.

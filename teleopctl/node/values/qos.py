@@ -1,4 +1,4 @@
-"""Quality of service: rclpy's profiles and policies, and their form on the wire."""
+"""QoS profiles and policies of rclpy, their form in liveliness tokens, their compatibility."""
 
 from __future__ import annotations
 
@@ -41,17 +41,17 @@ class _Policy(enum.IntEnum, metaclass=_PolicyType):
 
     @property
     def short_key(self) -> str:
-        """The member's name in lower case."""
+        """Name of the policy value in lower case, as on the command line."""
         return self.name.lower()
 
     @classmethod
     def short_keys(cls) -> list[str]:
-        """Names of all members."""
+        """Return the lower-case names of all values of the policy."""
         return [member.short_key for member in cls]
 
     @classmethod
     def get_from_short_key(cls, name: str) -> Self:
-        """Return the member with this lower-case name.
+        """Return the policy value of a lower-case name.
 
         Raises:
             UsageError: There is none.
@@ -105,7 +105,7 @@ class LivelinessPolicy(_Policy):
 
 
 class InvalidQoSProfileException(Exception):
-    """A QoS profile is incomplete or contradictory."""
+    """A QoS profile has neither history nor depth, or KEEP_LAST without a depth."""
 
 
 class QoSProfile:
@@ -201,13 +201,13 @@ class QoSProfile:
 
     @property
     def queue_depth(self) -> int | None:
-        """Depth of the receive queue; None if unlimited."""
+        """Depth of a receive queue by this profile; None if unlimited."""
         if self.history == HistoryPolicy.KEEP_ALL:
             return None
         return self.depth or RMW_DEFAULT_DEPTH
 
     def to_wire(self) -> EndpointQos:
-        """Return the profile for a liveliness token, with rmw_zenoh's defaults."""
+        """Return the profile as liveliness tokens hold it, with rmw_zenoh's defaults."""
         return EndpointQos(
             reliability=self.reliability or ReliabilityPolicy.RELIABLE,
             durability=self.durability or DurabilityPolicy.VOLATILE,
@@ -221,7 +221,7 @@ class QoSProfile:
 
     @classmethod
     def from_wire(cls, qos: EndpointQos) -> QoSProfile:
-        """Return the profile that a liveliness token describes."""
+        """Return the profile that a liveliness token holds."""
         return cls(
             history=HistoryPolicy(qos.history),
             depth=qos.depth,
@@ -234,12 +234,12 @@ class QoSProfile:
         )
 
     def get_c_qos_profile(self) -> QoSProfile:
-        """Return the profile itself; rclpy returns that of its C library here."""
+        """Return this profile; rclpy returns the one of its C library."""
         return self
 
     # Any: whatever type each policy has.
     def to_dict(self) -> dict[str, Any]:
-        """Return the constructor arguments of the profile."""
+        """Return the policies of the profile, by the constructor's argument names."""
         return {name.lstrip("_"): getattr(self, name) for name in self.__slots__}
 
     def __eq__(self, other: object) -> bool:
@@ -260,7 +260,7 @@ def _wire_duration(duration: Duration) -> int:
 
 
 def bound_ns(duration: Duration) -> int | None:
-    """Return a duration of a profile in nanoseconds; None if unspecified or infinite."""
+    """Return a QoS duration in nanoseconds; None if it is unspecified or infinite."""
     nanoseconds = duration.nanoseconds
     return nanoseconds if 0 < nanoseconds < INFINITE_NS else None
 
@@ -269,8 +269,8 @@ def _rclpy_duration(nanoseconds: int) -> Duration:
     return Infinite if nanoseconds >= INFINITE_NS else Duration(nanoseconds=nanoseconds)
 
 
-def qos_from(profile_or_depth: QoSProfile | int) -> QoSProfile:
-    """Return a QoS profile; an integer is the depth of the default profile, as in rclpy.
+def as_qos_profile(profile_or_depth: QoSProfile | int) -> QoSProfile:
+    """Return a QoS profile as it is, or the default profile with an integer as depth.
 
     Raises:
         TypeError: The value is neither.
@@ -319,7 +319,7 @@ qos_profile_clock = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFOR
 
 
 class QoSPresetProfiles(enum.Enum):
-    """QoS presets under rclpy's names."""
+    """Preset QoS profiles, by rclpy's names."""
 
     UNKNOWN = qos_profile_unknown
     DEFAULT = qos_profile_default
@@ -333,12 +333,12 @@ class QoSPresetProfiles(enum.Enum):
 
     @classmethod
     def short_keys(cls) -> list[str]:
-        """Return the names of the presets as the command line spells them."""
+        """Return the lower-case names of the presets, as on the command line."""
         return [preset.name.lower() for preset in cls if preset is not cls.UNKNOWN]
 
     @classmethod
     def get_from_short_key(cls, name: str) -> QoSProfile:
-        """Return the preset with this lower-case name.
+        """Return the preset profile of a lower-case name.
 
         Raises:
             UsageError: There is none.
@@ -355,14 +355,14 @@ class QoSPresetProfiles(enum.Enum):
 
 
 class QoSCompatibility(enum.IntEnum):
-    """Compatibility of two QoS profiles: ok, warning or error."""
+    """Result of comparing two QoS profiles: ok, warning or error."""
 
     OK = 0
     WARNING = 1
     ERROR = 2
 
 
-# What a subscription asks for, and what a publisher offers that is less.
+# Per policy: the value that a subscription requests, and the publisher's value that is less.
 _LESS_THAN_ASKED: tuple[tuple[str, _Policy, _Policy], ...] = (
     ("reliability", ReliabilityPolicy.RELIABLE, ReliabilityPolicy.BEST_EFFORT),
     ("durability", DurabilityPolicy.TRANSIENT_LOCAL, DurabilityPolicy.VOLATILE),
@@ -374,7 +374,7 @@ _UNDECIDED = frozenset({"SYSTEM_DEFAULT", "UNKNOWN"})
 def qos_check_compatible(
     publisher_qos: QoSProfile, subscription_qos: QoSProfile
 ) -> tuple[QoSCompatibility, str]:
-    """Return the compatibility of two QoS profiles, and the reason.
+    """Return whether a publisher and a subscription are compatible, and the reason if not.
 
     Where a policy is left to the system or unknown, and it could matter, that is a warning.
     """

@@ -1,4 +1,4 @@
-"""The ``--ros-args`` part of a command line: remapping rules, parameters, log levels.
+"""ROS arguments (``--ros-args``) of a command line: remap rules, parameters, log levels.
 
 Source: the ROS 2 design article on command line arguments. Groups start with ``--ros-args`` and
 end with ``--`` or the end of the line; what stands outside belongs to the program.
@@ -39,7 +39,7 @@ class RemapRule(NamedTuple):
     replacement: str
 
     def applies_to(self, node_name: str) -> bool:
-        """Return whether the rule applies to a node."""
+        """Return whether the rule applies to a node, given its name."""
         return self.node in (None, node_name)
 
 
@@ -52,7 +52,7 @@ class ParameterRule(NamedTuple):
 
 
 class RosArguments(NamedTuple):
-    """Parsed ``--ros-args`` of a command line."""
+    """Parsed ROS arguments of a command line."""
 
     remaps: tuple[RemapRule, ...] = ()
     # Files and single parameters in the order of the command line: later ones win.
@@ -66,21 +66,21 @@ class RosArguments(NamedTuple):
     program: tuple[str, ...] = ()
 
     def node_name(self, name: str) -> str | None:
-        """Return the remapped node name; None without a rule for it."""
+        """Return the remapped name of a node; None if no rule applies."""
         for rule in self.remaps:
             if rule.match in ("__node", "__name") and rule.applies_to(name):
                 return rule.replacement
         return None
 
     def namespace(self, node_name: str) -> str | None:
-        """Return the remapped namespace; None without a rule for it."""
+        """Return the remapped namespace of a node; None if no rule applies."""
         for rule in self.remaps:
             if rule.match == "__ns" and rule.applies_to(node_name):
                 return rule.replacement
         return None
 
     def remap(self, name: str, node_name: str, namespace: str, *, is_service: bool) -> str:
-        """Return a remapped absolute name; the first matching rule applies."""
+        """Return an absolute topic or service name, remapped by the first rule that applies."""
         for rule in self.remaps:
             match = rule.match
             if match.startswith("__") or not rule.applies_to(node_name):
@@ -159,9 +159,9 @@ def _parameter_rule(text: str) -> ParameterRule:
             f"The value of parameter '{match['left']}' is not YAML: {shortened(match['right'])!r}: "
             f"{getattr(error, 'problem', None) or error}.",
         ) from error
-    from teleopctl.node.values.parameter import why_no_parameter
+    from teleopctl.node.values.parameter import parameter_value_problem
 
-    reason = why_no_parameter(value)
+    reason = parameter_value_problem(value)
     if reason is not None:
         raise UsageError(
             f"Parameter '{match['left']}' cannot be {shortened(match['right'])!r}: {reason}."
@@ -170,7 +170,7 @@ def _parameter_rule(text: str) -> ParameterRule:
 
 
 def parse_ros_arguments(args: Sequence[str]) -> RosArguments:
-    """Parse the ``--ros-args`` of a command line.
+    """Parse the ``--ros-args`` groups of a command line.
 
     Raises:
         UsageError: A rule or an option is malformed; exit status 2.

@@ -1,7 +1,7 @@
-"""SIGINT and SIGTERM end the contexts of the process, so that whoever spins tidies up and leaves.
+"""Signal handlers that end the contexts of the process on SIGINT and SIGTERM.
 
-What Python does with Ctrl-C it still does: KeyboardInterrupt is raised in the main thread. That
-the context ends besides is for the other threads, which that exception does not reach.
+Ctrl-C still raises KeyboardInterrupt in the main thread; ending the context reaches the other
+threads.
 """
 
 from __future__ import annotations
@@ -20,10 +20,10 @@ else:
 
 
 class Endable(Protocol):
-    """Interface of contexts that signals end."""
+    """Interface of contexts as the signal handlers use it."""
 
     def ok(self) -> bool:
-        """Return whether the context is initialized."""
+        """Return whether the context is initialized and not shut down."""
 
     def end_by_signal(self) -> None:
         """End the context because of a signal."""
@@ -49,7 +49,7 @@ _contexts: dict[int, set[Endable]] = {signal.SIGINT: set(), signal.SIGTERM: set(
 _previous: dict[int, signal._HANDLER] = {}
 
 
-def heed(context: Endable, options: SignalHandlerOptions) -> None:
+def install_signal_handlers(context: Endable, options: SignalHandlerOptions) -> None:
     """End a context on signals; has no effect outside the main thread."""
     if threading.current_thread() is not threading.main_thread():
         return
@@ -61,8 +61,8 @@ def heed(context: Endable, options: SignalHandlerOptions) -> None:
         _contexts[number].add(context)
 
 
-def forget(context: Endable) -> None:
-    """Stop ending a context by signals; the handlers go with the last context."""
+def uninstall_signal_handlers(context: Endable) -> None:
+    """Stop ending a context on signals; restores handlers after the last context."""
     for number, contexts in _contexts.items():
         contexts.discard(context)
         if (
@@ -73,8 +73,8 @@ def forget(context: Endable) -> None:
             signal.signal(number, _previous[number])
 
 
-def heeded_signals() -> SignalHandlerOptions:
-    """Return the signals that end a context at present."""
+def get_current_signal_handlers_options() -> SignalHandlerOptions:
+    """Return the signals that end any context at present."""
     heeded = SignalHandlerOptions.NO
     for option in (SignalHandlerOptions.SIGINT, SignalHandlerOptions.SIGTERM):
         (number,) = _SIGNALS[option]
@@ -85,13 +85,13 @@ def heeded_signals() -> SignalHandlerOptions:
 
 def _end_contexts(signum: int, frame: FrameType | None) -> None:
     if in_transport_callback(frame):
-        # What is raised here would be lost: come again when the call is over.
+        # An exception raised here would be lost: send the signal again after the call.
         come_again(signum)
         return
     previous = _previous[signum]
     running = [context for context in tuple(_contexts[signum]) if context.ok()]
     if not running:
-        # Nobody heeded the first one, or there is nobody to heed: what it did before us.
+        # No context is left to end: do what the previous handler does.
         signal.signal(signum, previous)
         signal.raise_signal(signum)
         return

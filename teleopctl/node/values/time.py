@@ -1,4 +1,4 @@
-"""Points in time and spans of time, in integer nanoseconds, as ``rclpy.time`` has them."""
+"""Times and durations in integer nanoseconds, as in ``rclpy.time`` and ``rclpy.duration``."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _INFINITE_NS = 2**63 - 1
 
 
 class ClockType(enum.IntEnum):
-    """Kind of time of a clock; times of different kinds cannot be compared."""
+    """Types of clocks and their times; times of different types cannot be compared."""
 
     UNINITIALIZED = 0
     ROS_TIME = 1
@@ -24,7 +24,7 @@ class ClockType(enum.IntEnum):
 
 
 class Duration:
-    """A signed span of time.
+    """Signed duration in nanoseconds.
 
     Args:
         seconds: Seconds, added to ``nanoseconds``.
@@ -44,18 +44,18 @@ class Duration:
 
     @property
     def seconds(self) -> float:
-        """Duration in seconds (ours; rclpy has ``nanoseconds`` only)."""
+        """Duration in seconds (ours)."""
         return to_seconds(self.nanoseconds)
 
     def to_msg(self) -> DurationMessage:
-        """Return a ``builtin_interfaces/msg/Duration``."""
+        """Return the duration as a ``builtin_interfaces/msg/Duration``."""
         sec, nanosec = split(self.nanoseconds)
         message: type[DurationMessage] = get_message("builtin_interfaces/msg/Duration")
         return message(sec=sec, nanosec=nanosec)
 
     @classmethod
     def from_msg(cls, msg: Stamp) -> Duration:
-        """Return the duration of a ``builtin_interfaces/msg/Duration``."""
+        """Return the duration that a ``builtin_interfaces/msg/Duration`` holds."""
         return cls(nanoseconds=to_nanoseconds(msg))
 
     def __repr__(self) -> str:
@@ -114,7 +114,7 @@ Infinite = Duration(nanoseconds=_INFINITE_NS)
 
 
 class Time:
-    """A time of one clock type.
+    """Point in time on a clock of one type.
 
     Args:
         seconds: Seconds since the clock's epoch, added to ``nanoseconds``; not negative.
@@ -150,22 +150,22 @@ class Time:
 
     @property
     def clock_type(self) -> ClockType:
-        """Clock type of the time."""
+        """Type of the clock that the time belongs to."""
         return self._clock_type
 
     def seconds_nanoseconds(self) -> tuple[int, int]:
-        """Return whole seconds and the nanoseconds left over."""
+        """Return the time as whole seconds and remaining nanoseconds."""
         return split(self.nanoseconds)
 
     def to_msg(self) -> TimeMessage:
-        """Return a ``builtin_interfaces/msg/Time``."""
+        """Return the time as a ``builtin_interfaces/msg/Time``."""
         sec, nanosec = split(self.nanoseconds)
         message: type[TimeMessage] = get_message("builtin_interfaces/msg/Time")
         return message(sec=sec, nanosec=nanosec)
 
     @classmethod
     def from_msg(cls, msg: Stamp, clock_type: ClockType = ClockType.ROS_TIME) -> Time:
-        """Return the time of a ``builtin_interfaces/msg/Time``."""
+        """Return the time that a ``builtin_interfaces/msg/Time`` holds, on a clock of a type."""
         return cls(nanoseconds=to_nanoseconds(msg), clock_type=clock_type)
 
     def _comparable(self, other: object) -> int:

@@ -13,9 +13,9 @@ from teleopctl.node import (
     QoSProfile,
     ReliabilityPolicy,
     Subscription,
-    learn_type_from,
-    subscribe_undecoded,
-    suited_to,
+    add_type_from_graph,
+    create_generic_subscription,
+    qos_for_publishers,
 )
 from teleopctl.nodes.foxglove_bridge.settings import BridgeSettings, allows
 
@@ -87,7 +87,7 @@ class Channels:
                 channel.log(payload, log_time=clock.now().nanoseconds)
 
             qos = self._qos(entry.topic, entry.type_name)
-            entry.subscription = subscribe_undecoded(
+            entry.subscription = create_generic_subscription(
                 self._node, entry.topic, entry.type_name, forward, qos=qos
             )
 
@@ -109,7 +109,7 @@ class Channels:
     def _schema(self, graph: Graph, topic: str, type_name: str) -> Schema | None:
         """The definition; None, which clients show as raw bytes, where it is not known."""
         try:
-            learn_type_from(self._node, type_name, graph, _LONGEST_LEARNING_S)
+            add_type_from_graph(self._node, type_name, graph, _LONGEST_LEARNING_S)
             text = complete_definition_text(type_name)
             ours = type_hash(type_name)
         except TeleopctlError as error:
@@ -128,7 +128,7 @@ class Channels:
         offers = [p.qos for p in self._node.graph().publishers(topic, type_name)]
         depth = sum(max(1, offer.depth) for offer in offers)
         depth = min(max(depth, self._settings.min_depth, 1), max(self._settings.max_depth, 1))
-        qos = suited_to(offers, depth)
+        qos = qos_for_publishers(offers, depth)
         if allows(self._settings.best_effort_topics, topic):
             qos.reliability = ReliabilityPolicy.BEST_EFFORT
         return qos

@@ -15,7 +15,7 @@ from teleopctl.node import (
     Parameter,
     ParameterType,
     Subscription,
-    ask_nodes,
+    call_parameter_services,
     parameter_value_to_python,
     qos_profile_parameter_events,
 )
@@ -129,7 +129,7 @@ class RemoteParameters:
     def _call_nodes(self, nodes: Iterable[str], question: Any) -> dict[str, Any]:
         if self._settings.ignores_unresponsive:
             nodes = [name for name in nodes if name not in self._unresponsive]
-        answers = ask_nodes(self._node, nodes, question, _LONGEST_WAIT_S)
+        answers = call_parameter_services(self._node, nodes, question, _LONGEST_WAIT_S)
         found = {}
         for name, answer in answers.items():
             if isinstance(answer, UnavailableError):

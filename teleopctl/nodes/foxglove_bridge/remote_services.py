@@ -9,7 +9,7 @@ from foxglove import MessageSchema, Schema, Service, ServiceRequest, ServiceSche
 
 from teleopctl.errors import TeleopctlError, UnavailableError, UnsupportedError
 from teleopctl.interfaces import complete_definition_text, deserialize, get_service, serialize
-from teleopctl.node import Client, Node, learn_type_from
+from teleopctl.node import Client, Node, add_type_from_graph
 from teleopctl.nodes.foxglove_bridge.settings import BridgeSettings, allows
 
 if TYPE_CHECKING:
@@ -63,7 +63,7 @@ class RemoteServices:
 
     def _schema(self, graph: Graph, type_name: str) -> ServiceSchema:
         try:
-            learn_type_from(self._node, type_name, graph, _LONGEST_LEARNING_S)
+            add_type_from_graph(self._node, type_name, graph, _LONGEST_LEARNING_S)
             request, response = (
                 MessageSchema(
                     encoding="cdr",

@@ -263,7 +263,7 @@ def server_of_gz() -> int:
         UsageError: There is no world.
     """
     given = parse_ros_arguments(sys.argv[1:])
-    with init(ends_in_order=True), Node("gzserver") as asked:
+    with init(publishes_after_signal=True), Node("gzserver") as asked:
         file = str(asked.declare_parameter("world_sdf_file", "").value)
         text = str(asked.declare_parameter("world_sdf_string", "").value)
     if not (file or text):
@@ -286,7 +286,7 @@ def _show(request: GazeboRequest) -> int:
         return _print_version()
     with (
         contextlib.suppress(KeyboardInterrupt, ExternalShutdownException),
-        init(ends_in_order=True),
+        init(publishes_after_signal=True),
         Node("gzclient") as node,
     ):
         if request.unserved:
@@ -312,7 +312,7 @@ def _run(request: GazeboRequest) -> int:
     # Behind `init`: what is shown while the children end may still be published.
     with (
         contextlib.suppress(KeyboardInterrupt, ExternalShutdownException),
-        init(ends_in_order=True),
+        init(publishes_after_signal=True),
         ChildPrograms() as children,
         GazeboServer(request, children) as node,
     ):

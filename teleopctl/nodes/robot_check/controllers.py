@@ -15,7 +15,7 @@ from teleopctl.control import (
     ControlStack,
     State,
     SwitchRequest,
-    manager_settings,
+    controller_load_parameters,
     switch_controller,
 )
 from teleopctl.errors import InvalidParameterError, TeleopctlError
@@ -172,7 +172,7 @@ def _script(
 def _bring_up(stack: ControlStack, name: str, given: ChosenControllers) -> str:
     """Load, configure and activate a controller as the spawner does; returns why that failed."""
     before = len(stack.log.lines)
-    settings = manager_settings(name, f"{given.namespace}/{_MANAGER}", [str(given.file)])
+    settings = controller_load_parameters(name, f"{given.namespace}/{_MANAGER}", [str(given.file)])
     if "type" in settings:
         stack.node.declare_parameter(f"{name}.type", settings["type"])
     stack.set_controller_parameters(name, _parameters(name, given))

@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 from teleopctl.bag import BagMessage
 from teleopctl.interfaces import type_hash
-from teleopctl.node import DurabilityPolicy, Node, QoSProfile, undecoded
+from teleopctl.node import DurabilityPolicy, Node, QoSProfile, raw_message_class
 from tests.bag.bags import STRING
 
 LONGEST_WAIT_S = 20
@@ -42,7 +42,7 @@ class Listener:
                 self._changed.notify_all()
 
         self._node.create_subscription(
-            undecoded(type_name, version or type_hash(type_name)),
+            raw_message_class(type_name, version or type_hash(type_name)),
             topic,
             hear,
             QoSProfile(depth=100, durability=durability),

@@ -228,7 +228,7 @@ def test_a_refusal_to_cancel_leaves_that_goal_and_no_other(serve, send, client, 
         cancel_callback=lambda goal: CancelResponse(1 + goal.request.order % 2),
     )
     handles = [send(order) for order in (2, 4, 5)]
-    every = client.cancel(UUID())
+    every = client.request_cancel(UUID())
     spin_until(every.done)
     answer = every.result()
     assert answer.return_code == 0
@@ -244,7 +244,7 @@ def test_the_codes_of_cancelling_one_goal_tell_unknown_and_ended_ones(
     result_of(handle)
     codes = []
     for goal_id in (UUID(uuid=[9] * 16), handle.goal_id):
-        future = client.cancel(goal_id)
+        future = client.request_cancel(goal_id)
         spin_until(future.done)
         codes.append((future.result().return_code, len(future.result().goals_canceling)))
     assert codes == [(2, 0), (3, 0)]

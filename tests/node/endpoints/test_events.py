@@ -78,12 +78,12 @@ def test_gaps_in_the_numbering_of_a_publisher_are_lost_messages(make_node, execu
     handler = MessageLostHandler(node, got.append, node.default_callback_group)
     one, other = b"1" * 16, b"2" * 16
     for gid, sequence in ((one, 5), (one, 6), (other, 1), (one, 9), (other, 2), (one, 11)):
-        handler.saw(gid, sequence)
+        handler.on_message(gid, sequence)
     assert handler.pending() == 1
     executor.spin_once(10.0)
-    handler.saw(one, 11)
+    handler.on_message(one, 11)
     assert handler.pending() == 0
-    handler.saw(one, 13)
+    handler.on_message(one, 13)
     executor.spin_once(10.0)
     assert [(info.total_count, info.total_count_change) for info in got] == [(3, 3), (4, 1)]
 
@@ -104,7 +104,7 @@ def test_each_period_without_a_sign_is_counted_once_however_late_it_is_noticed()
     watchdog = Watchdog(HOUR_NS, counted.append, lambda: now[0])
     for hour in (5, 6, 6.9, 9.5, 10):  # the first one starts the count
         now[0] = int(hour * HOUR_NS)
-        watchdog.sign()
+        watchdog.feed()
     watchdog.close()
     assert counted == [1, 2]
 

@@ -25,7 +25,7 @@ def test_a_new_period_counts_from_the_next_call_on(clock):
     timer.timer_period_ns = 10
     assert timer.time_until_next_call() == 50
     at(clock, 150)
-    assert timer.count_call()
+    assert timer.mark_called()
     assert timer.time_until_next_call() == 10
 
 
@@ -76,7 +76,7 @@ def test_a_step_of_the_wall_clock_neither_stops_nor_hastens_a_timer(system, cloc
     assert timer.time_since_last_call() == 20
     system.passes(30)
     assert timer.is_ready()
-    assert timer.count_call()
+    assert timer.mark_called()
     assert timer.time_until_next_call() == 50
 
 
@@ -106,7 +106,7 @@ def test_the_rest_of_a_period_is_still_to_come_when_simulated_time_begins_and_en
 def test_a_timer_counts_anew_when_simulated_time_goes_back(clock):
     timer = PeriodicTimer(50, clock)
     at(clock, 160)
-    assert timer.count_call()
+    assert timer.mark_called()
     at(clock, 20)
     assert timer.time_until_next_call() == 50
 

@@ -19,7 +19,7 @@ class Running:
 # A script starts what it puts into the background, this test say, with SIGINT ignored.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 running = Running()
-signals.heed(running, SignalHandlerOptions.SIGINT)
+signals.install_signal_handlers(running, SignalHandlerOptions.SIGINT)
 
 @transport_callback
 def called_by_zenoh():

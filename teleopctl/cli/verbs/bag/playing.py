@@ -76,7 +76,7 @@ def play_bags(
     arguments = ["--ros-args", "--log-level", terminal.log_level]
     arguments += [word for rule in remaps for word in ("--remap", rule)]
     context = Context()
-    context.init(arguments, ends_in_order=True)
+    context.init(arguments, publishes_after_signal=True)
     try:
         with Node(_NODE, context=context) as node:
             _play(node, bags, options, terminal, burst)

@@ -192,9 +192,9 @@ def load_controller(
 
 
 def _set_param_file(client: "ControllerManagerClient", name: str, file: str) -> None:
-    from teleopctl.control import manager_settings
+    from teleopctl.control import controller_load_parameters
 
-    for setting, value in manager_settings(name, client.name, [file]).items():
+    for setting, value in controller_load_parameters(name, client.name, [file]).items():
         if not client.set_parameter(f"{name}.{setting}", value):
             raise RefusedError(f"Could not set {name}.{setting} to {value} on {client.name}")
 
@@ -331,9 +331,7 @@ def reload_controller_libraries(
             "reload_controller_libraries", "ReloadControllerLibraries", force_kill=force_kill
         )
         if not response.ok:
-            raise RefusedError(
-                f"Error reloading libraries, {_LOGS}", hint=client.why_not_reloaded()
-            )
+            raise RefusedError(f"Error reloading libraries, {_LOGS}", hint=client.reload_error())
     console.out_done("Reload successful", as_json=as_json, reloaded=True)
 
 

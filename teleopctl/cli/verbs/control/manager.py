@@ -68,7 +68,7 @@ def manager_client(
     with command_node(session_mode="client", ros_args=ros_args or ()) as node:
         client = ControllerManagerClient(node, name)
         in_a_launch = progress.VARIABLE in os.environ
-        client.wait(0.0 if in_a_launch else _WAIT, patient=in_a_launch)
+        client.wait(0.0 if in_a_launch else _WAIT, log_waiting=in_a_launch)
         yield client
 
 

@@ -127,7 +127,7 @@ class _Setting:
         """Set all parameters of a node, or none."""
         wanted = [_message(name, text) for name, text in self._wishes.items()]
 
-        def set_together(node: str) -> bool:
+        def set_atomically(node: str) -> bool:
             answer = self._parameters.ask(node, "SetParametersAtomically", parameters=wanted)
             texts = [self._as_text(each) for each in wanted]
             if not answer.result.successful and texts != wanted:
@@ -136,7 +136,7 @@ class _Setting:
             how = "parameters{} atomically"
             return self._tell(node, how, list(self._wishes), answer.result)
 
-        return int(not with_each(self._nodes, set_together, is_one=not self._names_nodes))
+        return int(not with_each(self._nodes, set_atomically, is_one=not self._names_nodes))
 
     def each(self) -> int:
         """Set the parameters one by one."""

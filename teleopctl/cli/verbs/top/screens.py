@@ -22,10 +22,10 @@ from teleopctl.node import (
     AsyncParameterClient,
     Node,
     Subscription,
-    learn_type_from,
+    add_type_from_graph,
     parameter_value_from_yaml,
     parameter_value_to_python,
-    suited_to,
+    qos_for_publishers,
 )
 
 _STYLE = """
@@ -274,13 +274,13 @@ class TopicScreen(Screen[None]):
     def _subscribe(self) -> None:
         graph = self._node.graph()
         try:
-            learn_type_from(self._node, self._type_name, graph)
+            add_type_from_graph(self._node, self._type_name, graph)
             offers = [p.qos for p in graph.publishers(self._topic, self._type_name)]
             self._subscription = self._node.create_subscription(
                 get_message(self._type_name),
                 self._topic,
                 self._hear,
-                suited_to(offers, 10),
+                qos_for_publishers(offers, 10),
                 immediate=True,
             )
         except TeleopctlError as error:

@@ -43,12 +43,12 @@ class TopicSource:
 
         Where they differ, a line on stderr says what that costs.
         """
-        from teleopctl.node import suited_to
+        from teleopctl.node import qos_for_publishers
 
         offers = [publisher.qos for publisher in self.publishers]
         _note_fallback([each.is_reliable for each in offers], "Reliability", "BEST_EFFORT")
         _note_fallback([each.is_transient_local for each in offers], "Durability", "VOLATILE")
-        return suited_to(offers, depth)
+        return qos_for_publishers(offers, depth)
 
 
 _BETTER = {"Reliability": "RELIABLE", "Durability": "TRANSIENT_LOCAL"}
@@ -107,9 +107,9 @@ def find_source(
     _warn_of_other_types(topic, message_type, graph)
     publishers = graph.publishers(topic, message_type)
     if raw and publishers:
-        from teleopctl.node import undecoded
+        from teleopctl.node import raw_message_class
 
-        message_class = undecoded(message_type, publishers[0].type_hash)
+        message_class = raw_message_class(message_type, publishers[0].type_hash)
     else:
         learn_type(message_type, graph)
         message_class = get_message(message_type)

@@ -14,7 +14,7 @@ from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
-from teleopctl.control import manager_settings
+from teleopctl.control import controller_load_parameters
 
 _LOOKS_EVERY_S = 10.0
 
@@ -261,7 +261,7 @@ def get_parameter_from_param_files(
     """
     del node
     manager = f"{namespace.rstrip('/')}/controller_manager"
-    return manager_settings(controller_name, manager, parameter_files).get(parameter_name)
+    return controller_load_parameters(controller_name, manager, parameter_files).get(parameter_name)
 
 
 def set_controller_parameters(
@@ -300,7 +300,7 @@ def set_controller_parameters_from_param_files(
     """
     place = (namespace or node.get_namespace()).rstrip("/")
     manager = f"{place}/{controller_manager_name.rpartition('/')[2]}"
-    settings = manager_settings(controller_name, manager, parameter_files)
+    settings = controller_load_parameters(controller_name, manager, parameter_files)
     return all(
         set_controller_parameters(node, controller_manager_name, controller_name, name, value)
         for name, value in settings.items()

@@ -1,6 +1,11 @@
 """``rclpy.signals``. Which signals a context heeds, and waits that end with it."""
 
-from teleopctl.node import Context, GuardHandle, SignalHandlerOptions, heeded_signals
+from teleopctl.node import (
+    Context,
+    GuardHandle,
+    SignalHandlerOptions,
+    get_current_signal_handlers_options,
+)
 
 __all__ = [
     "SignalHandlerGuardCondition",
@@ -8,7 +13,7 @@ __all__ = [
     "get_current_signal_handlers_options",
 ]
 
-get_current_signal_handlers_options = heeded_signals
+get_current_signal_handlers_options = get_current_signal_handlers_options
 
 
 class SignalHandlerGuardCondition(GuardHandle):

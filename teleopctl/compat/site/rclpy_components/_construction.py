@@ -87,7 +87,7 @@ def constructed(
         ComponentError: Its constructor raises, or makes no node.
     """
     try:
-        with options.given():
+        with options.applied_to_next_node():
             component = make(**_arguments(make, request, options))
         if not isinstance(options.node, Node):
             raise TypeError("it has made no node")

@@ -1,1 +1,1 @@
-"""``joint_trajectory_controller/JointTrajectoryController`` and the parts that only it uses."""
+"""Joint trajectory controller, with its trajectories, tolerances, inputs and outputs."""

@@ -1,4 +1,4 @@
-"""``~/follow_joint_trajectory``: trajectories whose sender is told how they end."""
+"""Action server ``~/follow_joint_trajectory`` of a joint trajectory controller."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 
 class FollowJointTrajectoryServer:
-    """Action server of a trajectory controller.
+    """Action server ``~/follow_joint_trajectory`` of a joint trajectory controller.
 
     A new goal ends the one before. Cancelling takes effect in the next update, which holds.
 
@@ -55,7 +55,7 @@ class FollowJointTrajectoryServer:
         self._server = controller.create_action_server(
             get_action(ACTION_TYPE),
             "~/follow_joint_trajectory",
-            goal_callback=self._judge_request,
+            goal_callback=self._on_goal_request,
             handle_accepted_callback=self._begin,
             cancel_callback=self._cancel,
         )
@@ -65,12 +65,12 @@ class FollowJointTrajectoryServer:
         self._server.destroy()
 
     def abort_goal(self, error_string: str) -> None:
-        """Abort the present goal, if any; not for the control loop."""
+        """Abort the present goal, if any; not to be called in the control cycle."""
         goal, self._goal = self._goal, None
         if goal is not None:
             goal.abort(error_code=INVALID_GOAL, error_string=error_string)
 
-    def _judge_request(self, goal: Any) -> GoalResponse:
+    def _on_goal_request(self, goal: Any) -> GoalResponse:
         self._logger.info("Received new action goal")
         if not self._inputs.active:
             self._logger.error("Can't accept new action goals. Controller is not running.")

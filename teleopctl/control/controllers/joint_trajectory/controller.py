@@ -1,4 +1,4 @@
-"""Moves joints along trajectories."""
+"""Joint trajectory controller."""
 
 from __future__ import annotations
 
@@ -20,7 +20,10 @@ from teleopctl.control.controllers.joint_trajectory.goal import (
     SUCCESSFUL,
     FollowedGoal,
 )
-from teleopctl.control.controllers.joint_trajectory.inputs import Incoming, TrajectoryInputs
+from teleopctl.control.controllers.joint_trajectory.inputs import (
+    ReceivedTrajectory,
+    TrajectoryInputs,
+)
 from teleopctl.control.controllers.joint_trajectory.outputs import CommandOutputs
 from teleopctl.control.controllers.joint_trajectory.settings import (
     UNSUPPORTED,
@@ -35,7 +38,7 @@ from teleopctl.control.controllers.joint_trajectory.state import (
 )
 from teleopctl.control.controllers.joint_trajectory.tolerances import (
     ToleranceVerdict,
-    judge,
+    check_tolerances,
     tracking_error,
 )
 from teleopctl.control.controllers.joint_trajectory.trajectory import (
@@ -52,7 +55,7 @@ from teleopctl.interfaces import NANOSECONDS_PER_SECOND
 
 
 class JointTrajectoryController(ControllerInterface):
-    """``joint_trajectory_controller/JointTrajectoryController``.
+    """``joint_trajectory_controller/JointTrajectoryController``: follows trajectories.
 
     Commands lead by one period: what is written is where the trajectory will be when the next
     command can be written. Trajectories come over the action ``~/follow_joint_trajectory`` and the
@@ -62,7 +65,7 @@ class JointTrajectoryController(ControllerInterface):
 
     def __init__(self, params: ControllerInterfaceParams) -> None:
         super().__init__(params)
-        self._incoming: deque[Incoming] = deque(maxlen=1)
+        self._incoming: deque[ReceivedTrajectory] = deque(maxlen=1)
         self._trajectory = Trajectory()
         self._holding = False
         self._goal: FollowedGoal | None = None
@@ -71,7 +74,7 @@ class JointTrajectoryController(ControllerInterface):
         self._stale_parameters = False
 
     def on_init(self) -> None:
-        """Declare the parameters that do not depend on other ones."""
+        """Declare the joints' and interfaces' parameters, and follow parameter changes."""
         for name in ("joints", "command_joints", "command_interfaces", "state_interfaces"):
             self.auto_declare(name, [], read_only=True)
         self.get_node().add_post_set_parameters_callback(self._parameters_changed)
@@ -81,7 +84,7 @@ class JointTrajectoryController(ControllerInterface):
         self._stale_parameters = True
 
     def on_configure(self) -> CallbackReturn | None:
-        """Read the parameters and make the topics and the action."""
+        """Read the parameters; create subscriptions, publishers and the action server."""
         try:
             self._settings = settings = read_settings(self.auto_declare)
             self._pids = [Pid(self._gains(joint)) for joint in settings.joints]
@@ -125,7 +128,7 @@ class JointTrajectoryController(ControllerInterface):
         return None
 
     def on_cleanup(self) -> None:
-        """Destroy the topics and the action."""
+        """Destroy subscriptions, publishers and the action server."""
         self._action.close()
         self._inputs.close()
         self._state_publisher.close()
@@ -143,7 +146,7 @@ class JointTrajectoryController(ControllerInterface):
         )
 
     def state_interface_configuration(self) -> InterfaceConfiguration:
-        """Return the state interfaces, joint by joint, then the speed scaling."""
+        """Return the state interfaces, joint by joint, then that of speed scaling."""
         settings = self._settings
         names = [f"{j}/{name}" for j in settings.joints for name in settings.state_interfaces]
         if settings.scaling_state_interface:
@@ -151,7 +154,7 @@ class JointTrajectoryController(ControllerInterface):
         return InterfaceConfiguration(InterfaceConfigurationType.INDIVIDUAL, names)
 
     def on_activate(self) -> None:
-        """Hold the last commanded position, or the measured one if there is no command."""
+        """Hold the last commanded positions, or the measured ones without a command."""
         self._sort_interfaces()
         for pid in self._pids:
             pid.reset()
@@ -164,13 +167,13 @@ class JointTrajectoryController(ControllerInterface):
         # A trajectory that comes before the first update goes on from what is commanded, too.
         self._has_command = held is last
         self._commanded_state = TrajectoryPoint(held)
-        # A simulation that is paused has not told yet where its joints are: hold them once it has.
+        # A paused simulation may not have published joint states yet: hold the first ones.
         self._awaits_state = not all(map(math.isfinite, held))
         self._hold(held)
         self._inputs.active = True
 
     def _sort_interfaces(self) -> None:
-        """Find each joint's interfaces by quantity, so that ``update`` only walks lists."""
+        """Sort the joints' interfaces by quantity, so that ``update`` only walks lists."""
         settings = self._settings
         count = len(settings.state_interfaces)
         by_state: dict[str, list[StateInterface]] = {
@@ -186,7 +189,7 @@ class JointTrajectoryController(ControllerInterface):
         self._outputs = CommandOutputs(settings, self.command_interfaces, self._pids)
 
     def on_restart(self) -> None:
-        """Hold the joints' positions after the simulation's reset."""
+        """Hold the present positions and abort the goal, after a simulation reset."""
         for pid in self._pids:
             pid.reset()
         self._has_command = False
@@ -196,24 +199,24 @@ class JointTrajectoryController(ControllerInterface):
         self._abort_goal(INVALID_GOAL, "The simulation was reset")
 
     def on_deactivate(self) -> None:
-        """Set all commands but positions to zero."""
+        """Abort the goal, and command zero on all interfaces but positions."""
         self._inputs.active = False
         self._action.abort_goal("Current goal cancelled during deactivate transition.")
         self._goal = None
-        self._outputs.halt()
+        self._outputs.zero_commands()
 
     def _hold(self, positions: list[float]) -> None:
         self._stop(positions, [])
 
     def _stop(self, positions: list[float], velocities: list[float]) -> None:
-        """Give the trajectory up: hold, or slow down first where the parameters say so."""
+        """Replace the trajectory: hold, or slow down first if the parameters say so."""
         self._trajectory = Trajectory(
             stopping_points(positions, velocities, self._settings.decelerations)
         )
         self._holding = True
 
     def update(self, time_ns: int, period: float) -> ReturnType | None:
-        """Command the trajectory's state at this time."""
+        """Command the trajectory's state one period ahead, and check tolerances."""
         if self._stale_parameters:
             self._read_changed_parameters()
         positions = self._position_states.read()
@@ -226,7 +229,7 @@ class JointTrajectoryController(ControllerInterface):
         if self._scaling_state is not None and math.isfinite(self._scaling_state.value):
             self._scaling = max(0.0, self._scaling_state.value)
         if self._incoming:
-            self._take_over(self._incoming.pop())
+            self._replace_trajectory(self._incoming.pop())
         if self._goal is not None and self._goal.cancel_requested:
             self._stop(positions, velocities)
             self._goal.try_cancel()
@@ -234,7 +237,7 @@ class JointTrajectoryController(ControllerInterface):
         trajectory, method = self._trajectory, self._settings.method
         first = not trajectory.sampled_already
         if first:
-            self._begin(trajectory, time_ns, positions, velocities)
+            self._start(trajectory, time_ns, positions, velocities)
         else:
             self._trajectory_ns += round(period * self._scaling * NANOSECONDS_PER_SECOND)
         now = self._trajectory_ns
@@ -253,7 +256,7 @@ class JointTrajectoryController(ControllerInterface):
             time_ns=time_ns - trajectory.start_ns,
         )
         error = tracking_error(reference, feedback, self._wrap)
-        verdict, blame = self._judge(desired, error, first=first)
+        verdict, blame = self._check_error(desired, error, first=first)
         if verdict in (
             ToleranceVerdict.PATH_VIOLATED,
             ToleranceVerdict.GOAL_LATE,
@@ -265,14 +268,14 @@ class JointTrajectoryController(ControllerInterface):
             self._commanded_state, self._has_command = command.state, True
         if self._goal is not None:
             self._goal.try_feedback(time_ns, reference, feedback, error)
-        self._conclude(verdict, blame)
+        self._end_goal(verdict, blame)
         self._state_publisher.try_publish(
             time_ns, reference, feedback, error, self._outputs.values(), self._scaling
         )
         return None
 
-    def _take_over(self, incoming: Incoming) -> None:
-        """Replace the trajectory; joints that it leaves out stay where they are commanded to be."""
+    def _replace_trajectory(self, incoming: ReceivedTrajectory) -> None:
+        """Replace the trajectory; joints that the new one lacks hold their commanded positions."""
         current = self._outputs.positions() or self._position_states.read()
         self._trajectory = Trajectory(incoming.points(current), incoming.start_ns)
         self._from_command = incoming.from_command or self._settings.open_loop
@@ -280,10 +283,10 @@ class JointTrajectoryController(ControllerInterface):
         if incoming.goal is not None:
             self._goal = incoming.goal
 
-    def _begin(
+    def _start(
         self, trajectory: Trajectory, time_ns: int, positions: list[float], velocities: list[float]
     ) -> None:
-        """Fix where the trajectory begins: where the robot is, or where it is commanded to be."""
+        """Set the trajectory's point before: the measured state, or the commanded one."""
         self._trajectory_ns = time_ns
         if not self._holding and self._from_command and self._has_command:
             last = self._outputs.positions()
@@ -298,7 +301,7 @@ class JointTrajectoryController(ControllerInterface):
         before = TrajectoryPoint(positions, velocities, self._acceleration_states.read())
         trajectory.set_point_before(time_ns, before, self._wrap)
 
-    def _judge(
+    def _check_error(
         self, desired: TrajectorySample, error: TrajectoryPoint, *, first: bool
     ) -> tuple[ToleranceVerdict, str]:
         if self._holding:
@@ -308,12 +311,12 @@ class JointTrajectoryController(ControllerInterface):
         if desired.end_index == len(trajectory.points):
             late = (self._trajectory_ns - trajectory.end_ns) / NANOSECONDS_PER_SECOND
         self._late = late or 0.0
-        return judge(
+        return check_tolerances(
             self._tolerances if self._goal is None else self._goal.tolerances,
             settings.joints,
             TrajectoryPoint(
                 error.positions,
-                error.velocities if settings.judges_velocity else [],
+                error.velocities if settings.checks_velocity else [],
                 error.accelerations if ACCELERATION in settings.command_interfaces else [],
             ),
             late,
@@ -321,8 +324,8 @@ class JointTrajectoryController(ControllerInterface):
             first=first,
         )
 
-    def _conclude(self, verdict: ToleranceVerdict, blame: str) -> None:
-        """End the goal where the verdict is one, and report what went wrong."""
+    def _end_goal(self, verdict: ToleranceVerdict, blame: str) -> None:
+        """End the goal according to the verdict, and log violations."""
         if verdict in (ToleranceVerdict.MOVING, ToleranceVerdict.WAITING):
             return
         log, goal = self._log.try_publish, self._goal
@@ -359,7 +362,7 @@ class JointTrajectoryController(ControllerInterface):
 
     @property
     def speed_scaling(self) -> float:
-        """Factor on the trajectory's speed; 0 pauses the trajectory."""
+        """Factor on the speed at which trajectories are followed; 0 pauses."""
         return self._scaling
 
     @speed_scaling.setter
@@ -368,7 +371,7 @@ class JointTrajectoryController(ControllerInterface):
             self._scaling = factor
 
     def state_at(self, time_ns: int) -> TrajectoryPoint | None:
-        """Return the trajectory's state at a time; None outside a trajectory."""
+        """Return the desired state at a time; None outside the trajectory."""
         trajectory = self._trajectory
         if not self._inputs.active or not trajectory.sampled_already:
             return None
@@ -388,7 +391,7 @@ class JointTrajectoryController(ControllerInterface):
             self.logger.error(f"Received invalid gains: {error}. Skipping new gains.")
 
     def _gains(self, joint: str) -> PidGains:
-        """Gains of a joint; where there is no PID whatever they are."""
+        """Return the PID gains of a joint, checked if PIDs are used."""
         gains = read_gains(joint, self.auto_declare)
         if self._settings.uses_pid and (problem := gains.problem()):
             raise InvalidSettingsError(f"Gains of '{joint}': {problem}")

@@ -1,4 +1,4 @@
-"""A goal of ``~/follow_joint_trajectory`` that the control loop follows."""
+"""Goals of ``~/follow_joint_trajectory``, for the control cycle."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class _Feedback(NamedTuple):
 
 
 class FollowedGoal(RealtimeServerGoalHandle):
-    """A goal with its tolerances, followed by the control loop.
+    """Goal handle for the control cycle, with tolerances and periodic feedback.
 
     Args:
         handle: The goal's handle.
@@ -61,7 +61,7 @@ class FollowedGoal(RealtimeServerGoalHandle):
         actual: TrajectoryPoint,
         error: TrajectoryPoint,
     ) -> None:
-        """Publish feedback if it is due."""
+        """Queue feedback for publishing if the feedback period has passed."""
         if time_ns < self._feedback_due_ns:
             return
         self._feedback_due_ns = max(self._feedback_due_ns, time_ns) + self._feedback_period_ns

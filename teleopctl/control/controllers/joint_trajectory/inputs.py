@@ -1,4 +1,4 @@
-"""Subscriptions and the service of a trajectory controller."""
+"""Subscriptions and query service of a joint trajectory controller."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from teleopctl.control.controllers.joint_trajectory.settings import TrajectorySe
 from teleopctl.control.controllers.joint_trajectory.trajectory import TrajectoryPoint
 from teleopctl.control.controllers.joint_trajectory.validation import (
     InvalidTrajectoryError,
-    Rules,
+    TrajectoryRules,
     to_points,
     validate,
 )
@@ -30,8 +30,8 @@ _FAR_AHEAD = 60.0
 
 
 @dataclass(frozen=True)
-class Incoming:
-    """A validated trajectory for the control loop, with its goal.
+class ReceivedTrajectory:
+    """Validated trajectory on its way to the control cycle, with its goal.
 
     Attributes:
         points: Its points, given where the joints are commanded to be now.
@@ -47,7 +47,7 @@ class Incoming:
 
 
 class TrajectoryFollower(Protocol):
-    """Interface of the controller that follows the received trajectories.
+    """Interface of a joint trajectory controller as its inputs use it.
 
     Attributes:
         logger: Its logger.
@@ -62,21 +62,21 @@ class TrajectoryFollower(Protocol):
 
     @property
     def speed_scaling(self) -> float:
-        """Factor on the trajectory's speed."""
+        """Factor on the speed at which trajectories are followed."""
 
     @speed_scaling.setter
     def speed_scaling(self, factor: float) -> None: ...
 
     @property
     def nominal_period(self) -> float:
-        """Nominal time between two updates, in seconds."""
+        """Nominal time between two updates of the controller, in seconds."""
 
     def state_at(self, time_ns: int) -> TrajectoryPoint | None:
-        """Return the trajectory's state at a time; None without a trajectory."""
+        """Return the desired state at a time; None outside the trajectory."""
 
 
 class TrajectoryInputs:
-    """Subscriptions of one trajectory controller.
+    """Subscriptions and query service of a joint trajectory controller.
 
     Args:
         controller: The controller.
@@ -91,7 +91,7 @@ class TrajectoryInputs:
         self,
         controller: TrajectoryFollower,
         settings: TrajectorySettings,
-        incoming: deque[Incoming],
+        incoming: deque[ReceivedTrajectory],
     ) -> None:
         from teleopctl.interfaces import get_message, get_service
         from teleopctl.node import DurabilityPolicy, QoSProfile
@@ -101,9 +101,9 @@ class TrajectoryInputs:
         self._settings = settings
         self._incoming = incoming
         self._logger = controller.logger
-        self._told_about_commands = False
+        self._informed_about_commands = False
         self._reported_joints: set[str] = set()
-        self._rules = Rules(
+        self._rules = TrajectoryRules(
             settings.joints,
             settings.partial_goals,
             settings.integration,
@@ -133,20 +133,20 @@ class TrajectoryInputs:
         )
 
     def close(self) -> None:
-        """Destroy the subscriptions."""
+        """Destroy the subscriptions and the service."""
         for subscription in self._subscriptions:
             self._node.destroy_subscription(subscription)
         self._node.destroy_service(self._service)
 
     def on_trajectory(self, message: Any) -> None:
-        """Validate a trajectory, and pass it to the control loop."""
+        """Handle a message on ``~/joint_trajectory``: validate and pass it on."""
         if not self.active:
             self._logger.warning("Controller is not active: the trajectory is ignored.")
         elif self.is_valid(message):
             self.take(message)
 
     def is_valid(self, message: Any) -> bool:
-        """Return whether a trajectory can be followed, and log the reason if not."""
+        """Return whether a trajectory message is valid; log the reason if not."""
         try:
             validate(message, self._rules, self._controller.params.now_ns())
         except InvalidTrajectoryError as error:
@@ -155,7 +155,7 @@ class TrajectoryInputs:
         return True
 
     def take(self, message: Any, goal: FollowedGoal | None = None) -> None:
-        """Pass a valid trajectory to the control loop.
+        """Pass a valid trajectory message to the control cycle.
 
         Args:
             message: The trajectory.
@@ -170,12 +170,12 @@ class TrajectoryInputs:
                 "then. Stamps count on this controller's clock; a sender with another one "
                 "(use_sim_time) leaves them at 0."
             )
-        self._hand_over(
-            Incoming(lambda hold: to_points(message, joints, hold), start_ns, goal=goal)
+        self._replace_waiting(
+            ReceivedTrajectory(lambda hold: to_points(message, joints, hold), start_ns, goal=goal)
         )
 
-    def _hand_over(self, incoming: Incoming) -> None:
-        """Replace what the loop has not taken yet; a goal that waits there goes on with this."""
+    def _replace_waiting(self, incoming: ReceivedTrajectory) -> None:
+        """Replace a trajectory that the loop has not taken yet; keep the goal of that one."""
         try:
             waiting = self._incoming[-1].goal
         except IndexError:
@@ -185,34 +185,34 @@ class TrajectoryInputs:
         self._incoming.append(incoming)
 
     def on_commands(self, message: Any) -> None:
-        """Convert position commands to a trajectory within the velocity limits."""
+        """Handle positions on ``~/commands``: pass on a trajectory to them."""
         if not self.active:
             self._logger.warning("Controller is not active: the command is ignored.")
             return
         controller, joints = self._controller, self._settings.joints
         try:
-            wanted = position_commands.check(message.data, joints)
+            wanted = position_commands.check_positions(message.data, joints)
         except position_commands.InvalidCommandError as error:
             self._logger.error(f"{error}; the command is ignored")
             return
         limits = controller.params.joint_limits
-        positions, reports = position_commands.clamp(wanted, joints, limits)
+        positions, reports = position_commands.clamp_positions(wanted, joints, limits)
         # As for the limiter of the control loop: one report until the joint is obeyed again.
         for joint, report in reports.items():
             if joint not in self._reported_joints:
                 self._logger.warning(report)
         self._reported_joints = set(reports)
-        if not self._told_about_commands:
-            self._told_about_commands = True
+        if not self._informed_about_commands:
+            self._informed_about_commands = True
             self._logger.info(
                 "Positions on ~/commands are reached within the joints' velocity limits. This is "
                 "an extension of teleopctl: in ROS 2 the topic belongs to "
                 "forward_command_controller/ForwardCommandController."
             )
         period = controller.nominal_period
-        self._hand_over(
-            Incoming(
-                lambda current: position_commands.to_trajectory(
+        self._replace_waiting(
+            ReceivedTrajectory(
+                lambda current: position_commands.trajectory_to_positions(
                     positions, current, joints, limits, period
                 ),
                 0,
@@ -221,14 +221,14 @@ class TrajectoryInputs:
         )
 
     def on_speed_scaling(self, message: Any) -> None:
-        """Set the speed scaling factor."""
+        """Handle a message on ``~/speed_scaling_input``: set the speed scaling factor."""
         if message.factor < 0.0:
             self._logger.warning(f"Speed scaling factor {message.factor:g} is negative: ignored.")
             return
         self._controller.speed_scaling = message.factor
 
     def on_query(self, request: Any, response: Any) -> Any:
-        """Answer the query_state service with the trajectory's state at the given time."""
+        """Answer ``~/query_state`` with the desired state at the requested time."""
         state = self._controller.state_at(to_nanoseconds(request.time))
         response.success = state is not None
         if state is None:

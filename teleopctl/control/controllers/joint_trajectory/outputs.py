@@ -1,4 +1,4 @@
-"""What a trajectory controller commands: values of the trajectory, or of a PID on the error."""
+"""Command interfaces of a joint trajectory controller."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from teleopctl.control.handles import (
 
 
 class CommandOutputs:
-    """The command interfaces of a trajectory controller, by quantity.
+    """Command interfaces of a joint trajectory controller, written directly or by PIDs.
 
     Args:
         settings: The controller's parameters.
@@ -43,7 +43,7 @@ class CommandOutputs:
         self._all_commanded = len(self._joints) == len(settings.joints)
 
     def positions(self) -> list[float] | None:
-        """Return the values of the position interfaces; None unless all joints have one."""
+        """Return the commanded positions; None unless all joints have finite ones."""
         outputs = self._outputs.get(POSITION)
         if not outputs or not self._all_commanded:
             return None
@@ -51,11 +51,11 @@ class CommandOutputs:
         return values if all(map(math.isfinite, values)) else None
 
     def values(self) -> dict[str, list[float]]:
-        """Return the present commands by kind of interface."""
+        """Return the values of the command interfaces, by interface name."""
         return {name: [o.value for o in outputs] for name, outputs in self._outputs.items()}
 
-    def halt(self) -> None:
-        """Set all commands but positions to zero."""
+    def zero_commands(self) -> None:
+        """Command zero on all interfaces but positions."""
         for name, outputs in self._outputs.items():
             if name != POSITION:
                 for output in outputs:
@@ -68,7 +68,7 @@ class CommandOutputs:
         velocity_errors: Sequence[float],
         period: float,
     ) -> None:
-        """Write a trajectory's state to the command interfaces.
+        """Write a trajectory's state, or the PIDs' output for it, to the command interfaces.
 
         Args:
             state: Where the trajectory will be at the next update.

@@ -1,4 +1,4 @@
-"""Bare positions as a trajectory: how ``~/commands`` moves a trajectory controller.
+"""Position commands on ``~/commands``, as trajectories within the velocity limits.
 
 ROS 2 gives the topic ``~/commands`` to the forward command controllers, which write the numbers at
 once. Here the same message moves the joints along a spline that keeps within their velocity limit.
@@ -23,8 +23,8 @@ class InvalidCommandError(Exception):
     """Position commands are invalid; the message says why."""
 
 
-def check(data: Sequence[float], joints: Sequence[str]) -> list[float]:
-    """Return the positions of a command message; raise if they are invalid.
+def check_positions(data: Sequence[float], joints: Sequence[str]) -> list[float]:
+    """Return the positions of a command message; raise if number or values are invalid.
 
     Raises:
         InvalidCommandError: Their number is wrong, or one is not finite.
@@ -39,10 +39,10 @@ def check(data: Sequence[float], joints: Sequence[str]) -> list[float]:
     return [float(value) for value in data]
 
 
-def clamp(
+def clamp_positions(
     positions: Sequence[float], joints: Sequence[str], limits: dict[str, JointLimits]
 ) -> tuple[list[float], dict[str, str]]:
-    """Return positions clamped to the joints' limits.
+    """Return positions clamped to the joints' limits, with a report for each that changed.
 
     Returns:
         The positions, and by joint a sentence for each that had to be changed.
@@ -57,14 +57,14 @@ def clamp(
     return clamped, reports
 
 
-def to_trajectory(
+def trajectory_to_positions(
     positions: Sequence[float],
     current: Sequence[float],
     joints: Sequence[str],
     limits: dict[str, JointLimits],
     period: float,
 ) -> list[TrajectoryPoint]:
-    """Return a one-point trajectory that respects the joints' velocity limits.
+    """Return a trajectory of one point that reaches positions within the velocity limits.
 
     Args:
         positions: Targets, rad or m.

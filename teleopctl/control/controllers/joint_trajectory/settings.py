@@ -1,4 +1,4 @@
-"""Parameters of the joint trajectory controller."""
+"""Parameters of a joint trajectory controller, read and checked."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class InvalidSettingsError(Exception):
 
 @dataclass(frozen=True)
 class TrajectorySettings:
-    """Parameters that are fixed while the controller is configured.
+    """Parameters of a joint trajectory controller that are fixed once configured.
 
     Attributes:
         joints: Joints of the trajectories.
@@ -87,29 +87,29 @@ class TrajectorySettings:
 
     @property
     def commanded_indices(self) -> tuple[int, ...]:
-        """Index of each command joint among the joints."""
+        """Index of each commanded joint among the joints of the trajectories."""
         if len(self.command_joints) < len(self.joints):
             return tuple(self.joints.index(joint) for joint in self.command_joints)
         return tuple(range(len(self.joints)))
 
     @property
-    def judges_velocity(self) -> bool:
-        """Whether velocity errors are checked: not for position commands alone."""
+    def checks_velocity(self) -> bool:
+        """Whether velocity errors are checked against the tolerances."""
         return VELOCITY in self.state_interfaces and bool(
             {VELOCITY, EFFORT} & set(self.command_interfaces)
         )
 
     @property
     def uses_pid(self) -> bool:
-        """Whether commands are computed by PIDs."""
+        """Whether PIDs compute the commands: for velocity alone or effort alone."""
         return set(self.command_interfaces) in ({VELOCITY}, {EFFORT})
 
 
 def read_settings(parameter: ReadParameter) -> TrajectorySettings:
-    """Read and check the parameters.
+    """Return the checked settings of a joint trajectory controller from its parameters.
 
     Raises:
-        InvalidSettingsError: They do not.
+        InvalidSettingsError: The parameters are invalid or contradict each other.
     """
     none: list[str] = []
     joints = tuple(parameter("joints", none))
@@ -155,7 +155,7 @@ def read_settings(parameter: ReadParameter) -> TrajectorySettings:
 def _decelerations(
     joints: tuple[str, ...], states: tuple[str, ...], parameter: ReadParameter
 ) -> tuple[float, ...]:
-    """How fast joints slow down when a trajectory is given up; empty to stop on the spot."""
+    """Return the joints' decelerations for stopping a trajectory; empty to stop on the spot."""
     wanted = parameter("constraints.decelerate_on_cancel", False)
     values = tuple(
         parameter(f"constraints.{joint}.max_deceleration_on_cancel", 0.0) for joint in joints
@@ -198,7 +198,7 @@ def _check_interfaces(commands: tuple[str, ...], states: tuple[str, ...]) -> Non
 
 
 def read_tolerances(joints: tuple[str, ...], parameter: ReadParameter) -> Tolerances:
-    """Return the default tolerances of the joints.
+    """Return the default tolerances of the joints, from the parameters ``constraints``.
 
     Args:
         joints: The joints.
@@ -217,7 +217,7 @@ def read_tolerances(joints: tuple[str, ...], parameter: ReadParameter) -> Tolera
 
 
 def read_gains(joint: str, parameter: ReadParameter) -> PidGains:
-    """Return the PID gains of a joint.
+    """Return the PID gains of a joint, from the parameters ``gains``.
 
     Args:
         joint: The joint.

@@ -1,4 +1,4 @@
-"""``~/controller_state``: what a trajectory controller desires, measures and commands."""
+"""Measured values of a joint trajectory controller, and its topic ``~/controller_state``."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _FIELDS = {
 
 
 class MeasuredValues:
-    """One quantity of all joints; missing values keep the last measured one.
+    """One measured quantity of all joints; missing values keep the last measured one.
 
     Args:
         interfaces: Where the values come from, joint by joint.
@@ -39,7 +39,7 @@ class MeasuredValues:
         self._last = [math.nan] * len(interfaces)
 
     def read(self) -> list[float]:
-        """Return the present values; NaN for a joint that was never measured."""
+        """Return the latest finite value of each joint; NaN before the first."""
         for index, interface in enumerate(self._interfaces):
             value = interface.value
             if math.isfinite(value):
@@ -48,7 +48,7 @@ class MeasuredValues:
 
 
 class TrajectoryStatePublisher:
-    """Publishes control_msgs/JointTrajectoryControllerState for every update.
+    """Publisher of ``~/controller_state`` of a joint trajectory controller.
 
     Args:
         node: The controller's node.
@@ -63,7 +63,7 @@ class TrajectoryStatePublisher:
 
         self._node = node
         kind: Any = get_message("control_msgs/msg/JointTrajectoryControllerState")
-        # Made once and filled anew each time.
+        # Made once and reused.
         self._message: Any = kind(joint_names=list(settings.joints))
         self._publisher = node.create_publisher(kind, "~/controller_state", 10)
         self._realtime_publisher = RealtimePublisher(publish_queue, self._publish)
@@ -81,7 +81,7 @@ class TrajectoryStatePublisher:
         output: dict[str, list[float]],
         scaling: float,
     ) -> None:
-        """Publish the values of one update, outside of the control loop.
+        """Queue the values of one update for publishing.
 
         Args:
             time_ns: Time of the update.

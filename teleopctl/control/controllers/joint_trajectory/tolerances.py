@@ -1,4 +1,4 @@
-"""Allowed errors of joints that follow a trajectory, and the judgement by them."""
+"""Tolerances of joint trajectories: those of goals, tracking errors, the check of both."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _SAME = 1.2e-7
 
 @dataclass(frozen=True, slots=True)
 class StateTolerance:
-    """Allowed errors of one joint; 0 means unchecked.
+    """Allowed errors of one joint; 0 is unlimited.
 
     Attributes:
         position: rad or m.
@@ -36,7 +36,7 @@ class StateTolerance:
 
 @dataclass(frozen=True)
 class Tolerances:
-    """Tolerances of a trajectory.
+    """Tolerances of a trajectory: on the path, at the goal, and of the goal's time.
 
     Attributes:
         path: Per joint, while the trajectory runs.
@@ -71,7 +71,7 @@ class IllegalToleranceError(Exception):
 
 
 def tolerances_of_goal(defaults: Tolerances, goal: GoalLike, joints: Sequence[str]) -> Tolerances:
-    """Return the tolerances of a goal: its own, else the defaults.
+    """Return the tolerances that a goal specifies, completed by the defaults.
 
     Args:
         defaults: The controller's.
@@ -135,7 +135,7 @@ def _resolved(default: float, given: float) -> float:
 def tracking_error(
     desired: TrajectoryPoint, measured: TrajectoryPoint, wraparound: Sequence[bool]
 ) -> TrajectoryPoint:
-    """Return desired minus measured values; empty for quantities missing on either side.
+    """Return desired minus measured state; quantities missing on either side are empty.
 
     Args:
         desired: What is desired now.
@@ -160,10 +160,10 @@ def _differences(desired: Sequence[float], measured: Sequence[float]) -> list[fl
     return [wanted - is_now for wanted, is_now in zip(desired, measured, strict=True)]
 
 
-def violation(
+def first_violation(
     tolerances: Sequence[StateTolerance], names: Sequence[str], errors: TrajectoryPoint
 ) -> str | None:
-    """Return a sentence about the first exceeded tolerance, or None.
+    """Return a sentence about the first exceeded tolerance; None if none is exceeded.
 
     Args:
         tolerances: Per joint.
@@ -185,7 +185,7 @@ def violation(
 
 
 class ToleranceVerdict(Enum):
-    """Result of the check of the tolerances in one update."""
+    """Results of `check_tolerances`: moving, reached, violated, late and so on."""
 
     MOVING = "on the way"
     PATH_VIOLATED = "an error is larger than the path allows"
@@ -195,7 +195,7 @@ class ToleranceVerdict(Enum):
     TIMED_OUT = "no new trajectory has come in time"
 
 
-def judge(
+def check_tolerances(
     tolerances: Tolerances,
     names: Sequence[str],
     errors: TrajectoryPoint,
@@ -204,7 +204,7 @@ def judge(
     *,
     first: bool,
 ) -> tuple[ToleranceVerdict, str]:
-    """Return whether an update aborts, ends or continues the goal.
+    """Check the errors of one update against the tolerances; return the verdict.
 
     Args:
         tolerances: What is allowed.
@@ -218,12 +218,12 @@ def judge(
         The verdict, and which joint is to blame for a violation.
     """
     if late is None or first:
-        failure = violation(tolerances.path, names, errors)
+        failure = first_violation(tolerances.path, names, errors)
         if failure:
             return ToleranceVerdict.PATH_VIOLATED, failure
     if late is None:
         return ToleranceVerdict.MOVING, ""
-    failure = violation(tolerances.goal, names, errors)
+    failure = first_violation(tolerances.goal, names, errors)
     if failure and 0.0 < tolerances.goal_time < late:
         return ToleranceVerdict.GOAL_LATE, failure
     if 0.0 < cmd_timeout < late:

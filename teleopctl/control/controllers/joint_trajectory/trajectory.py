@@ -30,7 +30,7 @@ class PointLike(Protocol):
 
 @dataclass(slots=True)
 class TrajectoryPoint:
-    """State of all joints at one time; empty lists mean "not given".
+    """Positions, velocities, accelerations and efforts of all joints at one time.
 
     Attributes:
         positions: rad or m, one for each joint.
@@ -48,7 +48,7 @@ class TrajectoryPoint:
 
     @classmethod
     def from_message(cls, point: PointLike, order: Iterable[int] | None = None) -> TrajectoryPoint:
-        """Return the point of a message, with joints reordered by ``order``."""
+        """Return the point of a message, with its joints reordered by indices."""
         indices = None if order is None else tuple(order)
 
         def take(values: Sequence[float]) -> list[float]:
@@ -65,7 +65,7 @@ class TrajectoryPoint:
         )
 
     def copy_to(self, message: PointLike) -> None:
-        """Fill a message."""
+        """Copy the point into a JointTrajectoryPoint message."""
         message.positions = self.positions
         message.velocities = self.velocities
         message.accelerations = self.accelerations
@@ -74,7 +74,7 @@ class TrajectoryPoint:
 
 
 class TrajectorySegment:
-    """Interpolation between two trajectory points.
+    """Interpolation between two trajectory points: linear, cubic or quintic.
 
     Args:
         begin_ns: Time of the first end, nanoseconds on any clock.
@@ -121,7 +121,7 @@ class TrajectorySegment:
         )
 
     def sample(self, time_ns: int) -> TrajectoryPoint:
-        """Return the state at a time, clamped to the segment."""
+        """Return the interpolated state at a time, clamped to the segment."""
         t = (time_ns - self._begin_ns) / NANOSECONDS_PER_SECOND
         t = min(max(t, 0.0), self._duration)
         if self._degree == 1:
@@ -154,7 +154,7 @@ def _lines(
 
 
 def cubic(pa: float, va: float, pb: float, vb: float, duration: float) -> tuple[float, ...]:
-    """Coefficients c0…c3 of the cubic with given positions and velocities at both ends."""
+    """Return coefficients c0…c3 of the cubic with given positions and velocities at the ends."""
     if duration == 0.0:
         return pa, va, 0.0, 0.0
     d = duration
@@ -169,7 +169,7 @@ def cubic(pa: float, va: float, pb: float, vb: float, duration: float) -> tuple[
 def quintic(
     pa: float, va: float, aa: float, pb: float, vb: float, ab: float, duration: float
 ) -> tuple[float, ...]:
-    """Coefficients c0…c5 of the quintic that also has given accelerations at both ends."""
+    """Return coefficients c0…c5 of the quintic with given accelerations at the ends as well."""
     if duration == 0.0:
         return pa, va, aa / 2.0, 0.0, 0.0, 0.0
     d = duration
@@ -226,14 +226,14 @@ def _slowed(
 
 
 class InterpolationMethod(Enum):
-    """Method of interpolation between the points of a trajectory."""
+    """Interpolation between trajectory points: splines, or none (the next point)."""
 
     SPLINES = "splines"
     NONE = "none"
 
 
 class TrajectorySample(NamedTuple):
-    """State of a trajectory at one time.
+    """Sampled state of a trajectory, with the indices of the points around it.
 
     Attributes:
         state: The desired state.
@@ -248,7 +248,7 @@ class TrajectorySample(NamedTuple):
 
 
 class Trajectory:
-    """Trajectory points and the interpolated segments between them.
+    """Trajectory points with a start time, interpolated when sampled.
 
     Args:
         points: The points, their times strictly increasing. They are filled in where derivatives
@@ -263,7 +263,7 @@ class Trajectory:
         self.update(points, start_ns)
 
     def update(self, points: Sequence[TrajectoryPoint], start_ns: int = 0) -> None:
-        """Replace the points; the point before the trajectory stays."""
+        """Replace the trajectory's points and start time; the point before stays."""
         self._points = list(points)
         # Segment i ends at point i; the first one begins at the point before.
         self._segments = [None] * len(self._points)
@@ -274,18 +274,18 @@ class Trajectory:
 
     @property
     def points(self) -> Sequence[TrajectoryPoint]:
-        """Points of the trajectory, not to be changed."""
+        """Points of the trajectory, read-only."""
         return self._points
 
     @property
     def end_ns(self) -> int:
-        """Time of the last point; valid once the start time is known."""
+        """Time of the last point in nanoseconds, valid once the start time is known."""
         return self.start_ns + (self._points[-1].time_ns if self._points else 0)
 
     def set_point_before(
         self, time_ns: int, point: TrajectoryPoint, wraparound: Sequence[bool] = ()
     ) -> None:
-        """Set the robot's state when it starts to follow the trajectory.
+        """Set the state from which the robot starts to follow the trajectory.
 
         Args:
             time_ns: The time of that state; the trajectory cannot be sampled before it.
@@ -295,7 +295,9 @@ class Trajectory:
         """
         before = replace(point, time_ns=time_ns)
         if any(wraparound) and self._points and self._points[0].positions:
-            before.positions = shortest_way(before.positions, self._points[0].positions, wraparound)
+            before.positions = shift_to_nearest_turn(
+                before.positions, self._points[0].positions, wraparound
+            )
         self._before = before
         if self._segments:
             self._segments[0] = None
@@ -377,7 +379,7 @@ class Trajectory:
 
 
 def integrate(begin: TrajectoryPoint, end: TrajectoryPoint, duration: float) -> None:
-    """Fill in missing positions and velocities of ``end`` by integration.
+    """Fill in missing positions and velocities of a segment's end, in place.
 
     Velocity and acceleration run linearly over the segment; those that ``begin`` lacks count as 0.
 
@@ -402,10 +404,10 @@ def integrate(begin: TrajectoryPoint, end: TrajectoryPoint, duration: float) -> 
     ]
 
 
-def shortest_way(
+def shift_to_nearest_turn(
     current: Sequence[float], target: Sequence[float], wraparound: Sequence[bool]
 ) -> list[float]:
-    """Shift flagged positions by whole turns, so that each is at most half a turn from its target.
+    """Return positions shifted by whole turns, to within half a turn of their targets.
 
     Args:
         current: Positions, rad.

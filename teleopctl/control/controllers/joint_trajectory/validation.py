@@ -1,4 +1,4 @@
-"""Checks of a received trajectory, and its conversion to points."""
+"""Validation of trajectory messages, and their conversion to points."""
 
 from __future__ import annotations
 
@@ -29,12 +29,12 @@ class TrajectoryLike(Protocol):
 
 
 class InvalidTrajectoryError(Exception):
-    """A trajectory is rejected; the message says why."""
+    """A trajectory message breaks a rule; the message says which."""
 
 
 @dataclass(frozen=True)
-class Rules:
-    """Rules by which a controller accepts trajectories.
+class TrajectoryRules:
+    """Which trajectory messages a controller accepts: joints, fields, final velocity.
 
     Attributes:
         joints: The controller's joints.
@@ -51,8 +51,8 @@ class Rules:
     effort: bool = False
 
 
-def validate(trajectory: TrajectoryLike, rules: Rules, now_ns: int) -> None:
-    """Raise if a trajectory violates the controller's rules.
+def validate(trajectory: TrajectoryLike, rules: TrajectoryRules, now_ns: int) -> None:
+    """Raise InvalidTrajectoryError if a trajectory message breaks the controller's rules.
 
     Args:
         trajectory: The message.
@@ -69,7 +69,7 @@ def validate(trajectory: TrajectoryLike, rules: Rules, now_ns: int) -> None:
         _check_point(point, index, list(trajectory.joint_names), rules)
 
 
-def _check_joints(trajectory: TrajectoryLike, rules: Rules) -> None:
+def _check_joints(trajectory: TrajectoryLike, rules: TrajectoryRules) -> None:
     names = list(trajectory.joint_names)
     if not rules.partial_joints and len(names) != len(rules.joints):
         raise InvalidTrajectoryError(
@@ -88,7 +88,7 @@ def _check_joints(trajectory: TrajectoryLike, rules: Rules) -> None:
         raise InvalidTrajectoryError("Duplicate joint names on incoming trajectory.")
 
 
-def _check_end(trajectory: TrajectoryLike, rules: Rules, now_ns: int) -> None:
+def _check_end(trajectory: TrajectoryLike, rules: TrajectoryRules, now_ns: int) -> None:
     last = trajectory.points[-1]
     if not rules.final_velocity:
         for name, velocity in zip(trajectory.joint_names, last.velocities, strict=False):
@@ -119,7 +119,7 @@ def _check_times(trajectory: TrajectoryLike) -> None:
         previous = time
 
 
-def _check_point(point: PointLike, index: int, names: list[str], rules: Rules) -> None:
+def _check_point(point: PointLike, index: int, names: list[str], rules: TrajectoryRules) -> None:
     fields = {
         "positions": point.positions,
         "velocities": point.velocities,
@@ -156,7 +156,7 @@ def _check_point(point: PointLike, index: int, names: list[str], rules: Rules) -
 def to_points(
     trajectory: TrajectoryLike, joints: Sequence[str], hold: Sequence[float]
 ) -> list[TrajectoryPoint]:
-    """Return the points in the controller's joint order; missing joints hold.
+    """Return a message's points in the controller's joint order; missing joints hold still.
 
     Args:
         trajectory: A valid trajectory.

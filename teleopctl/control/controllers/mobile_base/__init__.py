@@ -1,1 +1,1 @@
-"""Controllers of wheeled bases: velocities in, wheels out, odometry back."""
+"""Controllers of wheeled mobile bases, with velocity commands and odometry."""

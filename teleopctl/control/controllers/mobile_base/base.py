@@ -1,4 +1,4 @@
-"""What controllers of wheeled bases have in common."""
+"""Base classes of controllers for wheeled mobile bases."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ from teleopctl.control.lifecycle import CallbackReturn, ReturnType
 
 
 class InvalidBaseError(Exception):
-    """The parameters are invalid for a mobile base; the message says why."""
+    """The parameters of a mobile base are invalid; the message says why."""
 
 
 class MobileBaseController(ControllerInterface):
-    """Base of controllers that drive a base by velocities and publish its odometry.
+    """Base of controllers that drive a mobile base and publish odometry.
 
     It stands still until a velocity comes, and when none has come for the timeout. Its odometry
     starts at the origin when it is activated for the first time.
@@ -38,13 +38,13 @@ class MobileBaseController(ControllerInterface):
     default_timeout: ClassVar[float] = 0.5
     default_publish_rate: ClassVar[float] = 50.0
 
-    # -- what a kind of base says ------------------------------------------------------------------
+    # -- overridden by kinds of bases --------------------------------------------------------------
 
     def read_parameters(self) -> None:
-        """Read the parameters of the base's geometry and interfaces.
+        """Read and check the parameters of geometry and interfaces; for subclasses.
 
         Raises:
-            InvalidBaseError: It cannot be.
+            InvalidBaseError: A parameter is missing or invalid.
         """
         raise NotImplementedError
 
@@ -53,48 +53,50 @@ class MobileBaseController(ControllerInterface):
         return self.auto_declare(self.timeout_parameter, self.default_timeout)
 
     def command_names(self) -> Sequence[str]:
-        """Return the command interfaces."""
+        """Return the full names of the command interfaces; for subclasses."""
         raise NotImplementedError
 
     def feedback_names(self) -> Sequence[str]:
-        """Return the state interfaces for the odometry."""
+        """Return the full names of the state interfaces for odometry; for subclasses."""
         raise NotImplementedError
 
-    def wanted_velocity(self, time_ns: int) -> BaseVelocity:
-        """Return the requested velocity; by default that of the topic."""
+    def requested_velocity(self, time_ns: int) -> BaseVelocity:
+        """Return the velocity requested of the base, by default from the topic."""
         return self._input.read(time_ns)
 
     def limit(self, velocity: BaseVelocity, period: float) -> BaseVelocity:
-        """Return the velocity that may be commanded; by default unlimited."""
+        """Return a requested velocity within the limits; by default unlimited."""
         del period
         return velocity
 
-    def moved(self, values: Sequence[float], last: Sequence[float], period: float) -> BaseVelocity:
-        """Return the displacement of the base (m, m, rad) since the last update.
+    def displacement(
+        self, values: Sequence[float], last: Sequence[float], period: float
+    ) -> BaseVelocity:
+        """Return the base's displacement (m, m, rad) since the last update, from its wheels.
 
         Args:
-            values: Of the state interfaces.
-            last: What they were.
-            period: Seconds since.
+            values: Values of the state interfaces.
+            last: Their values at the last update.
+            period: Seconds since the last update.
         """
         raise NotImplementedError
 
-    def wheels(self, velocity: BaseVelocity) -> Sequence[float]:
-        """Return the command interfaces' values for a velocity of the base."""
+    def wheel_commands(self, velocity: BaseVelocity) -> Sequence[float]:
+        """Return the values of the command interfaces for a velocity of the base."""
         raise NotImplementedError
 
-    def commanded(self, time_ns: int, velocity: BaseVelocity) -> None:
-        """Handle the velocity that was commanded, such as by publishing it."""
+    def on_commanded(self, time_ns: int, velocity: BaseVelocity) -> None:
+        """Handle the velocity that was commanded, as by publishing it; by default nothing."""
 
     # -- life cycle --------------------------------------------------------------------------------
 
     def on_init(self) -> None:
-        """Declare the parameters that all mobile bases have."""
+        """Declare the parameters common to all mobile bases."""
         self.auto_declare("open_loop", False)
         self.auto_declare("position_feedback", True)
 
     def on_configure(self) -> CallbackReturn | None:
-        """Read the parameters and make the topics."""
+        """Read the parameters; create the subscription and the odometry publishers."""
         try:
             self.read_parameters()
         except InvalidBaseError as error:
@@ -117,7 +119,7 @@ class MobileBaseController(ControllerInterface):
         return None
 
     def on_cleanup(self) -> None:
-        """Destroy the topics."""
+        """Destroy the subscription and the odometry publishers."""
         self._input.close()
         self._publisher.close()
 
@@ -126,70 +128,72 @@ class MobileBaseController(ControllerInterface):
         return InterfaceConfiguration(InterfaceConfigurationType.INDIVIDUAL, self.command_names())
 
     def state_interface_configuration(self) -> InterfaceConfiguration:
-        """Return the state interfaces of the odometry; none in open loop."""
+        """Return the state interfaces for odometry; none in open loop."""
         if self._open_loop:
             return InterfaceConfiguration(InterfaceConfigurationType.NONE)
         return InterfaceConfiguration(InterfaceConfigurationType.INDIVIDUAL, self.feedback_names())
 
     @property
     def feedback_type(self) -> str:
-        """Kind of state interface of the driven wheels: position or velocity."""
+        """Kind of the driven wheels' state interfaces: position or velocity."""
         return POSITION if self.auto_declare("position_feedback", True) else VELOCITY
 
     def on_activate(self) -> None:
-        """Set the base to rest."""
-        self._input.forget()
+        """Discard earlier commands, so that the base stands still."""
+        self._input.clear()
         self._publisher.restart()
         self._last: list[float] | None = None
         self._input.active = True
 
     def on_restart(self) -> None:
-        """Stop, and reset the odometry: the simulation was reset."""
+        """Stop the base and reset the odometry, after a simulation reset."""
         self._odometry.reset()
         self.on_activate()
 
     def on_deactivate(self) -> None:
-        """Stop the wheels."""
+        """Command the wheels to stop."""
         self._input.active = False
         for interface, value in zip(
-            self.command_interfaces, self.wheels(BaseVelocity()), strict=True
+            self.command_interfaces, self.wheel_commands(BaseVelocity()), strict=True
         ):
             interface.value = value
 
     def update(self, time_ns: int, period: float) -> ReturnType | None:
-        """Command the wheels and publish the odometry."""
-        velocity = self.limit(self.wanted_velocity(time_ns), period)
+        """Command the wheels, update the odometry, and queue it for publishing."""
+        velocity = self.limit(self.requested_velocity(time_ns), period)
         if self._open_loop:
             self._odometry.advance(
                 velocity.x * period, velocity.angular * period, period, velocity.y * period
             )
         elif not self._measure(period):
             if self._last is None:
-                return None  # a simulation that is paused has not told yet where its wheels are
+                return None  # a paused simulation has not published wheel states yet
             self.logger.error(
                 f"A wheel's {self.feedback_type} is not a number", throttle_duration_sec=1.0
             )
             return ReturnType.ERROR
         self._publisher.try_publish(time_ns, self._odometry)
-        for interface, value in zip(self.command_interfaces, self.wheels(velocity), strict=True):
+        for interface, value in zip(
+            self.command_interfaces, self.wheel_commands(velocity), strict=True
+        ):
             interface.value = value
-        self.commanded(time_ns, velocity)
+        self.on_commanded(time_ns, velocity)
         return None
 
     def _measure(self, period: float) -> bool:
-        """Bring the odometry up to date; False where something is not measured."""
+        """Update the odometry from the wheels; return False if a value is not finite."""
         values = [state.value for state in self.state_interfaces]
         if not all(map(math.isfinite, values)):
             return False
         if self._last is not None:
-            way = self.moved(values, self._last, period)
+            way = self.displacement(values, self._last, period)
             self._odometry.advance(way.x, way.angular, period, way.y)
         self._last = values
         return True
 
 
 class ChainableBase(MobileBaseController, ChainableControllerInterface):
-    """A base whose velocity is a reference: ``NAME/linear/velocity``, ``NAME/angular/velocity``.
+    """Base of mobile base controllers that another controller can command.
 
     In chained mode the references are the velocity at each update, however old they are; while one
     of them is not a number the base stands still.
@@ -198,13 +202,13 @@ class ChainableBase(MobileBaseController, ChainableControllerInterface):
     references: ClassVar[Sequence[str]] = ("linear", "angular")
 
     def on_export_reference_interfaces_list(self) -> list[CommandInterface]:
-        """Return the reference interfaces of the velocity's components."""
+        """Return a new reference interface for each velocity component."""
         return [CommandInterface(f"{self.name}/{part}", VELOCITY) for part in self.references]
 
-    def wanted_velocity(self, time_ns: int) -> BaseVelocity:
-        """Return the references in chained mode, else the velocity of the topic."""
+    def requested_velocity(self, time_ns: int) -> BaseVelocity:
+        """Return the velocity of the references in chained mode, else of the topic."""
         if not self.in_chained_mode:
-            return super().wanted_velocity(time_ns)
+            return super().requested_velocity(time_ns)
         values = [reference.value for reference in self.reference_interfaces]
         if not all(map(math.isfinite, values)):
             return BaseVelocity()

@@ -1,4 +1,4 @@
-"""Bases with driven wheels on both sides."""
+"""Controller of differential drive bases."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from teleopctl.interfaces import get_message, set_stamp
 
 
 class DiffDriveController(ChainableBase):
-    """``diff_drive_controller/DiffDriveController``.
+    """``diff_drive_controller/DiffDriveController``: driven wheels on both sides.
 
     At speed v and turn rate w the wheels, L apart with radius r, turn with ``(v - w L/2) / r`` on
     the left and ``(v + w L/2) / r`` on the right.
     """
 
     def read_parameters(self) -> None:
-        """Read the parameters of the base's geometry and interfaces."""
+        """Read and check the parameters of wheels, geometry and limits."""
         read = self.auto_declare
         no_names: list[str] = []
         self._left: list[str] = read("left_wheel_names", no_names)
@@ -59,7 +59,7 @@ class DiffDriveController(ChainableBase):
         return [f"{wheel}/{self.feedback_type}" for wheel in (*self._left, *self._right)]
 
     def on_configure(self) -> CallbackReturn | None:
-        """Read the parameters and make the topics, with that of limited velocities."""
+        """Read the parameters; create the topics, also that of limited velocities."""
         outcome = super().on_configure()
         self._limited: Any = None
         if outcome is None and self.auto_declare("publish_limited_velocity", False):
@@ -73,26 +73,28 @@ class DiffDriveController(ChainableBase):
         return outcome
 
     def on_cleanup(self) -> None:
-        """Destroy the topics."""
+        """Destroy the subscription and the publishers."""
         super().on_cleanup()
         if self._limited is not None:
             self.get_node().destroy_publisher(self._limited)
 
     def on_activate(self) -> None:
-        """Set the base to rest."""
+        """Discard earlier commands and reset the limiters, so that the base stands still."""
         super().on_activate()
         self._linear.reset()
         self._angular.reset()
 
     def limit(self, velocity: BaseVelocity, period: float) -> BaseVelocity:
-        """Return the velocity limited in both components."""
+        """Return a requested velocity limited in speed, acceleration and jerk."""
         return BaseVelocity(
             self._linear.limit(velocity.x, period),
             angular=self._angular.limit(velocity.angular, period),
         )
 
-    def moved(self, values: Sequence[float], last: Sequence[float], period: float) -> BaseVelocity:
-        """Return the displacement of the base by the mean of each side's wheels."""
+    def displacement(
+        self, values: Sequence[float], last: Sequence[float], period: float
+    ) -> BaseVelocity:
+        """Return the base's displacement (m, m, rad) by the mean of each side's wheels."""
         if self._by_position:
             turned = [now - before for now, before in zip(values, last, strict=True)]
         else:
@@ -102,15 +104,15 @@ class DiffDriveController(ChainableBase):
         right = sum(turned[count:]) / count * self._right_radius
         return BaseVelocity((left + right) / 2.0, angular=(right - left) / self._separation)
 
-    def wheels(self, velocity: BaseVelocity) -> Sequence[float]:
-        """Return the wheel velocities, rad/s."""
+    def wheel_commands(self, velocity: BaseVelocity) -> Sequence[float]:
+        """Return the wheel velocities in rad/s for a velocity of the base."""
         half = velocity.angular * self._separation / 2.0
         left = (velocity.x - half) / self._left_radius
         right = (velocity.x + half) / self._right_radius
         return [left] * len(self._left) + [right] * len(self._right)
 
-    def commanded(self, time_ns: int, velocity: BaseVelocity) -> None:
-        """Publish the commanded velocity."""
+    def on_commanded(self, time_ns: int, velocity: BaseVelocity) -> None:
+        """Publish the commanded velocity, if the parameters say so."""
         if self._limited is not None:
             self._realtime_limited.try_publish((time_ns, velocity))
 

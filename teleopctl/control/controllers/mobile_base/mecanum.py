@@ -1,4 +1,4 @@
-"""Bases on four wheels with rollers, which drive in every direction."""
+"""Controller of bases on four mecanum wheels."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _TURNING = (-1.0, 1.0, 1.0, -1.0)
 
 
 class MecanumDriveController(ChainableBase):
-    """``mecanum_drive_controller/MecanumDriveController``.
+    """``mecanum_drive_controller/MecanumDriveController``: four wheels with rollers.
 
     Wheels of radius r turn with ``(x ∓ y ∓ s w) / r``, where s is the sum of the distances from the
     centre to a wheel along x and along y.
@@ -37,7 +37,7 @@ class MecanumDriveController(ChainableBase):
     references = ("linear/x", "linear/y", "angular/z")
 
     def read_parameters(self) -> None:
-        """Read the parameters of the base's geometry and interfaces."""
+        """Read and check the parameters of wheels, geometry and limits."""
         read = self.auto_declare
         self._joints = [read(f"{wheel}_wheel_command_joint_name", "") for wheel in _WHEELS]
         for wheel, joint in zip(_WHEELS, self._joints, strict=True):
@@ -69,10 +69,10 @@ class MecanumDriveController(ChainableBase):
             raise InvalidBaseError(str(error)) from None
 
     def on_configure(self) -> CallbackReturn | None:
-        """Read the parameters and make the topics, with that of the controller's state."""
+        """Read the parameters; create the topics, also that of the controller's state."""
         outcome = super().on_configure()
         if outcome is None:
-            # Any: message classes are made at run time. Made once and filled anew each time.
+            # Any: message classes are made at run time. Made once and reused.
             kind: Any = get_message("control_msgs/msg/MecanumDriveControllerState")
             self._state_message: Any = kind()
             self._state_publisher = self.get_node().create_publisher(kind, "~/controller_state", 10)
@@ -80,12 +80,12 @@ class MecanumDriveController(ChainableBase):
         return outcome
 
     def on_cleanup(self) -> None:
-        """Destroy the topics."""
+        """Destroy the subscription and the publishers."""
         super().on_cleanup()
         self.get_node().destroy_publisher(self._state_publisher)
 
-    def commanded(self, time_ns: int, velocity: BaseVelocity) -> None:
-        """Publish the wheels' velocities and the commanded velocity."""
+    def on_commanded(self, time_ns: int, velocity: BaseVelocity) -> None:
+        """Publish the controller's state: wheel velocities and commanded velocity."""
         speeds = [state.value for state in self.state_interfaces]
         self._realtime_state.try_publish((time_ns, speeds, velocity))
 
@@ -101,7 +101,7 @@ class MecanumDriveController(ChainableBase):
         self._state_publisher.publish(message)
 
     def on_activate(self) -> None:
-        """Set the base to rest."""
+        """Discard earlier commands and reset the limiters, so that the base stands still."""
         super().on_activate()
         for limiter in self._limiters:
             limiter.reset()
@@ -115,7 +115,7 @@ class MecanumDriveController(ChainableBase):
         return [f"{joint}/{VELOCITY}" for joint in self._states]
 
     def limit(self, velocity: BaseVelocity, period: float) -> BaseVelocity:
-        """Return the velocity limited in each component."""
+        """Return a requested velocity limited in each component."""
         return BaseVelocity(
             *(
                 limiter.limit(value, period)
@@ -123,8 +123,10 @@ class MecanumDriveController(ChainableBase):
             )
         )
 
-    def moved(self, values: Sequence[float], last: Sequence[float], period: float) -> BaseVelocity:
-        """Return the displacement of the base by the mean of the wheels."""
+    def displacement(
+        self, values: Sequence[float], last: Sequence[float], period: float
+    ) -> BaseVelocity:
+        """Return the base's displacement (m, m, rad) by the four wheels."""
         del last
         step = self._radius * period / len(values)
         return BaseVelocity(
@@ -135,8 +137,8 @@ class MecanumDriveController(ChainableBase):
             / self._reach,
         )
 
-    def wheels(self, velocity: BaseVelocity) -> Sequence[float]:
-        """Return the wheel velocities, rad/s."""
+    def wheel_commands(self, velocity: BaseVelocity) -> Sequence[float]:
+        """Return the wheel velocities in rad/s for a velocity of the base."""
         turn = velocity.angular * self._reach
         return [
             (velocity.x + sideways * velocity.y + turning * turn) / self._radius

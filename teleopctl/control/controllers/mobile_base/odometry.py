@@ -1,4 +1,4 @@
-"""Where a base has gone, by what its wheels have done."""
+"""Odometry of a mobile base: pose and velocity integrated from displacements."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _SHORTEST_STEP = 1e-4
 
 
 class Odometry:
-    """Integrated pose and velocity of a base, in the odometry frame.
+    """Pose and velocity of a base in the odometry frame, integrated from displacements.
 
     Args:
         window: How many steps the speeds are averaged over.
@@ -31,13 +31,13 @@ class Odometry:
         self.reset()
 
     def reset(self) -> None:
-        """Reset the pose to the origin."""
+        """Reset the pose to the origin and the velocity to zero."""
         self.x = self.y = self.heading = 0.0
         self.linear_x = self.linear_y = self.angular = 0.0
         self._steps.clear()
 
     def advance(self, forwards: float, turned: float, period: float, sideways: float = 0.0) -> None:
-        """Advance the pose along an arc.
+        """Move the pose along an arc, and update the velocity averages.
 
         Args:
             forwards: Length along the base's x axis, m.

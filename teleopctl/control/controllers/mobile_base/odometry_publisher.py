@@ -1,4 +1,4 @@
-"""Odometry of a base as nav_msgs/Odometry and as a transform."""
+"""Publisher of a mobile base's odometry and transform."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _ROWS = 6
 
 
 class OdometryPublisher:
-    """Publishes odometry and its transform at a rate of the controller's time.
+    """Publisher of odometry and transform, at a rate of the controller's time.
 
     It reads the controller's parameters ``odom_frame_id``, ``base_frame_id``, ``tf_frame_prefix``
     and ``tf_frame_prefix_enable``, ``pose_covariance_diagonal``, ``twist_covariance_diagonal`` and
@@ -38,7 +38,7 @@ class OdometryPublisher:
         prefix = _prefix(controller)
         odometry = get_message("nav_msgs/msg/Odometry")
         transforms = get_message("tf2_msgs/msg/TFMessage")
-        # Messages are made once and filled anew each time.
+        # Messages are made once and reused.
         # Any: message classes are made at run time.
         self._message: Any = odometry()
         self._message.header.frame_id = prefix + read("odom_frame_id", "odom")
@@ -66,11 +66,11 @@ class OdometryPublisher:
             self._node.destroy_publisher(publisher)
 
     def restart(self) -> None:
-        """Publish with the next update, whatever the time since the last."""
+        """Make the next `try_publish` publish, whatever the time since the last."""
         self._due_ns = 0
 
     def try_publish(self, time_ns: int, odometry: Odometry) -> None:
-        """Publish the odometry if it is due, outside of the control loop."""
+        """Queue the odometry for publishing if the publish period has passed."""
         if time_ns < self._due_ns:
             return
         # Keeps the rate in the mean, also where it is no divisor of the controller's.
@@ -105,7 +105,7 @@ class OdometryPublisher:
 
 
 def _prefix(controller: ControllerInterface) -> str:
-    """What stands before both frames: a parameter, else the namespace."""
+    """Return the prefix of both frames: a parameter, else the namespace."""
     read = controller.auto_declare
     if not read("tf_frame_prefix_enable", True):
         return ""

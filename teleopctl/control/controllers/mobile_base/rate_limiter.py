@@ -1,4 +1,4 @@
-"""Limits on how fast a commanded speed may be and change, as control_toolbox has them."""
+"""Limits of speed, acceleration and jerk, as in control_toolbox."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class RateLimits:
-    """Limits of one speed; infinite where unlimited.
+    """Limits of one speed, its acceleration and its jerk; infinite where unlimited.
 
     Attributes:
         lowest: Lowest speed (backwards), at most 0.
@@ -36,7 +36,7 @@ class RateLimits:
 
 
 class RateLimiter:
-    """Limits a speed, its acceleration and its jerk.
+    """Limiter of a speed, its acceleration and its jerk over successive calls.
 
     Args:
         limits: The limits.
@@ -47,11 +47,11 @@ class RateLimiter:
         self.reset()
 
     def reset(self) -> None:
-        """Reset to rest."""
+        """Reset the previous speeds to zero."""
         self._last = self._before = 0.0
 
     def limit(self, speed: float, period: float) -> float:
-        """Return the limited speed.
+        """Return a requested speed limited by the previous speeds, and store it.
 
         Args:
             speed: What is wanted.
@@ -91,7 +91,7 @@ def read_limits(controller: ControllerInterface, prefix: str) -> RateLimits:
     read = controller.auto_declare
 
     def limit(name: str, *counterparts: tuple[float, float]) -> float:
-        """Return a limit's value, or the first given counterpart with its sign."""
+        """Return a limit parameter; if unset, the first set counterpart times its sign."""
         value = read(f"{prefix}.{name}", math.nan)
         for sign, other in counterparts:
             if math.isnan(value):

@@ -1,4 +1,4 @@
-"""Bases that steer some wheels and drive others: bicycles, tricycles, cars.
+"""Controllers of bases that steer some wheels and drive others.
 
 The frame's origin is the middle of the driven axle. A base with wheelbase L that drives at v and
 turns at w steers its middle by ``atan(w L / v)``; its wheels roll on circles about one centre.
@@ -16,7 +16,7 @@ from teleopctl.control.handles import POSITION, VELOCITY
 
 
 class _SteeringController(ChainableBase):
-    """What steered bases have in common; pairs of joints are right before left."""
+    """Common base of steering controllers; pairs of joints are right before left."""
 
     command_topic = "~/reference"
     unstamped_topic = "~/reference_unstamped"
@@ -29,7 +29,7 @@ class _SteeringController(ChainableBase):
     steered_wheels: ClassVar[int] = 1
 
     def read_parameters(self) -> None:
-        """Read the parameters of the base, by their present or older names."""
+        """Read and check the parameters, by their present or older names."""
         front = self.auto_declare("front_steering", True)
         driven, steered = ("rear", "front") if front else ("front", "rear")
         self._driven = self._joints("traction_joints_names", driven, self.driven_wheels)
@@ -77,7 +77,7 @@ class _SteeringController(ChainableBase):
         raise InvalidBaseError(f"Parameter '{names[0]}' must be above 0")
 
     def command_names(self) -> Sequence[str]:
-        """Return the velocity interfaces of driven and position interfaces of steered wheels."""
+        """Return velocity interfaces of driven, then position interfaces of steered wheels."""
         return [f"{j}/{VELOCITY}" for j in self._driven] + [
             f"{j}/{POSITION}" for j in self._steered
         ]
@@ -89,12 +89,14 @@ class _SteeringController(ChainableBase):
         ]
 
     def on_activate(self) -> None:
-        """Set the base to rest, with straight wheels."""
+        """Discard earlier commands, with the wheels straight."""
         super().on_activate()
         self._angles = [0.0] * self.steered_wheels
 
-    def moved(self, values: Sequence[float], last: Sequence[float], period: float) -> BaseVelocity:
-        """Return the displacement of the base by the driven and the steered wheels."""
+    def displacement(
+        self, values: Sequence[float], last: Sequence[float], period: float
+    ) -> BaseVelocity:
+        """Return the base's displacement (m, m, rad) by driven and steered wheels."""
         driven = values[: self.driven_wheels]
         if self._by_position:
             turned = sum(now - before for now, before in zip(driven, last, strict=False))
@@ -105,7 +107,7 @@ class _SteeringController(ChainableBase):
         return BaseVelocity(forwards, angular=forwards * math.tan(angle) / self._wheelbase)
 
     def _middle(self, angles: Sequence[float]) -> float:
-        """The angle at the middle of the steered axle."""
+        """Return the mean steering angle at the middle of the steered axle."""
         if len(angles) == 1:
             return angles[0]
         half, length = self._steered_track / 2.0, self._wheelbase
@@ -116,8 +118,8 @@ class _SteeringController(ChainableBase):
             for angle, side in zip(angles, (-1.0, 1.0), strict=True)
         ) / len(angles)
 
-    def wheels(self, velocity: BaseVelocity) -> Sequence[float]:
-        """Return wheel velocities (rad/s) and steering angles (rad); at rest the angles stay."""
+    def wheel_commands(self, velocity: BaseVelocity) -> Sequence[float]:
+        """Return wheel velocities (rad/s) and steering angles (rad); at rest angles stay."""
         if velocity.x != 0.0 or velocity.angular != 0.0:
             self._angles = self._steering(velocity)
         half = velocity.angular * self._driven_track / 2.0
@@ -125,7 +127,7 @@ class _SteeringController(ChainableBase):
         return [speed / self._radius for speed in speeds] + self._angles
 
     def _steering(self, velocity: BaseVelocity) -> list[float]:
-        """Angles that put the centre of the circle where the velocity wants it."""
+        """Return the steering angles for the circle of a velocity, right before left."""
         # Backwards the same circle is wanted with the other turn.
         forwards = abs(velocity.x)
         sideways = math.copysign(1.0, velocity.x) * velocity.angular * self._wheelbase

@@ -1,4 +1,4 @@
-"""Bases with one wheel that both drives and steers, such as a forklift."""
+"""Controller of bases with one wheel that both drives and steers."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _NEAR, _FAR, _CRAWL = math.pi / 6.0, math.pi / 2.0, 0.01
 
 
 class TricycleController(MobileBaseController):
-    """``tricycle_controller/TricycleController``.
+    """``tricycle_controller/TricycleController``: one wheel that drives and steers.
 
     The wheel stands a wheelbase L in front of the frame's origin. To drive at v and turn at w it
     is turned by ``a = atan(w L / v)`` and rolls at ``v / cos(a)``; a turn on the spot is possible.
@@ -31,12 +31,12 @@ class TricycleController(MobileBaseController):
     default_publish_rate = 0.0
 
     def on_init(self) -> None:
-        """Declare the parameters with defaults of their own."""
+        """Declare the parameters whose defaults differ from other bases'."""
         super().on_init()
         self.auto_declare("enable_odom_tf", False)
 
     def on_configure(self) -> CallbackReturn | None:
-        """Read the parameters, and make the topics and the reset service."""
+        """Read the parameters; create the topics and the odometry reset service."""
         outcome = super().on_configure()
         self._resets = False
         if outcome is None:
@@ -46,7 +46,7 @@ class TricycleController(MobileBaseController):
         return outcome
 
     def on_cleanup(self) -> None:
-        """Destroy the topics and the service."""
+        """Destroy the subscription, the publishers and the service."""
         super().on_cleanup()
         self.get_node().destroy_service(self._service)
 
@@ -57,18 +57,18 @@ class TricycleController(MobileBaseController):
         return response
 
     def update(self, time_ns: int, period: float) -> ReturnType | None:
-        """Command the wheels and publish the odometry, which a service may have reset."""
+        """Reset the odometry if requested by service, then update as the base class."""
         if self._resets:
             self._resets = False
             self._odometry.reset()
         return super().update(time_ns, period)
 
     def read_timeout(self) -> float:
-        """Return the timeout in seconds; the parameter is in milliseconds."""
+        """Return the command timeout in seconds; the parameter is in milliseconds."""
         return self.auto_declare("cmd_vel_timeout", 500) / 1000.0
 
     def read_parameters(self) -> None:
-        """Read the parameters of the base's geometry and interfaces."""
+        """Read and check the parameters of joints, geometry and limits."""
         read = self.auto_declare
         self._traction, self._steering = (
             read(name, "") for name in ("traction_joint_name", "steering_joint_name")
@@ -106,37 +106,39 @@ class TricycleController(MobileBaseController):
         return math.inf if math.isnan(value) else value
 
     def command_names(self) -> Sequence[str]:
-        """Return the wheel's velocity and the steering's position interface."""
+        """Return the traction joint's velocity and the steering joint's position interface."""
         return [f"{self._traction}/{VELOCITY}", f"{self._steering}/{POSITION}"]
 
     feedback_names = command_names
 
     def on_activate(self) -> None:
-        """Set the base to rest, with a straight wheel."""
+        """Discard earlier commands and reset the limiters, with the wheel straight."""
         super().on_activate()
         self._speed_limiter.reset()
         self._angle_limiter.reset()
         self._angle = 0.0
 
     def on_deactivate(self) -> None:
-        """Stop the wheel at once."""
+        """Command the wheel to stop at once, without limiting."""
         self._speed_limiter.reset()
         super().on_deactivate()
 
     def limit(self, velocity: BaseVelocity, period: float) -> BaseVelocity:
-        """Return the velocity unchanged: the wheel itself is limited."""
+        """Return the requested velocity unchanged: `wheel_commands` limits the wheel."""
         self._period = period
         return velocity
 
-    def moved(self, values: Sequence[float], last: Sequence[float], period: float) -> BaseVelocity:
-        """Return the displacement of the base by the wheel's rotation and direction."""
+    def displacement(
+        self, values: Sequence[float], last: Sequence[float], period: float
+    ) -> BaseVelocity:
+        """Return the base's displacement (m, m, rad) by the wheel's speed and angle."""
         del last
         rolled = values[0] * period * self._radius
         return BaseVelocity(
             rolled * math.cos(values[1]), angular=rolled * math.sin(values[1]) / self._wheelbase
         )
 
-    def wheels(self, velocity: BaseVelocity) -> Sequence[float]:
+    def wheel_commands(self, velocity: BaseVelocity) -> Sequence[float]:
         """Return wheel velocity (rad/s) and steering angle (rad); at rest the angle stays."""
         sideways = velocity.angular * self._wheelbase
         if velocity.x != 0.0 or sideways != 0.0:

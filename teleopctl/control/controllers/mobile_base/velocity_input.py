@@ -1,4 +1,4 @@
-"""The velocity that a base is asked for."""
+"""Velocity commands of a mobile base, received from a topic."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 class BaseVelocity(NamedTuple):
-    """Velocity of a base, in its frame.
+    """Velocity of a mobile base, in the frame of the base.
 
     Attributes:
         x: m/s forwards.
@@ -30,7 +30,7 @@ _REST = BaseVelocity()
 
 
 class VelocityInput:
-    """Subscription to velocity commands; an outdated command means rest.
+    """Subscription to velocity commands, which count until a timeout.
 
     Args:
         controller: Whose topic it is.
@@ -51,8 +51,8 @@ class VelocityInput:
         self._now_ns = controller.params.now_ns
         self._timeout_ns = round(timeout * NANOSECONDS_PER_SECOND)
         self._log = realtime_log(controller.params.publish_queue)
-        self._told_about_stamp = False
-        self.forget()
+        self._warned_about_stamp = False
+        self.clear()
         if controller.auto_declare("use_stamped_vel", True):
             self._subscription = node.create_subscription(
                 get_message("geometry_msgs/msg/TwistStamped"), topic, self._stamped, 10
@@ -66,18 +66,18 @@ class VelocityInput:
         """Destroy the subscription."""
         self._node.destroy_subscription(self._subscription)
 
-    def forget(self) -> None:
-        """Drop the last command."""
+    def clear(self) -> None:
+        """Discard the last command."""
         self._latest: tuple[int, BaseVelocity] | None = None
 
     def read(self, time_ns: int) -> BaseVelocity:
-        """Return the valid velocity at a time."""
+        """Return the last command, or zero velocity if it has timed out."""
         latest = self._latest
         if latest is None:
             return _REST
         stamp_ns, velocity = latest
         if self._timeout_ns and time_ns - stamp_ns > self._timeout_ns:
-            self.forget()
+            self.clear()
             if velocity != _REST:
                 self._log.try_publish(
                     (self._logger.warning, "Velocity command timed out. Braking.")
@@ -89,8 +89,8 @@ class VelocityInput:
     def _stamped(self, message: Any) -> None:
         stamp_ns, now_ns = to_nanoseconds(message.header.stamp), self._now_ns()
         if stamp_ns == 0:
-            if not self._told_about_stamp:
-                self._told_about_stamp = True
+            if not self._warned_about_stamp:
+                self._warned_about_stamp = True
                 self._logger.warning(
                     "Received TwistStamped with zero timestamp, setting it to current time, this "
                     "message will only be shown once"

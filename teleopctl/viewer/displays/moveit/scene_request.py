@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from teleopctl.interfaces import get_service
-from teleopctl.node import learn_type_from
+from teleopctl.node import add_type_from_graph
 
 if TYPE_CHECKING:
     from teleopctl.node import Client
@@ -77,7 +77,7 @@ class SceneRequest:
             if self._stage.knows(_TYPE):
                 self._due = 0.0
 
-        self._stage.work(lambda: learn_type_from(node, _TYPE, graph), learned)
+        self._stage.work(lambda: add_type_from_graph(node, _TYPE, graph), learned)
 
     def _ask(self, service: str) -> None:
         node = self._stage.node

@@ -4,7 +4,7 @@ import pytest
 
 from teleopctl.cli.verbs.topic.endpoints import qos_lines, qos_record
 from teleopctl.cli.verbs.topic.qos import QosOptions
-from teleopctl.node.generic_subscription import suited_to
+from teleopctl.node.generic_subscription import qos_for_publishers
 from teleopctl.node.values.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 from teleopctl.wire.qos import EndpointQos
 
@@ -23,7 +23,7 @@ LATCHED = EndpointQos(durability=1)
     ],
 )
 def test_it_follows_what_the_publishers_offer(offers, reliability, durability):
-    qos = suited_to(offers, 10)
+    qos = qos_for_publishers(offers, 10)
     assert (qos.reliability, qos.durability, qos.depth) == (reliability, durability, 10)
 
 

@@ -8,8 +8,8 @@ from teleopctl.control.controllers.joint_trajectory.trajectory import (
     InterpolationMethod,
     Trajectory,
     TrajectoryPoint,
+    shift_to_nearest_turn,
     shortest_angle,
-    shortest_way,
 )
 
 SECOND = 1_000_000_000
@@ -211,7 +211,7 @@ def test_effort_runs_in_a_straight_line():
 class TestWraparound:
     def test_only_flagged_joints_take_the_shortest_way(self):
         target = [1.5 * math.pi, 1.5 * math.pi, 1.0]
-        moved = shortest_way([0.0, 0.0, 0.0], target, [True, False, True])
+        moved = shift_to_nearest_turn([0.0, 0.0, 0.0], target, [True, False, True])
         assert moved == near([2.0 * math.pi, 0.0, 0.0])
 
     def test_half_a_turn_keeps_its_direction(self):

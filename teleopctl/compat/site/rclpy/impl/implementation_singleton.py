@@ -24,10 +24,10 @@ from teleopctl.node import (
     TimerCancelledError,
     TransitionCallbackReturn,
     WaitSet,
-    call_loosely,
-    serve_loosely,
-    subscribe_loosely,
-    tick_loosely,
+    create_polled_client,
+    create_polled_service,
+    create_polled_subscription,
+    create_polled_timer,
 )
 
 if TYPE_CHECKING:
@@ -45,25 +45,25 @@ def _wait_set(*numbers_and_context: Any) -> WaitSet:
 def _subscription(
     node: Handle, msg_type: type[MessageT], topic: str, qos: QoSProfile
 ) -> SubscriptionHandle:
-    return subscribe_loosely(node.entity, msg_type, topic, qos)
+    return create_polled_subscription(node.entity, msg_type, topic, qos)
 
 
 # Any: a handle of the client has its own class.
 def _client(
     node: Handle, srv_type: "type[ServiceType[RequestT, ResponseT]]", name: str, qos: QoSProfile
 ) -> Any:
-    return call_loosely(node.entity, srv_type, name, qos)
+    return create_polled_client(node.entity, srv_type, name, qos)
 
 
 def _service(
     node: Handle, srv_type: "type[ServiceType[RequestT, ResponseT]]", name: str, qos: QoSProfile
 ) -> Any:
-    return serve_loosely(node.entity, srv_type, name, qos)
+    return create_polled_service(node.entity, srv_type, name, qos)
 
 
 def _timer(clock: Handle, context: Handle, period_nsec: int, autostart: bool = True) -> Any:
     del context  # rclpy's: it belongs to no session
-    return tick_loosely(clock.entity, period_nsec, autostart=autostart)
+    return create_polled_timer(clock.entity, period_nsec, autostart=autostart)
 
 
 def _predefined(name: str) -> QoSProfile:

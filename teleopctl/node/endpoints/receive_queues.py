@@ -1,4 +1,4 @@
-"""Bounded queues between the transport's threads, which fill them, and executors."""
+"""Bounded queues of arrivals, filled by Zenoh's threads and emptied by executors."""
 
 from __future__ import annotations
 
@@ -11,25 +11,25 @@ from teleopctl.base.typed import Generic, TypeVar
 ItemT = TypeVar("ItemT")
 
 MOST_ITEMS = 5000
-"""Where keep-all ends: as many as Fast DDS keeps unless it is told otherwise."""
+"""Limit of KEEP_ALL in messages: as many as Fast DDS keeps by default."""
 
 MOST_BYTES = 64 * 2**20
-"""Where keep-all ends for large messages."""
+"""Limit of KEEP_ALL in bytes, for large messages."""
 
 LONGEST_WAIT_S = 4.0
-"""How long one message waits for room: a router gives a receiver up after five seconds."""
+"""How long one message blocks: a router drops a receiver after five seconds."""
 
-# A sender gives up a connection on which nothing could be written for a minute, and it writes up
-# to 64 KiB at once: what came with one such write may hold the connection up for half of that.
+# A sender closes a connection on which nothing could be written for a minute, and it writes up
+# to 64 KiB at once: the messages of one such write may block the connection for half of that.
 _BATCH_BYTES = 2**16
 _LONGEST_HOLD_S = 30.0
 
 
-class KeepLast(Generic[ItemT]):
-    """Queue of the newest arrivals, limited in depth; the oldest is dropped.
+class KeepLastQueue(Generic[ItemT]):
+    """Queue of limited depth that drops the oldest item when it is full.
 
     Attributes:
-        counts_bytes: Whether it asks how many bytes an arrival holds.
+        counts_bytes: Whether `put` uses the size of an item.
     """
 
     counts_bytes = False
@@ -42,48 +42,48 @@ class KeepLast(Generic[ItemT]):
         return len(self._items)
 
     def put(self, item: ItemT, size: int) -> bool:
-        """Add an arrival; always True, since the oldest one makes room."""
+        """Add an item, dropping the oldest one if the queue is full; return True."""
         del size
         self._items.append(item)
         return True
 
     def take(self) -> ItemT | None:
-        """Remove and return the oldest arrival; None if the queue is empty."""
+        """Remove and return the oldest item; None if the queue is empty."""
         try:
             return self._items.popleft()
         except IndexError:
             return None
 
     def close(self) -> None:
-        """Drop all arrivals."""
+        """Remove all items."""
         self._items.clear()
 
 
-class KeepAll(Generic[ItemT]):
-    """Queue of all arrivals, limited in number and bytes; senders block while the queue is full.
+class KeepAllQueue(Generic[ItemT]):
+    """Queue limited in items and bytes that blocks the adding thread while it is full.
 
-    The one who waits is the thread that reads the sender's connection, so that the sender is held
-    up in turn: the back-pressure that ROS 2 has for reliable endpoints that keep all. Everything
-    else that comes on that connection waits too. So the wait has an end: when nothing has been
-    taken for `LONGEST_WAIT_S`, arrivals are refused until something is taken, since what the
-    executor is waiting for may stand behind them. The thread that takes never waits for itself.
+    The blocked thread is the one that reads the sender's connection, so that the sender is blocked
+    in turn: the back-pressure of ROS 2 for reliable endpoints with KEEP_ALL. All other messages on
+    that connection wait too. So the wait is bounded: when nothing has been taken for
+    `LONGEST_WAIT_S`, items are refused until one is taken, since a message that the executor waits
+    for may stand behind them. The thread that takes items never blocks on itself.
 
     Args:
         is_patient: Whether to wait at all; a best-effort sender is not held up.
 
     Attributes:
-        counts_bytes: As for `KeepLast`.
+        counts_bytes: As for `KeepLastQueue`.
     """
 
     counts_bytes = True
 
-    def __init__(self, *, is_patient: bool) -> None:
+    def __init__(self, *, blocks: bool) -> None:
         self._items: collections.deque[tuple[ItemT, int]] = collections.deque()
         self._bytes = 0
         self._changed = threading.Condition()
-        self._is_patient = is_patient
+        self._blocks = blocks
         self._is_closed = False
-        self._waits = is_patient
+        self._waits = blocks
         self._taker: int | None = None
         self._held_s = 0.0
         self._held_bytes = 0
@@ -92,11 +92,11 @@ class KeepAll(Generic[ItemT]):
         return len(self._items)
 
     def put(self, item: ItemT, size: int) -> bool:
-        """Add an arrival, waiting for room if needed; return False if there was none.
+        """Add an item, blocking while the queue is full; return False if it was refused.
 
         Args:
-            item: What has arrived.
-            size: How many bytes it holds.
+            item: The item to add.
+            size: Size of the item in bytes.
         """
         with self._changed:
             if not self._has_room(size) and not self._wait_for_room(size):
@@ -108,19 +108,19 @@ class KeepAll(Generic[ItemT]):
             return True
 
     def take(self) -> ItemT | None:
-        """Remove and return the oldest arrival; None if the queue is empty."""
+        """Remove and return the oldest item; None if the queue is empty."""
         with self._changed:
             self._taker = threading.get_ident()
             if not self._items:
                 return None
             item, size = self._items.popleft()
             self._bytes -= size
-            self._waits = self._is_patient
+            self._waits = self._blocks
             self._changed.notify_all()
             return item
 
     def close(self) -> None:
-        """Drop all arrivals and release blocked senders."""
+        """Remove all items, and release blocked threads."""
         with self._changed:
             self._is_closed = True
             self._items.clear()

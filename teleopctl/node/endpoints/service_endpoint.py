@@ -1,4 +1,4 @@
-"""What the two ends of a service have in common."""
+"""Common base of service servers and clients, and the metadata of calls."""
 
 from __future__ import annotations
 
@@ -18,19 +18,19 @@ if TYPE_CHECKING:
 
 
 class RequestId(NamedTuple):
-    """Identity of a request: the client's GID and the request's sequence number."""
+    """Identity of a service request: the client's GID and the sequence number."""
 
     writer_guid: bytes
     sequence_number: int
 
 
 class ServiceInfo(NamedTuple):
-    """Metadata of a request or a response; times in nanoseconds since the epoch.
+    """Metadata of a service request or response; times in nanoseconds since the epoch.
 
     Attributes:
-        attachment: As it came.
-        received_timestamp: When it came.
-        query: What a response answers; None for a response.
+        attachment: Attachment of the Zenoh sample or query.
+        received_timestamp: Time of receipt.
+        query: Zenoh query to reply to; None for a response.
     """
 
     attachment: Attachment
@@ -44,18 +44,18 @@ class ServiceInfo(NamedTuple):
 
     @property
     def request_id(self) -> RequestId:
-        """Identity of the request, for a response that of its request."""
+        """Identity of the request; for a response, of the request that it answers."""
         return RequestId(self.attachment.gid, self.attachment.sequence)
 
 
-class ServiceEnd(Endpoint):
-    """Common base of clients and servers of a service.
+class ServiceEndpoint(Endpoint):
+    """Common base of service servers and clients.
 
     Attributes:
-        srv_type: The service's class.
+        srv_type: Service class.
     """
 
-    # Any: each end knows which service it is.
+    # Any: clients and servers declare the service class.
     srv_type: Any
     _introspection: ServiceIntrospection | None = None
 
@@ -65,12 +65,12 @@ class ServiceEnd(Endpoint):
         service_event_qos_profile: QoSProfile,
         introspection_state: ServiceIntrospectionState,
     ) -> None:
-        """Set whether each call is published on ``SERVICE/_service_event``.
+        """Set what is published of each call on the topic ``SERVICE/_service_event``.
 
         Args:
             clock: Stamps the events.
             service_event_qos_profile: Quality of service of the publisher, when it is made.
-            introspection_state: OFF, METADATA, or CONTENTS: requests and responses besides.
+            introspection_state: OFF, METADATA, or CONTENTS (with requests and responses).
         """
         from teleopctl.node.endpoints.service_introspection import ServiceIntrospection
 

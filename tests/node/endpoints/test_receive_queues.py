@@ -7,8 +7,8 @@ from hypothesis import given, strategies as st
 
 from teleopctl.interfaces.store import get_message
 from teleopctl.node import Context, HistoryPolicy, Node, QoSProfile, SingleThreadedExecutor
-from teleopctl.node.endpoints import arrivals
-from teleopctl.node.endpoints.arrivals import KeepAll, KeepLast
+from teleopctl.node.endpoints import receive_queues
+from teleopctl.node.endpoints.receive_queues import KeepAllQueue, KeepLastQueue
 from teleopctl.testing import RosGraph
 
 BYTES = get_message("std_msgs/msg/UInt8MultiArray")
@@ -19,16 +19,16 @@ SIZE = 60_000
 
 @given(st.lists(st.integers(0, 9)), st.integers(1, 5))
 def test_keep_last_holds_the_newest_in_order(items: list[int], depth: int):
-    queue: KeepLast[int] = KeepLast(depth)
+    queue: KeepLastQueue[int] = KeepLastQueue(depth)
     for item in items:
         assert queue.put(item, 1)
     kept = [queue.take() for _ in range(len(queue))]
     assert (kept, queue.take()) == (items[-depth:], None)
 
 
-@given(st.lists(st.one_of(st.none(), st.integers(0, arrivals.MOST_BYTES * 2)), max_size=40))
+@given(st.lists(st.one_of(st.none(), st.integers(0, receive_queues.MOST_BYTES * 2)), max_size=40))
 def test_keep_all_never_holds_more_than_one_message_beyond_its_bytes(steps: list[int | None]):
-    queue: KeepAll[int] = KeepAll(is_patient=False)
+    queue: KeepAllQueue[int] = KeepAllQueue(blocks=False)
     kept: list[int] = []
     for step in steps:
         if step is None:
@@ -36,10 +36,10 @@ def test_keep_all_never_holds_more_than_one_message_beyond_its_bytes(steps: list
         elif queue.put(step, step):
             kept.append(step)
         assert len(queue) == len(kept)
-        assert len(kept) <= 1 or sum(kept) <= arrivals.MOST_BYTES
+        assert len(kept) <= 1 or sum(kept) <= receive_queues.MOST_BYTES
 
 
-def _put_in_thread(queue: KeepAll[int]) -> tuple[threading.Thread, list[bool]]:
+def _put_in_thread(queue: KeepAllQueue[int]) -> tuple[threading.Thread, list[bool]]:
     outcome: list[bool] = []
     thread = threading.Thread(target=lambda: outcome.append(queue.put(2, 1)))
     thread.start()
@@ -47,39 +47,39 @@ def _put_in_thread(queue: KeepAll[int]) -> tuple[threading.Thread, list[bool]]:
 
 
 @pytest.fixture
-def full(monkeypatch: pytest.MonkeyPatch) -> KeepAll[int]:
-    monkeypatch.setattr(arrivals, "MOST_ITEMS", 1)
-    queue: KeepAll[int] = KeepAll(is_patient=True)
+def full(monkeypatch: pytest.MonkeyPatch) -> KeepAllQueue[int]:
+    monkeypatch.setattr(receive_queues, "MOST_ITEMS", 1)
+    queue: KeepAllQueue[int] = KeepAllQueue(blocks=True)
     assert queue.put(1, 1)
     return queue
 
 
-def test_whoever_brings_one_to_a_full_queue_waits_until_there_is_room(full: KeepAll[int]):
+def test_whoever_brings_one_to_a_full_queue_waits_until_there_is_room(full: KeepAllQueue[int]):
     thread, outcome = _put_in_thread(full)
     assert full.take() == 1
-    thread.join(arrivals.LONGEST_WAIT_S)
+    thread.join(receive_queues.LONGEST_WAIT_S)
     assert (outcome, full.take()) == ([True], 2)
 
 
-def test_a_closed_queue_lets_go_of_whoever_waits(full: KeepAll[int]):
+def test_a_closed_queue_lets_go_of_whoever_waits(full: KeepAllQueue[int]):
     thread, outcome = _put_in_thread(full)
     full.close()
-    thread.join(arrivals.LONGEST_WAIT_S)
+    thread.join(receive_queues.LONGEST_WAIT_S)
     # It came before or after the end: in neither case it waits, and nobody has to be told.
     assert (outcome, len(full)) == ([True], 0)
 
 
 def test_nothing_waits_for_a_taker_that_takes_nothing_until_it_takes_again(
-    full: KeepAll[int], monkeypatch: pytest.MonkeyPatch
+    full: KeepAllQueue[int], monkeypatch: pytest.MonkeyPatch
 ):
-    monkeypatch.setattr(arrivals, "LONGEST_WAIT_S", 0.01)
+    monkeypatch.setattr(receive_queues, "LONGEST_WAIT_S", 0.01)
     assert not full.put(2, 1)
-    monkeypatch.setattr(arrivals, "LONGEST_WAIT_S", 60.0)
+    monkeypatch.setattr(receive_queues, "LONGEST_WAIT_S", 60.0)
     assert not full.put(3, 1)  # at once: the other one has waited already
     assert (full.take(), full.put(4, 1)) == (1, True)
 
 
-def test_the_thread_that_takes_does_not_wait_for_itself(full: KeepAll[int]):
+def test_the_thread_that_takes_does_not_wait_for_itself(full: KeepAllQueue[int]):
     assert full.take() == 1
     assert full.put(2, 1)
     assert not full.put(3, 1)
@@ -89,7 +89,7 @@ def test_a_slow_subscription_that_keeps_all_holds_its_publisher_up_and_loses_not
     ros: RosGraph, context: Context, monkeypatch: pytest.MonkeyPatch
 ):
     del ros  # both contexts are in it
-    monkeypatch.setattr(arrivals, "MOST_ITEMS", 10)
+    monkeypatch.setattr(receive_queues, "MOST_ITEMS", 10)
     sender = Context()
     sender.init([])
     count = 600  # 36 MB: more than sockets and transmission queues hold
