@@ -48,11 +48,12 @@ input()
 
 # Publishes a type of ROS 2's under another hash, as one who was built with another version does.
 OTHER_VERSION = """
-from teleopctl.node import Context, Node, undecoded
+from teleopctl.node import Context, Node, raw_message_class
 context = Context()
 context.init([])
 node = Node("outdated", context=context)
-node.create_publisher(undecoded("std_msgs/msg/String", "RIHS01_" + "0" * 64), "/chatter", 10)
+message_class = raw_message_class("std_msgs/msg/String", "RIHS01_" + "0" * 64)
+node.create_publisher(message_class, "/chatter", 10)
 print("ready", flush=True)
 input()
 """

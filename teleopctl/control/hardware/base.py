@@ -46,7 +46,7 @@ class HardwareComponentInterface:
         command_interfaces: Command interfaces by full name.
         drives_cycle: Whether the hardware decides when a control cycle runs (lockstep). Such a
             hardware calls what ``set_cycle`` gives it.
-    put_elsewhere: Set by ``read`` where something else than commands has moved the robot, such
+        state_jumped: Set by ``read`` where something else than commands has moved the robot, such
             as the reset of a simulation: controllers give up what they were about to do.
     """
 
