@@ -301,6 +301,7 @@ def foreign_page() -> Iterator[tuple[str, Callable[[str], None]]]:
             thread.join()
 
 
+@pytest.mark.timeout(300)  # a browser and six programs
 def test_a_foreign_page_in_a_browser_neither_reads_nor_moves(ros):
     commands: list[str] = []
     ros.node.create_subscription(STRING, "/commands", lambda m: commands.append(m.data), 10)
