@@ -29,7 +29,7 @@ Control:
 
 Bags:
 
-    read_bag             decoded messages (Decoded), by topic and time
+    read_bag             decoded messages (DecodedMessage), by topic and time
     read_raw_bag         messages as bytes (BagMessage)
     open_bag             a Bag with its metadata, attachments and messages
     BagWriter            write a bag; BagTopic describes a topic
@@ -75,7 +75,7 @@ if TYPE_CHECKING:
         BagMessage as BagMessage,
         BagTopic as BagTopic,
         BagWriter as BagWriter,
-        Decoded as Decoded,
+        DecodedMessage as DecodedMessage,
         open_bag as open_bag,
     )
     from teleopctl.compat.activation import activate as activate

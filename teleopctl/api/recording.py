@@ -6,7 +6,7 @@ from collections.abc import Collection, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from teleopctl.bag import Decoded, Decoder, open_bag
+from teleopctl.bag import DecodedMessage, Decoder, open_bag
 
 if TYPE_CHECKING:
     from teleopctl.bag import BagMessage
@@ -20,7 +20,7 @@ def read_bag(
     *,
     start_ns: int = 0,
     end_ns: int = _LAST_NS,
-) -> Iterator[Decoded]:
+) -> Iterator[DecodedMessage]:
     """Yield the decoded messages of a bag in the order of their log times.
 
     The bag is a folder or file of rosbag2 (MCAP, SQLite), or a bag of ROS 1. Types come from the

@@ -1,4 +1,4 @@
-"""``metadata.yaml``: what a bag says of itself, in rosbag2's form.
+"""``metadata.yaml`` of bags in rosbag2's format.
 
 | version | what it brought | since |
 |---|---|---|
@@ -23,8 +23,8 @@ from typing import Any
 
 import yaml
 
-from teleopctl.bag.qos_text import format_offers, parse_offers
-from teleopctl.bag.records import CDR, BagTopic, whole_type_name
+from teleopctl.bag.qos_profiles import format_offered_profiles, parse_offered_profiles
+from teleopctl.bag.records import CDR, BagTopic, full_type_name
 from teleopctl.base import ros_yaml
 from teleopctl.base.files import read_text
 from teleopctl.errors import InvalidFileError, SystemFailureError
@@ -58,7 +58,7 @@ for _first, _resolvers in ros_yaml.RosLoader.yaml_implicit_resolvers.items():
 
 @dataclass(frozen=True)
 class BagFile:
-    """A file of a bag; times in nanoseconds since the epoch.
+    """Entry of a file in ``metadata.yaml``: path, times and message count.
 
     Attributes:
         path: Relative to the bag's folder.
@@ -165,7 +165,7 @@ def _format_topic(topic: BagTopic) -> _Yaml:
         "name": topic.name,
         "type": topic.type_name,
         "serialization_format": topic.serialization_format,
-        "offered_qos_profiles": format_offers(topic.qos),
+        "offered_qos_profiles": format_offered_profiles(topic.qos),
         "type_description_hash": topic.type_hash,
     }
 
@@ -200,7 +200,7 @@ def read_metadata(folder: Path) -> BagMetadata:
             raise
         raise InvalidFileError(
             f"{path}: {error.message}",
-            hint=f"teleopctl bag reindex {folder} makes it anew from the files.",
+            hint=f"teleopctl bag reindex {folder} rebuilds it from the files.",
         ) from error
 
 
@@ -278,9 +278,9 @@ def _parse_file(item: _Yaml) -> BagFile:
 def _parse_topic(item: _Yaml) -> BagTopic:
     return BagTopic(
         str(item["name"]),
-        whole_type_name(str(item["type"])),
+        full_type_name(str(item["type"])),
         str(item.get("type_description_hash") or ""),
-        qos=parse_offers(item.get("offered_qos_profiles")),
+        qos=parse_offered_profiles(item.get("offered_qos_profiles")),
         serialization_format=str(item.get("serialization_format") or CDR),
     )
 

@@ -1,4 +1,4 @@
-"""YAML files of options in which one key has a list, as rosbag2 has several of them."""
+"""YAML option files of rosbag2 with a single key, whose value is a list."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from teleopctl.base.files import read_text
 from teleopctl.errors import InvalidFileError
 
 
-class Item(NamedTuple):
-    """An entry of an options file's list.
+class OptionItem(NamedTuple):
+    """Entry in the list of an option file, with its line.
 
     Attributes:
         path: The file.
@@ -31,12 +31,12 @@ class Item(NamedTuple):
 
     @property
     def place(self) -> str:
-        """File and line."""
+        """File and line of the entry, as error messages have them."""
         return f"{self.path}:{self.line}"
 
 
-def read_list(path: Path, root: str, expected: str) -> list[Item]:
-    """Read an options file, whose only key is a list.
+def read_option_list(path: Path, root: str, expected: str) -> list[OptionItem]:
+    """Read the entries of an option file with a single key, whose value is a list.
 
     Args:
         path: The file.
@@ -70,7 +70,7 @@ def _nodes(path: Path, loader: Any, root: str, expected: str) -> list[yaml.Node]
     return list(node.value)
 
 
-def _item(path: Path, loader: Any, node: yaml.Node) -> Item:
+def _item(path: Path, loader: Any, node: yaml.Node) -> OptionItem:
     pairs = None
     if isinstance(node, yaml.MappingNode):
         pairs = [
@@ -81,4 +81,6 @@ def _item(path: Path, loader: Any, node: yaml.Node) -> Item:
             )
             for key, value in node.value
         ]
-    return Item(path, node.start_mark.line + 1, loader.construct_object(node, deep=True), pairs)
+    return OptionItem(
+        path, node.start_mark.line + 1, loader.construct_object(node, deep=True), pairs
+    )

@@ -1,4 +1,4 @@
-"""What a bag is made of: topics and messages, as records that any storage can read and write."""
+"""Records of bags: topics, type definitions, messages and attachments, for any storage format."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ NO_TIME_NS = 2**63 - 1
 """Later than any message, in nanoseconds since the epoch."""
 
 
-def whole_type_name(name: str) -> str:
-    """Return a type name in three parts; old bags have ``package/Type``."""
+def full_type_name(name: str) -> str:
+    """Return a type name as ``package/msg/Type``; old bags have ``package/Type``."""
     return name.replace("/", "/msg/") if name.count("/") == 1 else name
 
 
@@ -38,7 +38,7 @@ class TypeText(NamedTuple):
 
 
 class BagTopic(NamedTuple):
-    """A topic of a bag.
+    """Topic of a bag: name, type, definition and offered QoS profiles.
 
     Attributes:
         name: Full name.
@@ -71,7 +71,7 @@ class BagTopic(NamedTuple):
 
 
 class BagMessage(NamedTuple):
-    """A message of a bag, undecoded; times in nanoseconds since the epoch.
+    """Undecoded message of a bag; times in nanoseconds since the epoch.
 
     Attributes:
         topic: Full name of the topic.
@@ -98,7 +98,7 @@ class BagMessage(NamedTuple):
 
 
 class BagAttachment(NamedTuple):
-    """A file inside a bag, such as the robot description.
+    """File attached to a bag, such as a robot description.
 
     Attributes:
         name: Its name.

@@ -22,7 +22,7 @@ from teleopctl.bag import (
     Selection,
     WriterOptions,
     database_settings,
-    default_folder,
+    default_bag_folder,
 )
 from teleopctl.base import progress
 from teleopctl.errors import InvalidParameterError
@@ -60,7 +60,7 @@ def main(args: list[str] | None = None) -> int:
     name = arguments.node_name(RecorderOptions.node_name) or RecorderOptions.node_name
     values = arguments.parameter_overrides(name, arguments.namespace(name) or "/")
     options = _options(values, name)
-    folder = Path(values["storage.uri"]) if values.get("storage.uri") else default_folder()
+    folder = Path(values["storage.uri"]) if values.get("storage.uri") else default_bag_folder()
     context = Context()
     # The signals are this function's: the bag is to be finished whichever it is.
     context.init(args, signal_handler_options=SignalHandlerOptions.NO)
@@ -119,7 +119,7 @@ def _options(values: dict[str, Any], name: str) -> RecorderOptions:
             split_duration_ns=duration_s * NANOSECONDS_PER_SECOND,
             distribution=known_types().distribution,
         ),
-        circumstances=form == "mcap",
+        recording_metadata=form == "mcap",
         cache_bytes=value_of("storage.max_cache_size", RecorderOptions.cache_bytes),
         start_paused=value_of("record.start_paused", False),
         use_sim_time=bool(value_of("use_sim_time", False)),

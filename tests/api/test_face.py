@@ -20,7 +20,7 @@ PUBLIC = [
     "BagWriter",
     "ControlStack",
     "ControllerInterface",
-    "Decoded",
+    "DecodedMessage",
     "Graph",
     "InterfaceConfiguration",
     "InterfaceConfigurationType",

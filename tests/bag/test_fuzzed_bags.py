@@ -12,7 +12,7 @@ from teleopctl.bag import check, open_bag, recover
 from teleopctl.bag.metadata import METADATA_FILE, parse_metadata
 from teleopctl.errors import InvalidFileError
 from tests.bag.bags import write_bag
-from tests.bag.test_databases import write_database
+from tests.bag.test_sqlite_reader import write_database
 from tests.fuzz.bags import make_bags, trials
 
 

@@ -9,7 +9,7 @@ from rosbags.rosbag2.metadata import parse_qos
 
 from teleopctl.bag import BagFile, BagMetadata, BagTopic, TypeText, format_metadata
 from teleopctl.bag.metadata import parse_metadata
-from teleopctl.bag.qos_text import format_offers, parse_offers
+from teleopctl.bag.qos_profiles import format_offered_profiles, parse_offered_profiles
 from teleopctl.errors import InvalidFileError
 from teleopctl.wire import INFINITE_NS, EndpointQos
 
@@ -41,8 +41,8 @@ files = st.builds(BagFile, names, st.integers(0, 2**60), st.integers(0, 2**60), 
 
 @given(st.lists(profiles, max_size=3, unique=True))
 def test_profiles_are_read_as_written_by_us_and_by_rosbags(offers):
-    text = format_offers(offers)
-    assert parse_offers(text) == tuple(offers)
+    text = format_offered_profiles(offers)
+    assert parse_offered_profiles(text) == tuple(offers)
     assert len(parse_qos(text)) == len(offers)
 
 
@@ -61,14 +61,14 @@ def test_profiles_of_version_9_are_a_list_with_names():
         }
     ]
     expected = EndpointQos(durability=1, depth=1, lifespan_ns=1_000_000_005)
-    assert parse_offers(nine) == (expected,)
-    assert parse_offers(yaml.safe_dump(nine)) == (expected,)
+    assert parse_offered_profiles(nine) == (expected,)
+    assert parse_offered_profiles(yaml.safe_dump(nine)) == (expected,)
 
 
 @pytest.mark.parametrize("value", ["[", "word", [1], [{"deadline": {"sec": 1}}]])
 def test_what_is_no_profile_is_told(value):
     with pytest.raises(InvalidFileError, match="offered_qos_profiles"):
-        parse_offers(value)
+        parse_offered_profiles(value)
 
 
 @given(

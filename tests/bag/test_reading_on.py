@@ -43,7 +43,7 @@ def test_a_broken_chunk_is_left_out_and_told_and_what_follows_is_read(tmp_path):
         stream.write(random.Random(1).randbytes(200))
     told: list[str] = []
     with open_bag(tmp_path / "bag") as bag:
-        read = list(bag.messages(left_out=told.append))
+        read = list(bag.messages(on_left_out=told.append))
     outside = [
         m
         for m in written

@@ -24,7 +24,7 @@ from rosbags.rosbag1 import Writer as Ros1Writer
 from rosbags.typesys import Stores, get_typestore
 
 from teleopctl.bag import BagWriter, open_bag
-from teleopctl.bag.mcap_file.chunk import read_content
+from teleopctl.bag.mcap_file.chunk import read_chunk_content
 from teleopctl.base import budget
 from teleopctl.base.budget import BudgetError, Tally, check_unpacked, joined, unpacked_limit
 from tests.bag.bags import message, topic
@@ -185,7 +185,7 @@ def test_what_an_index_claims_too_little_of_is_not_unpacked(tmp_path):
             message_index_offsets={},
         )
         with pytest.raises(ValueError, match="claims 133169152 bytes, and its index 1000"):
-            read_content(stream, index)
+            read_chunk_content(stream, index)
 
 
 def test_a_recording_of_a_dark_camera_stays_readable(tmp_path, monkeypatch):

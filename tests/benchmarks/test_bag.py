@@ -17,8 +17,7 @@ from mcap.writer import CompressionType, Writer
 
 from teleopctl.bag import BagMessage, BagWriter, Compression, WriterOptions
 from teleopctl.bag.mcap_file.chunk_builder import CHUNK_BYTES
-from teleopctl.bag.recorder.message_queue import MessageQueue
-from teleopctl.bag.recorder.writing import WritingThread
+from teleopctl.bag.recorder.writing import MessageQueue, WritingThread
 from teleopctl.base.kept_memory import keep_freed_memory
 from tests.bag.bags import topic
 from tests.benchmarks.figure import Figure

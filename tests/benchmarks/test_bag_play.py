@@ -124,7 +124,7 @@ def seek_times_ms(node: Node, bag, messages: int) -> list[float]:
         if played.topic == "/camera":
             sent.set()
 
-    with Player(node, bag, options, played=note) as player:
+    with Player(node, bag, options, on_published=note) as player:
         player.play()
         player.play_next()
         for number in range(SEEKS):

@@ -122,7 +122,7 @@ def _name(type_name: str) -> str:
 
 def _old(folder: Path) -> Path:
     """A database as rosbag2 of Humble writes it, with neither definitions nor metadata.yaml."""
-    from tests.bag.test_databases import write_database
+    from tests.bag.test_sqlite_reader import write_database
 
     folder.mkdir()
     write_database(folder / "old_0.db3", count=60)

@@ -16,7 +16,7 @@ from mcap.writer import CompressionType, Writer
 
 from teleopctl.bag import BagAttachment, BagMessage, ChunkSettings, Compression, CompressionLevel
 from teleopctl.bag.mcap_file.file_writer import LIBRARY, McapFileWriter
-from teleopctl.bag.qos_text import format_offers
+from teleopctl.bag.qos_profiles import format_offered_profiles
 from tests.bag.bags import topic
 
 NAMES = ("/a", "/b", "/c")
@@ -71,7 +71,7 @@ def written_by_the_library(chunk_bytes: int, steps: list[Any]) -> bytes:
         schema = schema or writer.register_schema(
             described.type_name, "ros2msg", described.definition.text.encode()
         )
-        offers = format_offers(described.qos)
+        offers = format_offered_profiles(described.qos)
         about = {"offered_qos_profiles": offers, "topic_type_hash": described.type_hash}
         channels[name] = writer.register_channel(name, "cdr", schema, about)
     for step in steps:

@@ -15,7 +15,7 @@ SERVICES = "/rosbag2_recorder"
 
 def select(*topics):
     """Record these topics and nothing else."""
-    return RecorderOptions(Selection(topics=topics), circumstances=False)
+    return RecorderOptions(Selection(topics=topics), recording_metadata=False)
 
 
 def contents(folder):

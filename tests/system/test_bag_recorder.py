@@ -52,7 +52,7 @@ def test_a_type_that_nobody_explains_is_recorded_without_definition_and_said_onc
 
 def test_services_are_recorded_by_their_events(ros):
     event = get_message("std_srvs/srv/Trigger_Event")
-    options = RecorderOptions(Selection(all_services=True), circumstances=False)
+    options = RecorderOptions(Selection(all_services=True), recording_metadata=False)
     with Recorder(ros.folder / "bag", options) as recorder:
         say(ros, "/chatter", ["not this"], subscribers=0)
         publisher = ros.node.create_publisher(event, "/reset/_service_event", 10)
@@ -85,7 +85,7 @@ def test_a_later_publisher_is_recorded_whatever_it_offers(ros):
 
 def test_a_paused_recorder_leaves_out_what_comes_but_for_what_is_latched(ros):
     options = RecorderOptions(
-        Selection(topics=["/chatter", "/description"]), circumstances=False, start_paused=True
+        Selection(topics=["/chatter", "/description"]), recording_metadata=False, start_paused=True
     )
     with Recorder(ros.folder / "bag", options) as recorder:
         assert call(ros, "IsPaused").paused
@@ -93,7 +93,7 @@ def test_a_paused_recorder_leaves_out_what_comes_but_for_what_is_latched(ros):
         publisher = say(ros, "/chatter", ["lost"])
         marks = ros.node.create_publisher(String, "/description", qos_profile_latched)
         marks.publish(String(data="a mark"))
-        eventually(lambda: recorder.left_out_count == 3)
+        eventually(lambda: recorder.skipped_count == 3)
         call(ros, "Resume")
         assert not call(ros, "IsPaused").paused
         publisher.publish(String(data="kept"))
@@ -132,7 +132,7 @@ def test_split_begins_a_file_that_has_what_is_latched_and_says_so(ros):
 
 def test_only_the_newest_files_are_kept(ros):
     options = RecorderOptions(
-        Selection(topics=["/chatter"]), WriterOptions(most_files=2), circumstances=False
+        Selection(topics=["/chatter"]), WriterOptions(most_files=2), recording_metadata=False
     )
     with Recorder(ros.folder / "bag", options) as recorder:
         publisher = say(ros, "/chatter", [])
@@ -148,7 +148,7 @@ def test_only_the_newest_files_are_kept(ros):
 
 def test_a_snapshot_is_written_when_it_is_asked_for(ros):
     options = RecorderOptions(
-        Selection(topics=["/chatter"]), snapshot=True, circumstances=False, cache_bytes=250
+        Selection(topics=["/chatter"]), snapshot=True, recording_metadata=False, cache_bytes=250
     )
     with Recorder(ros.folder / "bag", options) as recorder:
         publisher = ros.node.create_publisher(String, "/chatter", 10)
@@ -207,7 +207,8 @@ def test_what_finds_no_room_is_counted_by_topic_and_told(ros, monkeypatch):
         lost.append,
         10,
     )
-    options = RecorderOptions(Selection(topics=["/chatter"]), circumstances=False, cache_bytes=100)
+    selection = Selection(topics=["/chatter"])
+    options = RecorderOptions(selection, recording_metadata=False, cache_bytes=100)
     with Recorder(ros.folder / "bag", options) as recorder:
         say(ros, "/chatter", ["x" * 60] * 5)
         eventually(lambda: recorder.losses.in_recorder == {"/chatter": 4})
@@ -241,7 +242,7 @@ def test_what_never_came_is_counted_by_the_numbers_of_the_messages(ros):
 def test_simulated_time_is_waited_for_and_stands_in_the_bag(ros):
     clock_type = get_message("rosgraph_msgs/msg/Clock")
     options = RecorderOptions(
-        Selection(topics=["/chatter"]), use_sim_time=True, circumstances=False
+        Selection(topics=["/chatter"]), use_sim_time=True, recording_metadata=False
     )
     with Recorder(ros.folder / "bag", options) as recorder:
         publisher = ros.node.create_publisher(String, "/chatter", 10)

@@ -1,1 +1,1 @@
-"""Bags from bags: chosen, cut, merged and converted; looked through and repaired."""
+"""Bags made of bags: copied, cut, merged, converted, checked, recovered and reindexed."""

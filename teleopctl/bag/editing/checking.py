@@ -1,25 +1,139 @@
-"""A bag looked through for everything that may be wrong with it."""
+"""Checks of a bag: files, metadata, type definitions, messages and sequence numbers."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
+from tempfile import gettempdir
 from typing import Any, NamedTuple
 
-from teleopctl.bag.editing.agreement import disagreements
-from teleopctl.bag.editing.copying import Told
-from teleopctl.bag.editing.faults import faults_of
-from teleopctl.bag.editing.sequences import Sequences
-from teleopctl.bag.look.decoding import class_of
-from teleopctl.bag.metadata import METADATA_FILE, read_metadata
+from teleopctl.bag.base import Bag
+from teleopctl.bag.editing.copying import ProgressCallback
+from teleopctl.bag.mcap_file.inspection import Fault, mcap_file_faults
+from teleopctl.bag.metadata import METADATA_FILE, BagMetadata, read_metadata
 from teleopctl.bag.records import CDR, ROS2MSG, BagMessage, BagTopic
-from teleopctl.bag.storage.bag import Bag, bag_files, open_bag
+from teleopctl.bag.storage.bag import bag_files, open_bag
+from teleopctl.bag.storage.compression import SUFFIX, unpack_file
+from teleopctl.bag.type_definitions import topic_message_class
+from teleopctl.base.temporary import TemporaryFolder
 from teleopctl.errors import InvalidFileError, TeleopctlError
 from teleopctl.interfaces import deserialize, hash_of_text
 
 
+def metadata_differences(stated: BagMetadata, found: BagMetadata) -> Iterator[str]:
+    """Yield a sentence for each difference between ``metadata.yaml`` and the files of a bag.
+
+    Args:
+        stated: By ``metadata.yaml``.
+        found: In the files.
+    """
+    stated_files = {file.path: file for file in stated.files}
+    found_files = {file.path: file for file in found.files}
+    for path in stated_files.keys() - found_files.keys():
+        yield f"{path} is listed, and does not exist or cannot be read"
+    for path in found_files.keys() - stated_files.keys():
+        yield f"{path} is not listed"
+    for path in sorted(stated_files.keys() & found_files.keys()):
+        yield from _differences(
+            path,
+            ("message count", stated_files[path].message_count, found_files[path].message_count),
+            ("start in ns", stated_files[path].start_ns, found_files[path].start_ns),
+            ("duration in ns", stated_files[path].duration_ns, found_files[path].duration_ns),
+        )
+    stated_topics = {topic.name: (topic, count) for topic, count in stated.topics}
+    found_topics = {topic.name: (topic, count) for topic, count in found.topics}
+    for name in sorted(stated_topics.keys() ^ found_topics.keys()):
+        where = "the files" if name in found_topics else "metadata.yaml"
+        yield f"only {where} have {name}" if name in found_topics else f"only {where} has {name}"
+    for name in sorted(stated_topics.keys() & found_topics.keys()):
+        (stated_topic, stated_count), (found_topic, count) = stated_topics[name], found_topics[name]
+        yield from _differences(name, ("message count", stated_count, count))
+        if stated_topic.type_name != found_topic.type_name:
+            yield (
+                f"{name}: type is {stated_topic.type_name} in metadata.yaml"
+                f" and {found_topic.type_name} in the files"
+            )
+
+
+def _differences(name: str, *pairs: tuple[str, int, int]) -> Iterator[str]:
+    for what, stated, found in pairs:
+        if stated != found:
+            yield f"{name}: {what} is {stated} in metadata.yaml and {found} in the files"
+
+
+class GapCounter:
+    """Counts the sequence numbers that are missing among the messages of a topic.
+
+    What publishers send at the same time may stand in the bag in another order than it was counted.
+    """
+
+    def __init__(self) -> None:
+        self._count = 0
+        self._first: int | None = None
+        self._last = 0
+
+    @property
+    def missing(self) -> int:
+        """Number of sequence numbers missing between the lowest and the highest that was added."""
+        return 0 if self._first is None else self._last - self._first + 1 - self._count
+
+    def add(self, number: int) -> bool:
+        """Add a message's sequence number; return whether numbers before it are missing.
+
+        Args:
+            number: 0 for what is repeated and not counted.
+        """
+        if number == 0:
+            return False
+        before = self._last
+        is_first = self._first is None
+        self._count += 1
+        self._first = number if self._first is None else min(self._first, number)
+        self._last = max(before, number)
+        return not is_first and number > before + 1
+
+
+DATABASE_SUFFIX = ".db3"
+
+
+def bag_file_faults(file: Path) -> Iterator[Fault]:
+    """Read a whole file of a ROS 2 bag, MCAP or SQLite, and yield each fault that is found."""
+    if file.suffix == SUFFIX:
+        with TemporaryFolder(Path(gettempdir())) as folder:
+            yield from _faults_inside(file, folder)
+    elif file.suffix == DATABASE_SUFFIX:
+        from teleopctl.bag.storage.sqlite_reader import SqliteFileReader
+        from teleopctl.bag.storage.sqlite_writer import is_left_open
+
+        if is_left_open(file):
+            yield Fault(
+                "was not finished: programs that ignore SQLite's log beside it miss messages",
+                is_finishable=True,
+            )
+        try:
+            with SqliteFileReader(file) as reader:
+                yield from (Fault(what, loses=True) for what in reader.check())
+        except InvalidFileError as error:
+            yield Fault(error.message, loses=True)
+    else:
+        yield from mcap_file_faults(file)
+
+
+def _faults_inside(file: Path, folder: Path) -> Iterator[Fault]:
+    try:
+        plain, fault = unpack_file(file, folder)
+    except InvalidFileError as error:
+        yield Fault(error.message, loses=True)
+        return
+    if fault:
+        yield Fault(fault, loses=True)
+    else:
+        # Nothing inside it can be mended in place.
+        yield from (found._replace(is_finishable=False) for found in bag_file_faults(plain))
+
+
 class BagFault(NamedTuple):
-    """A fault of a bag.
+    """Fault of a bag: the file or topic that has it, and what is wrong.
 
     Attributes:
         place: The file, or the topic.
@@ -30,8 +144,8 @@ class BagFault(NamedTuple):
     what: str
 
 
-def check(path: Path, told: Told = lambda _done: None) -> Iterator[BagFault]:
-    """Read a whole bag; yield its faults.
+def check(path: Path, on_progress: ProgressCallback = lambda _done: None) -> Iterator[BagFault]:
+    """Read a whole bag; yield each fault of its files, metadata, types and messages.
 
     Files: their ends, checksums, and indexes against what they index. ``metadata.yaml`` against the
     files. Topics: definitions and hashes, messages that cannot be decoded, numbers of messages
@@ -39,7 +153,7 @@ def check(path: Path, told: Told = lambda _done: None) -> Iterator[BagFault]:
 
     Args:
         path: The bag, its folder or a file.
-        told: Progress.
+        on_progress: Progress.
 
     Raises:
         NotFoundError: There is no bag.
@@ -49,7 +163,7 @@ def check(path: Path, told: Told = lambda _done: None) -> Iterator[BagFault]:
         files = [file for file in bag_files(path) if file.exists() and file.suffix != ".bag"]
         found_in_files = False
         for file in files:
-            for fault in faults_of(file):
+            for fault in bag_file_faults(file):
                 found_in_files = True
                 yield BagFault(str(file), fault.what)
         yield from _metadata_findings(path, bag)
@@ -60,9 +174,9 @@ def check(path: Path, told: Told = lambda _done: None) -> Iterator[BagFault]:
         start_ns = bag.metadata.start_ns
         length_ns = max(1, bag.metadata.duration_ns)
         try:
-            for message in bag.messages(left_out=broken.append):
+            for message in bag.messages(on_left_out=broken.append):
                 topics[message.topic].add(message)
-                told((message.log_time_ns - start_ns) / length_ns)
+                on_progress((message.log_time_ns - start_ns) / length_ns)
         except InvalidFileError as error:
             # Damage was found in the files already; what is over the budget was not.
             if not found_in_files:
@@ -77,23 +191,23 @@ def _metadata_findings(path: Path, bag: Bag) -> Iterator[BagFault]:
     if not path.is_dir():
         return
     if not file.exists():
-        yield BagFault(str(file), "is missing (teleopctl bag reindex makes it)")
+        yield BagFault(str(file), "is missing (teleopctl bag reindex writes it)")
         return
     try:
-        said = read_metadata(path)
+        stated = read_metadata(path)
     except InvalidFileError as error:
         yield BagFault(str(file), error.message.removeprefix(f"{file}: "))
         return
-    for sentence in disagreements(said, bag.metadata):
+    for sentence in metadata_differences(stated, bag.metadata):
         yield BagFault(str(file), sentence)
 
 
 class _TopicCheck:
-    """The messages of one topic."""
+    """Faults of one topic, collected while its messages are read."""
 
     def __init__(self, topic: BagTopic) -> None:
         self._topic = topic
-        self._sequences = Sequences()
+        self._sequences = GapCounter()
         self._first_gap_ns: int | None = None
         self._count = 0
         self._undecodable = 0
@@ -103,12 +217,12 @@ class _TopicCheck:
         self._fault = ""
         if topic.serialization_format == CDR:
             try:
-                self._class = class_of(topic)
+                self._class = topic_message_class(topic)
             except TeleopctlError as error:
                 self._fault = error.message
 
     def findings_of_type(self) -> Iterator[BagFault]:
-        """Yield the faults of the topic's type definition."""
+        """Yield the faults of the topic's type, definition and type hash."""
         topic = self._topic
         if not topic.type_name:
             yield BagFault(topic.name, "it has no type")
@@ -122,11 +236,11 @@ class _TopicCheck:
         if topic.type_hash and found and found != topic.type_hash:
             yield BagFault(
                 topic.name,
-                f"its definition has the hash {found} and not, as is said, {topic.type_hash}",
+                f"its definition has the hash {found} and not, as is stated, {topic.type_hash}",
             )
 
     def add(self, message: BagMessage) -> None:
-        """Check a message."""
+        """Check whether a message of the topic can be decoded and follows the one before."""
         self._count += 1
         if self._topic.is_counted and self._sequences.add(message.sequence):
             self._first_gap_ns = self._first_gap_ns or message.log_time_ns
@@ -139,21 +253,21 @@ class _TopicCheck:
             self._reason = self._reason or f"at {message.log_time_ns}: {error.message}"
 
     def findings(self, count: int) -> Iterator[BagFault]:
-        """Yield the faults of the topic's messages.
+        """Yield the faults found in the topic's messages, after all were added.
 
         Args:
             count: How many the bag says that it has.
         """
         name = self._topic.name
         if self._count != count:
-            yield BagFault(name, f"{count} messages are said, {self._count} can be read")
+            yield BagFault(name, f"{count} messages are stated, {self._count} can be read")
         if self._undecodable:
             yield BagFault(
                 name, f"{self._undecodable} messages cannot be decoded, the first {self._reason}"
             )
-        if self._sequences.lost:
+        if self._sequences.missing:
             yield BagFault(
                 name,
-                f"{self._sequences.lost} messages were sent and are missing, by the recorder's"
+                f"{self._sequences.missing} messages were sent and are missing, by the recorder's"
                 f" count; the first before {self._first_gap_ns}",
             )

@@ -1,4 +1,4 @@
-"""The one way in which bags become bags: sources, what is chosen of them, and writers.
+"""Copying bags: chosen topics and time spans of one or several bags into new ones.
 
 Messages pass through one by one, undecoded; what is kept of them at once is a chunk a file.
 """
@@ -11,23 +11,23 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from teleopctl.bag.editing.sources import Sources
+from teleopctl.bag.base import Bag
 from teleopctl.bag.records import NO_TIME_NS, BagMessage, BagTopic
-from teleopctl.bag.storage.bag import Bag
 from teleopctl.bag.storage.bag_writer import BagWriter, WriterOptions
+from teleopctl.bag.storage.views import MergedBags
 
 # Of a latched topic that is continued in a bag that begins later. It may have many publishers, as
 # /tf_static has, and a bag does not tell them apart: so several messages are kept, not the last.
 _MOST_LATCHED = 100
 _MOST_LATCHED_BYTES = 2**24
 
-Told = Callable[[float], object]
+ProgressCallback = Callable[[float], object]
 """Called now and then with the part that is done, 0 to 1."""
 
 
 @dataclass(frozen=True)
 class OutputBag:
-    """An output bag with its selection and options.
+    """Bag that `copy_bags` writes: folder, topics, time span and writer options.
 
     Attributes:
         folder: Where; nothing may be there.
@@ -50,18 +50,18 @@ class OutputBag:
 def copy_bags(
     bags: Sequence[Bag],
     outputs: Sequence[OutputBag],
-    told: Told = lambda _done: None,
-    left_out: Callable[[str], object] | None = None,
+    on_progress: ProgressCallback = lambda _done: None,
+    on_left_out: Callable[[str], object] | None = None,
 ) -> list[dict[str, int]]:
-    """Write bags from bags, with attachments, records, QoS profiles, hashes and definitions.
+    """Copy messages of bags, merged by log time, into new bags with a selection each.
 
     What was written so far is removed where it cannot be ended.
 
     Args:
         bags: What is read, merged by log time.
         outputs: What is written.
-        told: Progress.
-        left_out: Called with a sentence for each part of a source that is broken, whose messages
+        on_progress: Progress.
+        on_left_out: Called with a sentence for each part of a source that is broken, whose messages
             are missing then.
 
     Returns:
@@ -69,10 +69,10 @@ def copy_bags(
 
     Raises:
         RefusedError: Something is where an output is to be, or a topic has several types.
-        InvalidFileError: A source is broken, and nobody is to be told.
+        InvalidFileError: A source is broken, and nobody is to be on_progress.
         SystemFailureError: An output cannot be written.
     """
-    sources = Sources(bags)
+    sources = MergedBags(bags)
     begun: list[Path] = []
     try:
         with contextlib.ExitStack() as stack:
@@ -81,7 +81,7 @@ def copy_bags(
                 writer = stack.enter_context(_writer(output, sources))
                 begun.append(output.folder)
                 writers.append(_Selected(output, writer, sources))
-            _copy(sources, writers, told, left_out)
+            _copy(sources, writers, on_progress, on_left_out)
         return [selected.counts for selected in writers]
     except BaseException:
         for folder in begun:
@@ -89,7 +89,7 @@ def copy_bags(
         raise
 
 
-def _writer(output: OutputBag, sources: Sources) -> BagWriter:
+def _writer(output: OutputBag, sources: MergedBags) -> BagWriter:
     options = replace(
         output.options,
         repeat_latched=False,
@@ -100,9 +100,9 @@ def _writer(output: OutputBag, sources: Sources) -> BagWriter:
 
 
 class _Selected:
-    """A writer with what it takes."""
+    """Output bag being written, with the topics and the time span that go into it."""
 
-    def __init__(self, output: OutputBag, writer: BagWriter, sources: Sources) -> None:
+    def __init__(self, output: OutputBag, writer: BagWriter, sources: MergedBags) -> None:
         self._output = output
         self._writer = writer
         chosen = [topic for topic, _ in sources.topics.values() if output.chooses(topic)]
@@ -122,7 +122,7 @@ class _Selected:
                 self._write(message._replace(log_time_ns=output.start_ns, sequence=0))
 
     def take(self, message: BagMessage) -> None:
-        """Write a message, if it is selected."""
+        """Write a message if its topic and log time are selected."""
         if message.topic in self.topics and self.start_ns <= message.log_time_ns < self.end_ns:
             self._write(message)
 
@@ -132,24 +132,24 @@ class _Selected:
 
 
 def _copy(
-    sources: Sources,
+    sources: MergedBags,
     writers: Sequence[_Selected],
-    told: Told,
-    left_out: Callable[[str], object] | None,
+    on_progress: ProgressCallback,
+    on_left_out: Callable[[str], object] | None,
 ) -> None:
     topics = set().union(*(selected.topics for selected in writers))
     start_ns = min((selected.start_ns for selected in writers), default=0)
     end_ns = max((selected.end_ns for selected in writers), default=0)
     first_ns = max(start_ns, sources.start_ns)
     length_ns = max(1, min(end_ns, sources.end_ns) - first_ns)
-    for message in sources.messages(topics, start_ns, end_ns, left_out):
+    for message in sources.messages(topics, start_ns, end_ns, on_left_out):
         for selected in writers:
             selected.take(message)
-        told((message.log_time_ns - first_ns) / length_ns)
+        on_progress((message.log_time_ns - first_ns) / length_ns)
 
 
 def _last_of(messages: Iterator[BagMessage]) -> list[BagMessage]:
-    """What each topic had last: different messages, in order, up to a number and a size."""
+    """Return the last different messages of each topic, limited in number and in bytes."""
     kept: dict[str, dict[bytes, BagMessage]] = {}
     for message in messages:
         of_topic = kept.setdefault(message.topic, {})

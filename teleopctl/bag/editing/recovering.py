@@ -1,4 +1,4 @@
-"""Bags that a recorder could not finish, or that a disk has damaged, made whole."""
+"""Recovery of bags that a recorder could not finish or a disk has damaged, and reindexing."""
 
 from __future__ import annotations
 
@@ -7,26 +7,57 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from teleopctl.bag.editing.agreement import disagreements
-from teleopctl.bag.editing.copying import OutputBag, Told, copy_bags
-from teleopctl.bag.editing.faults import DATABASE_SUFFIX, faults_of
-from teleopctl.bag.editing.reindexing import reindex
-from teleopctl.bag.look.decoding import class_of
-from teleopctl.bag.mcap_file.file_reader import McapFileReader, Salvage
+from teleopctl.bag.editing.checking import DATABASE_SUFFIX, bag_file_faults, metadata_differences
+from teleopctl.bag.editing.copying import OutputBag, ProgressCallback, copy_bags
+from teleopctl.bag.mcap_file.file_reader import ChunkRecovery, McapFileReader
 from teleopctl.bag.mcap_file.file_writer import McapFileWriter
 from teleopctl.bag.mcap_file.inspection import Fault
 from teleopctl.bag.mcap_file.repair import finish_file
 from teleopctl.bag.mcap_file.scan import MAGIC_BYTES, scan
-from teleopctl.bag.metadata import METADATA_FILE, BagMetadata, read_metadata
+from teleopctl.bag.metadata import METADATA_FILE, BagMetadata, read_metadata, write_metadata
 from teleopctl.bag.records import BagMessage, BagTopic
-from teleopctl.bag.storage.bag import bag_files, open_bag
-from teleopctl.bag.storage.packed import SUFFIX
+from teleopctl.bag.storage.bag import bag_files, open_bag, open_files, stored_files
+from teleopctl.bag.storage.compression import SUFFIX
+from teleopctl.bag.type_definitions import topic_message_class
 from teleopctl.errors import InvalidFileError, NotFoundError, RefusedError, TeleopctlError
 from teleopctl.interfaces import deserialize
 
 
+def reindex(folder: Path) -> BagMetadata:
+    """Rebuild ``metadata.yaml`` of a bag from its files, finishing those that were not closed.
+
+    What the old one has of the person's own data is kept, where it can be read.
+
+    Raises:
+        NotFoundError: The folder has no files of a bag.
+        InvalidFileError: A file is broken otherwise than by being cut off.
+        RefusedError: A file is being written.
+        UnsupportedError: It is compressed in a way that is not known.
+        SystemFailureError: It cannot be written.
+    """
+    if not folder.is_dir():
+        raise NotFoundError("Must specify a bag directory")
+    files = stored_files(folder)
+    if not files:
+        raise NotFoundError(f"No storage files found for reindexing in {folder}")
+    old = None
+    with contextlib.suppress(InvalidFileError):
+        old = read_metadata(folder)
+    for file in files:
+        if file.suffix == ".mcap":
+            finish_file(file)
+        elif file.suffix == DATABASE_SUFFIX:
+            from teleopctl.bag.storage.sqlite_writer import finish_database
+
+            finish_database(file)
+    with open_files(folder, files, old) as bag:
+        metadata = bag.metadata
+    write_metadata(folder / METADATA_FILE, metadata)
+    return metadata
+
+
 class Recovery(NamedTuple):
-    """Result of the recovery of a bag.
+    """Result of `recover`: the usable bag, what was repaired, and what was lost.
 
     Attributes:
         path: Where the whole bag is.
@@ -43,8 +74,10 @@ class Recovery(NamedTuple):
     lost: list[str]
 
 
-def recover(path: Path, output: Path | None = None, told: Told = lambda _done: None) -> Recovery:
-    """Recover a damaged bag.
+def recover(
+    path: Path, output: Path | None = None, on_progress: ProgressCallback = lambda _done: None
+) -> Recovery:
+    """Repair a truncated bag in place, or copy what can be read of a damaged one to a new bag.
 
     What was only cut off gets its end in place: nothing is taken from it but the beginning of a
     record. What is broken otherwise stays as it is, and what can be read goes into a new bag.
@@ -53,7 +86,7 @@ def recover(path: Path, output: Path | None = None, told: Told = lambda _done: N
         path: The bag, its folder or a file.
         output: A folder for the new bag. If None a bag that is only cut off is mended in place, and
             what is broken goes to a folder beside it whose name ends with ``_recovered``.
-        told: Progress.
+        on_progress: Progress.
 
     Raises:
         NotFoundError: There is no bag.
@@ -73,12 +106,14 @@ def recover(path: Path, output: Path | None = None, told: Told = lambda _done: N
         )
     faults = [(file, fault) for file in files for fault in _faults(file)]
     if output is None and all(fault.is_finishable for _, fault in faults):
-        return _in_place(path, files)
-    return _anew(path, output or path.with_name(f"{path.stem}_recovered"), faults, told)
+        return _repair_in_place(path, files)
+    return _copy_readable(
+        path, output or path.with_name(f"{path.stem}_recovered"), faults, on_progress
+    )
 
 
 def _faults(file: Path) -> list[Fault]:
-    return [] if _has_nothing(file) else list(faults_of(file))
+    return [] if _has_nothing(file) else list(bag_file_faults(file))
 
 
 def _has_nothing(file: Path) -> bool:
@@ -90,7 +125,7 @@ def _is_mcap(file: Path) -> bool:
     return file.suffix not in (DATABASE_SUFFIX, SUFFIX)
 
 
-def _in_place(path: Path, files: list[Path]) -> Recovery:
+def _repair_in_place(path: Path, files: list[Path]) -> Recovery:
     done = []
     for file in files:
         if file.suffix == DATABASE_SUFFIX:
@@ -101,7 +136,7 @@ def _in_place(path: Path, files: list[Path]) -> Recovery:
         if _has_no_header(file):
             file.unlink()
             McapFileWriter(file).close()
-            done.append(f"{file}: it had nothing yet, and is a file without messages now")
+            done.append(f"{file}: it was empty, and is a file without messages now")
             continue
         with McapFileReader(file) as reader:
             is_finished = reader.is_finished
@@ -109,27 +144,27 @@ def _in_place(path: Path, files: list[Path]) -> Recovery:
             repair = finish_file(file)
             saved = (
                 f", {repair.saved_count} of them from a chunk that was cut off; its checksum"
-                " cannot be compared, so what they say may have changed"
+                " cannot be compared, so their content may have changed"
                 if repair.saved_count
                 else ""
             )
             done.append(
-                f"{file}: it has its end now, with {repair.message_count} messages{saved};"
-                f" {repair.bytes_cut} bytes of an unfinished record are gone"
+                f"{file}: it is finished now, with {repair.message_count} messages{saved};"
+                f" {repair.bytes_cut} bytes of an unfinished record are removed"
             )
     if path.is_dir():
         with open_bag(path) as bag:
-            old = _old_metadata(path)
-            agrees = old is not None and not any(disagreements(old, bag.metadata))
+            old = _stored_metadata(path)
+            agrees = old is not None and not any(metadata_differences(old, bag.metadata))
         if not agrees:
             reindex(path)
-            done.append(f"{path / METADATA_FILE}: made anew from the files")
+            done.append(f"{path / METADATA_FILE}: rebuilt from the files")
     with open_bag(path) as bag:
         return Recovery(path, bag.metadata.message_count, done, [], [])
 
 
 def _finished_database(file: Path) -> list[str]:
-    from teleopctl.bag.storage.database_log import finish_database, is_left_open
+    from teleopctl.bag.storage.sqlite_writer import finish_database, is_left_open
 
     if not is_left_open(file):
         return []
@@ -137,17 +172,19 @@ def _finished_database(file: Path) -> list[str]:
     return [f"{file}: it has now what SQLite had beside it"]
 
 
-def _anew(path: Path, output: Path, faults: list[tuple[Path, Fault]], told: Told) -> Recovery:
+def _copy_readable(
+    path: Path, output: Path, faults: list[tuple[Path, Fault]], on_progress: ProgressCallback
+) -> Recovery:
     damage = [f"{file}: {fault.what}" for file, fault in faults]
     lost = [f"{file}: {fault.what}" for file, fault in faults if fault.loses]
     classes: dict[str, type[Any] | None] = {}
     done = [f"{output}: what can be read of {path}"]
-    salvage = Salvage(lambda message: _can_be_decoded(message, classes), done.append)
-    with open_bag(path, salvage=salvage) as bag:
+    recovery = ChunkRecovery(lambda message: _can_be_decoded(message, classes), done.append)
+    with open_bag(path, recovery=recovery) as bag:
         classes.update((topic.name, _class_of(topic)) for topic, _ in bag.metadata.topics)
-        (counts,) = copy_bags([bag], [OutputBag(output)], told, left_out=lambda _: None)
+        (counts,) = copy_bags([bag], [OutputBag(output)], on_progress, on_left_out=lambda _: None)
         said = {topic.name: count for topic, count in bag.metadata.topics}
-        old = _old_metadata(path)
+        old = _stored_metadata(path)
         if old is not None:
             said |= {topic.name: max(n, said.get(topic.name, 0)) for topic, n in old.topics}
         for name, count in said.items():
@@ -160,7 +197,7 @@ def _anew(path: Path, output: Path, faults: list[tuple[Path, Fault]], told: Told
 # Any, here and below: classes made from the bag's definitions.
 def _class_of(topic: BagTopic) -> type[Any] | None:
     with contextlib.suppress(TeleopctlError):
-        return class_of(topic)
+        return topic_message_class(topic)
     return None
 
 
@@ -179,7 +216,7 @@ def _has_no_header(file: Path) -> bool:
     return file.stat().st_size < MAGIC_BYTES or scan(file).end == MAGIC_BYTES
 
 
-def _old_metadata(folder: Path) -> BagMetadata | None:
+def _stored_metadata(folder: Path) -> BagMetadata | None:
     with contextlib.suppress(InvalidFileError):
         return read_metadata(folder)
     return None

@@ -1,1 +1,1 @@
-"""One MCAP file: written so that a crash loses little, read whole or not, finished afterwards."""
+"""MCAP files of a bag: written so that a crash loses little, read, checked and finished."""

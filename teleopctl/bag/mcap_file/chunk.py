@@ -1,4 +1,4 @@
-"""The chunks of an MCAP file: read with every length checked before anything is taken for it.
+"""Reading the chunks of an MCAP file, with every length checked before it is used.
 
 The library's own reading believes what a record says of itself: a message shorter than its head
 takes all that follows, and a chunk may claim any size. So the heads are read here.
@@ -85,7 +85,7 @@ class UnpackedChunks:
 
 
 def read_chunk(stream: BinaryIO, index: ChunkIndex) -> list[Schema | Channel | Message]:
-    """Return the records of a chunk.
+    """Return the schemas, channels and messages of a chunk.
 
     Args:
         stream: The file; it is left somewhere.
@@ -94,9 +94,9 @@ def read_chunk(stream: BinaryIO, index: ChunkIndex) -> list[Schema | Channel | M
     Raises:
         Exception: One of `BROKEN`: the chunk is not what its index says.
     """
-    data = read_content(stream, index)
+    data = read_chunk_content(stream, index)
     found: list[Schema | Channel | Message] = []
-    for opcode, start, end in records_of(data):
+    for opcode, start, end in iter_records(data):
         if opcode == Opcode.MESSAGE:
             found.append(read_message(data, start, end))
         elif opcode == Opcode.SCHEMA:
@@ -109,7 +109,7 @@ def read_chunk(stream: BinaryIO, index: ChunkIndex) -> list[Schema | Channel | M
 def read_latest(
     stream: BinaryIO, index: ChunkIndex, channels: Iterable[int], end_ns: int, most: int
 ) -> list[Message]:
-    """Return the last messages of channels before a log time, by the chunk's message indexes.
+    """Return a chunk's last messages of given channels before a log time.
 
     Args:
         stream: The file; it is left somewhere.
@@ -128,7 +128,7 @@ def read_latest(
             entries += [entry for entry in records if entry[0] < end_ns]
     if not entries:
         return []
-    data = read_content(stream, index)
+    data = read_chunk_content(stream, index)
     found = []
     for _, offset in sorted(entries)[-most:]:
         opcode, length = HEAD.unpack_from(data, offset)
@@ -140,7 +140,7 @@ def read_latest(
 
 
 def read_message_index(stream: BinaryIO, offset: int) -> MessageIndex:
-    """Read the message index at an offset.
+    """Read the message index record at an offset of the file.
 
     Raises:
         Exception: One of `BROKEN`: there is none.
@@ -154,8 +154,8 @@ def read_message_index(stream: BinaryIO, offset: int) -> MessageIndex:
     return read_record(MessageIndex, stream.read(length))
 
 
-def message_indexes(stream: BinaryIO, index: ChunkIndex) -> list[MessageIndex]:
-    """Rebuild the message indexes of a chunk from its content.
+def rebuild_message_indexes(stream: BinaryIO, index: ChunkIndex) -> list[MessageIndex]:
+    """Compute the message indexes of a chunk from the messages in it.
 
     Args:
         stream: The file; it is left somewhere.
@@ -164,9 +164,9 @@ def message_indexes(stream: BinaryIO, index: ChunkIndex) -> list[MessageIndex]:
     Raises:
         Exception: One of `BROKEN`: the chunk is not what its index says.
     """
-    data = read_content(stream, index)
+    data = read_chunk_content(stream, index)
     entries: dict[int, list[tuple[int, int]]] = {}
-    for opcode, start, _ in records_of(data):
+    for opcode, start, _ in iter_records(data):
         if opcode == Opcode.MESSAGE:
             channel, _, log_ns, _ = MESSAGE_HEAD.unpack_from(data, start)
             entries.setdefault(channel, []).append((log_ns, start - HEAD.size))
@@ -174,7 +174,7 @@ def message_indexes(stream: BinaryIO, index: ChunkIndex) -> list[MessageIndex]:
 
 
 def read_record(kind: type[_Record], data: bytes) -> _Record:
-    """Parse a record from its content.
+    """Parse the content of a schema, channel or message index record.
 
     Raises:
         Exception: One of `BROKEN`.
@@ -182,18 +182,18 @@ def read_record(kind: type[_Record], data: bytes) -> _Record:
     stream = ReadDataStream(io.BytesIO(data))
     record: _Record = kind.read(stream)
     if stream.count > len(data):
-        raise ValueError("a record is longer than it says")
+        raise ValueError("a record is longer than its stated length")
     return record
 
 
 def read_message(data: bytes, start: int, end: int) -> Message:
-    """Parse the message record between two offsets."""
+    """Parse the message record whose content lies between two offsets of a chunk."""
     channel, sequence, log_ns, publish_ns = MESSAGE_HEAD.unpack_from(data, start)
     return Message(channel, log_ns, data[start + MESSAGE_HEAD.size : end], publish_ns, sequence)
 
 
-def records_of(data: bytes) -> Iterator[tuple[int, int, int]]:
-    """Yield the opcode and the content's offsets of each record in a chunk.
+def iter_records(data: bytes) -> Iterator[tuple[int, int, int]]:
+    """Yield opcode, start and end of content of each record in a decompressed chunk.
 
     Raises:
         ValueError: The chain of records is broken, as `struct.error` says too, or there are more
@@ -222,7 +222,7 @@ def _count_records(data: bytes) -> None:
         records.add()
 
 
-def read_content(stream: BinaryIO, index: ChunkIndex, *, checked: bool = True) -> bytes:
+def read_chunk_content(stream: BinaryIO, index: ChunkIndex, *, checked: bool = True) -> bytes:
     """Return the decompressed content of a chunk.
 
     Args:
@@ -258,7 +258,7 @@ def read_content(stream: BinaryIO, index: ChunkIndex, *, checked: bool = True) -
 
 
 def read_compression(stream: BinaryIO, length: int) -> tuple[str, int]:
-    """Read a chunk's compression and the size of its content.
+    """Read the name of a chunk's compression and its compressed size from the stream.
 
     Raises:
         Exception: One of `BROKEN`: it contradicts the length of the record.
@@ -281,16 +281,16 @@ def _decompressed(compression: str, data: bytes, size: int) -> bytes:
 
         # It takes the memory that a frame asks for: no more than the chunk has.
         if zstandard.frame_content_size(data) not in (-1, size):
-            raise ValueError("its compressed data is of another size than it says")
+            raise ValueError("its compressed data has another size than stated")
         return zstandard.decompress(data, size)
     if compression == "lz4":
         import lz4.frame  # type: ignore[import-untyped]  # it has no stubs
 
         if lz4.frame.get_frame_info(data)["content_size"] not in (0, size):
-            raise ValueError("its compressed data is of another size than it says")
+            raise ValueError("its compressed data has another size than stated")
         decompressor = lz4.frame.LZ4FrameDecompressor()
         unpacked: bytes = decompressor.decompress(data, size)
         if not decompressor.eof and decompressor.decompress(b"", 1):
-            raise ValueError(f"its compressed data becomes more than the {size} bytes that it says")
+            raise ValueError(f"its compressed data becomes larger than the stated {size} bytes")
         return unpacked
     raise ValueError(f"its compression '{compression}' is not known")

@@ -1,4 +1,4 @@
-"""One chunk of an MCAP file while its messages come.
+"""Building of MCAP chunks, message by message.
 
 Why not the library's writer: it makes an object and seven writes of each message, which is three
 quarters of what it costs to record small ones. `tests/interop/test_mcap_bytes.py` holds the files
@@ -35,7 +35,7 @@ _LEAST_GAIN = 0.02
 
 
 class Compression(enum.Enum):
-    """Compression of chunks."""
+    """Compression of MCAP chunks."""
 
     NONE = "none"
     LZ4 = "lz4"
@@ -43,7 +43,7 @@ class Compression(enum.Enum):
 
 
 class CompressionLevel(enum.Enum):
-    """Level of compression, under rosbag2's names."""
+    """Level of compression, with rosbag2's names."""
 
     FASTEST = "Fastest"
     FAST = "Fast"
@@ -58,7 +58,7 @@ _LZ4_LEVELS = dict(zip(CompressionLevel, (-1, 0, 0, 10, 12), strict=True))
 
 
 class ChunkSettings(NamedTuple):
-    """Size and compression of chunks.
+    """Size, compression and checksum settings for the chunks of an MCAP file.
 
     Attributes:
         compression: Of what they hold.
@@ -76,7 +76,7 @@ class ChunkSettings(NamedTuple):
 
 
 class ChunkBuilder:
-    """Collects records and makes chunks of them.
+    """Collects records, and makes of them an MCAP chunk with its message indexes.
 
     Args:
         settings: How.
@@ -101,14 +101,14 @@ class ChunkBuilder:
         return bool(self._indexes)
 
     def add_record(self, data: bytes) -> None:
-        """Add a schema or channel record."""
+        """Add a schema or channel record to the present chunk."""
         self._parts.append(data)
         self.size += len(data)
 
     def add_message(
         self, channel: int, sequence: int, log_ns: int, publish_ns: int, data: bytes
     ) -> None:
-        """Add a message record."""
+        """Add a message record to the present chunk and to its index."""
         length = len(data)
         head = _MESSAGE.pack(
             Opcode.MESSAGE, MESSAGE_HEAD.size + length, channel, sequence, log_ns, publish_ns
@@ -121,8 +121,8 @@ class ChunkBuilder:
         self._parts += (head, data)
         self.size += _MESSAGE.size + length
 
-    def take(self, offset: int) -> tuple[list[bytes], ChunkIndex]:
-        """Return the chunk with its message indexes, and start a new chunk.
+    def finish(self, offset: int) -> tuple[list[bytes], ChunkIndex]:
+        """Return the bytes of the present chunk with its indexes, and begin a new chunk.
 
         Args:
             offset: Where in the file it is going to be.

@@ -4,30 +4,32 @@ from __future__ import annotations
 
 import bisect
 import io
+from array import array
 from collections import deque
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from operator import attrgetter
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple, Self
+from typing import TYPE_CHECKING, BinaryIO, NamedTuple
 
 from mcap.data_stream import ReadDataStream
 from mcap.opcode import Opcode
 from mcap.records import Attachment, Channel, ChunkIndex, Message, Metadata
 
+from teleopctl.bag.base import BagFileReader
+from teleopctl.bag.mcap_file.broken_chunks import read_truncated_chunk, recover_chunk
 from teleopctl.bag.mcap_file.chunk import (
     BROKEN,
     HEAD,
+    MAGIC,
+    MESSAGE_HEAD,
     UnpackedChunks,
     read_chunk,
     read_latest,
 )
-from teleopctl.bag.mcap_file.cut_chunk import read_cut_chunk
-from teleopctl.bag.mcap_file.loose import loose_messages
-from teleopctl.bag.mcap_file.salvage import salvage_chunk
 from teleopctl.bag.mcap_file.scan import Scan, scan
-from teleopctl.bag.mcap_file.summary import has_end, read_summary
+from teleopctl.bag.mcap_file.summary import is_complete, read_summary
 from teleopctl.bag.metadata import MCAP, BagFile
-from teleopctl.bag.qos_text import parse_offers
+from teleopctl.bag.qos_profiles import parse_offered_profiles
 from teleopctl.bag.records import (
     COUNTED,
     NO_TIME_NS,
@@ -35,7 +37,7 @@ from teleopctl.bag.records import (
     BagMessage,
     BagTopic,
     TypeText,
-    whole_type_name,
+    full_type_name,
 )
 from teleopctl.base.budget import UNPACKED_BYTES, UNPACKED_RATIO
 from teleopctl.errors import InvalidFileError
@@ -44,27 +46,75 @@ from teleopctl.wire import EndpointQos
 if TYPE_CHECKING:
     from mcap.summary import Summary
 
+
+def unchunked_messages(
+    stream: BinaryIO, channels: Collection[int], start_ns: int, end_ns: int
+) -> Iterator[Message]:
+    """Yield the messages of a file without chunks by log time, up to where it is broken.
+
+    There is no index: the heads are read twice. What is kept at once is a number or two a message.
+
+    Args:
+        stream: The file; it is left somewhere.
+        channels: Only these.
+        start_ns: Only from this log time on, in nanoseconds since the epoch.
+        end_ns: Only up to this log time, and not at it.
+    """
+    times, offsets = array("Q"), array("Q")
+    is_sorted = True
+    for offset, channel, log_ns in _heads(stream):
+        if channel in channels and start_ns <= log_ns < end_ns:
+            is_sorted = is_sorted and (not times or times[-1] <= log_ns)
+            times.append(log_ns)
+            offsets.append(offset)
+    order = range(len(times)) if is_sorted else sorted(range(len(times)), key=times.__getitem__)
+    for number in order:
+        stream.seek(offsets[number])
+        _, length = HEAD.unpack(stream.read(HEAD.size))
+        channel, sequence, log_ns, publish_ns = MESSAGE_HEAD.unpack(stream.read(MESSAGE_HEAD.size))
+        data = stream.read(length - MESSAGE_HEAD.size)
+        yield Message(channel, log_ns, data, publish_ns, sequence)
+
+
+def _heads(stream: BinaryIO) -> Iterator[tuple[int, int, int]]:
+    """Where each whole message is, its channel and its log time."""
+    size = stream.seek(0, 2)
+    offset = len(MAGIC)
+    while offset + HEAD.size <= size:
+        stream.seek(offset)
+        opcode, length = HEAD.unpack(stream.read(HEAD.size))
+        end = offset + HEAD.size + length
+        if end > size or opcode in (0, Opcode.DATA_END):
+            return
+        if opcode == Opcode.MESSAGE:
+            if length < MESSAGE_HEAD.size:
+                return
+            channel, _, log_ns, _ = MESSAGE_HEAD.unpack(stream.read(MESSAGE_HEAD.size))
+            yield offset, channel, log_ns
+        offset = end
+
+
 _log_time_ns = attrgetter("log_time_ns")
 
 
-class Salvage(NamedTuple):
-    """Policy for the messages of a broken chunk.
+class ChunkRecovery(NamedTuple):
+    """How messages of broken chunks are recovered: which are accepted, and who is notified.
 
     Attributes:
-        takes: Whether a message is taken: what it says may have changed.
-        told: Called with a sentence for each such chunk.
+        accepts: Whether a message is taken: what it says may have changed.
+        on_recovered: Called with a sentence for each such chunk.
     """
 
-    takes: Callable[[BagMessage], bool]
-    told: Callable[[str], object]
+    accepts: Callable[[BagMessage], bool]
+    on_recovered: Callable[[str], object]
 
 
-class McapFileReader:
-    """MCAP file opened for reading.
+class McapFileReader(BagFileReader):
+    """MCAP file opened for reading, finished or not.
 
     Args:
         path: The file.
-        salvage: How messages of broken chunks are taken over; they are not if None.
+        recovery: How messages of broken chunks are taken over; they are not if None.
 
     Attributes:
         topics: Its topics by name, each with its number of messages.
@@ -79,9 +129,9 @@ class McapFileReader:
     distribution = ""
     """The ROS 2 distribution stands in a record, if at all."""
 
-    def __init__(self, path: Path, salvage: Salvage | None = None) -> None:
+    def __init__(self, path: Path, recovery: ChunkRecovery | None = None) -> None:
         self.path = path
-        self._salvage = salvage
+        self._recovery = recovery
         # Messages of a chunk in which the file ends.
         self._cut_off: list[Message] = []
         self._is_bounded = False
@@ -112,9 +162,9 @@ class McapFileReader:
         topics: Collection[str] | None = None,
         start_ns: int = 0,
         end_ns: int = NO_TIME_NS,
-        left_out: Callable[[str], object] | None = None,
+        on_left_out: Callable[[str], object] | None = None,
     ) -> Iterator[BagMessage]:
-        """Yield messages by log time; those of the same time as they stand in the file.
+        """Yield messages by log time; those of equal time in the order of the file.
 
         A chunk is read when its first message is wanted; where chunks overlap in time, all that do
         are held at once.
@@ -123,7 +173,7 @@ class McapFileReader:
             topics: Only these; all if None.
             start_ns: Only from this log time on, in nanoseconds since the epoch.
             end_ns: Only up to this log time, and not at it.
-            left_out: Called with a sentence for each chunk that is broken; its messages are
+            on_left_out: Called with a sentence for each chunk that is broken; its messages are
                 missing then.
 
         Raises:
@@ -132,7 +182,7 @@ class McapFileReader:
         """
         channels = self._channels(topics)
         if not self._summary.chunk_indexes and not self._cut_off:
-            yield from self._loose_messages(channels, start_ns, end_ns)
+            yield from self._unchunked_messages(channels, start_ns, end_ns)
             return
         cut_off = _chosen(self._cut_off, channels, start_ns, end_ns)
         waiting = sorted(cut_off, key=_log_time_ns)
@@ -142,7 +192,7 @@ class McapFileReader:
             yield from waiting[:due]
             waiting = waiting[due:]
             self._bound_held(chunk, waiting)
-            waiting += _chosen(self._read(chunk, left_out), channels, start_ns, end_ns)
+            waiting += _chosen(self._read(chunk, on_left_out), channels, start_ns, end_ns)
             waiting.sort(key=_log_time_ns)
         yield from waiting
 
@@ -158,7 +208,7 @@ class McapFileReader:
         """
         channels = self._channels((topic,))
         if not self._summary.chunk_indexes:
-            return list(deque(self._loose_messages(channels, 0, end_ns), maxlen=most))
+            return list(deque(self._unchunked_messages(channels, 0, end_ns), maxlen=most))
         found: list[BagMessage] = []
         chunks = self._chunks(channels, 0, end_ns)
         for chunk in sorted(chunks, key=lambda chunk: chunk.message_end_time, reverse=True):
@@ -189,7 +239,7 @@ class McapFileReader:
             yield found.name, found.metadata
 
     def check(self, chunk_checked: Callable[[], object] = lambda: None) -> Iterator[str]:
-        """Yield a sentence for each broken chunk, by the checksums.
+        """Read all chunks; yield a sentence for each that is broken or has a wrong checksum.
 
         Args:
             chunk_checked: Called after each chunk.
@@ -205,12 +255,6 @@ class McapFileReader:
         """Close the file."""
         self._stream.close()
 
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
-
     def _read_summary(self) -> tuple[Summary, bool]:
         summary = read_summary(self._stream)
         # A finished file may lack a part of its summary, which its writer left out.
@@ -222,24 +266,24 @@ class McapFileReader:
         ):
             return summary, True
         found = scan(self.path)
-        is_finished = has_end(self._stream)
-        if self._salvage is not None and not is_finished:
-            self._take_cut_chunk(self._salvage, found)
+        is_finished = is_complete(self._stream)
+        if self._recovery is not None and not is_finished:
+            self._take_cut_chunk(self._recovery, found)
         return found.summary, is_finished
 
-    def _take_cut_chunk(self, salvage: Salvage, found: Scan) -> None:
+    def _take_cut_chunk(self, recovery: ChunkRecovery, found: Scan) -> None:
         """Keep the messages of a chunk in which the file ends."""
-        cut = read_cut_chunk(self._stream, found)
+        cut = read_truncated_chunk(self._stream, found.end, found.summary.channels)
         if cut is None:
             return
         for record in cut.descriptions:
-            found.add(record)
+            found.add_description(record)
         channels = {id_: channel.topic for id_, channel in found.summary.channels.items()}
-        self._cut_off = _saved(cut.messages, channels, salvage)
-        found.count(self._cut_off)
-        salvage.told(
+        self._cut_off = _saved(cut.messages, channels, recovery)
+        found.update_statistics(self._cut_off)
+        recovery.on_recovered(
             f"{self.path}: {len(self._cut_off)} messages of the chunk that was cut off are saved;"
-            " its checksum cannot be compared, so what they say may have changed"
+            " its checksum cannot be compared, so their content may have changed"
         )
 
     def _find_topics(self) -> dict[str, tuple[BagTopic, int]]:
@@ -249,7 +293,7 @@ class McapFileReader:
             schema = self._summary.schemas.get(channel.schema_id)
             topic = BagTopic(
                 channel.topic,
-                whole_type_name(schema.name) if schema else "",
+                full_type_name(schema.name) if schema else "",
                 channel.metadata.get("topic_type_hash", ""),
                 TypeText(schema.encoding, schema.data.decode(errors="replace"))
                 if schema
@@ -268,7 +312,7 @@ class McapFileReader:
 
     def _offers(self, channel: Channel) -> tuple[EndpointQos, ...]:
         try:
-            return parse_offers(channel.metadata.get("offered_qos_profiles"))
+            return parse_offered_profiles(channel.metadata.get("offered_qos_profiles"))
         except InvalidFileError as error:
             self.remarks.append(f"{self.path}, topic {channel.topic}: {error.message}")
             return ()
@@ -329,31 +373,31 @@ class McapFileReader:
             )
 
     def _read(
-        self, chunk: ChunkIndex, left_out: Callable[[str], object] | None = None
+        self, chunk: ChunkIndex, on_left_out: Callable[[str], object] | None = None
     ) -> Iterator[Message]:
         try:
             records = read_chunk(self._stream, chunk)
         except BROKEN as error:
             what = f"{self.path}: {_broken(chunk, error)}"
-            if left_out is None:
+            if on_left_out is None:
                 raise InvalidFileError(
                     what, hint=f"teleopctl bag recover {self.path} saves the others."
                 ) from error
-            left_out(what)
-            return iter(self._salvaged(chunk))
+            on_left_out(what)
+            return iter(self._recovered(chunk))
         return (record for record in records if isinstance(record, Message))
 
-    def _salvaged(self, chunk: ChunkIndex) -> list[Message]:
-        if self._salvage is None:
+    def _recovered(self, chunk: ChunkIndex) -> list[Message]:
+        if self._recovery is None:
             return []
         try:
-            found = salvage_chunk(self._stream, chunk)
+            found = recover_chunk(self._stream, chunk)
         except BROKEN:
             return []
-        taken = _saved(found.messages, self._channels(None), self._salvage)
-        self._salvage.told(
+        taken = _saved(found.messages, self._channels(None), self._recovery)
+        self._recovery.on_recovered(
             f"{self.path}: {len(taken)} of {found.message_count} messages of the chunk at byte"
-            f" {chunk.chunk_start_offset} are saved; its checksum is wrong, so what they say may"
+            f" {chunk.chunk_start_offset} are saved; its checksum is wrong, so their content may"
             " have changed"
         )
         return taken
@@ -368,11 +412,11 @@ class McapFileReader:
         except BROKEN:
             return ()
 
-    def _loose_messages(
+    def _unchunked_messages(
         self, channels: Mapping[int, str], start_ns: int, end_ns: int
     ) -> Iterator[BagMessage]:
         """The messages of a file without chunks, up to where it is broken."""
-        found = loose_messages(self._stream, channels, start_ns, end_ns)
+        found = unchunked_messages(self._stream, channels, start_ns, end_ns)
         return _chosen(found, channels, start_ns, end_ns)
 
     def _content_at(self, offset: int, opcode: Opcode) -> bytes:
@@ -402,13 +446,13 @@ def _chosen(
 
 
 def _saved(
-    messages: Iterable[Message], channels: Mapping[int, str], salvage: Salvage
+    messages: Iterable[Message], channels: Mapping[int, str], recovery: ChunkRecovery
 ) -> list[Message]:
     return [
         message
         for message in messages
         for read in _chosen((message,), channels, 0, NO_TIME_NS)
-        if salvage.takes(read)
+        if recovery.accepts(read)
     ]
 
 

@@ -1,4 +1,4 @@
-"""Writes one MCAP file as rosbag2 and its viewers expect it."""
+"""Writes one MCAP file as rosbag2 and its viewers expect it, locked against repair meanwhile."""
 
 from __future__ import annotations
 
@@ -22,17 +22,41 @@ from mcap.summary import Summary
 from mcap.well_known import Profile
 
 from teleopctl import __version__
+from teleopctl.bag.base import BagFileWriter
 from teleopctl.bag.mcap_file.chunk import MAGIC
 from teleopctl.bag.mcap_file.chunk_builder import ChunkBuilder, ChunkSettings
-from teleopctl.bag.mcap_file.file_end import record_bytes, write_end
-from teleopctl.bag.mcap_file.lock import hold
-from teleopctl.bag.metadata import BagFile
-from teleopctl.bag.qos_text import format_offers
+from teleopctl.bag.mcap_file.summary import encode_record, write_end
+from teleopctl.bag.qos_profiles import format_offered_profiles
 from teleopctl.bag.records import COUNTED, BagAttachment, BagMessage, BagTopic
 from teleopctl.errors import SystemFailureError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
+
+
+try:
+    import fcntl
+except ImportError:  # Windows, which holds what is open for writing by itself
+    _HAS_LOCKS = False
+else:
+    _HAS_LOCKS = True
+
+
+def lock_file(stream: io.IOBase) -> bool:
+    """Lock an open file until it is closed; return False if another program holds the lock.
+
+    The operating system lets go of it when the program dies, however it does.
+    """
+    if not _HAS_LOCKS:
+        return True
+    # Some network file systems have no locks: then nothing is held.
+    with contextlib.suppress(OSError):
+        try:
+            fcntl.flock(stream.fileno(), fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            return False
+    return True
+
 
 LIBRARY = f"teleopctl {__version__}"
 """What the header of the files says that they were written by."""
@@ -42,8 +66,8 @@ _BUFFER_BYTES = 2**20
 _SEQUENCE_MASK = 2**32 - 1
 
 
-class McapFileWriter:
-    """MCAP file opened for writing: profile ``ros2``, one channel per topic.
+class McapFileWriter(BagFileWriter):
+    """MCAP file opened for writing, with profile ``ros2`` and one channel for each topic.
 
     Messages are gathered into chunks. What `flush` has written survives the death of this process,
     whatever comes after.
@@ -59,61 +83,34 @@ class McapFileWriter:
 
     def __init__(self, path: Path, chunks: ChunkSettings | None = None) -> None:
         chunks = chunks or ChunkSettings()
-        self.path = path
+        super().__init__(path)
         # What the file ends with.
         self._summary = Summary()
         self._channels: dict[str, int] = {}
         self._schemas: dict[tuple[str, str], int] = {}
-        self._message_counts: dict[str, int] = {}
-        self._first_ns: int | None = None
-        self._last_ns = 0
         try:
             self._raw = io.FileIO(path, "xb")
         except OSError as error:
             raise _failure(path, error) from error
-        hold(self._raw)
+        lock_file(self._raw)
         self._stream = io.BufferedWriter(self._raw, _BUFFER_BYTES)
         self._chunk_bytes = chunks.chunk_bytes
         self._chunk = ChunkBuilder(chunks)
         self._size = 0
-        self._put(MAGIC, record_bytes(Header(Profile.ROS2, LIBRARY)))
+        self._put(MAGIC, encode_record(Header(Profile.ROS2, LIBRARY)))
         # It is an MCAP file from its first moment on.
         self._try(self._stream.flush)
 
     @property
     def size(self) -> int:
-        """Return the bytes written so far, without the present chunk."""
+        """Bytes written so far, without the present chunk."""
         return self._size
 
-    @property
-    def is_empty(self) -> bool:
-        """Return whether the file has no messages."""
-        return self._first_ns is None
-
-    @property
-    def start_ns(self) -> int:
-        """The earliest log time; 0 for a file without messages."""
-        return self._first_ns or 0
-
-    @property
-    def message_counts(self) -> Mapping[str, int]:
-        """Its messages by topic."""
-        return self._message_counts
-
-    @property
-    def description(self) -> BagFile:
-        """Number of messages by topic."""
-        if self._first_ns is None:
-            return BagFile(self.path.name)
-        duration_ns = self._last_ns - self._first_ns
-        count = sum(self._message_counts.values())
-        return BagFile(self.path.name, self._first_ns, duration_ns, count)
-
     def add_topic(self, topic: BagTopic) -> None:
-        """Add a channel for a topic, before its first message. Idempotent."""
+        """Write schema and channel of a topic, before its first message. Idempotent."""
         if topic.name in self._channels:
             return
-        self._message_counts[topic.name] = 0
+        self.message_counts[topic.name] = 0
         definition = topic.definition
         schema = (topic.type_name, definition.text)
         if schema not in self._schemas:
@@ -121,33 +118,28 @@ class McapFileWriter:
             self._summary.schemas[id_] = record = Schema(
                 id_, definition.text.encode(), definition.encoding, topic.type_name
             )
-            self._chunk.add_record(record_bytes(record))
+            self._chunk.add_record(encode_record(record))
         id_ = self._channels[topic.name] = len(self._channels) + 1
         self._summary.channels[id_] = channel = Channel(
             id=id_,
             topic=topic.name,
             message_encoding=topic.serialization_format,
             metadata={
-                "offered_qos_profiles": format_offers(topic.qos),
+                "offered_qos_profiles": format_offered_profiles(topic.qos),
                 "topic_type_hash": topic.type_hash,
                 **(COUNTED if topic.is_counted else {}),
             },
             schema_id=self._schemas[schema],
         )
-        self._chunk.add_record(record_bytes(channel))
+        self._chunk.add_record(encode_record(channel))
 
     def write(self, message: BagMessage) -> None:
-        """Write a message of an added topic."""
-        time_ns = message.log_time_ns
-        if self._first_ns is None or time_ns < self._first_ns:
-            self._first_ns = time_ns
-        if time_ns > self._last_ns:
-            self._last_ns = time_ns
-        self._message_counts[message.topic] += 1
+        """Add a message of an added topic to the present chunk; a full chunk is written."""
+        self._count(message)
         self._chunk.add_message(
             self._channels[message.topic],
             message.sequence & _SEQUENCE_MASK,
-            time_ns,
+            message.log_time_ns,
             message.publish_time_ns,
             message.data,
         )
@@ -155,9 +147,9 @@ class McapFileWriter:
             self._end_chunk()
 
     def attach(self, attachment: BagAttachment) -> None:
-        """Add an attachment."""
+        """Write an attachment."""
         name, media_type, data, log_ns = attachment
-        record = record_bytes(Attachment(0, log_ns, name, media_type, data))
+        record = encode_record(Attachment(0, log_ns, name, media_type, data))
         self._summary.attachment_indexes.append(
             AttachmentIndex(
                 offset=self._size,
@@ -172,13 +164,13 @@ class McapFileWriter:
         self._put(record)
 
     def add_record(self, name: str, values: Mapping[str, str]) -> None:
-        """Add a metadata record."""
-        record = record_bytes(Metadata(name, dict(values)))
+        """Write a metadata record."""
+        record = encode_record(Metadata(name, dict(values)))
         self._summary.metadata_indexes.append(MetadataIndex(self._size, len(record), name))
         self._put(record)
 
     def flush(self) -> None:
-        """Finish the present chunk and flush to the operating system."""
+        """Write the present chunk, and hand all to the operating system."""
         self._end_chunk()
         self._try(self._stream.flush)
 
@@ -205,12 +197,12 @@ class McapFileWriter:
 
     def _end_chunk(self) -> None:
         if self._chunk.has_messages:
-            parts, index = self._chunk.take(self._size)
+            parts, index = self._chunk.finish(self._size)
             self._summary.chunk_indexes.append(index)
             self._put(*parts)
 
     def _statistics(self) -> Statistics:
-        counts = {self._channels[name]: count for name, count in self._message_counts.items()}
+        counts = {self._channels[name]: count for name, count in self.message_counts.items()}
         return Statistics(
             attachment_count=len(self._summary.attachment_indexes),
             channel_count=len(self._summary.channels),

@@ -1,4 +1,4 @@
-"""An MCAP file looked through: checksums, and everything that is said twice in it."""
+"""Faults of an MCAP file: wrong checksums, and records that contradict each other."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from mcap.opcode import Opcode
 from mcap.records import AttachmentIndex, ChunkIndex, MessageIndex
 from mcap.summary import Summary
 
-from teleopctl.bag.mcap_file.chunk import BROKEN, HEAD, message_indexes, read_message_index
+from teleopctl.bag.mcap_file.chunk import BROKEN, HEAD, read_message_index, rebuild_message_indexes
 from teleopctl.bag.mcap_file.scan import Scan, scan
-from teleopctl.bag.mcap_file.summary import has_end, read_summary
+from teleopctl.bag.mcap_file.summary import is_complete, read_summary
 from teleopctl.errors import InvalidFileError
 
 _CHECKSUM = struct.Struct("<I")
@@ -24,7 +24,7 @@ _JITTER_NS = 10_000_000
 
 
 class Fault(NamedTuple):
-    """A fault of an MCAP file.
+    """Fault of an MCAP file or SQLite database, and whether messages are lost by it.
 
     Attributes:
         what: In one sentence.
@@ -37,14 +37,14 @@ class Fault(NamedTuple):
     loses: bool = False
 
 
-def file_faults(path: Path) -> Iterator[Fault]:
-    """Read a whole file; yield its faults."""
+def mcap_file_faults(path: Path) -> Iterator[Fault]:
+    """Read a whole MCAP file; yield each fault that is found."""
     try:
         found = scan(path)
         with path.open("rb") as stream:
             yield from _faults_of_records(found)
             yield from _faults_of_end(stream, found)
-            clock = _Clock()
+            clock = _TimeOrder()
             for chunk in found.summary.chunk_indexes:
                 # Of the last one of an unfinished file, its end is all that is missing.
                 is_cut = found.missing_indexes and chunk is found.summary.chunk_indexes[-1]
@@ -70,7 +70,7 @@ def _faults_of_records(found: Scan) -> Iterator[Fault]:
 
 
 def _faults_of_end(stream: BinaryIO, found: Scan) -> Iterator[Fault]:
-    if has_end(stream):
+    if is_complete(stream):
         fault = _fault_of_data(stream, found.end)
         if fault:
             yield Fault(fault, loses=True)
@@ -124,8 +124,8 @@ def _fault_of_data(stream: BinaryIO, end: int) -> str:
     return "" if checksum == said else "the checksum of its data is wrong"
 
 
-class _Clock:
-    """The times of messages, topic by topic, in the order in which they were written."""
+class _TimeOrder:
+    """Check that the log times of each topic increase in the order of writing."""
 
     def __init__(self) -> None:
         self._latest: dict[int, int] = {}
@@ -133,7 +133,7 @@ class _Clock:
         self._first_ns = 0
 
     def add(self, index: MessageIndex) -> None:
-        """Check the times of a chunk's messages."""
+        """Check the log times of a chunk's messages of one channel."""
         latest = self._latest.get(index.channel_id, 0)
         for time_ns, _ in sorted(index.records, key=lambda record: record[1]):
             if time_ns < latest - _JITTER_NS:
@@ -143,7 +143,7 @@ class _Clock:
         self._latest[index.channel_id] = latest
 
     def faults(self) -> Iterator[Fault]:
-        """Yield a sentence about messages whose times are out of order."""
+        """Yield a fault if messages had earlier times than those before them."""
         if self._count:
             yield Fault(
                 f"the times of {self._count} messages are before those of earlier ones of their"
@@ -153,10 +153,10 @@ class _Clock:
 
 
 def _fault_of_chunk(
-    stream: BinaryIO, chunk: ChunkIndex, clock: _Clock, *, has_index: bool
+    stream: BinaryIO, chunk: ChunkIndex, clock: _TimeOrder, *, has_index: bool
 ) -> Fault | None:
     try:
-        indexes = message_indexes(stream, chunk)
+        indexes = rebuild_message_indexes(stream, chunk)
     except BROKEN as error:
         return Fault(str(error) or type(error).__name__, loses=True)
     for index in indexes:
@@ -164,7 +164,7 @@ def _fault_of_chunk(
     found = {index.channel_id: sorted(index.records) for index in indexes}
     times = [time_ns for records in found.values() for time_ns, _ in records]
     if times and (min(times), max(times)) != (chunk.message_start_time, chunk.message_end_time):
-        return Fault("it has messages of other times than it says")
+        return Fault("its messages have other times than it states")
     if not has_index:
         return None
     said = {}

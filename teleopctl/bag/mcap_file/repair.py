@@ -1,4 +1,4 @@
-"""Gives an MCAP file that was never finished its end: indexes, statistics, footer."""
+"""Completion of an MCAP file whose writer was killed: indexes, statistics and footer."""
 
 from __future__ import annotations
 
@@ -7,16 +7,19 @@ from typing import BinaryIO, NamedTuple
 
 from mcap.data_stream import RecordBuilder
 
-from teleopctl.bag.mcap_file.cut_chunk import CutChunk, chunk_of, read_cut_chunk
-from teleopctl.bag.mcap_file.file_end import taken, write_end
-from teleopctl.bag.mcap_file.lock import hold
+from teleopctl.bag.mcap_file.broken_chunks import (
+    TruncatedChunk,
+    read_truncated_chunk,
+    rebuild_chunk,
+)
+from teleopctl.bag.mcap_file.file_writer import lock_file
 from teleopctl.bag.mcap_file.scan import Scan, scan
-from teleopctl.bag.mcap_file.summary import has_end
+from teleopctl.bag.mcap_file.summary import is_complete, take_bytes, write_end
 from teleopctl.errors import InvalidFileError, RefusedError, SystemFailureError
 
 
 class Repair(NamedTuple):
-    """Result of the repair of a file.
+    """Result of `finish_file`: messages in the file, bytes cut off, and messages recovered.
 
     Attributes:
         message_count: How many messages it has.
@@ -31,7 +34,7 @@ class Repair(NamedTuple):
 
 
 def finish_file(path: Path) -> Repair:
-    """Write the missing summary and footer of a file, in place.
+    """Write the missing indexes, summary and footer of an MCAP file, in place.
 
     Nothing but what stands behind the last whole record is lost, also inside a chunk.
 
@@ -44,7 +47,7 @@ def finish_file(path: Path) -> Repair:
     found = scan(path)
     try:
         with path.open("rb") as stream:
-            if has_end(stream):
+            if is_complete(stream):
                 return Repair(_message_count(found), 0)
         try:
             return _finish(path, found, saves=True)
@@ -57,12 +60,12 @@ def finish_file(path: Path) -> Repair:
 
 def _finish(path: Path, found: Scan, *, saves: bool) -> Repair:
     with path.open("r+b") as stream:
-        if not hold(stream):
+        if not lock_file(stream):
             raise RefusedError(
                 f"{path} is being written by another program",
                 hint="Stop the recorder first; it ends its files itself.",
             )
-        if has_end(stream):  # its writer was just about to
+        if is_complete(stream):  # its writer was just about to
             return Repair(_message_count(scan(path)), 0)
         if found.gaps or not found.tail_is_cut_off:
             where = found.gaps[0][0] if found.gaps else found.end
@@ -70,7 +73,7 @@ def _finish(path: Path, found: Scan, *, saves: bool) -> Repair:
                 f"{path} is not only cut off, but broken at byte {where}",
                 hint=f"teleopctl bag recover {path} -o FOLDER saves what can be read.",
             )
-        cut = read_cut_chunk(stream, found) if saves else None
+        cut = read_truncated_chunk(stream, found.end, found.summary.channels) if saves else None
         if cut is not None:
             found = _write_chunk(stream, path, found.end, cut)
         stream.truncate(found.end)
@@ -87,9 +90,9 @@ def _message_count(found: Scan) -> int:
     return found.summary.statistics.message_count
 
 
-def _write_chunk(stream: BinaryIO, path: Path, offset: int, cut: CutChunk) -> Scan:
+def _write_chunk(stream: BinaryIO, path: Path, offset: int, cut: TruncatedChunk) -> Scan:
     """Put a whole chunk in place of one that was cut off; return what is found then."""
-    chunk = chunk_of(cut, offset)
+    chunk = rebuild_chunk(cut, offset)
     stream.seek(offset)
     stream.write(chunk)
     stream.truncate(offset + len(chunk))
@@ -106,4 +109,4 @@ def _write_missing_indexes(stream: BinaryIO, found: Scan) -> None:
         chunk.message_index_offsets[index.channel_id] = found.end + builder.count
         index.write(builder)
     chunk.message_index_length = builder.count
-    stream.write(taken(builder))
+    stream.write(take_bytes(builder))

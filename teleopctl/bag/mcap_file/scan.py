@@ -1,4 +1,4 @@
-"""What an MCAP file holds, found by walking over its records: for files that have no end yet.
+"""Scan of an MCAP file record by record, for files that have no summary (yet).
 
 A file that is being written, or whose writer was killed, has no summary. The walk reads the heads
 of records only; chunks are opened where they hold the first message of a channel, since that is
@@ -32,6 +32,7 @@ from mcap.records import (
 )
 from mcap.summary import Summary
 
+from teleopctl.bag.mcap_file.broken_chunks import recover_chunk
 from teleopctl.bag.mcap_file.chunk import (
     BROKEN,
     CHUNK_HEAD,
@@ -39,12 +40,11 @@ from teleopctl.bag.mcap_file.chunk import (
     MAGIC,
     MESSAGE_HEAD,
     UnpackedChunks,
-    message_indexes,
     read_chunk,
     read_compression,
     read_record,
+    rebuild_message_indexes,
 )
-from teleopctl.bag.mcap_file.salvage import salvage_chunk
 from teleopctl.errors import InvalidFileError
 
 _ATTACHMENT_TIMES = struct.Struct("<QQ")
@@ -62,7 +62,7 @@ _CHUNK = re.compile(rb"\x06.{36}(?:\x04\0\0\0zstd|\x03\0\0\0lz4|\0\0\0\0)", re.D
 
 @dataclass
 class Scan:
-    """Result of a scan over all records of a file.
+    """Result of `scan`: a summary of the records, and where the file is broken or cut off.
 
     Attributes:
         summary: As a finished file has it, with its statistics.
@@ -92,15 +92,15 @@ class Scan:
     broken: list[tuple[int, str]] = field(default_factory=list)
     times: dict[int | None, dict[int, Times]] = field(default_factory=dict)
 
-    def add(self, record: Schema | Channel) -> None:
-        """Add a schema or channel record."""
+    def add_description(self, record: Schema | Channel) -> None:
+        """Add a schema or channel record to the summary."""
         if isinstance(record, Schema):
             self.summary.schemas.setdefault(record.id, record)
         else:
             self.summary.channels.setdefault(record.id, record)
 
-    def count(self, messages: Iterable[Message] = ()) -> None:
-        """Fill the statistics from the scanned and from further messages."""
+    def update_statistics(self, messages: Iterable[Message] = ()) -> None:
+        """Set the summary's statistics from the scanned messages and further ones."""
         statistics = self.summary.statistics
         assert statistics is not None
         statistics.chunk_count = len(self.summary.chunk_indexes)
@@ -119,7 +119,7 @@ class Scan:
 
 
 def scan(path: Path) -> Scan:
-    """Scan all records of a file.
+    """Read the heads of all records of an MCAP file, and return its summary and defects.
 
     Raises:
         InvalidFileError: It is not an MCAP file, or cannot be read.
@@ -132,7 +132,7 @@ def scan(path: Path) -> Scan:
 
 
 class Times(NamedTuple):
-    """Number of messages, and their first and last time in nanoseconds since the epoch."""
+    """Number of messages of a channel, with their first and last log time."""
 
     messages: int
     first_ns: int
@@ -199,7 +199,7 @@ class _Walk:
         found.is_finished = found.data_is_whole and self._stream.read() == MAGIC
         if not found.data_is_whole:
             found.bytes_beyond = self._size - found.end
-        found.count()
+        found.update_statistics()
         return found
 
     def _records(self) -> Iterator[tuple[int, int, int]]:
@@ -267,9 +267,9 @@ class _Walk:
         if opcode == Opcode.MESSAGE_INDEX:
             self._take_message_index(start, length)
         elif opcode == Opcode.SCHEMA:
-            self._scan.add(read_record(Schema, self._stream.read(length)))
+            self._scan.add_description(read_record(Schema, self._stream.read(length)))
         elif opcode == Opcode.CHANNEL:
-            self._scan.add(read_record(Channel, self._stream.read(length)))
+            self._scan.add_description(read_record(Channel, self._stream.read(length)))
         elif opcode == Opcode.MESSAGE:
             # A file without chunks has them between the other records.
             channel, _, log_ns, _ = MESSAGE_HEAD.unpack(self._stream.read(MESSAGE_HEAD.size))
@@ -309,7 +309,7 @@ class _Walk:
             # Channels that have no message yet stand in an earlier chunk.
             with contextlib.suppress(*BROKEN):
                 for record in self._descriptions(self._unopened.pop()):
-                    self._scan.add(record)
+                    self._scan.add_description(record)
         times = [time_ns for time_ns, _ in found.records]
         _note(self._times[chunk.chunk_start_offset], found.channel_id, times)
 
@@ -318,7 +318,7 @@ class _Walk:
         try:
             records = read_chunk(self._stream, chunk)
         except BROKEN:
-            return salvage_chunk(self._stream, chunk).descriptions
+            return recover_chunk(self._stream, chunk).descriptions
         return [record for record in records if isinstance(record, Schema | Channel)]
 
     def _open_chunks_without_index(self) -> None:
@@ -334,7 +334,7 @@ class _Walk:
                     if isinstance(record, Message):
                         _note(times, record.channel_id, [record.log_time])
                     else:
-                        self._scan.add(record)
+                        self._scan.add_description(record)
             except BROKEN:
                 # With whole records behind it the disk has damaged it; without, its writer ended.
                 if chunk is last and self._scan.end == start + chunk.chunk_length:
@@ -345,7 +345,7 @@ class _Walk:
             is_end = self._scan.end == end + chunk.message_index_length
             if chunk is last and is_end and times.keys() != indexed.keys():
                 self._scan.end = end
-                self._scan.missing_indexes = message_indexes(self._stream, chunk)
+                self._scan.missing_indexes = rebuild_message_indexes(self._stream, chunk)
 
     def _drop(self, chunk: ChunkIndex) -> None:
         """Leave the last chunk out: not all of it reached the disk."""

@@ -1,7 +1,7 @@
-"""The summary at the end of a finished MCAP file.
+"""The end of a finished MCAP file: summary section and footer, read and written.
 
-It is believed where its checksum fits. The chunk indexes, of which a large file has ten thousands,
-are unpacked here: the library takes twelve reads for each.
+A summary is believed where its checksum fits. The chunk indexes, of which a large file has ten
+thousands, are unpacked here: the library takes twelve reads for each.
 """
 
 from __future__ import annotations
@@ -12,9 +12,20 @@ import struct
 import zlib
 from typing import BinaryIO, NamedTuple
 
-from mcap.data_stream import ReadDataStream
+from mcap.data_stream import ReadDataStream, RecordBuilder
 from mcap.opcode import Opcode
-from mcap.records import AttachmentIndex, Channel, ChunkIndex, MetadataIndex, Schema, Statistics
+from mcap.records import (
+    AttachmentIndex,
+    Channel,
+    ChunkIndex,
+    DataEnd,
+    Footer,
+    McapRecord,
+    MetadataIndex,
+    Schema,
+    Statistics,
+    SummaryOffset,
+)
 from mcap.summary import Summary
 
 from teleopctl.bag.mcap_file.chunk import BROKEN, HEAD, MAGIC
@@ -28,7 +39,7 @@ _INDEX_LENGTH = struct.Struct("<Q")
 
 
 def read_summary(stream: BinaryIO) -> Summary | None:
-    """Return the summary section; None if there is no consistent one.
+    """Read the summary section of an MCAP file; return None if it is missing or broken.
 
     Args:
         stream: The file; it is left somewhere.
@@ -39,8 +50,8 @@ def read_summary(stream: BinaryIO) -> Summary | None:
         return None
 
 
-def has_end(stream: BinaryIO) -> bool:
-    """Return whether a file is finished: with a consistent summary, or without any.
+def is_complete(stream: BinaryIO) -> bool:
+    """Return whether an MCAP file has its footer, and a valid summary if the footer names one.
 
     Args:
         stream: The file; it is left somewhere.
@@ -140,3 +151,60 @@ def _chunk_index(data: bytes) -> ChunkIndex:
         message_start_time=start_ns,
         uncompressed_size=uncompressed,
     )
+
+
+def write_end(stream: BinaryIO, start: int, summary: Summary) -> None:
+    """Write data end, summary section, footer and closing magic of an MCAP file.
+
+    The order and the checksum are those of the specification: of the summary with the footer up to
+    the checksum itself.
+
+    Args:
+        stream: The file, at the end of its data.
+        start: Where that is.
+        summary: With its statistics.
+    """
+    assert summary.statistics is not None
+    data_end = RecordBuilder()
+    DataEnd(0).write(data_end)
+    content = take_bytes(data_end)
+    stream.write(content)
+    start += len(content)
+    groups: list[tuple[Opcode, list[McapRecord]]] = [
+        (Opcode.SCHEMA, [*summary.schemas.values()]),
+        (Opcode.CHANNEL, [*summary.channels.values()]),
+        (Opcode.STATISTICS, [summary.statistics]),
+        (Opcode.CHUNK_INDEX, [*summary.chunk_indexes]),
+        (Opcode.ATTACHMENT_INDEX, [*summary.attachment_indexes]),
+        (Opcode.METADATA_INDEX, [*summary.metadata_indexes]),
+    ]
+    builder = RecordBuilder()
+    offsets = []
+    for opcode, records in groups:
+        group_start = builder.count
+        for record in records:
+            record.write(builder)
+        if records:
+            offsets.append(SummaryOffset(opcode, start + group_start, builder.count - group_start))
+    offsets_start = start + builder.count
+    for offset in offsets:
+        offset.write(builder)
+    content = take_bytes(builder)
+    footer = RecordBuilder()
+    Footer(start, offsets_start, 0).write(footer)
+    checksum = zlib.crc32(take_bytes(footer)[:-4], zlib.crc32(content))
+    Footer(start, offsets_start, checksum).write(footer)
+    stream.write(content + take_bytes(footer) + MAGIC)
+
+
+def encode_record(record: McapRecord) -> bytes:
+    """Return the bytes of an MCAP record."""
+    builder = RecordBuilder()
+    record.write(builder)
+    return take_bytes(builder)
+
+
+def take_bytes(builder: RecordBuilder) -> bytes:
+    """Return the records that a builder holds, as bytes, and clear the builder."""
+    data: bytes = builder.end()  # type: ignore[no-untyped-call]  # the library's own gap
+    return data

@@ -1,1 +1,1 @@
-"""Plays bags into the graph: read ahead, paced by a time line, published as bytes."""
+"""Player of bags: reads ahead, paces by playback time, publishes messages undecoded."""

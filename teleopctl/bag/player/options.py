@@ -1,13 +1,91 @@
-"""What may be wished of a player."""
+"""Options of a player, with the selection of the topics, services and actions to play."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import re
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
-from teleopctl.bag.player.selection import PlaySelection
+from teleopctl.bag.topic_kinds import TopicKind, kind_of
+from teleopctl.errors import UsageError
 from teleopctl.node import QoSProfile
+
+
+@dataclass(frozen=True)
+class PlaySelection:
+    """Selection of the topics, services and actions to play; by default all.
+
+    What is excluded is never played. Of each kind, all are played if neither names of that kind
+    nor an expression are given; else those that have one of the names or fit the expression.
+
+    Args:
+        topics: Names of topics.
+        services: Names of services whose events are played.
+        actions: Names of actions whose topics are played.
+        exclude_topics: Likewise not.
+        exclude_services: Likewise not.
+        exclude_actions: Likewise not.
+        regex: A regular expression for the whole name of a topic; one of events ends with
+            ``/_service_event``.
+        exclude_regex: Likewise not.
+
+    Raises:
+        UsageError: An expression is none.
+    """
+
+    topics: tuple[str, ...] = ()
+    services: tuple[str, ...] = ()
+    actions: tuple[str, ...] = ()
+    exclude_topics: tuple[str, ...] = ()
+    exclude_services: tuple[str, ...] = ()
+    exclude_actions: tuple[str, ...] = ()
+    regex: str = ""
+    exclude_regex: str = ""
+
+    def __post_init__(self) -> None:
+        for expression in (self.regex, self.exclude_regex):
+            try:
+                re.compile(expression)
+            except re.error as error:
+                raise UsageError(f"'{expression}' is not a regular expression: {error}") from error
+
+    def with_absolute_names(self, expand: Callable[[str], str]) -> PlaySelection:
+        """Return the selection with names made absolute by a function."""
+
+        def absolute(names: tuple[str, ...]) -> tuple[str, ...]:
+            return tuple(expand(name) for name in names)
+
+        return PlaySelection(
+            absolute(self.topics),
+            absolute(self.services),
+            absolute(self.actions),
+            absolute(self.exclude_topics),
+            absolute(self.exclude_services),
+            absolute(self.exclude_actions),
+            self.regex,
+            self.exclude_regex,
+        )
+
+    def chooses(self, name: str, type_name: str) -> bool:
+        """Return whether a topic of a bag is played.
+
+        Args:
+            name: Its full name.
+            type_name: Its type.
+        """
+        kind, owner = kind_of(name, type_name)
+        wanted, unwanted = {
+            TopicKind.TOPIC: (self.topics, self.exclude_topics),
+            TopicKind.SERVICE: (self.services, self.exclude_services),
+            TopicKind.ACTION: (self.actions, self.exclude_actions),
+        }[kind]
+        if owner in unwanted or (self.exclude_regex and re.fullmatch(self.exclude_regex, name)):
+            return False
+        if not wanted and not self.regex:
+            return True
+        return owner in wanted or bool(self.regex and re.fullmatch(self.regex, name))
+
 
 MessageOrder = Literal["received", "sent"]
 RequestSource = Literal["service_introspection", "client_introspection"]

@@ -1,24 +1,161 @@
-"""Where the messages of a bag go: publishers of their bytes, and services that are asked."""
+"""Publishers and service clients through which a player sends the messages of bags."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Sequence
 from contextlib import ExitStack
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from teleopctl.bag.player.bag_types import hash_of, learn_types
-from teleopctl.bag.player.offers import default_offer, keeping_all, offer_for
-from teleopctl.bag.player.options import PlayOptions
-from teleopctl.bag.player.request_sender import RequestSender
-from teleopctl.bag.player.selection import SERVICE_EVENT, TopicKind, kind_of
-from teleopctl.bag.player.source import Split
+from teleopctl.bag.player.options import PlayOptions, RequestSource
+from teleopctl.bag.player.source import FileSplit, latched_depth_of
 from teleopctl.bag.records import CDR, BagMessage, BagTopic
-from teleopctl.errors import TeleopctlError, UnsupportedError
-from teleopctl.interfaces import get_message
-from teleopctl.node import QoSProfile, raw_message_class
+from teleopctl.bag.topic_kinds import EVENT_TOPIC_SUFFIX, TopicKind, kind_of
+from teleopctl.bag.type_definitions import register_types, topic_type_hash
+from teleopctl.errors import InvalidMessageError, TeleopctlError, UnsupportedError
+from teleopctl.interfaces import deserialize, get_message, get_service
+from teleopctl.node import HistoryPolicy, QoSProfile, ReliabilityPolicy, raw_message_class
+from teleopctl.wire import EndpointQos
 
 if TYPE_CHECKING:
     from teleopctl.node import Node
+
+
+# Of a topic of which nothing was recorded, as in rosbag2.
+_DEPTH = 10
+
+
+def publisher_qos(topic: BagTopic) -> QoSProfile | None:
+    """Return the QoS profile to publish a recorded topic with; None if the recorded ones differ.
+
+    Only what decides who can understand whom has to be the same: not history, depth and lifespan.
+    """
+    if not topic.qos:
+        return QoSProfile(depth=_DEPTH)
+    if len({_decisive(profile) for profile in topic.qos}) > 1:
+        return None
+    profile = QoSProfile.from_wire(topic.qos[0])
+    return QoSProfile(
+        depth=max(latched_depth_of(topic), _depth(topic.qos)),
+        reliability=profile.reliability,
+        durability=profile.durability,
+        deadline=profile.deadline,
+        lifespan=profile.lifespan,
+        liveliness=profile.liveliness,
+        liveliness_lease_duration=profile.liveliness_lease_duration,
+    )
+
+
+def default_publisher_qos() -> QoSProfile:
+    """Return the QoS profile for topics whose publishers offered different ones."""
+    return QoSProfile(depth=_DEPTH)
+
+
+def as_keep_all(offer: QoSProfile) -> QoSProfile:
+    """Return a reliable profile as keep-all, so that publishing waits for slow subscribers.
+
+    A latched one stays as well: its late subscribers are to have its last messages, not all.
+    """
+    if offer.reliability == ReliabilityPolicy.BEST_EFFORT or offer.is_latched:
+        return offer
+    return QoSProfile(
+        history=HistoryPolicy.KEEP_ALL,
+        reliability=offer.reliability,
+        durability=offer.durability,
+        deadline=offer.deadline,
+        lifespan=offer.lifespan,
+        liveliness=offer.liveliness,
+        liveliness_lease_duration=offer.liveliness_lease_duration,
+    )
+
+
+def _depth(profiles: Sequence[EndpointQos]) -> int:
+    return max(profile.depth for profile in profiles) or _DEPTH
+
+
+def _decisive(profile: EndpointQos) -> tuple[object, ...]:
+    return (
+        *(profile.reliability, profile.durability, profile.deadline_ns),
+        *(profile.liveliness, profile.lease_ns),
+    )
+
+
+_FIRST_LOOK_S = 1.0
+# service_msgs/msg/ServiceEventInfo: where an event was noted.
+_EVENTS = {"client_introspection": 0, "service_introspection": 1}
+
+
+class RequestSender:
+    """Service client that repeats the requests recorded as a service's introspection events.
+
+    Args:
+        node: The node that asks.
+        topic: The topic of the events.
+        source: Which side's events count: each request is in the bag once for each.
+
+    Raises:
+        TeleopctlError: The type of the service is not known.
+    """
+
+    def __init__(self, node: Node, topic: BagTopic, source: RequestSource) -> None:
+        self._node = node
+        self._event_class = get_message(topic.type_name)
+        self._event_type = _EVENTS[source]
+        self._log = node.get_logger()
+        self._warned: set[str] = set()
+        self._discovery_wait_s = _FIRST_LOOK_S
+        # Any: of the service's own types.
+        self._client: Any = node.create_client(
+            get_service(topic.type_name.removesuffix("_Event")),
+            topic.name.removesuffix(EVENT_TOPIC_SUFFIX),
+        )
+
+    def send(self, message: BagMessage) -> bool:
+        """Send the request in an event; return False if it has none or there is no server."""
+        try:
+            event = deserialize(message.data, self._event_class)
+        except InvalidMessageError as error:
+            self._log.error(
+                f"Failed to deserialize service event message for '{self._name}' service! "
+                f"{error.message}"
+            )
+            return False
+        if event.info.event_type != self._event_type:
+            return False
+        if not event.request:
+            self._warn_once(
+                f"Can't send service request. The configuration of introspection for "
+                f"'{self._name}' was metadata only!"
+            )
+            return False
+        if not self._is_served():
+            self._log.error(
+                f"Service request hasn't been sent. The '{self._name}' service isn't ready !"
+            )
+            return False
+        self._client.call_async(event.request[0])
+        return True
+
+    def _is_served(self) -> bool:
+        # A player that has just begun may not have heard yet of a service that is there.
+        wait_s, self._discovery_wait_s = self._discovery_wait_s, 0.0
+        ready: bool = self._client.service_is_ready() or (
+            wait_s > 0 and self._client.wait_for_service(timeout_sec=wait_s)
+        )
+        return ready
+
+    def close(self) -> None:
+        """Destroy the service client."""
+        self._node.destroy_client(self._client)
+
+    @property
+    def _name(self) -> str:
+        return str(self._client.srv_name)
+
+    def _warn_once(self, text: str) -> None:
+        if text not in self._warned:
+            self._warned.add(text)
+            self._log.warning(text)
+
 
 _SPLITS = "events/read_split"
 _SPLIT_EVENT = "rosbag2_interfaces/msg/ReadSplitEvent"
@@ -28,8 +165,8 @@ _SPLIT_QOS = QoSProfile(depth=3)
 _Send = Callable[[BagMessage], bool]
 
 
-class Outputs:
-    """Publishers and service clients of the played topics.
+class PlayerOutputs:
+    """Publishers and service clients for the topics that a player plays.
 
     Args:
         node: The node that has them.
@@ -41,7 +178,7 @@ class Outputs:
         self._node = node
         self._options = options
         self._log = node.get_logger()
-        selection = options.selection.expanded(self._absolute)
+        selection = options.selection.with_absolute_names(self._absolute)
         self._overrides = {
             self._absolute(name): profile for name, profile in options.qos_overrides.items()
         }
@@ -63,11 +200,11 @@ class Outputs:
         return self._sends.keys()
 
     def send(self, message: BagMessage) -> bool:
-        """Publish a message, or send its request; return False if it is not played."""
+        """Publish a message, or send its request; return False if nothing was sent."""
         return self._sends[message.topic](message)
 
-    def tell_of_split(self, split: Split) -> None:
-        """Publish the event of a file boundary."""
+    def publish_split(self, split: FileSplit) -> None:
+        """Publish rosbag2's read-split event for a file boundary."""
         self._splits.publish(
             get_message(_SPLIT_EVENT)(
                 closed_file=str(split.closed_file),
@@ -77,27 +214,27 @@ class Outputs:
         )
 
     def close(self) -> None:
-        """Destroy the publishers and clients."""
+        """Destroy the publishers and service clients."""
         self._undo.close()
 
     def _add(self, topic: BagTopic) -> None:
         if topic.serialization_format != CDR:
             raise UnsupportedError(f"its messages are {topic.serialization_format}, not {CDR}")
-        learn_types(topic)
+        register_types(topic)
         kind, _ = kind_of(topic.name, topic.type_name)
         asks = (kind is TopicKind.SERVICE and self._options.publishes_requests) or (
             kind is TopicKind.ACTION and self._options.sends_actions
         )
         if not asks:
             self._sends[topic.name] = self._publisher(topic)
-        elif topic.name.endswith(SERVICE_EVENT):
+        elif topic.name.endswith(EVENT_TOPIC_SUFFIX):
             sender = RequestSender(self._node, topic, self._options.request_source)
             self._undo.callback(sender.close)
             self._sends[topic.name] = sender.send
         # Feedback and status of an action are its server's to publish.
 
     def _publisher(self, topic: BagTopic) -> _Send:
-        message_class = raw_message_class(topic.type_name, hash_of(topic))
+        message_class = raw_message_class(topic.type_name, topic_type_hash(topic))
         publisher = self._node.create_publisher(message_class, topic.name, self._offer(topic))
         self._undo.callback(self._node.destroy_publisher, publisher)
 
@@ -111,14 +248,14 @@ class Outputs:
         if topic.name in self._overrides:
             self._log.info(f"Overriding QoS profile for topic {topic.name}")
             return self._overrides[topic.name]
-        offer = offer_for(topic)
+        offer = publisher_qos(topic)
         if offer is None:
             self._log.warning(
                 f"Not all original publishers on topic {topic.name} offered the same QoS "
                 "profiles. Falling back to the default profile."
             )
-        offer = offer or default_offer()
-        return keeping_all(offer) if self._options.is_lossless else offer
+        offer = offer or default_publisher_qos()
+        return as_keep_all(offer) if self._options.is_lossless else offer
 
     def _absolute(self, name: str) -> str:
         return self._node.resolve_topic_name(name, only_expand=True)

@@ -9,12 +9,11 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
-from teleopctl.bag.player.clock_output import CLOCK, ClockOutput
+from teleopctl.bag.player.cursor import MessageCursor
 from teleopctl.bag.player.options import PlayOptions
-from teleopctl.bag.player.outputs import Outputs
-from teleopctl.bag.player.source import Source
-from teleopctl.bag.player.tape import MessageCursor
-from teleopctl.bag.player.time_line import TimeLine
+from teleopctl.bag.player.outputs import PlayerOutputs
+from teleopctl.bag.player.playback_time import CLOCK, PlaybackClock, PlaybackTime
+from teleopctl.bag.player.source import PlayedBags
 from teleopctl.bag.records import BagMessage
 from teleopctl.wire import hear_peers
 
@@ -30,7 +29,7 @@ BagPath: TypeAlias = str | Path | tuple[str | Path, str | None]
 
 
 class _Request:
-    """Something that the playing thread is to do between two messages."""
+    """Function that the playing thread calls between two messages, with its result."""
 
     def __init__(self, work: Callable[[], int]) -> None:
         self.work = work
@@ -39,13 +38,13 @@ class _Request:
 
 
 class Playback:
-    """Playback of bags merged by time; thread-safe.
+    """Playback of bags merged by time, with the methods of rosbag2's player; thread-safe.
 
     Args:
         node: The node that publishes; it is the caller's. Remappings are the node's.
         bags: A bag's path, or several.
         options: How they are played.
-        played: Called on the playing thread with each message that was sent.
+        on_published: Called on the playing thread with each message that was sent.
 
     Attributes:
         start_ns: Where playing begins, in nanoseconds since the epoch.
@@ -61,12 +60,12 @@ class Playback:
         node: Node,
         bags: str | Path | Sequence[BagPath],
         options: PlayOptions,
-        played: Callable[[BagMessage], object],
+        on_published: Callable[[BagMessage], object],
     ) -> None:
         self._node = node
         self._options = options
         self._log = node.get_logger()
-        self._source = Source(_paths(bags))
+        self._source = PlayedBags(_paths(bags))
         for remark in self._source.remarks:
             self._log.warning(remark)
         topics = [
@@ -76,24 +75,24 @@ class Playback:
             if not (options.clock_hz and topic.name == CLOCK)
         ]
         try:
-            self._outputs = Outputs(node, topics, options)
+            self._outputs = PlayerOutputs(node, topics, options)
         except BaseException:
             self._source.close()
             raise
         self.start_ns = self._source.start_ns + options.start_offset_ns
         self.end_ns = self._source.end_ns
-        self._line = TimeLine(self.start_ns, is_paused=options.is_paused)
-        self._clock = ClockOutput(node, self._line, options)
-        self._tape = MessageCursor(
+        self._line = PlaybackTime(self.start_ns, is_paused=options.is_paused)
+        self._clock = PlaybackClock(node, self._line, options)
+        self._cursor = MessageCursor(
             self._source,
             self._line,
             self._outputs,
             self._clock,
             options,
             self._log.warning,
-            played,
+            on_published,
         )
-        self._tape.until_ns = self._until(options.duration_ns, options.until_ns)
+        self._cursor.until_ns = self._until(options.duration_ns, options.until_ns)
         self._requests: deque[_Request] = deque()
         self._stopping = threading.Event()
         self._changed = threading.Condition()
@@ -104,12 +103,12 @@ class Playback:
         self._failure: BaseException | None = None
         self._next_warning_s = 0.0
         self.set_rate(options.rate)
-        node.context.on_shutdown(self._leave)
+        node.context.on_shutdown(self._request_stop)
 
     # -- control ---------------------------------------------------------------------------------
 
     def play(self) -> bool:
-        """Start playing; return False while it plays."""
+        """Start playing on a thread; return False if it plays already."""
         with self._changed:
             if self._is_playing:
                 self._log.warning("Trying to play() while in playback, dismissing request.")
@@ -118,12 +117,12 @@ class Playback:
             self._failure = None
             self._stopping.clear()
             self._thread = threading.Thread(target=self._run, name="bag-player", daemon=True)
-        self._log.info(f"Playback until timestamp: {self._tape.until_ns}")
+        self._log.info(f"Playback until timestamp: {self._cursor.until_ns}")
         self._thread.start()
         return True
 
     def play_from(self, start_ns: int, duration_ns: int | None, until_ns: int | None) -> bool:
-        """Play another part than that of the options; return False while the player plays.
+        """Start playing another part than that of the options; return False if it plays already.
 
         Args:
             start_ns: From here on, in nanoseconds behind the bag's start.
@@ -132,15 +131,15 @@ class Playback:
         """
         if not self._is_playing:
             self.start_ns = self._source.start_ns + start_ns
-            self._tape.until_ns = self._until(duration_ns, until_ns)
+            self._cursor.until_ns = self._until(duration_ns, until_ns)
         return self.play()
 
     def stop(self) -> bool:
-        """Stop playing; return False if it does not play."""
+        """Stop playing and wait for its end; return False if it does not play."""
         if not self._is_playing:
             return False
         self._log.info("Stopping playback.")
-        self._leave()
+        self._request_stop()
         self.wait()
         return True
 
@@ -155,14 +154,14 @@ class Playback:
         self._log.info("Resuming play.")
 
     def toggle_paused(self) -> None:
-        """Toggle the pause."""
+        """Pause the playback time, or resume it if it is paused."""
         if self.is_paused:
             self.resume()
         else:
             self.pause()
 
     def set_rate(self, rate: float) -> bool:
-        """Set the rate; return False for 0 or less."""
+        """Set the playback rate; return False for 0 or less."""
         if not self._line.set_rate(rate):
             self._log.warning(f"Failed to set rate to invalid value {rate:g}")
             return False
@@ -177,7 +176,7 @@ class Playback:
         if not self.is_paused:
             self._log.warning("Called play next, but not in paused state.")
             return False
-        return self._ask(lambda: self._burst(1)) == 1
+        return self._run_on_thread(lambda: self._burst(1)) == 1
 
     def burst(self, most: int = 0) -> int:
         """Publish messages as fast as possible, while paused.
@@ -192,7 +191,7 @@ class Playback:
             self._log.warning("Burst can only be used when in the paused state.")
             return 0
         self._is_bursting = True
-        sent = self._ask(lambda: self._burst(most))
+        sent = self._run_on_thread(lambda: self._burst(most))
         self._is_bursting = False
         self._log.info(f"Burst {sent} messages.")
         return sent
@@ -211,10 +210,10 @@ class Playback:
             return False
 
         def jump() -> int:
-            self._tape.jump_to(max(time_ns, self.start_ns))
+            self._cursor.jump_to(max(time_ns, self.start_ns))
             return 1
 
-        return self._ask(jump) == 1
+        return self._run_on_thread(jump) == 1
 
     def wait(self, timeout_s: float | None = None) -> bool:
         """Wait for the end of the playback.
@@ -248,7 +247,7 @@ class Playback:
 
     @property
     def is_bursting(self) -> bool:
-        """Whether messages are published as fast as possible."""
+        """Whether `burst` is publishing messages now."""
         return self._is_bursting
 
     @property
@@ -263,13 +262,13 @@ class Playback:
 
     @property
     def position_ns(self) -> int:
-        """Time of the last published message, or of the jump after it."""
-        return self._tape.position_ns
+        """Time of the last published message, or of the last jump if that came later."""
+        return self._cursor.position_ns
 
     def close(self) -> None:
         """Stop, close the bags, and destroy the player's publishers and services."""
-        self._node.context.forget_on_shutdown(self._leave)
-        self._leave()
+        self._node.context.forget_on_shutdown(self._request_stop)
+        self._request_stop()
         if self._thread is not None and self._thread.ident is not None:
             self._thread.join()
         self._clock.close()
@@ -284,7 +283,7 @@ class Playback:
             hear_peers(self._node.context.session)
             while not self._delay():
                 # The first messages are to be there before the first is due.
-                self._tape.jump_to(self.start_ns, _LONGEST_FILL_S)
+                self._cursor.jump_to(self.start_ns, _LONGEST_FILL_S)
                 self._clock.start()
                 if not self._play_through() or not self._options.loop:
                     break
@@ -293,7 +292,7 @@ class Playback:
             if self._node.context.ok():
                 self._failure = error
         finally:
-            self._tape.close()
+            self._cursor.close()
             with self._changed:
                 self._is_playing = False
                 requests = [*self._requests]
@@ -320,7 +319,7 @@ class Playback:
                 finally:
                     request.done.set()
                 continue
-            message, has_ended = self._tape.next()
+            message, has_ended = self._cursor.peek()
             if message is None:
                 # Paused at the end it stays, so that one may seek.
                 if has_ended and not self.is_paused:
@@ -328,18 +327,20 @@ class Playback:
                 if not has_ended and has_played:
                     self._warn_of_starving()
                 self._line.wait_until(None)
-            elif self._line.wait_until(self._tape.time_of(message)) and not self._stopping.is_set():
-                self._tape.send_next(message)
+            elif (
+                self._line.wait_until(self._cursor.due_ns(message)) and not self._stopping.is_set()
+            ):
+                self._cursor.send_next(message)
                 has_played = True
         return has_played
 
     def _burst(self, most: int) -> int:
         sent = 0
         while not self._stopping.is_set() and self.is_paused and (not most or sent < most):
-            message, has_ended = self._tape.next()
+            message, has_ended = self._cursor.peek()
             if message is not None:
-                self._line.jump(self._tape.time_of(message))
-                sent += self._tape.send_next(message)
+                self._line.jump(self._cursor.due_ns(message))
+                sent += self._cursor.send_next(message)
             elif has_ended:
                 break
             else:
@@ -357,7 +358,7 @@ class Playback:
 
     # --------------------------------------------------------------------------------------------
 
-    def _ask(self, work: Callable[[], int]) -> int:
+    def _run_on_thread(self, work: Callable[[], int]) -> int:
         """Have the playing thread do something; 0 where it does not play."""
         request = _Request(work)
         with self._changed:
@@ -368,7 +369,7 @@ class Playback:
         request.done.wait()
         return request.result
 
-    def _leave(self) -> None:
+    def _request_stop(self) -> None:
         self._stopping.set()
         self._line.wake()
 

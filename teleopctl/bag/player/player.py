@@ -1,22 +1,132 @@
-"""A player: a node that plays bags, and that others control by services."""
+"""Player node: plays bags, controlled by rosbag2's services."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING, Any, Self
 
 from teleopctl.bag.player.options import PlayOptions
 from teleopctl.bag.player.playback import BagPath, Playback
-from teleopctl.bag.player.services import PlayerServices
 from teleopctl.bag.records import BagMessage
+from teleopctl.interfaces import NANOSECONDS_PER_SECOND, get_service
+from teleopctl.node import ReentrantCallbackGroup
 
 if TYPE_CHECKING:
-    from teleopctl.node import Node
+    from teleopctl.bag.player.playback import Playback
+    from teleopctl.node import Node, Service
+
+
+START_TIME, END_TIME = "playback.start_time_ns", "playback.end_time_ns"
+"""Parameters that tell the first and the last time of what is played, in ns since the epoch."""
+
+
+class PlayerServices:
+    """rosbag2's services that control a player, such as ``~/pause`` and ``~/seek``.
+
+    Args:
+        node: The player's node.
+        player: What they control.
+    """
+
+    def __init__(self, node: Node, player: Playback) -> None:
+        self._node = node
+        self._player = player
+        # A burst takes as long as it takes, and may be stopped meanwhile.
+        self._services: list[Service[Any, Any]] = []
+        self._group = ReentrantCallbackGroup()
+        for name, type_name, answer in (
+            ("pause", "Pause", self._pause),
+            ("resume", "Resume", self._resume),
+            ("toggle_paused", "TogglePaused", self._toggle_paused),
+            ("is_paused", "IsPaused", self._is_paused),
+            ("get_rate", "GetRate", self._get_rate),
+            ("set_rate", "SetRate", self._set_rate),
+            ("play", "Play", self._play),
+            ("play_next", "PlayNext", self._play_next),
+            ("burst", "Burst", self._burst),
+            ("seek", "Seek", self._seek),
+            ("stop", "Stop", self._stop),
+        ):
+            service = get_service(f"rosbag2_interfaces/srv/{type_name}")
+            self._services.append(
+                node.create_service(service, f"~/{name}", answer, callback_group=self._group)
+            )
+
+        # Ours: rosbag2's player does not tell how long what it plays is.
+        for name, time_ns in ((START_TIME, player.start_ns), (END_TIME, player.end_ns)):
+            node.declare_parameter(name, time_ns)
+
+    def close(self) -> None:
+        """Destroy the services, and undeclare the parameters."""
+        for name in (START_TIME, END_TIME):
+            if self._node.has_parameter(name):
+                self._node.undeclare_parameter(name)
+        for service in self._services:
+            self._node.destroy_service(service)
+
+    # Any: requests and responses, each of a type of its own.
+
+    def _pause(self, _: Any, response: Any) -> Any:
+        self._player.pause()
+        return response
+
+    def _resume(self, _: Any, response: Any) -> Any:
+        self._player.resume()
+        return response
+
+    def _toggle_paused(self, _: Any, response: Any) -> Any:
+        self._player.toggle_paused()
+        return response
+
+    def _is_paused(self, _: Any, response: Any) -> Any:
+        response.paused = self._player.is_paused
+        return response
+
+    def _get_rate(self, _: Any, response: Any) -> Any:
+        response.rate = self._player.rate
+        return response
+
+    def _set_rate(self, request: Any, response: Any) -> Any:
+        response.success = self._player.set_rate(request.rate)
+        return response
+
+    def _play(self, request: Any, response: Any) -> Any:
+        # A request that is left as it is asks for all of the bag.
+        response.success = self._player.play_from(
+            max(0, _nanoseconds(request.start_offset)),
+            _positive(_nanoseconds(request.playback_duration)),
+            _positive(_nanoseconds(request.playback_until_timestamp)),
+        )
+        return response
+
+    def _play_next(self, _: Any, response: Any) -> Any:
+        response.success = self._player.play_next()
+        return response
+
+    def _burst(self, request: Any, response: Any) -> Any:
+        response.actually_burst = self._player.burst(request.num_messages)
+        return response
+
+    def _seek(self, request: Any, response: Any) -> Any:
+        response.success = self._player.seek(_nanoseconds(request.time))
+        return response
+
+    def _stop(self, _: Any, response: Any) -> Any:
+        self._player.stop()
+        return response
+
+
+def _nanoseconds(time: Any) -> int:
+    return int(time.sec * NANOSECONDS_PER_SECOND + time.nanosec)
+
+
+def _positive(nanoseconds: int) -> int | None:
+    return nanoseconds if nanoseconds > 0 else None
 
 
 class Player(Playback):
-    """Player of one bag, or of several merged by time, with rosbag2's services.
+    """Player of one bag, or of several merged by time, controlled by methods or rosbag2's services.
 
     The node gets rosbag2's services to control it, which need an executor that spins the node;
     playing does not. A program may call the methods of the same names, from any thread.
@@ -32,7 +142,7 @@ class Player(Playback):
         node: The node that publishes; it is the caller's. Remappings are the node's.
         bags: A bag's path, or several, each with its storage where the path does not tell.
         options: How they are played.
-        played: Called on the playing thread with each message that was sent.
+        on_published: Called on the playing thread with each message that was sent.
 
     Raises:
         NotFoundError: A bag does not exist.
@@ -45,9 +155,9 @@ class Player(Playback):
         bags: str | Path | Sequence[BagPath],
         options: PlayOptions | None = None,
         *,
-        played: Callable[[BagMessage], object] = lambda _: None,
+        on_published: Callable[[BagMessage], object] = lambda _: None,
     ) -> None:
-        super().__init__(node, bags, options or PlayOptions(), played)
+        super().__init__(node, bags, options or PlayOptions(), on_published)
         self._services = PlayerServices(node, self)
 
     def close(self) -> None:

@@ -1,22 +1,26 @@
-"""What is played: one bag, or several as if they were one."""
+"""Bags of a player, read as one bag."""
 
 from __future__ import annotations
 
 import bisect
-import heapq
 import itertools
 from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import ExitStack
 from pathlib import Path
 from typing import NamedTuple, Self
 
-from teleopctl.bag.player.offers import latched_messages
+from teleopctl.bag.base import Bag
 from teleopctl.bag.records import BagMessage, BagTopic
-from teleopctl.bag.storage.bag import Bag, open_bag
+from teleopctl.bag.storage.bag import open_bag
+from teleopctl.bag.storage.views import MergedBags
 from teleopctl.errors import UsageError
 
+STATIC_TRANSFORMS = "tf2_msgs/msg/TFMessage"
+STATIC_TRANSFORMS_KEPT = 100
+"""Each broadcaster has a message of its own on the latched topic: the last is not enough."""
 
-class Split(NamedTuple):
+
+class FileSplit(NamedTuple):
     """Boundary between two files of a bag; its time in nanoseconds since the epoch."""
 
     time_ns: int
@@ -24,8 +28,8 @@ class Split(NamedTuple):
     opened_file: Path
 
 
-class Source:
-    """Open bags with their messages merged by time.
+class PlayedBags:
+    """Opened bags of a player, read as one: messages, latched messages, file boundaries.
 
     Args:
         bags: The bags' paths, each with its storage where the path does not tell.
@@ -51,35 +55,28 @@ class Source:
         except BaseException:
             self._open.close()
             raise
-        metadata = [bag.metadata for bag in self._bags if bag.metadata.message_count]
-        self.start_ns = min((each.start_ns for each in metadata), default=0)
-        self.end_ns = max((each.end_ns for each in metadata), default=0)
-        self.topics: dict[str, BagTopic] = {}
-        for bag in self._bags:
-            for topic, _ in bag.metadata.topics:
-                known = self.topics.setdefault(topic.name, topic)
-                qos = tuple(dict.fromkeys((*known.qos, *topic.qos)))
-                self.topics[topic.name] = known._replace(qos=qos)
+        self._merged = merged = MergedBags(self._bags)
+        self.start_ns, self.end_ns = (
+            (merged.start_ns, merged.end_ns) if merged.has_messages else (0, 0)
+        )
+        self.topics = {name: topic for name, (topic, _) in merged.topics.items()}
         self.remarks = [remark for bag in self._bags for remark in bag.remarks]
         self.splits = sorted(split for bag in self._bags for split in _splits(bag))
 
     def messages(
-        self, topics: Collection[str], start_ns: int, left_out: Callable[[str], object]
+        self, topics: Collection[str], start_ns: int, on_left_out: Callable[[str], object]
     ) -> Iterator[BagMessage]:
-        """Yield messages in the order of their log times.
+        """Yield messages of topics from a time on, in the order of their log times.
 
         Args:
             topics: Only these.
             start_ns: Only from this log time on, in nanoseconds since the epoch.
-            left_out: Called with a sentence for each part that is broken.
+            on_left_out: Called with a sentence for each part that is broken.
         """
-        return heapq.merge(
-            *(bag.messages(topics, start_ns, left_out=left_out) for bag in self._bags),
-            key=lambda message: message.log_time_ns,
-        )
+        return self._merged.messages(topics, start_ns, on_left_out=on_left_out)
 
     def latched_before(self, topics: Collection[str], time_ns: int) -> list[BagMessage]:
-        """Return the messages that late subscribers of latched topics have at a time.
+        """Return what latched topics had published last before a time, oldest first.
 
         Args:
             topics: Only these.
@@ -87,7 +84,7 @@ class Source:
         """
         found: list[BagMessage] = []
         for topic in (self.topics[name] for name in topics):
-            most = latched_messages(topic)
+            most = latched_depth_of(topic)
             if most:
                 each = (m for bag in self._bags for m in bag.latest(topic.name, time_ns, most))
                 ordered = sorted(each, key=lambda message: message.log_time_ns)
@@ -96,8 +93,8 @@ class Source:
                 found += list(last.values())[-most:]
         return sorted(found, key=lambda message: message.log_time_ns)
 
-    def splits_between(self, start_ns: int, end_ns: int) -> list[Split]:
-        """Return the file boundaries between two times."""
+    def splits_between(self, start_ns: int, end_ns: int) -> list[FileSplit]:
+        """Return the file boundaries between two times, by time."""
         first, behind = (
             bisect.bisect_right(self.splits, time_ns, key=lambda split: split.time_ns)
             for time_ns in (start_ns, end_ns)
@@ -115,8 +112,15 @@ class Source:
         self.close()
 
 
-def _splits(bag: Bag) -> Iterator[Split]:
+def latched_depth_of(topic: BagTopic) -> int:
+    """Return how many last messages of a topic late subscribers get; 0 if it is volatile."""
+    if not topic.is_latched:
+        return 0
+    return STATIC_TRANSFORMS_KEPT if topic.type_name == STATIC_TRANSFORMS else 1
+
+
+def _splits(bag: Bag) -> Iterator[FileSplit]:
     folder = bag.path if bag.path.is_dir() else bag.path.parent
     files = [file for file in bag.metadata.files if file.message_count]
     for closed, opened in itertools.pairwise(files):
-        yield Split(opened.start_ns, folder / closed.path, folder / opened.path)
+        yield FileSplit(opened.start_ns, folder / closed.path, folder / opened.path)

@@ -1,12 +1,12 @@
-"""The text that goes with a topic into the bag: of the very version that its publishers send."""
+"""Type definitions of recorded topics, in exactly the version that their publishers use."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from teleopctl.bag.known_definition import known_definition
 from teleopctl.bag.records import ROS2MSG, TypeText
+from teleopctl.bag.type_definitions import known_definition
 from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces import described_definition_text
 from teleopctl.node import request_type_description
@@ -18,8 +18,8 @@ if TYPE_CHECKING:
 _EVENT = "_Event"
 
 
-class Definitions:
-    """Finds type definitions: in this process, else from the nodes of the graph.
+class DefinitionFinder:
+    """Finds type definitions in this process, or requests them from nodes of the graph.
 
     Args:
         node: Who asks other nodes; it needs no executor for this.
@@ -29,8 +29,8 @@ class Definitions:
         self._node = node
         self._found: dict[tuple[str, str], TypeText] = {}
 
-    def find_here(self, type_name: str, version: str) -> TypeText | None:
-        """Return a type's definition if this process has it; None if a node must be asked."""
+    def find_local(self, type_name: str, version: str) -> TypeText | None:
+        """Return a type's definition if this process has that version, else None."""
         key = (type_name, version)
         if key not in self._found:
             found = known_definition(type_name, version)
@@ -39,8 +39,8 @@ class Definitions:
             self._found[key] = found
         return self._found[key]
 
-    def ask_for(self, type_name: str, version: str, graph: Graph) -> TypeText:
-        """Return the definition that a node of the graph serves; an empty one if none does.
+    def request(self, type_name: str, version: str, graph: Graph) -> TypeText:
+        """Request a type's definition from the nodes that use it; empty if none answers.
 
         It takes as long as they take to answer, at most some seconds.
         """
@@ -50,7 +50,7 @@ class Definitions:
         return self._found[key]
 
     def _ask(self, type_name: str, version: str, graph: Graph) -> TypeText:
-        for node_name, asked_for, its_version in self._who_knows(type_name, version, graph):
+        for node_name, asked_for, its_version in self._nodes_to_ask(type_name, version, graph):
             try:
                 description = request_type_description(
                     self._node, node_name, asked_for, its_version
@@ -61,7 +61,7 @@ class Definitions:
                 self._node.get_logger().debug(f"{node_name} on {type_name}: {error.message}")
         return TypeText()
 
-    def _who_knows(
+    def _nodes_to_ask(
         self, type_name: str, version: str, graph: Graph
     ) -> Iterator[tuple[str, str, str]]:
         """Nodes that may explain a type, with the type and the version to ask them for."""

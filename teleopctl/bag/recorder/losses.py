@@ -1,4 +1,4 @@
-"""What a recorder did not get onto the disk, counted by topic and told."""
+"""Messages that a recorder lost, counted by topic."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _MOST_TOPICS = 5
 
 
 class Losses(NamedTuple):
-    """Numbers of messages that were not recorded, by topic.
+    """Numbers of lost messages by topic: dropped by the recorder, or lost in transport.
 
     Attributes:
         in_recorder: They came faster than they could be written, and found no room.
@@ -27,46 +27,46 @@ class Losses(NamedTuple):
 
     @property
     def topics(self) -> list[str]:
-        """Return the topics with losses, sorted."""
+        """Topics with losses, sorted."""
         return sorted({*self.in_recorder, *self.in_transport})
 
 
 class LossCounter:
-    """Counts lost messages; thread-safe."""
+    """Counts the messages that a recorder loses; thread-safe."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
         self._in_recorder: Counter[str] = Counter()
         self._in_transport: Counter[str] = Counter()
-        self._told = Losses({}, {})
+        self._reported = Losses({}, {})
 
-    def lost_here(self, topic: str) -> None:
-        """Count a message for which the queue had no room."""
+    def add_dropped(self, topic: str) -> None:
+        """Count a message that the full queue of the recorder refused."""
         with self._lock:
             self._in_recorder[topic] += 1
 
-    def lost_on_the_way(self, topic: str, count: int) -> None:
-        """Count messages that were lost in transport."""
+    def add_lost_in_transport(self, topic: str, count: int) -> None:
+        """Count messages that were sent and did not arrive."""
         with self._lock:
             self._in_transport[topic] += count
 
-    def so_far(self) -> Losses:
-        """Return all losses since the start."""
+    def total(self) -> Losses:
+        """Return all losses since the start of the recording."""
         with self._lock:
             return Losses(dict(self._in_recorder), dict(self._in_transport))
 
-    def since_last_time(self) -> Losses:
-        """Return the losses since the previous call."""
-        now, before = self.so_far(), self._told
-        self._told = now
+    def since_last_call(self) -> Losses:
+        """Return the losses since this method was last called."""
+        now, before = self.total(), self._reported
+        self._reported = now
         return Losses(
             _difference(now.in_recorder, before.in_recorder),
             _difference(now.in_transport, before.in_transport),
         )
 
 
-def described(counts: Mapping[str, int]) -> str:
-    """Return the numbers of messages by topic on one line, the largest first."""
+def format_counts(counts: Mapping[str, int]) -> str:
+    """Return message counts by topic as one line of text, the largest first."""
     ordered = sorted(counts.items(), key=lambda item: (-item[1], item[0]))
     parts = [f"{topic} {count}" for topic, count in ordered[:_MOST_TOPICS]]
     if len(ordered) > _MOST_TOPICS:

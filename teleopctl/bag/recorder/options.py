@@ -1,4 +1,4 @@
-"""How a recorder works, as one value."""
+"""Options of a recorder."""
 
 from __future__ import annotations
 
@@ -33,8 +33,8 @@ class RecorderOptions:
         start_paused: Record nothing before `Recorder.resume`.
         use_sim_time: Messages bear the time of ``/clock``, and none is recorded before it runs.
         discovery: Whether topics that appear later are recorded.
-        circumstances: Whether the bag holds what is needed to understand it: robot descriptions,
-            parameters of every node, versions.
+        recording_metadata: Whether the bag holds what is needed to understand it: robot
+            descriptions, parameters of every node, versions.
         qos: What topics are subscribed to with, by name, in place of what suits their publishers.
         from_first_message: Listen to all topics at once, rather than to each when the graph shows
             it, so that the first messages of what starts after the recorder are not missed. What
@@ -54,7 +54,7 @@ class RecorderOptions:
     start_paused: bool = False
     use_sim_time: bool = False
     discovery: bool = True
-    circumstances: bool = True
+    recording_metadata: bool = True
     qos: Mapping[str, QoSProfile] = field(default_factory=dict)
     from_first_message: bool = False
     statistics_hz: float = 1.0

@@ -1,4 +1,4 @@
-"""The recorder: a node that writes topics into a bag, with the services of rosbag2's."""
+"""Recorder node: writes topics into a bag, controlled by rosbag2's services."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Self
 
-from teleopctl.bag.recorder.losses import Losses, described
+from teleopctl.bag.recorder.losses import Losses, format_counts
 from teleopctl.bag.recorder.options import RecorderOptions
 from teleopctl.bag.recorder.services import RecorderServices
 from teleopctl.bag.recorder.session import RecordingSession
-from teleopctl.bag.recorder.topics import PauseGate
+from teleopctl.bag.recorder.subscriptions import PauseGate
 from teleopctl.errors import RefusedError, TeleopctlError
 from teleopctl.node import (
     Context,
@@ -30,8 +30,8 @@ if TYPE_CHECKING:
 _REPORT_S = 1.0
 
 
-def default_folder() -> Path:
-    """Return rosbag2's default folder: ``rosbag2_`` and the local time.
+def default_bag_folder() -> Path:
+    """Return rosbag2's default name for a bag's folder: ``rosbag2_`` and the local time.
 
     Where there is one of this very second already, a number stands behind it.
     """
@@ -41,7 +41,7 @@ def default_folder() -> Path:
 
 
 class Recorder:
-    """Records topics into a bag until it is closed.
+    """Recorder of topics into a bag, from its creation until it is closed.
 
     It has a context, a node and threads of its own, so that a program or a test can use it beside
     its own nodes, or without any:
@@ -72,7 +72,7 @@ class Recorder:
         *,
         context: Context | None = None,
     ) -> None:
-        self.folder = folder or default_folder()
+        self.folder = folder or default_bag_folder()
         self._options = options or RecorderOptions()
         self._gate = PauseGate(is_open=not self._options.start_paused)
         self._lock = threading.RLock()
@@ -109,7 +109,7 @@ class Recorder:
 
     @property
     def options(self) -> RecorderOptions:
-        """Options of the recorder."""
+        """Options that the recorder was made with."""
         return self._options
 
     @property
@@ -123,9 +123,9 @@ class Recorder:
         return not self._gate.is_open
 
     @property
-    def is_following(self) -> bool:
-        """Whether new topics are recorded."""
-        return self._session is not None and self._session.is_following
+    def is_discovering(self) -> bool:
+        """Whether topics that appear in the graph are recorded."""
+        return self._session is not None and self._session.is_discovering
 
     @property
     def topics(self) -> list[str]:
@@ -134,23 +134,23 @@ class Recorder:
 
     @property
     def message_count(self) -> int:
-        """Number of recorded messages of the present or last bag."""
+        """Number of messages in the present or last bag."""
         session = self._session or self._last_session
         return 0 if session is None else session.message_count
 
     @property
-    def left_out_count(self) -> int:
-        """Number of messages received while paused."""
-        return self._gate.left_out
+    def skipped_count(self) -> int:
+        """Number of messages received while paused, which are not recorded."""
+        return self._gate.skipped
 
     @property
     def losses(self) -> Losses:
-        """Losses of the present bag, or of the last one."""
+        """Messages lost in the present or last recording, by topic."""
         session = self._session or self._last_session
-        return Losses({}, {}) if session is None else session.losses.so_far()
+        return Losses({}, {}) if session is None else session.losses.total()
 
     def record(self, folder: Path | None = None) -> None:
-        """Start a new bag, after `stop`.
+        """Start recording into a new bag, after `stop`.
 
         Args:
             folder: Where it is to be; by default where the last one was to be.
@@ -170,7 +170,7 @@ class Recorder:
                 self.folder,
                 self._options,
                 self._gate,
-                self._services.tell_split,
+                self._services.publish_split,
                 self._fail,
             )
             if self._options.discovery:
@@ -180,7 +180,7 @@ class Recorder:
                 logger.info("Recording...")
 
     def stop(self) -> None:
-        """Finish the bag; `record` starts another one. Idempotent.
+        """Stop recording and finish the bag. Idempotent.
 
         Raises:
             SystemFailureError: The disk refused, now or before.
@@ -189,23 +189,24 @@ class Recorder:
             session = self._session
             if session is None:
                 return
-            self.follow(active=False)
+            self.set_discovery(active=False)
             try:
                 session.close()
             finally:
                 self._session, self._last_session = None, session
                 logger = self.node.get_logger()
                 logger.info("Recording stopped")
-                losses = session.losses.so_far()
+                losses = session.losses.total()
                 if losses.in_transport:
                     logger.warning(
                         "Number of messages lost on the transport layer: "
-                        f"{sum(losses.in_transport.values())} ({described(losses.in_transport)})"
+                        f"{sum(losses.in_transport.values())}"
+                        f" ({format_counts(losses.in_transport)})"
                     )
                 if losses.in_recorder:
                     logger.warning(
                         "Number of messages that came faster than they could be written: "
-                        f"{sum(losses.in_recorder.values())} ({described(losses.in_recorder)})"
+                        f"{sum(losses.in_recorder.values())} ({format_counts(losses.in_recorder)})"
                     )
 
     def pause(self) -> None:
@@ -219,22 +220,22 @@ class Recorder:
         if not self._gate.is_open:
             self._gate.is_open = True
             if self._session is not None:
-                self._session.topics.record_what_was_kept()
+                self._session.topics.record_kept_messages()
             self.node.get_logger().info("Resuming recording.")
 
     def toggle_paused(self) -> None:
-        """Toggle the pause."""
+        """Pause the recording, or resume it if it is paused."""
         if self._gate.is_open:
             self.pause()
         else:
             self.resume()
 
-    def follow(self, *, active: bool) -> None:
-        """Start or stop recording new topics."""
+    def set_discovery(self, *, active: bool) -> None:
+        """Start or stop recording topics that appear in the graph."""
         session = self._session
-        if session is not None and session.is_following != active:
+        if session is not None and session.is_discovering != active:
             self.node.get_logger().info(f"Topics discovery {'started' if active else 'stopped'}.")
-            session.follow(active=active)
+            session.set_discovery(active=active)
 
     def flush(self) -> None:
         """Wait until all received messages are written, or in the snapshot buffer.
@@ -246,7 +247,7 @@ class Recorder:
             self._session.flush()
 
     def split(self) -> Future[tuple[Path, Path]] | None:
-        """Start a new file; return None if no bag is open."""
+        """Start a new file of the bag; return its future, or None if no bag is open."""
         return None if self._session is None else self._session.split()
 
     def take_snapshot(self) -> Future[bool] | None:
@@ -263,14 +264,14 @@ class Recorder:
         return self._ended.wait(timeout_s)
 
     def on_end(self, callback: Callable[[], object]) -> None:
-        """Call a function when the recorder fails, from any thread; at once if it has."""
+        """Set a function to call when recording fails; call it at once if it has ended."""
         self._on_end = callback
         self._is_awaited = True
         if self._ended.is_set():
             callback()
 
     def close(self) -> None:
-        """Finish the bag, and unsubscribe. Idempotent.
+        """Finish the bag, unsubscribe, and destroy the recorder's node. Idempotent.
 
         Raises:
             SystemFailureError: The disk refused, now or before; what was written can be read.
@@ -309,13 +310,13 @@ class Recorder:
         hz = self._options.statistics_hz
         while not self._closing.wait(max(_REPORT_S, 1.0 / hz if hz else 0.0)):
             session = self._session
-            losses = session.losses.since_last_time() if session is not None else None
+            losses = session.losses.since_last_call() if session is not None else None
             if not losses:
                 continue
             if losses.in_recorder:
                 self.node.get_logger().warning(
                     "Messages came faster than they can be written and were dropped: "
-                    + described(losses.in_recorder)
+                    + format_counts(losses.in_recorder)
                 )
             if hz:
-                self._services.tell_losses(losses)
+                self._services.publish_losses(losses)

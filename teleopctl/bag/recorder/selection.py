@@ -1,19 +1,17 @@
-"""Which topics are recorded: the rules of rosbag2's recorder, with the actions of its Lyrical."""
+"""Selection of the topics to record: the rules of rosbag2's recorder, with Lyrical's actions."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 
-from teleopctl.bag.service_events import is_service_event, service_of
-from teleopctl.errors import UsageError
+from teleopctl.bag.option_file import read_option_list
+from teleopctl.bag.records import full_type_name
+from teleopctl.bag.topic_kinds import TopicKind, kind_of
+from teleopctl.errors import InvalidFileError, UsageError
 from teleopctl.wire import Graph, is_hidden_name
-
-_ACTION_TOPIC = re.compile(
-    r"(?P<action>.+)/_action/"
-    r"(feedback|status|(send_goal|cancel_goal|get_result)/_service_event)"
-)
 
 
 @dataclass(frozen=True)
@@ -71,7 +69,7 @@ class Selection:
 
     @property
     def is_empty(self) -> bool:
-        """Return whether nothing can ever be selected."""
+        """Whether the selection can never choose a topic."""
         everything = self.all_topics or self.all_services or self.all_actions
         named = self.topics or self.services or self.actions or self.topic_types
         return not (everything or named or self.regex or self.static_topics)
@@ -97,17 +95,16 @@ class Selection:
         )
 
     def chooses(self, topic: str, type_name: str) -> bool:
-        """Return whether a topic is selected by name and type."""
-        action = _ACTION_TOPIC.fullmatch(topic)
+        """Return whether a topic is chosen by its name and type."""
+        kind, name = kind_of(topic, type_name)
         is_static = topic in self.static_topics
-        if action is not None:
+        if kind is TopicKind.ACTION:
             return self._chooses_named(
-                action["action"], self.all_actions or is_static, self.actions, self.exclude_actions
+                name, self.all_actions or is_static, self.actions, self.exclude_actions
             )
-        if is_service_event(topic, type_name):
-            service, _ = service_of(topic, type_name)
+        if kind is TopicKind.SERVICE:
             return self._chooses_named(
-                service, self.all_services or is_static, self.services, self.exclude_services
+                name, self.all_services or is_static, self.services, self.exclude_services
             )
         everything = self.all_topics or is_static
         return (
@@ -115,13 +112,15 @@ class Selection:
             or self._chooses_named(topic, everything, self.topics, self.exclude_topics)
         ) and type_name not in self.exclude_topic_types
 
-    def takes_hidden(self, topic: str, type_name: str) -> bool:
-        """Return whether the rules for hidden topics let a topic be recorded."""
-        is_own_kind = _ACTION_TOPIC.fullmatch(topic) or is_service_event(topic, type_name)
-        return bool(self.include_hidden_topics or is_own_kind) or not is_hidden_name(topic)
+    def passes_hidden_rule(self, topic: str, type_name: str) -> bool:
+        """Return whether a topic may be recorded under the rule for hidden names."""
+        kind, _ = kind_of(topic, type_name)
+        return (
+            self.include_hidden_topics or kind is not TopicKind.TOPIC or not is_hidden_name(topic)
+        )
 
     def is_ready(self, topic: str, graph: Graph) -> bool:
-        """Return whether a topic has the required publishers and subscribers."""
+        """Return whether a topic has the publishers and subscribers that are required."""
         needs_publisher = not self.include_unpublished_topics and topic not in self.static_topics
         if needs_publisher and not graph.publishers(topic):
             return False
@@ -140,3 +139,32 @@ class Selection:
     def _excludes(self, name: str, excluded: Collection[str]) -> bool:
         found = self.exclude_regex and re.search(self.exclude_regex, name) is not None
         return name in excluded or bool(found)
+
+
+_ROOT = "static_topics_and_types_list"
+_EXPECTED = f"The file is a list of pairs: {_ROOT}: [[/chatter, std_msgs/msg/String], …]"
+
+
+def read_static_topics(path: Path) -> dict[str, str]:
+    """Read a ``--static-topics-path`` file; return the type of each topic in it.
+
+    Returns:
+        The type of each topic.
+
+    Raises:
+        InvalidFileError: It cannot be read, or says something else; with its line.
+    """
+    topics: dict[str, str] = {}
+    for item in read_option_list(path, _ROOT, _EXPECTED):
+        pair = item.value
+        is_pair = isinstance(pair, list) and len(pair) == 2
+        if not is_pair or not all(isinstance(word, str) and word for word in pair):
+            raise InvalidFileError(
+                f"{item.place}: here have to be a topic and its type, not {pair!r}",
+                hint=_EXPECTED,
+            )
+        name, type_name = pair
+        if name in topics:
+            raise InvalidFileError(f"{item.place}: '{name}' stands here twice")
+        topics[name] = full_type_name(type_name)
+    return topics

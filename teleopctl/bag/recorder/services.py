@@ -1,4 +1,4 @@
-"""The recorder's services and events in the graph: those of rosbag2's recorder."""
+"""Services and events of the recorder in the graph, as rosbag2's recorder has them."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ _LONGEST_S = 60.0
 # Any, in this file: requests and responses of types that are made at run time.
 
 
-class Controls(Protocol):
-    """The methods of a `Recorder` that its services call."""
+class RecorderControls(Protocol):
+    """Interface of a recorder that its services call."""
 
     @property
     def is_recording(self) -> bool:
@@ -37,7 +37,7 @@ class Controls(Protocol):
         """Whether the recording is paused."""
 
     @property
-    def is_following(self) -> bool:
+    def is_discovering(self) -> bool:
         """Whether new topics are recorded."""
 
     def record(self, folder: Path | None = None) -> None:
@@ -55,7 +55,7 @@ class Controls(Protocol):
     def toggle_paused(self) -> None:
         """Toggle the pause."""
 
-    def follow(self, *, active: bool) -> None:
+    def set_discovery(self, *, active: bool) -> None:
         """Start or stop recording new topics."""
 
     def split(self) -> Future[tuple[Path, Path]] | None:
@@ -66,7 +66,7 @@ class Controls(Protocol):
 
 
 class RecorderServices:
-    """Services of the recorder, and the topics with its events.
+    """rosbag2's services that control a recorder, and publishers of its events.
 
     Args:
         node: The recorder's node.
@@ -74,7 +74,7 @@ class RecorderServices:
         takes_snapshots: Whether ``~/snapshot`` is offered.
     """
 
-    def __init__(self, node: Node, recorder: Controls, *, takes_snapshots: bool) -> None:
+    def __init__(self, node: Node, recorder: RecorderControls, *, takes_snapshots: bool) -> None:
         self._node = node
         self._recorder = recorder
         self._split_event = get_message(f"{_PACKAGE}/msg/WriteSplitEvent")
@@ -91,9 +91,9 @@ class RecorderServices:
             "SplitBagfile": self._split,
             "Record": self._record,
             "Stop": self._stop,
-            "IsDiscoveryRunning": self._is_following,
-            "StartDiscovery": self._start_following,
-            "StopDiscovery": self._stop_following,
+            "IsDiscoveryRunning": self._is_discovering,
+            "StartDiscovery": self._start_discovery,
+            "StopDiscovery": self._stop_discovery,
         }
         if takes_snapshots:
             services["Snapshot"] = self._snapshot
@@ -101,8 +101,8 @@ class RecorderServices:
             service = get_service(f"{_PACKAGE}/srv/{name}")
             node.create_service(service, f"~/{snake_case(name)}", answer)
 
-    def tell_split(self, closed: Path, opened: Path) -> None:
-        """Publish the split event."""
+    def publish_split(self, closed: Path, opened: Path) -> None:
+        """Publish rosbag2's write-split event for a new file."""
         self._splits.publish(
             self._split_event(
                 closed_file=str(closed.absolute()),
@@ -111,8 +111,8 @@ class RecorderServices:
             )
         )
 
-    def tell_losses(self, losses: Losses) -> None:
-        """Publish the losses since the last call."""
+    def publish_losses(self, losses: Losses) -> None:
+        """Publish losses as rosbag2's event for lost messages."""
         self._lost.publish(
             self._lost_event(
                 node_name=self._node.get_fully_qualified_name(),
@@ -170,22 +170,22 @@ class RecorderServices:
             self._node.get_logger().error(f"Error during Stop request: {error.message}")
         return response
 
-    def _is_following(self, _: Any, response: Any) -> Any:
-        response.running = self._recorder.is_following
+    def _is_discovering(self, _: Any, response: Any) -> Any:
+        response.running = self._recorder.is_discovering
         return response
 
-    def _start_following(self, _: Any, response: Any) -> Any:
+    def _start_discovery(self, _: Any, response: Any) -> Any:
         if not self._recorder.is_recording:
             return self._refuse(response, "StartDiscovery", "Recorder is not currently recording.")
-        if self._recorder.is_following:
+        if self._recorder.is_discovering:
             return self._refuse(response, "StartDiscovery", "Discovery is already running.")
-        self._recorder.follow(active=True)
+        self._recorder.set_discovery(active=True)
         return response
 
-    def _stop_following(self, _: Any, response: Any) -> Any:
-        if not self._recorder.is_following:
+    def _stop_discovery(self, _: Any, response: Any) -> Any:
+        if not self._recorder.is_discovering:
             return self._refuse(response, "StopDiscovery", "Discovery is not running.")
-        self._recorder.follow(active=False)
+        self._recorder.set_discovery(active=False)
         return response
 
     def _refuse(self, response: Any, request: str, why: str) -> Any:

@@ -1,4 +1,4 @@
-"""One recording, from its first message to the end of its bag."""
+"""Recording session: one bag, from its first message to its end."""
 
 from __future__ import annotations
 
@@ -9,14 +9,11 @@ from concurrent.futures import CancelledError, Future
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from teleopctl.bag.recorder.circumstances import RecordingMetadata
-from teleopctl.bag.recorder.early import EarlyMessages
 from teleopctl.bag.recorder.losses import LossCounter
-from teleopctl.bag.recorder.message_queue import MessageQueue
 from teleopctl.bag.recorder.options import CACHE_BYTES, RecorderOptions
-from teleopctl.bag.recorder.snapshot import SnapshotBuffer
-from teleopctl.bag.recorder.topics import PauseGate, RecordedTopics
-from teleopctl.bag.recorder.writing import WritingThread
+from teleopctl.bag.recorder.recording_metadata import RecordingMetadata
+from teleopctl.bag.recorder.subscriptions import DomainSubscription, PauseGate, RecordedTopics
+from teleopctl.bag.recorder.writing import MessageQueue, SnapshotBuffer, WritingThread
 from teleopctl.bag.storage.bag_writer import BagWriter
 
 if TYPE_CHECKING:
@@ -25,7 +22,7 @@ if TYPE_CHECKING:
 
 
 class RecordingSession:
-    """One recording into one bag; with simulated time, it starts with the first /clock.
+    """Recording into one bag; with simulated time, it starts with the first /clock.
 
     Args:
         node: Who subscribes.
@@ -65,7 +62,7 @@ class RecordingSession:
         self.writing = WritingThread(
             writer, queue, snapshot, on_failure, is_eager=not options.cache_bytes
         )
-        self._early = EarlyMessages(node) if options.from_first_message else None
+        self._domain_subscription = DomainSubscription(node) if options.from_first_message else None
         self.topics = RecordedTopics(
             node,
             options.selection.with_absolute_names(
@@ -78,9 +75,9 @@ class RecordingSession:
             self.losses,
             self.writing.add_topic,
             uses_simulated_time=options.use_sim_time,
-            early=self._early,
+            domain_subscription=self._domain_subscription,
         )
-        self._circumstances: RecordingMetadata | None = None
+        self._metadata: RecordingMetadata | None = None
         self._changed = threading.Event()
         self._is_over = threading.Event()
         self._follows = options.discovery
@@ -93,17 +90,17 @@ class RecordingSession:
         self._thread.start()
 
     @property
-    def is_following(self) -> bool:
-        """Whether new topics are recorded."""
+    def is_discovering(self) -> bool:
+        """Whether topics that appear in the graph are recorded."""
         return self._follows
 
     @property
     def message_count(self) -> int:
-        """Number of received messages that were not dropped."""
+        """Number of received messages that the queue accepted."""
         return self._queue.count
 
-    def follow(self, *, active: bool) -> None:
-        """Start or stop recording new topics."""
+    def set_discovery(self, *, active: bool) -> None:
+        """Start or stop recording topics that appear in the graph."""
         self._follows = active
         self._changed.set()
 
@@ -114,10 +111,10 @@ class RecordingSession:
             SystemFailureError: The disk refused.
         """
         with contextlib.suppress(CancelledError):
-            self.writing.ask(lambda writer: writer.flush()).result()
+            self.writing.call(lambda writer: writer.flush()).result()
 
     def split(self) -> Future[tuple[Path, Path]]:
-        """Start a new file."""
+        """Start a new file of the bag; return a future of the two paths."""
         return self.writing.split()
 
     def take_snapshot(self) -> Future[bool]:
@@ -134,25 +131,25 @@ class RecordingSession:
         self._changed.set()
         self._node.get_clock().forget_on_time_update(self._clock_moved)
         self._thread.join()
-        if self._circumstances is not None:
-            self._circumstances.close()
+        if self._metadata is not None:
+            self._metadata.close()
         self.topics.close()
-        if self._early is not None:
-            self._early.close()
+        if self._domain_subscription is not None:
+            self._domain_subscription.close()
         self.writing.close()
 
     def join(self) -> None:
-        """Wait for pending requests to other nodes; briefly if the context has ended."""
-        if self._circumstances is not None:
-            self._circumstances.join()
+        """Wait for pending requests to other nodes, after `close`."""
+        if self._metadata is not None:
+            self._metadata.join()
 
     def _begin(self) -> None:
-        self.topics.follow(self._node.graph())
-        if self._options.circumstances:
-            self._circumstances = RecordingMetadata(
+        self.topics.update(self._node.graph())
+        if self._options.recording_metadata:
+            self._metadata = RecordingMetadata(
                 self._node,
-                lambda attachment: self.writing.ask(lambda writer: writer.attach(attachment)),
-                lambda name, values: self.writing.ask(
+                lambda attachment: self.writing.call(lambda writer: writer.attach(attachment)),
+                lambda name, values: self.writing.call(
                     lambda writer: writer.add_record(name, values)
                 ),
                 self._node.get_clock().nanoseconds,
@@ -174,9 +171,9 @@ class RecordingSession:
             self._changed.wait()
             self._changed.clear()
             if self._follows and not self._is_over.is_set():
-                self.topics.follow(self._node.graph())
+                self.topics.update(self._node.graph())
             # One after the other, so that what appears meanwhile does not wait for all of them.
-            if not self._is_over.is_set() and self.topics.ask_for_a_definition(self._node.graph()):
+            if not self._is_over.is_set() and self.topics.request_definition(self._node.graph()):
                 self._changed.set()
 
     def _clock_moved(self) -> None:

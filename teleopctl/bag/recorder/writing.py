@@ -1,20 +1,188 @@
-"""The one thread that writes what a recorder receives."""
+"""Writing thread of a recorder, with its message queue and its snapshot buffer."""
 
 from __future__ import annotations
 
 import threading
 import time
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Callable
 from concurrent.futures import Future
 from pathlib import Path
 from typing import Any, TypeVar
 
-from teleopctl.bag.recorder.message_queue import MessageQueue
-from teleopctl.bag.recorder.snapshot import SnapshotBuffer
 from teleopctl.bag.records import BagMessage, BagTopic
 from teleopctl.bag.storage.bag_writer import BagWriter
 from teleopctl.errors import TeleopctlError
+from teleopctl.interfaces import NANOSECONDS_PER_SECOND
+
+# While messages come one by one, they are written so many seconds later, all at once: waking a
+# thread costs more than writing a small message.
+_GATHER_S = 0.1
+
+# Unless so many bytes are waiting.
+_MUCH_BYTES = 4 * 2**20
+
+
+class MessageQueue:
+    """Queue from the subscriptions to the writing thread, limited in bytes.
+
+    A full one refuses what comes; who refuses counts it.
+
+    Args:
+        most_bytes: What the messages may take; one message always finds room, however large.
+
+    Attributes:
+        count: Messages that have come in so far.
+    """
+
+    def __init__(self, most_bytes: int) -> None:
+        self.count = 0
+        self._most_bytes = most_bytes
+        self._messages: deque[BagMessage] = deque()
+        self._tasks: deque[Callable[[], object]] = deque()
+        self._lock = threading.Lock()
+        self._something = threading.Event()
+        self._hurry = threading.Event()
+        # Of the messages here, and of those that were taken and are not written yet.
+        self._bytes = 0
+        self._is_closed = False
+
+    @property
+    def is_closed(self) -> bool:
+        """Whether the queue is closed."""
+        return self._is_closed
+
+    def put(self, message: BagMessage) -> bool:
+        """Add a message from any thread; return False if the queue is full."""
+        size = len(message.data)
+        with self._lock:
+            if self._is_closed or (self._bytes and self._bytes + size > self._most_bytes):
+                return False
+            self._bytes += size
+            self.count += 1
+            self._messages.append(message)
+            hurry = self._bytes > _MUCH_BYTES
+        if not self._something.is_set():
+            self._something.set()
+        if hurry and not self._hurry.is_set():
+            self._hurry.set()
+        return True
+
+    def call(self, task: Callable[[], object]) -> bool:
+        """Queue a function that the writing thread calls after the present messages.
+
+        Returns:
+            False where the queue is closed, so that nobody will call it.
+        """
+        with self._lock:
+            if self._is_closed:
+                return False
+            self._tasks.append(task)
+        self._hurry.set()
+        self._something.set()
+        return True
+
+    def take_all(
+        self, longest_s: float
+    ) -> tuple[list[BagMessage], list[Callable[[], object]], bool]:
+        """Wait for messages or functions; return all of them and whether the queue is closed.
+
+        Args:
+            longest_s: Longest wait in seconds.
+
+        Returns:
+            Messages to be written, functions to be called after that, and whether all is over.
+        """
+        if self._something.wait(longest_s) and not self._is_closed:
+            self._hurry.wait(_GATHER_S)
+        with self._lock:
+            self._something.clear()
+            self._hurry.clear()
+            messages, self._messages = list(self._messages), deque()
+            tasks, self._tasks = list(self._tasks), deque()
+            return messages, tasks, self._is_closed
+
+    def release(self, size: int) -> None:
+        """Free the space that written messages took in the queue."""
+        with self._lock:
+            self._bytes -= size
+
+    def close(self) -> None:
+        """Close the queue; the present messages are still written. Idempotent."""
+        with self._lock:
+            self._is_closed = True
+        self._hurry.set()
+        self._something.set()
+
+
+_MOST_LATCHED = 100
+
+
+class SnapshotBuffer:
+    """Ring buffer of messages, limited in bytes and in time; not thread-safe.
+
+    What latched topics last had stays besides, however old: the description of a robot is said
+    once and needed always.
+
+    Args:
+        most_bytes: What the messages may take; 0 for any amount.
+        longest_s: How much older than the newest one a message may be, in seconds; 0 for any age.
+    """
+
+    def __init__(self, most_bytes: int, longest_s: float = 0.0) -> None:
+        self._most_bytes = most_bytes
+        self._longest_ns = round(longest_s * NANOSECONDS_PER_SECOND)
+        self._messages: deque[BagMessage] = deque()
+        self._bytes = 0
+        self._latched: dict[tuple[str, bytes], deque[BagMessage]] = {}
+        # Of each topic how many messages fell out, which the bag is not to count as lost.
+        self._fallen_out: Counter[str] = Counter()
+
+    def put(self, message: BagMessage, latched_depth: int = 0) -> None:
+        """Add a message; the oldest ones fall out if the buffer is full.
+
+        Args:
+            message: The newest one.
+            latched_depth: How many a late subscriber would get from its publisher; 0 for a topic
+                that is not latched.
+        """
+        if latched_depth:
+            key = (message.topic, message.publisher)
+            kept = self._latched.setdefault(key, deque(maxlen=min(latched_depth, _MOST_LATCHED)))
+            kept.append(message)
+        self._messages.append(message)
+        self._bytes += len(message.data)
+        while self._is_full(message.log_time_ns):
+            oldest = self._messages.popleft()
+            self._bytes -= len(oldest.data)
+            self._fallen_out[oldest.topic] += 1
+
+    def take(self) -> list[BagMessage]:
+        """Return and remove the buffered messages, the latched ones first."""
+        messages, self._messages, self._bytes = self._messages, deque(), 0
+        if not messages:
+            return []
+        there = {id(message) for message in messages}
+        begin_ns = messages[0].log_time_ns
+        earlier = [
+            message._replace(log_time_ns=begin_ns, sequence=0)
+            for kept in self._latched.values()
+            for message in kept
+            if id(message) not in there
+        ]
+        recorded = [
+            message._replace(sequence=message.sequence - self._fallen_out[message.topic])
+            for message in messages
+        ]
+        return [*earlier, *recorded]
+
+    def _is_full(self, now_ns: int) -> bool:
+        if len(self._messages) < 2:
+            return False
+        if self._most_bytes and self._bytes > self._most_bytes:
+            return True
+        return bool(self._longest_ns) and now_ns - self._messages[0].log_time_ns > self._longest_ns
+
 
 # What is written at the latest when the process is killed is what came so long before.
 _FLUSH_S = 0.5
@@ -32,7 +200,7 @@ ResultT = TypeVar("ResultT")
 
 
 class WritingThread:
-    """Writes the messages of a queue to a bag, on a thread of its own.
+    """Thread that writes the messages of a queue to a bag.
 
     Messages of a topic whose definition is still being asked for are held until `add_topic`.
 
@@ -73,35 +241,35 @@ class WritingThread:
             thread.start()
 
     def add_topic(self, topic: BagTopic) -> None:
-        """Add a topic, from any thread, and write its held messages."""
+        """Add a topic to the bag, from any thread, and write its held messages."""
         self._queue.call(lambda: self._add_topic(topic))
 
-    def ask(self, question: Callable[[BagWriter], ResultT]) -> Future[ResultT]:
-        """Call a function with the writer on the writing thread; return a future of its result.
+    def call(self, function: Callable[[BagWriter], ResultT]) -> Future[ResultT]:
+        """Call a function with the bag writer on the thread; return a future of the result.
 
         Where the recording ends before, the answer is cancelled.
         """
         answer: Future[ResultT] = Future()
 
-        def call() -> None:
+        def run() -> None:
             try:
-                answer.set_result(question(self._writer))
+                answer.set_result(function(self._writer))
             except TeleopctlError as error:
                 answer.set_exception(error)
                 raise
 
         self._answers.append(answer)
-        if not self._queue.call(call):
+        if not self._queue.call(run):
             answer.cancel()
         return answer
 
     def split(self) -> Future[tuple[Path, Path]]:
-        """Start a new file."""
-        return self.ask(lambda writer: writer.split())
+        """Start a new file of the bag; return a future of the two paths."""
+        return self.call(lambda writer: writer.split())
 
     def take_snapshot(self) -> Future[bool]:
-        """Write the snapshot buffer to a file of its own; the result is False without one."""
-        return self.ask(self._write_snapshot)
+        """Write the snapshot buffer to a file of its own; return a future."""
+        return self.call(self._write_snapshot)
 
     def close(self) -> None:
         """Write all queued messages, finish the bag and end the threads.
@@ -155,9 +323,9 @@ class WritingThread:
                 self._snapshot.put(message, latched_depth)
             size += len(message.data)
             if size > _STEP_BYTES:
-                self._queue.written(size)
+                self._queue.release(size)
                 size = 0
-        self._queue.written(size)
+        self._queue.release(size)
 
     def _add_topic(self, topic: BagTopic) -> None:
         if topic.name in self._latched:

@@ -1,1 +1,1 @@
-"""Bags as rosbag2 lays them out: a folder of files with ``metadata.yaml``."""
+"""Bags in rosbag2's layout, a folder of files with ``metadata.yaml``: read and written."""

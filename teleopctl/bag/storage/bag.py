@@ -1,4 +1,4 @@
-"""A bag that is read, whoever wrote it: rosbag2's folders and files, and ROS 1's bags."""
+"""Opening bags for reading: rosbag2's folders and single files, and ROS 1 bags."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from collections.abc import Callable, Collection, Iterator
 from dataclasses import replace
 from pathlib import Path
 from tempfile import gettempdir
-from typing import TYPE_CHECKING, Protocol, Self
 
-from teleopctl.bag.mcap_file.file_reader import McapFileReader, Salvage
+from teleopctl.bag.base import Bag, BagFileReader
+from teleopctl.bag.mcap_file.file_reader import ChunkRecovery, McapFileReader
 from teleopctl.bag.metadata import (
     MCAP,
     METADATA_FILE,
@@ -21,83 +21,25 @@ from teleopctl.bag.metadata import (
     read_metadata,
 )
 from teleopctl.bag.records import NO_TIME_NS, BagAttachment, BagMessage, BagTopic
-from teleopctl.bag.storage.packed import SUFFIX, ZSTD, require_zstd, unpack_file, unpack_messages
+from teleopctl.bag.storage.compression import (
+    SUFFIX,
+    ZSTD,
+    require_zstd,
+    unpack_file,
+    unpack_messages,
+)
 from teleopctl.base.files import absence
 from teleopctl.base.temporary import TemporaryFolder
 from teleopctl.errors import InvalidFileError, NotFoundError
-
-if TYPE_CHECKING:
-    from teleopctl.bag.storage.sqlite_file import SqliteFileReader
 
 _SUFFIXES = (".mcap", ".db3")
 _SUFFIX_OF_STORAGE = {MCAP: ".mcap", SQLITE3: ".db3"}
 _SQLITE_MAGIC = b"SQLite format 3\0"
 
 
-class Bag(Protocol):
-    """Bag opened for reading, as `open_bag` returns it.
-
-    Attributes:
-        path: Folder or file of the bag.
-        metadata: Files, times, topics and message counts.
-        remarks: Problems of the bag, one sentence each, such as an unfinished file.
-
-    Example:
-        >>> with open_bag("session") as bag:
-        ...     for topic, count in bag.metadata.topics:
-        ...         print(topic.name, topic.type_name, count)
-        /joint_states sensor_msgs/msg/JointState 3
-    """
-
-    path: Path
-    metadata: BagMetadata
-    remarks: list[str]
-
-    def messages(
-        self,
-        topics: Collection[str] | None = None,
-        start_ns: int = 0,
-        end_ns: int = NO_TIME_NS,
-        left_out: Callable[[str], object] | None = None,
-    ) -> Iterator[BagMessage]:
-        """Yield messages in the order of their log times.
-
-        Args:
-            topics: Full names of the topics; None for all.
-            start_ns: First log time, in nanoseconds since the epoch.
-            end_ns: Log time at which to end, exclusive.
-            left_out: Called with a sentence for each broken part of an MCAP file, whose messages
-                are then left out.
-
-        Raises:
-            InvalidFileError: A part of the bag is broken, and ``left_out`` is None; the message
-                says where.
-        """
-
-    def latest(self, topic: str, end_ns: int, most: int = 1) -> list[BagMessage]:
-        """Return the last messages of a topic before a log time, oldest first.
-
-        Args:
-            topic: Full name of the topic.
-            end_ns: Log time, in nanoseconds since the epoch.
-            most: Largest number of messages.
-        """
-
-    def attachments(self) -> Iterator[BagAttachment]:
-        """Yield the attachments of the bag."""
-
-    def records(self) -> Iterator[tuple[str, dict[str, str]]]:
-        """Yield the metadata records of the bag."""
-
-    def close(self) -> None:
-        """Close the files of the bag."""
-
-    def __enter__(self) -> Self: ...
-
-    def __exit__(self, *_: object) -> None: ...
-
-
-def open_bag(path: Path | str, storage: str | None = None, salvage: Salvage | None = None) -> Bag:
+def open_bag(
+    path: Path | str, storage: str | None = None, recovery: ChunkRecovery | None = None
+) -> Bag:
     """Open a bag for reading: a folder or file of rosbag2 (MCAP, SQLite), or a bag of ROS 1.
 
     A folder without ``metadata.yaml`` and a file that was never finished are read too.
@@ -105,7 +47,7 @@ def open_bag(path: Path | str, storage: str | None = None, salvage: Salvage | No
     Args:
         path: Folder of the bag, or one of its files.
         storage: ``mcap`` or ``sqlite3``, if the path does not show it.
-        salvage: How messages of broken chunks of MCAP files are taken over; they are not if None.
+        recovery: How messages of broken chunks of MCAP files are taken over; they are not if None.
 
     Raises:
         NotFoundError: The path does not exist or is no bag.
@@ -131,7 +73,7 @@ def open_bag(path: Path | str, storage: str | None = None, salvage: Salvage | No
 
         return Ros1Bag(files[0])
     metadata, remark = _metadata(path)
-    bag = open_files(path, files, metadata, storage, salvage)
+    bag = open_files(path, files, metadata, storage, recovery)
     bag.remarks += remark
     return bag
 
@@ -141,22 +83,22 @@ def open_files(
     files: list[Path],
     metadata: BagMetadata | None,
     storage: str | None = None,
-    salvage: Salvage | None = None,
+    recovery: ChunkRecovery | None = None,
 ) -> Bag:
-    """Open MCAP files or databases as one bag.
+    """Open given MCAP files or SQLite databases as one bag.
 
     Args:
         path: What the bag is called.
         files: The files.
         metadata: What ``metadata.yaml`` says, which the files complete and correct.
         storage: As for `open_bag`.
-        salvage: As for `open_bag`.
+        recovery: As for `open_bag`.
 
     Raises:
         InvalidFileError: None of them can be read.
         UnsupportedError: They are compressed in a way that is not known.
     """
-    return _FilesBag(path, files, metadata, storage, salvage)
+    return _FilesBag(path, files, metadata, storage, recovery)
 
 
 def _metadata(path: Path) -> tuple[BagMetadata | None, list[str]]:
@@ -166,14 +108,13 @@ def _metadata(path: Path) -> tuple[BagMetadata | None, list[str]]:
     try:
         return read_metadata(path), []
     except InvalidFileError as error:
-        return None, [f"{error.message}; the files tell what is in them"]
+        return None, [f"{error.message}; the content is taken from the files"]
 
 
 def bag_files(path: Path) -> list[Path]:
-    """Return the files of a bag in the order in which they were written.
+    """Return the files of a bag in the order of writing: the listed ones, then others.
 
     Those that ``metadata.yaml`` names, and what a recorder that was killed could no longer add.
-
     """
     if path.is_file():
         return [path]
@@ -186,7 +127,7 @@ def bag_files(path: Path) -> list[Path]:
 
 
 def stored_files(folder: Path) -> list[Path]:
-    """Return the bag's files in its folder, by number, whatever ``metadata.yaml`` lists."""
+    """Return the bag files that are in a folder, by number, whatever ``metadata.yaml`` lists."""
     found = {file for file in folder.iterdir() if _suffix(file) in _SUFFIXES}
     # Beside a file that was decompressed by hand may stand the one that it was made of.
     return sorted(
@@ -205,17 +146,15 @@ def _suffix(file: Path) -> str:
     return Path(file.name.removesuffix(SUFFIX)).suffix
 
 
-def _open_file(
-    file: Path, storage: str | None, salvage: Salvage | None
-) -> McapFileReader | SqliteFileReader:
+def _open_file(file: Path, storage: str | None, recovery: ChunkRecovery | None) -> BagFileReader:
     suffix = file.suffix
     if suffix not in _SUFFIXES:
         suffix = _SUFFIX_OF_STORAGE.get(storage or "", "")
     if suffix == ".db3" or (not suffix and _begins_with(file, _SQLITE_MAGIC)):
-        from teleopctl.bag.storage.sqlite_file import SqliteFileReader
+        from teleopctl.bag.storage.sqlite_reader import SqliteFileReader
 
         return SqliteFileReader(file)
-    return McapFileReader(file, salvage)
+    return McapFileReader(file, recovery)
 
 
 def _absence(file: Path) -> str:
@@ -231,8 +170,8 @@ def _begins_with(file: Path, magic: bytes) -> bool:
     return False
 
 
-class _FilesBag:
-    """A bag of MCAP files or databases; see `Bag`."""
+class _FilesBag(Bag):
+    """Bag of MCAP files or SQLite databases."""
 
     def __init__(
         self,
@@ -240,12 +179,12 @@ class _FilesBag:
         files: list[Path],
         metadata: BagMetadata | None,
         storage: str | None,
-        salvage: Salvage | None,
+        recovery: ChunkRecovery | None,
     ) -> None:
         self.path = path
-        self._salvage = salvage
+        self._recovery = recovery
         self.remarks: list[str] = []
-        self._readers: list[McapFileReader | SqliteFileReader] = []
+        self._readers: list[BagFileReader] = []
         self._descriptions: list[BagFile] = []
         self._unpacked: TemporaryFolder | None = None
         self._has_packed_messages = metadata is not None and metadata.compression_mode == "message"
@@ -275,16 +214,16 @@ class _FilesBag:
         topics: Collection[str] | None = None,
         start_ns: int = 0,
         end_ns: int = NO_TIME_NS,
-        left_out: Callable[[str], object] | None = None,
+        on_left_out: Callable[[str], object] | None = None,
     ) -> Iterator[BagMessage]:
         readers = sorted(self._readers, key=lambda reader: reader.description.start_ns)
         for group in _overlapping(readers):
             found: Iterator[BagMessage] = heapq.merge(
-                *(reader.messages(topics, start_ns, end_ns, left_out) for reader in group),
+                *(reader.messages(topics, start_ns, end_ns, on_left_out) for reader in group),
                 key=lambda message: message.log_time_ns,
             )
             if self._has_packed_messages:
-                found = unpack_messages(found, self.path, left_out)
+                found = unpack_messages(found, self.path, on_left_out)
             yield from found
 
     def latest(self, topic: str, end_ns: int, most: int = 1) -> list[BagMessage]:
@@ -322,17 +261,11 @@ class _FilesBag:
         if self._unpacked is not None:
             self._unpacked.remove()
 
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
-
     def _open(self, file: Path, storage: str | None, *, alone: bool) -> None:
         try:
             if why := _absence(file):
                 raise InvalidFileError(f"{file} {why}")
-            reader = _open_file(self._plain(file), storage, self._salvage)
+            reader = _open_file(self._plain(file), storage, self._recovery)
         except InvalidFileError as error:
             if alone:
                 raise
@@ -343,8 +276,8 @@ class _FilesBag:
         self.remarks += reader.remarks
         if not reader.is_finished:
             self.remarks.append(
-                f"{file} was not finished, or is damaged: it is read as far as it is whole"
-                f" (teleopctl bag recover {self.path} makes it whole)"
+                f"{file} was not finished, or is damaged: it is read as far as it is intact"
+                f" (teleopctl bag recover {self.path} repairs it)"
             )
 
     def _plain(self, file: Path) -> Path:
@@ -384,10 +317,10 @@ class _FilesBag:
 
 
 def _overlapping(
-    readers: list[McapFileReader | SqliteFileReader],
-) -> Iterator[list[McapFileReader | SqliteFileReader]]:
+    readers: list[BagFileReader],
+) -> Iterator[list[BagFileReader]]:
     """Group files, sorted by their start, whose times overlap: only those have to be merged."""
-    group: list[McapFileReader | SqliteFileReader] = []
+    group: list[BagFileReader] = []
     end_ns = 0
     for reader in readers:
         file: BagFile = reader.description

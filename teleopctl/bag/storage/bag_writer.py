@@ -1,4 +1,4 @@
-"""Writes a bag: a folder with files and a ``metadata.yaml`` that is true at any moment.
+"""Writing bags: a folder of files with a ``metadata.yaml`` that is kept up to date.
 
 The files are MCAP, or SQLite databases for programs that read nothing else.
 """
@@ -13,8 +13,9 @@ from collections import deque
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Self
+from typing import Self
 
+from teleopctl.bag.base import BagFileWriter
 from teleopctl.bag.mcap_file.chunk_builder import (
     CHUNK_BYTES,
     ChunkSettings,
@@ -34,9 +35,6 @@ from teleopctl.bag.metadata import (
 from teleopctl.bag.records import BagAttachment, BagMessage, BagTopic
 from teleopctl.errors import RefusedError, SystemFailureError, TeleopctlError, UsageError
 
-if TYPE_CHECKING:
-    from teleopctl.bag.storage.database_writer import DatabaseWriter
-
 # A latched topic without a bound keeps no more than this when a new file begins.
 _MOST_LATCHED = 100
 _METADATA_PERIOD_S = 5.0
@@ -46,7 +44,7 @@ _LEAST_DATABASE_BYTES = 86_016
 
 @dataclass(frozen=True)
 class WriterOptions:
-    """Options of a bag writer.
+    """Options of a bag writer: storage format, compression, splitting and metadata.
 
     Attributes:
         compression: Of the chunks.
@@ -144,7 +142,7 @@ class BagWriter:
         self.message_counts: dict[str, int] = {}
         self.on_split: Callable[[Path, Path], object] | None = None
         self._topics: dict[str, BagTopic] = {}
-        self._finished: list[McapFileWriter | DatabaseWriter] = []
+        self._finished: list[BagFileWriter] = []
         self._file_number = 0
         self._splits = bool(self._options.split_bytes or self._options.split_duration_ns)
         # Of the topics that are repeated: how many messages of each publisher.
@@ -167,8 +165,8 @@ class BagWriter:
         self._write_metadata()
 
     @property
-    def file(self) -> McapFileWriter | DatabaseWriter:
-        """Path of the present file."""
+    def file(self) -> BagFileWriter:
+        """Writer of the present file."""
         return self._file
 
     @property
@@ -183,7 +181,7 @@ class BagWriter:
         )
 
     def add_topic(self, topic: BagTopic) -> None:
-        """Add a topic, before its first message. Idempotent."""
+        """Add a topic to this and all following files, before its first message. Idempotent."""
         if topic.name not in self._topics:
             self._topics[topic.name] = topic
             self.message_counts[topic.name] = 0
@@ -216,7 +214,7 @@ class BagWriter:
         self._attempt(lambda: self._file.add_record(name, values))
 
     def split(self, time_ns: int | None = None) -> tuple[Path, Path]:
-        """Start a new file.
+        """Finish the present file and start a new one.
 
         Args:
             time_ns: Log time of what is repeated there; by default that of the last message.
@@ -241,7 +239,7 @@ class BagWriter:
         return ended.path, self._file.path
 
     def flush(self) -> None:
-        """Flush to the operating system."""
+        """Hand all written messages to the operating system; update ``metadata.yaml`` if due."""
         self._attempt(self._file.flush)
         if time.monotonic() >= self._metadata_due_s:
             self._write_metadata()
@@ -259,18 +257,18 @@ class BagWriter:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    def _new_file(self) -> McapFileWriter | DatabaseWriter:
+    def _new_file(self) -> BagFileWriter:
         stem = f"{self.folder.name}_{self._file_number}"
         self._file_number += 1
-        file: McapFileWriter | DatabaseWriter
+        file: BagFileWriter
         if self._options.database_settings is None:
             file = McapFileWriter(self.folder / f"{stem}.mcap", self._options.chunks)
         else:
-            from teleopctl.bag.storage.database_writer import DatabaseWriter
+            from teleopctl.bag.storage.sqlite_writer import SqliteFileWriter
 
             settings = self._options.database_settings
             path = self.folder / f"{stem}.db3"
-            file = DatabaseWriter(path, settings, self._options.distribution)
+            file = SqliteFileWriter(path, settings, self._options.distribution)
         for topic in self._topics.values():
             file.add_topic(topic)
         for attachment in self._attachments:
@@ -289,7 +287,7 @@ class BagWriter:
             with contextlib.suppress(OSError):
                 oldest.path.unlink()
 
-    def _finish(self, file: McapFileWriter | DatabaseWriter) -> None:
+    def _finish(self, file: BagFileWriter) -> None:
         # rosbag2 reads it where metadata.yaml is missing.
         text = format_metadata(self.metadata, with_root=False)
         file.add_record("rosbag2", {"serialized_metadata": text})

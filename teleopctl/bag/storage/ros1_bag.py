@@ -1,4 +1,4 @@
-"""Bags of ROS 1, which rosbags reads for us; their messages come in the form of ROS 2."""
+"""ROS 1 bags, read by rosbags and converted to ROS 2 messages."""
 
 from __future__ import annotations
 
@@ -6,8 +6,9 @@ from collections import deque
 from collections.abc import Callable, Collection, Iterator
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any
 
+from teleopctl.bag.base import Bag
 from teleopctl.bag.metadata import BagFile, BagMetadata
 from teleopctl.bag.records import (
     NO_TIME_NS,
@@ -40,8 +41,8 @@ ROS1 = "rosbag v2.0"
 _PIECE_BYTES = 2**20
 
 
-class Ros1Bag:
-    """ROS 1 bag opened for reading; see `Bag`.
+class Ros1Bag(Bag):
+    """ROS 1 bag opened for reading, with its messages converted to ROS 2.
 
     Args:
         path: The file.
@@ -78,9 +79,9 @@ class Ros1Bag:
         topics: Collection[str] | None = None,
         start_ns: int = 0,
         end_ns: int = NO_TIME_NS,
-        left_out: Callable[[str], object] | None = None,  # noqa: ARG002 (others')
+        on_left_out: Callable[[str], object] | None = None,  # noqa: ARG002 (others')
     ) -> Iterator[BagMessage]:
-        """Yield messages in the order of their log times; see `Bag.messages`."""
+        """Yield messages, converted to ROS 2, in the order of their log times."""
         from rosbags.highlevel import AnyReaderError
         from rosbags.rosbag1 import ReaderError
 
@@ -111,12 +112,6 @@ class Ros1Bag:
     def close(self) -> None:
         """Close the file."""
         self._reader.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
 
     def _to_cdr(self, connection: Connection, data: bytes | memoryview) -> bytes:
         name = connection.msgtype

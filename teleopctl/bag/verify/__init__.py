@@ -1,1 +1,1 @@
-"""Compares a recorded session with what a simulator does with its commands."""
+"""Comparison of a recorded simulation run with its replay."""

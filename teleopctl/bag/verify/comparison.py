@@ -1,15 +1,17 @@
-"""Compares the messages of a run with those that were recorded, field by field."""
+"""Comparison of the messages of a replayed run with the recorded ones, field by field."""
 
 from __future__ import annotations
 
 import itertools
 import math
 import struct
+from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Any, NamedTuple, TypeAlias
 
+from teleopctl.bag.export.plots import Curve
 from teleopctl.errors import InvalidFileError, InvalidMessageError
 from teleopctl.interfaces import Message, deserialize, get_message, to_seconds
 
@@ -35,7 +37,7 @@ class DifferenceKind(StrEnum):
 
 
 class Difference(NamedTuple):
-    """A difference between a recorded and a replayed message.
+    """Difference between a recorded message and the replayed one of the same time.
 
     Attributes:
         topic: The topic.
@@ -55,14 +57,14 @@ class Difference(NamedTuple):
 
     @property
     def size(self) -> float:
-        """Absolute difference of two numbers; infinite for other values."""
+        """Absolute difference of the two numbers; infinite for other values."""
         if not (_is_number(self.recorded) and _is_number(self.replayed)):
             return math.inf
         distance = abs(float(self.recorded or 0) - float(self.replayed or 0))
         return math.inf if math.isnan(distance) else distance
 
     def __str__(self) -> str:
-        """Say it in a line."""
+        """Return the difference as a line of text."""
         where = f"{self.topic} {to_seconds(self.time_ns):.3f} s"
         match self.kind:
             case DifferenceKind.MISSING:
@@ -75,8 +77,8 @@ class Difference(NamedTuple):
         return f"{where}: {self.field} was {self.recorded!r} and is {self.replayed!r}{apart}"
 
 
-class Recorded(NamedTuple):
-    """A recorded message with its simulated time.
+class RecordedMessage(NamedTuple):
+    """Recorded message with its simulated time.
 
     Attributes:
         time_ns: Its stamp, in nanoseconds of simulated time.
@@ -95,7 +97,7 @@ class Recorded(NamedTuple):
 
 @dataclass
 class ComparedStream:
-    """Messages of one publisher, recorded and replayed, in order of simulated time.
+    """One publisher's messages, recorded and replayed, compared by simulated time.
 
     Attributes:
         topic: The topic.
@@ -116,7 +118,7 @@ class ComparedStream:
 
     topic: str
     type_name: str
-    recorded: Sequence[Recorded]
+    recorded: Sequence[RecordedMessage]
     publisher: str = ""
     tolerance: float = 0.0
     may_skip: bool = False
@@ -129,7 +131,7 @@ class ComparedStream:
 
     def __post_init__(self) -> None:
         """Sort what was recorded, and find what stands twice or in a wrong place."""
-        self._left: dict[int, Recorded] = {}
+        self._left: dict[int, RecordedMessage] = {}
         latest_ns = -1
         for message in self.recorded:
             if message.time_ns in self._left:
@@ -148,20 +150,20 @@ class ComparedStream:
 
     @property
     def name(self) -> str:
-        """Return the topic, with the publisher if it has several."""
+        """Topic of the stream, with the publisher if the topic has several."""
         return f"{self.topic} of {self.publisher}" if self.publisher else self.topic
 
     @property
     def is_same(self) -> bool:
-        """Return whether there are no differences."""
+        """Whether the stream has no differences."""
         return not self.difference_count
 
-    def at(self, time_ns: int) -> Recorded | None:
-        """Return the recorded message of a time, if it was not yet compared."""
+    def at(self, time_ns: int) -> RecordedMessage | None:
+        """Return the recorded message of a simulated time; None if there is none left."""
         return self._left.get(time_ns)
 
-    def take(self, time_ns: int, data: bytes) -> Recorded | None:
-        """Compare a replayed message with the recorded one of its time, and return that.
+    def take(self, time_ns: int, data: bytes) -> RecordedMessage | None:
+        """Compare a replayed message with the recorded one of its time; return the latter.
 
         Messages before the first recorded one are passed over, since whoever recorded or published
         came later; so are those after the last one, until `close`.
@@ -171,20 +173,20 @@ class ComparedStream:
             self.compared += 1
             self.compare(time_ns, recorded.data, data)
         elif self.begin_ns < time_ns < self.end_ns and time_ns not in self._by_time:
-            self.lack(time_ns)
+            self.add_missing(time_ns)
         elif time_ns > self.end_ns and self._after_ns is None:
             self._after_ns = time_ns
         return recorded
 
-    def lack(self, time_ns: int) -> None:
-        """Record that a replayed message has no recorded one."""
+    def add_missing(self, time_ns: int) -> None:
+        """Note that a replayed message has no recorded one: skipped, or a difference."""
         if self.may_skip and self._is_whole_around(time_ns):
             self.skipped_ns.append(time_ns)
         else:
             self.add(Difference(self.topic, time_ns, kind=DifferenceKind.MISSING))
 
     def compare(self, time_ns: int, recorded: bytes, now: bytes) -> None:
-        """Compare two messages."""
+        """Compare the CDR bytes of two messages, and add the fields that differ."""
         if recorded == now:
             return
         try:
@@ -199,7 +201,7 @@ class ComparedStream:
                 self.add(found)
 
     def add(self, difference: Difference) -> None:
-        """Add a difference."""
+        """Add a difference to the count, the first ones and the largest ones."""
         self.difference_count += 1
         if len(self.differences) < MOST_LISTED:
             self.differences.append(difference)
@@ -210,7 +212,7 @@ class ComparedStream:
             self.largest[difference.field] = difference
 
     def close(self, reference: ComparedStream | None = None) -> None:
-        """Add the recorded messages that were not replayed, and those missing at the end.
+        """Add the recorded messages that were never replayed, and those missing at the end.
 
         Args:
             reference: What goes on for as long as this one does.
@@ -239,7 +241,7 @@ class ComparedStream:
 
 
 class Verdict:
-    """Result of a comparison of a recording with its replay.
+    """Result of the comparison of a whole recording with its replay.
 
     Args:
         tolerance: What two numbers may be apart; 0 asks for the same bits.
@@ -259,12 +261,12 @@ class Verdict:
 
     @property
     def is_same(self) -> bool:
-        """Return whether there are no differences."""
+        """Whether no stream has differences."""
         return all(stream.is_same for stream in self.streams)
 
     @property
     def messages(self) -> int:
-        """Number of compared messages."""
+        """Number of compared messages of all streams."""
         return sum(stream.compared for stream in self.streams)
 
     @property
@@ -274,22 +276,22 @@ class Verdict:
 
     @property
     def first(self) -> list[Difference]:
-        """Return the differences at the earliest time at which there are any."""
+        """Differences at the earliest time at which there are any."""
         listed = [each for stream in self.streams for each in stream.differences]
         first_ns = min((each.time_ns for each in listed), default=0)
         return [each for each in listed if each.time_ns == first_ns]
 
     @property
     def largest(self) -> list[Difference]:
-        """Return the largest difference of each field that differs."""
+        """Largest difference of each field that differs."""
         return [each for stream in self.streams for each in stream.largest.values()]
 
 
 def differences(
     topic: str, time_ns: int, recorded: Message, replayed: Message
 ) -> Iterator[Difference]:
-    """Yield the fields that differ in any bit."""
-    before, now = dict(leaves(recorded)), dict(leaves(replayed))
+    """Yield a difference for each field of two messages that differs in any bit."""
+    before, now = dict(flatten_fields(recorded)), dict(flatten_fields(replayed))
     for path in dict.fromkeys([*before, *now]):
         was, is_now = before.get(path), now.get(path)
         if not _same(was, is_now):
@@ -297,8 +299,8 @@ def differences(
 
 
 # Any: a field of a message, of whatever type.
-def leaves(value: Any, path: str = "") -> Iterator[tuple[str, Value]]:
-    """Yield every plain field of a message by its path."""
+def flatten_fields(value: Any, path: str = "") -> Iterator[tuple[str, Value]]:
+    """Yield path and value of every plain field of a message, nested ones included."""
     if isinstance(value, Message):
         names = _part_names(value)
         for field_ in type(value).get_fields_and_field_types():
@@ -307,7 +309,7 @@ def leaves(value: Any, path: str = "") -> Iterator[tuple[str, Value]]:
             if _is_sequence(inner):
                 yield from _elements(inner, below, names)
             else:
-                yield from leaves(inner, below)
+                yield from flatten_fields(inner, below)
     elif isinstance(value, bytes | bytearray):
         yield path, bytes(value).hex()
     else:
@@ -325,7 +327,7 @@ def _elements(
         if all(own) and len(set(own)) == len(own):
             labels = own
     for label, each in zip(labels, values, strict=True):
-        yield from leaves(each, f"{path}[{label}]")
+        yield from flatten_fields(each, f"{path}[{label}]")
 
 
 def _part_names(message: Message) -> Sequence[str]:
@@ -355,3 +357,42 @@ def _same(one: Value, other: Value) -> bool:
     if isinstance(one, float) and isinstance(other, float):
         return struct.pack("<d", one) == struct.pack("<d", other)
     return type(one) is type(other) and one == other
+
+
+class ComparedTraces:
+    """Pairs of recorded and replayed messages, kept for plots of their fields."""
+
+    def __init__(self) -> None:
+        self._types: dict[str, str] = {}
+        self._pairs: dict[str, list[tuple[int, bytes, bytes]]] = defaultdict(list)
+
+    def note(self, topic: str, type_name: str, time_ns: int, recorded: bytes, now: bytes) -> None:
+        """Store the CDR bytes of a recorded and a replayed message of the same time."""
+        self._types[topic] = type_name
+        self._pairs[topic].append((time_ns, recorded, now))
+
+    def curves(self, difference: Difference) -> list[Curve]:
+        """Return a recorded and a replayed curve of the field that a difference names.
+
+        Where it is no number, a curve has gaps.
+        """
+        name = f"{difference.topic} {difference.field}"
+        message_class = get_message(self._types[difference.topic])
+        curves = []
+        pairs = self._pairs[difference.topic]
+        for title, messages in (
+            (f"{name}, recorded", [recorded for _, recorded, _ in pairs]),
+            (f"{name}, now", [now for _, _, now in pairs]),
+        ):
+            values = [
+                dict(flatten_fields(deserialize(data, message_class))).get(difference.field)
+                for data in messages
+            ]
+            curves.append(
+                Curve(
+                    title,
+                    [to_seconds(pair[0]) for pair in pairs],
+                    [float(v) if isinstance(v, int | float) else math.nan for v in values],
+                )
+            )
+        return curves

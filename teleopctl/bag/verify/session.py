@@ -1,4 +1,4 @@
-"""What a bag has of a simulated run: what drove it, and what it published."""
+"""Content of a bag with a simulated run: robot, commands, parameters and published topics."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from teleopctl.bag.storage.bag import Bag
-from teleopctl.bag.verify.comparison import Recorded
+from teleopctl.bag.base import Bag
+from teleopctl.bag.verify.comparison import RecordedMessage
 from teleopctl.errors import InvalidFileError, InvalidMessageError
 from teleopctl.interfaces import (
     NANOSECONDS_PER_SECOND,
@@ -42,7 +42,7 @@ _RESTARTED = 3
 
 
 class RecordedTopic(NamedTuple):
-    """A recorded topic with its messages.
+    """Recorded topic with its messages and their simulated times.
 
     Attributes:
         type_name: Such as ``sensor_msgs/msg/JointState``.
@@ -53,18 +53,18 @@ class RecordedTopic(NamedTuple):
     """
 
     type_name: str
-    messages: Sequence[Recorded]
+    messages: Sequence[RecordedMessage]
     is_stamped: bool = True
     numbers: Sequence[int] = ()
 
-    def lost(self) -> list[int]:
-        """Return the sequence numbers that are missing among the recorded messages."""
+    def missing_numbers(self) -> list[int]:
+        """Return the recorder's message numbers that are missing in the topic."""
         return sorted({*range(1, max(self.numbers, default=0))} - {*self.numbers})
 
 
 @dataclass(frozen=True)
-class Commands:
-    """Recorded commands that answered the states of control ticks.
+class RecordedCommands:
+    """Recorded commands of controllers, by the time of the joint states that they answer.
 
     Attributes:
         by_time: The command that the simulator took for the state of a time in nanoseconds.
@@ -79,7 +79,7 @@ class Commands:
 
 @dataclass(frozen=True)
 class RecordedSession:
-    """The recorded simulation: robot, topics, parameters and commands.
+    """Recorded simulated run: robot description, topics, parameters and versions.
 
     Attributes:
         robot_description: URDF of the robot that was simulated.
@@ -97,7 +97,7 @@ class RecordedSession:
 
 
 def read_session(bag: Bag) -> RecordedSession:
-    """Read the recorded simulation from a bag.
+    """Read robot description, topics, parameters and versions of a recorded run.
 
     Raises:
         InvalidFileError: The bag has no robot description.
@@ -124,12 +124,12 @@ def read_session(bag: Bag) -> RecordedSession:
 
 
 def read_topics(bag: Bag, names: Collection[str]) -> dict[str, RecordedTopic]:
-    """Read the undecoded messages of topics, with the time stamp in each.
+    """Read the undecoded messages of topics of a bag, with the stamps in them.
 
     Raises:
         InvalidFileError: A message is too short to have one.
     """
-    messages: dict[str, list[Recorded]] = defaultdict(list)
+    messages: dict[str, list[RecordedMessage]] = defaultdict(list)
     topics = {topic.name: topic for topic, _ in bag.metadata.topics if topic.name in names}
     places = {name: _stamp_place(topic.type_name) for name, topic in topics.items()}
     for message in bag.messages([*topics]) if topics else ():
@@ -141,7 +141,7 @@ def read_topics(bag: Bag, names: Collection[str]) -> dict[str, RecordedTopic]:
                 f"{bag.path}, {message.topic}: a message of {len(message.data)} bytes has no time"
             ) from error
         messages[message.topic].append(
-            Recorded(
+            RecordedMessage(
                 time_ns,
                 message.data,
                 message.sequence,
@@ -161,9 +161,9 @@ def read_topics(bag: Bag, names: Collection[str]) -> dict[str, RecordedTopic]:
 
 
 def read_commands(
-    topic: RecordedTopic, period_ns: int, states: Sequence[Recorded] = ()
-) -> Commands:
-    """Return the recorded command for each control tick.
+    topic: RecordedTopic, period_ns: int, states: Sequence[RecordedMessage] = ()
+) -> RecordedCommands:
+    """Return the recorded commands by the control tick that they were meant for.
 
     Args:
         topic: Where the controllers sent them.
@@ -193,10 +193,10 @@ def read_commands(
                 raise InvalidFileError(
                     f"A command of {to_seconds(time_ns):.3f} s: {error.message}"
                 ) from error
-    return Commands(found, late, unstamped)
+    return RecordedCommands(found, late, unstamped)
 
 
-def end_of_run(topics: Collection[RecordedTopic]) -> int:
+def end_of_run_ns(topics: Collection[RecordedTopic]) -> int:
     """Return the simulated time up to which the run was recorded, in nanoseconds.
 
     Raises:
@@ -240,7 +240,7 @@ def _refuse_restart(topic: RecordedTopic) -> None:
 
 
 def read_parameters(bag: Bag) -> dict[str, dict[str, object]]:
-    """Return the recorded parameters of nodes, by node name and dotted name.
+    """Return the recorded parameters of nodes, by node name and parameter name.
 
     A node publishes each parameter when it declares it. Where the recorder came too late for that,
     it has asked the node.

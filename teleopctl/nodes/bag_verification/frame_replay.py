@@ -76,7 +76,7 @@ class FrameReplay:
             return None
         if stream.at(time_ns) is None:
             if self._last_ns is not None and stream.begin_ns < time_ns < stream.end_ns:
-                stream.lack(time_ns)
+                stream.add_missing(time_ns)
             elif time_ns > stream.end_ns:
                 stream.take(time_ns, b"")
             return None

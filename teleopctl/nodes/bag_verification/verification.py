@@ -12,11 +12,11 @@ from teleopctl.bag import (
     ComparedStream,
     Difference,
     DifferenceKind,
-    Recorded,
+    RecordedMessage,
     RecordedSession,
     RecordedTopic,
     Verdict,
-    end_of_run,
+    end_of_run_ns,
     open_bag,
     read_commands,
     read_session,
@@ -186,7 +186,7 @@ class _Run:
                     f"{name} moves a robot in the simulator itself: when a message took effect is "
                     "not in the bag, so that what it did shows as a difference"
                 )
-        self._end_ns = end_of_run(topics.values())
+        self._end_ns = end_of_run_ns(topics.values())
         for name, topic in topics.items():
             if name not in (_TF, _TF_STATIC, self._commands_topic) and topic.is_stamped:
                 controllers = name in self._broadcasters.topics
@@ -347,7 +347,7 @@ class _Run:
             streams = [stream for stream in self.verdict.streams if stream.topic == name]
             if not streams or not all(stream.is_same for stream in streams):
                 continue
-            for number in topic.lost()[:1]:
+            for number in topic.missing_numbers()[:1]:
                 after = zip(topic.numbers, topic.messages, strict=True)
                 time_ns = next((m.time_ns for other, m in after if other > number), 0)
                 streams[0].add(Difference(name, time_ns, kind=DifferenceKind.MISSING))
@@ -415,7 +415,7 @@ def _is_below(topic: str, node: str) -> bool:
 
 def _rate_hz(topics: Mapping[str, RecordedTopic]) -> int:
     """The rate of the control ticks, by the least time between two of them; 10 where none were."""
-    found: Sequence[Recorded] = topics[STATES_TOPIC].messages if topics else ()
+    found: Sequence[RecordedMessage] = topics[STATES_TOPIC].messages if topics else ()
     times_ns = sorted({each.time_ns for each in found})
     period_ns = min((b - a for a, b in itertools.pairwise(times_ns)), default=0)
     return round(1e9 / period_ns) if period_ns else 10

@@ -176,7 +176,7 @@ def test_changes_at_random_moments_lose_and_double_nothing(node, listener, tmp_p
     written = write_bag(tmp_path / "bag", count=600)
     came = threading.Semaphore(0)
     with Player(
-        node, tmp_path / "bag", PlayOptions(rate=2.0), played=lambda _: came.release()
+        node, tmp_path / "bag", PlayOptions(rate=2.0), on_published=lambda _: came.release()
     ) as player:
         player.play()
         for number in range(60):

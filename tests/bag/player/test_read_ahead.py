@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, strategies as st
 
 from teleopctl.bag import BagMessage
-from teleopctl.bag.player.read_ahead import ReadAhead, by_sent_time
+from teleopctl.bag.player.cursor import ReadAhead, order_by_publish_time
 from teleopctl.errors import InvalidFileError
 
 
@@ -20,12 +20,12 @@ def numbered(count: int, size: int = 1) -> list[BagMessage]:
 def take_all(queue: ReadAhead, arrived: threading.Event) -> list[BagMessage]:
     taken = []
     while not queue.has_ended:
-        message = queue.first()
+        message = queue.peek()
         if message is None:
             assert arrived.wait(20)
             arrived.clear()
             continue
-        queue.drop_first()
+        queue.pop()
         taken.append(message)
     return taken
 
@@ -64,18 +64,18 @@ def test_what_cannot_be_read_is_told_behind_what_could():
 
     queue = ReadAhead(broken(), lambda: None, most=10)
     queue.wait_until_filled()
-    queue.drop_first()
-    assert queue.first() == numbered(2)[1]
-    queue.drop_first()
+    queue.pop()
+    assert queue.peek() == numbered(2)[1]
+    queue.pop()
     with pytest.raises(InvalidFileError, match="a hole"):
-        queue.first()
+        queue.peek()
     queue.close()
 
 
 @given(sent=st.permutations(range(12)), most=st.integers(1, 12))
 def test_by_sent_time_no_message_is_lost_and_a_large_enough_queue_sorts_all(sent, most):
     messages = [BagMessage("/x", received, time, b"") for received, time in enumerate(sent)]
-    ordered = list(by_sent_time(iter(messages), most))
+    ordered = list(order_by_publish_time(iter(messages), most))
     assert sorted(ordered) == messages
     if most == len(messages):
         assert [m.publish_time_ns for m in ordered] == sorted(sent)

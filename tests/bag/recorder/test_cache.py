@@ -4,9 +4,8 @@ import threading
 
 from hypothesis import given, strategies as st
 
-from teleopctl.bag.recorder.losses import LossCounter, described
-from teleopctl.bag.recorder.message_queue import MessageQueue
-from teleopctl.bag.recorder.snapshot import SnapshotBuffer
+from teleopctl.bag.recorder.losses import LossCounter, format_counts
+from teleopctl.bag.recorder.writing import MessageQueue, SnapshotBuffer
 from teleopctl.bag.records import BagMessage
 
 SECOND_NS = 1_000_000_000
@@ -39,7 +38,7 @@ def test_room_comes_back_once_messages_are_written_and_not_when_they_are_taken()
     assert queue.put(message(10))
     queue.take_all(0)
     assert not queue.put(message(1))
-    queue.written(10)
+    queue.release(10)
     assert queue.put(message(1))
 
 
@@ -101,19 +100,19 @@ def test_a_snapshot_begins_with_what_latched_topics_last_said():
 
 def test_losses_are_counted_by_topic_and_told_once():
     counter = LossCounter()
-    assert not counter.since_last_time()
-    counter.lost_here("/a")
-    counter.lost_on_the_way("/b", 3)
-    assert counter.since_last_time() == ({"/a": 1}, {"/b": 3})
-    counter.lost_here("/a")
-    losses = counter.since_last_time()
+    assert not counter.since_last_call()
+    counter.add_dropped("/a")
+    counter.add_lost_in_transport("/b", 3)
+    assert counter.since_last_call() == ({"/a": 1}, {"/b": 3})
+    counter.add_dropped("/a")
+    losses = counter.since_last_call()
     assert losses.topics == ["/a"]
     assert losses == ({"/a": 1}, {})
-    assert counter.so_far() == ({"/a": 2}, {"/b": 3})
+    assert counter.total() == ({"/a": 2}, {"/b": 3})
 
 
 def test_losses_of_many_topics_stand_on_one_line_the_most_first():
     counts = {f"/topic_{number}": number for number in range(1, 8)}
-    assert described(counts) == (
+    assert format_counts(counts) == (
         "/topic_7 7, /topic_6 6, /topic_5 5, /topic_4 4, /topic_3 3, 2 more topics"
     )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from teleopctl.bag import default_folder
+from teleopctl.bag import default_bag_folder
 
 
 def test_recordings_of_the_same_second_have_folders_of_their_own(tmp_path, monkeypatch):
@@ -12,7 +12,7 @@ def test_recordings_of_the_same_second_have_folders_of_their_own(tmp_path, monke
     monkeypatch.setattr("time.strftime", lambda _: "rosbag2_2026_11_22-13_24_34")
     names = []
     for _ in range(3):
-        folder = default_folder()
+        folder = default_bag_folder()
         folder.mkdir()
         names.append(folder.name)
     assert names[0] == "rosbag2_2026_11_22-13_24_34"

@@ -24,7 +24,7 @@ EVERYTHING = [PLAIN, HIDDEN, SERVICE, ACTION, ACTION_EVENT, CANCEL_EVENT]
 def recorded(**options):
     selection = Selection(**options)
     chosen = [topic for topic in EVERYTHING if selection.chooses(*topic)]
-    return [topic for topic in chosen if selection.takes_hidden(*topic)]
+    return [topic for topic in chosen if selection.passes_hidden_rule(*topic)]
 
 
 @pytest.mark.parametrize(

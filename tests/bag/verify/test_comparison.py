@@ -16,10 +16,10 @@ from teleopctl.bag.verify.comparison import (
     ComparedStream,
     Difference,
     DifferenceKind,
-    Recorded,
+    RecordedMessage,
     Verdict,
     differences,
-    leaves,
+    flatten_fields,
 )
 from teleopctl.interfaces import serialize
 
@@ -46,7 +46,7 @@ def stream(seconds, numbers=None, **options):
     """A topic on which a message was recorded at each of these times, in this order."""
     numbers = numbers or range(1, len(seconds) + 1)
     recorded = [
-        Recorded(second * S, data(second), number, log_time_ns=index * S)
+        RecordedMessage(second * S, data(second), number, log_time_ns=index * S)
         for index, (second, number) in enumerate(zip(seconds, numbers, strict=True))
     ]
     return ComparedStream(TOPIC, TYPE, recorded, numbers=frozenset(numbers), **options)
@@ -67,7 +67,7 @@ def test_a_message_is_the_same_as_itself(state):
 
 @given(states)
 def test_each_number_is_named_by_its_joint(state):
-    found = dict(leaves(state))
+    found = dict(flatten_fields(state))
     for index, name in enumerate(state.name):
         assert found[f"name[{index}]"] == name
         for field in ("position", "velocity", "effort"):
@@ -78,14 +78,19 @@ def test_each_number_is_named_by_its_joint(state):
 def test_a_transform_is_named_by_its_frame():
     move = TransformStamped(child_frame_id="arm", transform=Transform(translation=Vector3(x=0.5)))
     assert (
-        dict(leaves(TFMessage(transforms=[move])))["transforms[arm].transform.translation.x"] == 0.5
+        dict(flatten_fields(TFMessage(transforms=[move])))[
+            "transforms[arm].transform.translation.x"
+        ]
+        == 0.5
     )
 
 
 @pytest.mark.parametrize(("one", "other"), [(1.0, math.nextafter(1.0, 2.0)), (0.0, -0.0)])
 def test_the_last_bit_counts_unless_a_tolerance_is_given(one, other):
     for tolerance, is_same in ((0.0, False), (1e-9, True)):
-        compared = ComparedStream(TOPIC, TYPE, [Recorded(S, data(1, one))], tolerance=tolerance)
+        compared = ComparedStream(
+            TOPIC, TYPE, [RecordedMessage(S, data(1, one))], tolerance=tolerance
+        )
         compared.take(S, data(1, other))
         assert compared.is_same is is_same
         if not is_same:
@@ -94,7 +99,9 @@ def test_the_last_bit_counts_unless_a_tolerance_is_given(one, other):
 
 def test_the_first_difference_is_listed_and_the_largest_of_each_field():
     verdict = Verdict()
-    compared = ComparedStream(TOPIC, TYPE, [Recorded(t * S, data(t, 1.0)) for t in (1, 2, 3, 4)])
+    compared = ComparedStream(
+        TOPIC, TYPE, [RecordedMessage(t * S, data(t, 1.0)) for t in (1, 2, 3, 4)]
+    )
     verdict.streams.append(compared)
     for second, offset in ((1, 0.0), (2, 0.5), (3, 2.0), (4, 1.0)):
         compared.take(second * S, data(second, 1.0 + offset))
@@ -108,7 +115,7 @@ def test_the_first_difference_is_listed_and_the_largest_of_each_field():
 
 @pytest.mark.parametrize("tolerance", [0.0, 1e9])
 def test_a_joint_that_one_of_them_lacks_differs_whatever_is_tolerated(tolerance):
-    compared = ComparedStream(TOPIC, TYPE, [Recorded(S, data(1))], tolerance=tolerance)
+    compared = ComparedStream(TOPIC, TYPE, [RecordedMessage(S, data(1))], tolerance=tolerance)
     compared.take(S, bytes(serialize(JointState(header=Header(stamp=Time(sec=1))))))
     assert [(each.field, each.replayed) for each in compared.differences] == [
         ("name[0]", None),

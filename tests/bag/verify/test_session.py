@@ -7,7 +7,7 @@ from builtin_interfaces.msg import Time
 from std_msgs.msg import Header
 
 from teleopctl.bag import BagWriter, open_bag
-from teleopctl.bag.verify.session import end_of_run, read_commands, read_session, read_topics
+from teleopctl.bag.verify.session import end_of_run_ns, read_commands, read_session, read_topics
 from teleopctl.errors import InvalidFileError
 from tests.bag.bags import LATCHED, message, topic
 
@@ -33,7 +33,7 @@ def write(folder, states_ns, commands_ns=(), description="<robot/>", namespace="
 
 
 def end_of(bag):
-    return end_of_run(read_topics(bag, {STATES, COMMANDS}).values())
+    return end_of_run_ns(read_topics(bag, {STATES, COMMANDS}).values())
 
 
 def test_commands_are_found_by_the_states_that_they_answer(tmp_path):

@@ -126,7 +126,7 @@ def _export_tables(
     tables = TableExport(bag, folder, topics, form)
     for topic, reason in tables.left_out.items():
         console.warn(f"{topic} is left out. {reason}")
-    for file in tables.files():
+    for file in tables.write():
         written.say(
             f"{file.path}: messages {file.rows}, columns {file.columns}",
             path=str(file.path),
@@ -143,9 +143,9 @@ def _export_tables(
 def _export_films(
     bag: "Bag", folder: Path, topics: list[str] | None, rate: float | None, written: _Written
 ) -> None:
-    from teleopctl.bag import FilmExport
+    from teleopctl.bag import VideoExport
 
-    for film in FilmExport(bag, folder, topics, rate).films():
+    for film in VideoExport(bag, folder, topics, rate).write():
         width, height = film.size
         written.say(
             f"{film.path}: frames {film.frames}, {width} x {height}, {film.duration_s:.1f} s",

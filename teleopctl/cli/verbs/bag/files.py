@@ -77,14 +77,14 @@ def convert_bag(
     With a YAML file there may be several outputs, each with its own choice of topics; it says form,
     compression and sizes itself.
     """
-    from teleopctl.bag import BagPart, OutputBag, read_outputs
+    from teleopctl.bag import BagPart, OutputBag, read_output_options
 
     sources = _input_bags(inputs or [], words or [], input_options)
     target = Path(output)
     options = files.writer_options(storage)
     outputs = [OutputBag(target, options=options)]
     if target.suffix in (".yaml", ".yml") or target.is_file():
-        outputs, remarks = read_outputs(target)
+        outputs, remarks = read_output_options(target)
         for remark in remarks:
             console.warn(remark)
     with _open_bags(
@@ -294,7 +294,7 @@ def _input_bags(words_of_flag: list[str], words: list[str], file: str | None) ->
     """
     from dataclasses import replace
 
-    from teleopctl.bag import InputBag, read_inputs
+    from teleopctl.bag import InputBag, read_input_options
 
     if file is not None:
         if words_of_flag or words:
@@ -302,7 +302,7 @@ def _input_bags(words_of_flag: list[str], words: list[str], file: str | None) ->
                 "Exactly one input source must be provided: provide either -i, --input or "
                 "--input-options YAML file, but not both."
             )
-        found, remarks = read_inputs(Path(file))
+        found, remarks = read_input_options(Path(file))
         for remark in remarks:
             console.warn(remark)
         return found

@@ -101,7 +101,7 @@ def _play(
         if hertz < 0:
             bar.draw(player)
 
-    with Player(node, bags, options, played=show) as player:
+    with Player(node, bags, options, on_published=show) as player:
         bar.explain()
         with Keyboard(lambda key: _press(player, key), wanted=terminal.keys):
             if terminal.keys:

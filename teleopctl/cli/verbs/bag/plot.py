@@ -47,12 +47,12 @@ def plot(
 
     The axis is the time since the start of the bag, by when messages were recorded.
     """
-    from teleopctl.bag import check_picture_name, open_bag, read_curves, save_picture
+    from teleopctl.bag import check_plot_file, open_bag, read_curves, save_plot
 
     if start_offset < 0.0 or not duration > 0.0:
         raise UsageError("A plot begins at 0 s or later, and takes more than 0 s")
     if output is not None:
-        check_picture_name(Path(output))
+        check_plot_file(Path(output))
     path = Path(bag_path)
     with open_bag(path) as bag:
         for remark in bag.remarks:
@@ -61,7 +61,7 @@ def plot(
     if output is None:
         _draw(curves)
     else:
-        save_picture(curves, Path(output), path.resolve().name)
+        save_plot(curves, Path(output), path.resolve().name)
 
 
 def _draw(curves: "Sequence[Curve]") -> None:

@@ -293,7 +293,7 @@ def record(
         start_paused=start_paused,
         use_sim_time=use_sim_time,
         discovery=not no_discovery,
-        circumstances=storage == "mcap",
+        recording_metadata=storage == "mcap",
         qos=_qos_overrides(qos_profile_overrides_path),
         statistics_hz=stats_max_publishing_rate,
         node_name=node_name,
@@ -442,12 +442,12 @@ def _run_recorder(
     """
     import threading
 
-    from teleopctl.bag import Recorder, default_folder
+    from teleopctl.bag import Recorder, default_bag_folder
     from teleopctl.base.kept_memory import keep_freed_memory
     from teleopctl.cli.verbs.bag.keyboard import SPACE, Keyboard, keys_can_be_read
     from teleopctl.node import get_logger, set_logger_level, severity_from_name
 
-    folder = folder or default_folder()
+    folder = folder or default_bag_folder()
     if folder.exists():
         raise RefusedError(
             f"Output folder '{folder}' already exists.", hint="Name another one, or remove it."

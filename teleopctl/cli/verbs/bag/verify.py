@@ -38,14 +38,14 @@ def verify(
     # It draws nothing: what MUJOCO_GL asks for, and what it lacks, concerns the camera alone.
     # mujoco reads that when it is imported.
     os.environ["MUJOCO_GL"] = "disable"
-    from teleopctl.bag import ComparedTraces, check_picture_name
+    from teleopctl.bag import ComparedTraces, check_plot_file
     from teleopctl.nodes.bag_verification.verification import verify_bag
 
     traces = ComparedTraces()
     if picture is None:
         found = verify_bag(Path(bag_path), tolerance=tolerance, world=world)
     else:
-        check_picture_name(Path(picture))
+        check_plot_file(Path(picture))
         found = verify_bag(Path(bag_path), tolerance=tolerance, world=world, on_message=traces.note)
     for remark in found.remarks:
         console.warn(remark)
@@ -61,7 +61,7 @@ def verify(
 
 
 def _draw(found: "Verification", traces: "ComparedTraces", picture: Path, title: str) -> None:
-    from teleopctl.bag import save_picture
+    from teleopctl.bag import save_plot
 
     # A message that is missing has no curve.
     differences = [each for each in found.verdict.first + found.verdict.largest if each.field]
@@ -69,7 +69,7 @@ def _draw(found: "Verification", traces: "ComparedTraces", picture: Path, title:
         console.warn("No number differs that could be drawn")
         return
     first = differences[0]
-    save_picture(traces.curves(first), picture, title)
+    save_plot(traces.curves(first), picture, title)
     console.note(f"{picture}: {first.topic} {first.field}")
 
 

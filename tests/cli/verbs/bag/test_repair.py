@@ -37,8 +37,8 @@ def test_what_was_cut_off_is_finished_in_place(bag, capsys):
     assert "bag/bag_0.mcap: it has no end, and " in capsys.readouterr().out
     assert run("recover bag") == 0
     done = capsys.readouterr().out.splitlines()
-    assert done[0].startswith("bag/bag_0.mcap: it has its end now, with ")
-    assert done[1] == "bag/metadata.yaml: made anew from the files"
+    assert done[0].startswith("bag/bag_0.mcap: it is finished now, with ")
+    assert done[1] == "bag/metadata.yaml: rebuilt from the files"
     assert run("check bag") == 0
 
 

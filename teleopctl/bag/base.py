@@ -1,0 +1,200 @@
+"""Base classes of open bags, and of a bag's files opened for reading or for writing."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from typing import TYPE_CHECKING, ClassVar, Self
+
+from teleopctl.bag.metadata import BagFile
+from teleopctl.bag.records import NO_TIME_NS
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Collection, Iterator, Mapping
+    from pathlib import Path
+
+    from teleopctl.bag.metadata import BagMetadata
+    from teleopctl.bag.records import BagAttachment, BagMessage, BagTopic
+
+
+class _MessageReader(ABC):
+    """Base of open bags and of their files: reads messages, attachments and metadata records."""
+
+    @abstractmethod
+    def messages(
+        self,
+        topics: Collection[str] | None = None,
+        start_ns: int = 0,
+        end_ns: int = NO_TIME_NS,
+        on_left_out: Callable[[str], object] | None = None,
+    ) -> Iterator[BagMessage]:
+        """Yield messages in the order of their log times.
+
+        Args:
+            topics: Only these; all if None.
+            start_ns: Only from this log time on, in nanoseconds since the epoch.
+            end_ns: Only before this log time.
+            on_left_out: Called with a sentence for each broken part, whose messages are missing
+                then; if None a broken part raises.
+
+        Raises:
+            InvalidFileError: A part is broken, and there is no `on_left_out`; with its place.
+        """
+
+    @abstractmethod
+    def latest(self, topic: str, end_ns: int, most: int = 1) -> list[BagMessage]:
+        """Return the last messages of a topic before a log time, oldest first.
+
+        Parts that cannot be read are passed over.
+
+        Args:
+            topic: Its full name.
+            end_ns: The log time, in nanoseconds since the epoch.
+            most: How many.
+        """
+
+    @abstractmethod
+    def attachments(self) -> Iterator[BagAttachment]:
+        """Yield the attachments; none where the storage format has none."""
+
+    @abstractmethod
+    def records(self) -> Iterator[tuple[str, dict[str, str]]]:
+        """Yield the name and the values of each metadata record."""
+
+    @abstractmethod
+    def close(self) -> None:
+        """Close the files."""
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+
+class Bag(_MessageReader):
+    """Bag opened for reading, as `open_bag` returns it.
+
+    Attributes:
+        path: Folder or file of the bag.
+        metadata: Files, times, topics and message counts.
+        remarks: Problems of the bag, one sentence each, such as an unfinished file.
+
+    Example:
+        >>> with open_bag("session") as bag:
+        ...     for topic, count in bag.metadata.topics:
+        ...         print(topic.name, topic.type_name, count)
+        /joint_states sensor_msgs/msg/JointState 3
+    """
+
+    path: Path
+    metadata: BagMetadata
+    remarks: list[str]
+
+
+class BagFileReader(_MessageReader):
+    """File of a bag opened for reading.
+
+    Attributes:
+        STORAGE: Storage format of the file: ``mcap`` or ``sqlite3``.
+        path: The file.
+        topics: Topics by name, each with its number of messages.
+        is_finished: Whether the file is complete; an incomplete or damaged one is read as far as
+            possible.
+        remarks: A sentence for each thing in the file that cannot be understood and is left out.
+        distribution: The ROS 2 distribution that recorded the file; empty if unknown.
+    """
+
+    STORAGE: ClassVar[str]
+
+    path: Path
+    topics: dict[str, tuple[BagTopic, int]]
+    is_finished: bool
+    remarks: list[str]
+    distribution: str
+
+    @property
+    @abstractmethod
+    def description(self) -> BagFile:
+        """Entry of the file for ``metadata.yaml``."""
+
+
+class BagFileWriter(ABC):
+    """File of a bag opened for writing; counts its messages and their times.
+
+    Args:
+        path: The file.
+
+    Attributes:
+        path: The file.
+        message_counts: Number of messages by topic.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.message_counts: dict[str, int] = {}
+        self._first_ns: int | None = None
+        self._last_ns = 0
+
+    @property
+    def is_empty(self) -> bool:
+        """Whether the file has no messages."""
+        return self._first_ns is None
+
+    @property
+    def start_ns(self) -> int:
+        """Earliest log time in nanoseconds since the epoch; 0 for a file without messages."""
+        return self._first_ns or 0
+
+    @property
+    def description(self) -> BagFile:
+        """Entry of the file for ``metadata.yaml``."""
+        if self._first_ns is None:
+            return BagFile(self.path.name)
+        count = sum(self.message_counts.values())
+        return BagFile(self.path.name, self._first_ns, self._last_ns - self._first_ns, count)
+
+    @property
+    @abstractmethod
+    def size(self) -> int:
+        """Size of the file in bytes, by which the bag writer decides to start another one."""
+
+    @abstractmethod
+    def add_topic(self, topic: BagTopic) -> None:
+        """Add a topic, before its first message. Idempotent."""
+
+    @abstractmethod
+    def write(self, message: BagMessage) -> None:
+        """Write a message of an added topic."""
+
+    @abstractmethod
+    def attach(self, attachment: BagAttachment) -> None:
+        """Add an attachment, if the storage format has attachments."""
+
+    @abstractmethod
+    def add_record(self, name: str, values: Mapping[str, str]) -> None:
+        """Add a metadata record, if the storage format has them."""
+
+    @abstractmethod
+    def flush(self) -> None:
+        """Hand all written messages to the operating system."""
+
+    @abstractmethod
+    def sync(self) -> None:
+        """Wait until all flushed data is on the disk (fsync), on a thread that does not write."""
+
+    @abstractmethod
+    def close(self) -> None:
+        """Finish and close the file."""
+
+    @abstractmethod
+    def abandon(self) -> None:
+        """Close the file after a write error, without finishing it."""
+
+    def _count(self, message: BagMessage) -> None:
+        """Update the message counts and the times."""
+        time_ns = message.log_time_ns
+        if self._first_ns is None or time_ns < self._first_ns:
+            self._first_ns = time_ns
+        if time_ns > self._last_ns:
+            self._last_ns = time_ns
+        self.message_counts[message.topic] += 1

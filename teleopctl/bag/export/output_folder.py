@@ -1,0 +1,72 @@
+"""Output folder of an export: creation, clean-up after an error, and file names of topics."""
+
+from __future__ import annotations
+
+import contextlib
+import re
+import shutil
+from collections.abc import Collection, Iterable, Iterator
+from pathlib import Path
+
+from teleopctl.errors import RefusedError, SystemFailureError
+
+_OTHER = re.compile(r"[^A-Za-z0-9_~-]")
+_LONGEST = 150
+
+
+def make_output_folder(folder: Path) -> None:
+    """Create the output folder of an export, or accept one that is empty.
+
+    Raises:
+        RefusedError: It holds something already.
+        SystemFailureError: It cannot be made.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        is_empty = next(folder.iterdir(), None) is None
+    except OSError as error:
+        raise SystemFailureError(f"Cannot write to {folder}: {error.strerror}") from error
+    if not is_empty:
+        raise RefusedError(
+            f"Output folder '{folder}' already exists.", hint="Name another one with -o."
+        )
+
+
+@contextlib.contextmanager
+def removed_on_error(paths: Collection[Path]) -> Iterator[None]:
+    """Remove files and folders if the ``with`` block fails or is interrupted.
+
+    Half a table can be read as well as a whole one, and nothing would tell.
+
+    Args:
+        paths: Files, and folders with all that is in them; more may come meanwhile.
+    """
+    try:
+        yield
+    except BaseException:
+        for path in paths:
+            if path.is_dir():
+                shutil.rmtree(path, ignore_errors=True)
+            else:
+                with contextlib.suppress(OSError):
+                    path.unlink()
+        raise
+
+
+def file_stems(topics: Iterable[str]) -> dict[str, str]:
+    """Return a different file name, without suffix, for each topic.
+
+    ``/arm/joint_states`` is ``arm__joint_states``. No name of ROS 2 has two underscores in a row,
+    so that names which are valid stay different; others, and those that differ in case only, get a
+    number behind them.
+    """
+    stems: dict[str, str] = {}
+    taken: set[str] = set()
+    for topic in topics:
+        plain = _OTHER.sub("_", topic.strip("/").replace("/", "__"))[:_LONGEST] or "_"
+        stem, number = plain, 2
+        while stem.lower() in taken:
+            stem, number = f"{plain}_{number}", number + 1
+        taken.add(stem.lower())
+        stems[topic] = stem
+    return stems

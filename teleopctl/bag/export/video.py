@@ -1,0 +1,281 @@
+"""Image topics as videos: H.264 in MP4, as every browser and player shows it."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Iterator
+from fractions import Fraction
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from teleopctl.bag.base import Bag
+from teleopctl.bag.export.decoding import PICTURES, Decoder
+from teleopctl.bag.export.output_folder import file_stems, make_output_folder, removed_on_error
+from teleopctl.base.extras import extra
+from teleopctl.errors import InvalidFileError, SystemFailureError, UsageError
+from teleopctl.pictures import GreyRange, PictureError, image_of
+
+if TYPE_CHECKING:
+    from PIL.Image import Image as PilImage
+
+
+# The clock of video streams: 11 us. MP4 has 32 bits for what lies between some frames.
+_TICKS_PER_S = 90_000
+_LONGEST_TICKS = 2**28
+# What players expect where nobody tells; the real times are in the frames.
+_NOMINAL_RATE = 30
+# 0 is without loss, 51 the worst; x264's own default is 23.
+_QUALITY = 20
+# Colours in the terms of H.264: the primaries of screens (ITU-R BT.709), and the matrix of BT.601,
+# right for players, which heed it, and for decoders that know no other, as most in Python.
+_BT709, _BT601_MATRIX = 1, 6
+
+
+class VideoFile:
+    """H.264 video file in MP4 that is written frame by frame, each frame with its own time.
+
+    Each frame has its own time, so that a film is as long as what it shows, whatever the rate of
+    the camera was; frames of the same time follow each other by one tick.
+
+    Args:
+        path: The file.
+        size: Width and height of all frames, in pixels; an odd last column or row is repeated,
+            since the colours of H.264 stand for squares of four pixels.
+        rate: Frames per second, where the times of frames are those of a constant rate.
+        key_every: The most frames from one that stands for itself to the next.
+
+    Attributes:
+        frame_count: How many frames were written.
+        shown_size: Width and height of the film's frames, even numbers.
+
+    Raises:
+        MissingExtraError: PyAV is not installed.
+    """
+
+    def __init__(
+        self, path: Path, size: tuple[int, int], *, rate: int = 0, key_every: int = 250
+    ) -> None:
+        with extra("export", "av"):
+            import av
+        self.path = path
+        self.size = size
+        self.frame_count = 0
+        self._av = av
+        self._last_tick = -1
+        self._cut_ticks = 0
+        self._file = av.open(str(path), "w", format="mp4", options={"movflags": "+faststart"})
+        self._stream = self._file.add_stream("libx264", rate=rate or _NOMINAL_RATE)
+        self._duration_ticks = round(_TICKS_PER_S / rate) if rate else 0
+        width, height = self.shown_size = (size[0] + size[0] % 2, size[1] + size[1] % 2)
+        # Any: PyAV's classes, which are not there without the extra.
+        context: Any = self._stream.codec_context
+        context.width, context.height, context.pix_fmt = width, height, "yuv420p"
+        context.time_base = Fraction(1, _TICKS_PER_S)
+        context.gop_size = key_every
+        context.options = {"crf": str(_QUALITY), "preset": "veryfast"}
+        context.color_primaries = context.color_trc = _BT709
+        context.colorspace = _BT601_MATRIX
+
+    def add(self, time_s: float, image: PilImage) -> None:
+        """Encode an image as the next frame.
+
+        Args:
+            time_s: When it is shown, in seconds from the film's start.
+            image: Of the film's size.
+        """
+        import numpy as np
+
+        pixels = np.asarray(image.convert("RGB"))
+        if self.size[0] % 2 or self.size[1] % 2:
+            pixels = np.pad(pixels, ((0, self.size[1] % 2), (0, self.size[0] % 2), (0, 0)), "edge")
+        frame: Any = self._av.VideoFrame.from_ndarray(np.ascontiguousarray(pixels), "rgb24")
+        frame = frame.reformat(format="yuv420p", dst_colorspace="ITU601")
+        tick = max(round(time_s * _TICKS_PER_S) - self._cut_ticks, self._last_tick + 1)
+        # A longer gap than MP4 can keep, as of a clock that was set, is cut short.
+        cut = max(tick - self._last_tick - _LONGEST_TICKS, 0)
+        self._cut_ticks += cut
+        tick -= cut
+        frame.pts, frame.time_base = tick, Fraction(1, _TICKS_PER_S)
+        # Else players would take the last frame of a constant rate for longer or shorter.
+        frame.duration = self._duration_ticks
+        self._last_tick = tick
+        self._file.mux(self._stream.encode(frame))
+        self.frame_count += 1
+
+    def close(self) -> None:
+        """Finish and close the video file."""
+        if self.frame_count:
+            self._file.mux(self._stream.encode(None))
+        self._file.close()
+
+
+# At a constant rate, a clock that was set would fill the disk with one picture.
+_MOST_REPEATED = 100_000
+
+
+class ExportedVideo(NamedTuple):
+    """Video file written by `VideoExport`: topic, frames, size, and messages left out.
+
+    Attributes:
+        path: Where it is.
+        topic: What it is of.
+        frames: How many frames it has.
+        size: Their width and height in pixels.
+        duration_s: From the first frame to the last.
+        left_out: How many messages are no frame of it.
+        reason: Why the first of these is none.
+    """
+
+    path: Path
+    topic: str
+    frames: int
+    size: tuple[int, int]
+    duration_s: float
+    left_out: int = 0
+    reason: str = ""
+
+
+class VideoExport:
+    """Export of the image topics of a bag to MP4 files, one for each topic.
+
+    A frame is shown when its message was recorded, so that films, plots and tables have the same
+    time; it begins with the first frame. Frames of another size than the first are left out.
+
+    Args:
+        bag: The bag.
+        folder: Where the files go; made here.
+        topics: The topics; all that have pictures if None.
+        rate: Frames per second, each the latest picture at its time; None keeps the real times.
+
+    Raises:
+        NotFoundError: The bag has no such topic.
+        UsageError: A topic that was named has no pictures, or the rate is none.
+        InvalidMessageError: A topic that was named cannot be decoded.
+    """
+
+    def __init__(
+        self,
+        bag: Bag,
+        folder: Path,
+        topics: Collection[str] | None = None,
+        rate: float | None = None,
+    ) -> None:
+        if rate is not None and not 0.0 < rate <= 1000.0:
+            raise UsageError(f"{rate:g} is no rate of frames")
+        self._decoder = Decoder(bag, topics)
+        self._folder = folder
+        self._rate = rate
+        self._topics = []
+        for name, topic in self._decoder.topics.items():
+            if topic.type_name in PICTURES:
+                self._topics.append(name)
+            elif topics is not None:
+                raise UsageError(f"{name} has no pictures, but {topic.type_name}")
+
+    def write(self) -> Iterator[ExportedVideo]:
+        """Write the videos; yield the result of each when its file is finished.
+
+        Topics without a picture make none.
+
+        Raises:
+            RefusedError: The folder holds something already.
+            SystemFailureError: A file cannot be written.
+            MissingExtraError: PyAV is not installed.
+            InvalidFileError: A part of the bag is broken.
+        """
+        make_output_folder(self._folder)
+        for name, stem in file_stems(self._topics).items():
+            try:
+                film = self._write_topic(name, self._folder / f"{stem}.mp4")
+            except OSError as error:
+                raise SystemFailureError(
+                    f"Cannot write to {self._folder}: {error.strerror or error}"
+                ) from error
+            if film is not None:
+                yield film
+
+    def _write_topic(self, topic: str, path: Path) -> ExportedVideo | None:
+        pictures = _Pictures(self._decoder, topic)
+        frames: Iterable[tuple[float, PilImage]] = pictures.frames()
+        if self._rate is not None:
+            frames = resample_frames(frames, self._rate)
+        film = None
+        last_s = 0.0
+        with removed_on_error((path,)):
+            try:
+                for time_s, image in frames:
+                    film = film or VideoFile(path, image.size)
+                    film.add(time_s, image)
+                    last_s = time_s
+            finally:
+                if film is not None:
+                    film.close()
+        if film is None:
+            return None
+        left_out, reason = pictures.left_out, pictures.reason
+        return ExportedVideo(path, topic, film.frame_count, film.size, last_s, left_out, reason)
+
+
+class _Pictures:
+    """Images of a topic that have the size of the first one."""
+
+    def __init__(self, decoder: Decoder, topic: str) -> None:
+        self._decoder = decoder
+        self._topic = topic
+        self._left_out = 0
+        self._reason = ""
+
+    @property
+    def left_out(self) -> int:
+        return self._left_out + self._decoder.unreadable.get(self._topic, 0)
+
+    @property
+    def reason(self) -> str:
+        return self._reason or self._decoder.reasons.get(self._topic, "")
+
+    def frames(self) -> Iterator[tuple[float, PilImage]]:
+        """Yield the images with their times since the first one, in seconds."""
+        shades = GreyRange()
+        start_ns, size = 0, (0, 0)
+        for decoded in self._decoder.messages([self._topic]):
+            try:
+                image = image_of(decoded.message, shades)
+            except PictureError as error:
+                self._leave_out(error.message)
+                continue
+            if not size[0]:
+                start_ns, size = decoded.log_time_ns, image.size
+            if image.size != size:
+                self._leave_out(f"{image.width} x {image.height} is not {size[0]} x {size[1]}")
+                continue
+            yield (decoded.log_time_ns - start_ns) / 1e9, image
+
+    def _leave_out(self, reason: str) -> None:
+        self._left_out += 1
+        self._reason = self._reason or reason
+
+
+def resample_frames(
+    frames: Iterable[tuple[float, PilImage]], rate: float
+) -> Iterator[tuple[float, PilImage]]:
+    """Yield frames at a constant rate, each the newest image at its time.
+
+    The last frame is always there, at the next time of the rate.
+
+    Raises:
+        InvalidFileError: Nothing came for so long that one picture would fill a film.
+    """
+    held: PilImage | None = None
+    number = 0
+    for time_s, image in frames:
+        if held is not None:
+            if (time_s * rate - number) > _MOST_REPEATED:
+                raise InvalidFileError(
+                    f"After {number / rate:.1f} s no picture came until {time_s:.1f} s, too long "
+                    "for a film at a constant rate"
+                )
+            while number / rate < time_s:
+                yield number / rate, held
+                number += 1
+        held = image
+    if held is not None:
+        yield number / rate, held

@@ -1,1 +1,0 @@
-"""Bags looked at: as tables, films and plots. Decodes, by the definitions that the bag carries."""

@@ -1,0 +1,227 @@
+"""Recovery of messages from broken chunks: with a wrong checksum, or cut off by the end of file.
+
+After a loss of power the file may be as long as it was to be, with zeros in the place of what had
+not reached the disk: it ends where these begin.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+from collections.abc import Callable, Collection
+from typing import BinaryIO, NamedTuple
+
+from mcap.opcode import Opcode
+from mcap.records import Channel, ChunkIndex, Message, Schema
+
+from teleopctl.bag.mcap_file.chunk import (
+    BROKEN,
+    CHUNK_HEAD,
+    HEAD,
+    MESSAGE_HEAD,
+    iter_records,
+    read_chunk_content,
+    read_compression,
+    read_message,
+    read_message_index,
+    read_record,
+)
+from teleopctl.bag.mcap_file.chunk_builder import ChunkBuilder, ChunkSettings, Compression
+from teleopctl.bag.mcap_file.summary import encode_record
+from teleopctl.base.budget import check_unpacked
+
+
+class RecoveredChunk(NamedTuple):
+    """Records recovered from a chunk whose checksum is wrong.
+
+    Attributes:
+        descriptions: Schemas and channels.
+        messages: Messages; their data may have changed.
+        message_count: How many there were.
+    """
+
+    descriptions: list[Schema | Channel]
+    messages: list[Message]
+    message_count: int
+
+
+def recover_chunk(stream: BinaryIO, index: ChunkIndex) -> RecoveredChunk:
+    """Return those records of a chunk with a wrong checksum that look intact.
+
+    Its message indexes stand behind it, and say of each message where it begins, its channel and
+    its time: what agrees with them is a message, also behind a record whose length is nonsense.
+
+    Args:
+        stream: The file; it is left somewhere.
+        index: Where the chunk is.
+
+    Raises:
+        Exception: One of `BROKEN`: it cannot be decompressed.
+    """
+    data = read_chunk_content(stream, index, checked=False)
+    descriptions: list[Schema | Channel] = []
+    walked: dict[int, tuple[int, int]] = {}
+    # Up to where the chain of records is broken.
+    with contextlib.suppress(*BROKEN):
+        for opcode, start, end in iter_records(data):
+            if opcode == Opcode.MESSAGE:
+                channel, _, log_ns, _ = MESSAGE_HEAD.unpack_from(data, start)
+                walked[start - HEAD.size] = channel, log_ns
+            elif opcode == Opcode.SCHEMA:
+                descriptions.append(read_record(Schema, data[start:end]))
+            elif opcode == Opcode.CHANNEL:
+                descriptions.append(read_record(Channel, data[start:end]))
+    said = _said(stream, index) or walked
+    offsets = sorted(said)
+    messages = []
+    for offset, following in zip(offsets, [*offsets[1:], len(data)], strict=True):
+        message = _message_at(data, offset, following)
+        if message is not None and (message.channel_id, message.log_time) == said[offset]:
+            messages.append(message)
+    return RecoveredChunk(descriptions, messages, len(said))
+
+
+def _said(stream: BinaryIO, index: ChunkIndex) -> dict[int, tuple[int, int]]:
+    """Channels and times of the messages by their places, as far as the indexes can be read."""
+    said: dict[int, tuple[int, int]] = {}
+    for offset in index.message_index_offsets.values():
+        with contextlib.suppress(*BROKEN):
+            found = read_message_index(stream, offset)
+            said |= {place: (found.channel_id, time_ns) for time_ns, place in found.records}
+    return said
+
+
+def _message_at(data: bytes, offset: int, following: int) -> Message | None:
+    """The message there, if it ends before the one that follows."""
+    start = offset + HEAD.size
+    if start + MESSAGE_HEAD.size > following:
+        return None
+    opcode, length = HEAD.unpack_from(data, offset)
+    if opcode != Opcode.MESSAGE or not MESSAGE_HEAD.size <= length <= following - start:
+        return None
+    return read_message(data, start, start + length)
+
+
+_BLOCK_BYTES = 2**20
+# So many in turn are no end of compressed data. Disks lose what they lose in blocks of 512 bytes.
+_ZEROS = 512
+
+
+class TruncatedChunk(NamedTuple):
+    """Complete records at the beginning of a chunk in which the file ends.
+
+    Its checksum cannot be compared.
+
+    Attributes:
+        compression: Its own.
+        descriptions: Schemas and channels.
+        messages: Messages of channels that are known; never none.
+        bytes_missing: How much of its uncompressed content is not in one of these records.
+    """
+
+    compression: Compression
+    descriptions: list[Schema | Channel]
+    messages: list[Message]
+    bytes_missing: int
+
+
+def read_truncated_chunk(
+    stream: BinaryIO, offset: int, channels: Collection[int]
+) -> TruncatedChunk | None:
+    """Return the complete records of a chunk in which the file ends; None if there are none.
+
+    Args:
+        stream: The file; it is left somewhere.
+        offset: Where the chunk begins: the end of the last whole record.
+        channels: Numbers of the channels that are known from the records before it.
+    """
+    with contextlib.suppress(*BROKEN):
+        return _read(stream, offset, channels)
+    return None
+
+
+def rebuild_chunk(cut: TruncatedChunk, offset: int) -> bytes:
+    """Return the bytes of a complete chunk, made of the records of a truncated one.
+
+    Args:
+        cut: What there is of it.
+        offset: Where in the file it is going to be.
+    """
+    builder = ChunkBuilder(ChunkSettings(cut.compression))
+    for record in cut.descriptions:
+        builder.add_record(encode_record(record))
+    for message in cut.messages:
+        builder.add_message(
+            message.channel_id,
+            message.sequence,
+            message.log_time,
+            message.publish_time,
+            message.data,
+        )
+    parts, _ = builder.finish(offset)
+    return b"".join(parts)
+
+
+def _read(stream: BinaryIO, offset: int, channels: Collection[int]) -> TruncatedChunk | None:
+    stream.seek(offset)
+    opcode, length = HEAD.unpack(stream.read(HEAD.size))
+    if opcode != Opcode.CHUNK:
+        return None
+    is_cut = offset + HEAD.size + length > os.fstat(stream.fileno()).st_size
+    first_ns, last_ns, size, _ = CHUNK_HEAD.unpack(stream.read(CHUNK_HEAD.size))
+    name, compressed = read_compression(stream, length)
+    stored = stream.read(compressed)
+    written = stored.rstrip(b"\0")
+    ends_with_zeros = len(stored) - len(written) >= _ZEROS
+    if not (is_cut or ends_with_zeros):
+        return None
+    compression = Compression(name or Compression.NONE.value)
+    if compression is not Compression.NONE:
+        check_unpacked(size, compressed)
+    data = _beginning(compression, written if ends_with_zeros else stored, size)
+    descriptions: list[Schema | Channel] = []
+    messages: list[Message] = []
+    known = set(channels)
+    kept = 0
+    # Up to the record in which it ends.
+    with contextlib.suppress(*BROKEN):
+        for opcode, start, end in iter_records(data):
+            if opcode == Opcode.SCHEMA:
+                descriptions.append(read_record(Schema, data[start:end]))
+            elif opcode == Opcode.CHANNEL:
+                channel = read_record(Channel, data[start:end])
+                descriptions.append(channel)
+                known.add(channel.id)
+            elif opcode == Opcode.MESSAGE:
+                message = read_message(data, start, end)
+                if message.channel_id not in known or not first_ns <= message.log_time <= last_ns:
+                    break
+                messages.append(message)
+            kept = end
+    return TruncatedChunk(compression, descriptions, messages, size - kept) if messages else None
+
+
+def _beginning(compression: Compression, data: bytes, size: int) -> bytes:
+    """Decompress as much as there is, and not more than it should become."""
+    if compression is Compression.NONE:
+        return data
+    read: Callable[[int], bytes]
+    if compression is Compression.ZSTD:
+        import zstandard
+
+        read = zstandard.ZstdDecompressor().stream_reader(data).read
+    else:
+        import lz4.frame  # type: ignore[import-untyped]  # it has no stubs
+
+        decompressor = lz4.frame.LZ4FrameDecompressor()
+        pending = [data]
+
+        def read(most: int) -> bytes:
+            unpacked: bytes = decompressor.decompress(pending.pop() if pending else b"", most)
+            return unpacked
+
+    content = bytearray()
+    with contextlib.suppress(*BROKEN):
+        while len(content) < size and (block := read(min(_BLOCK_BYTES, size - len(content)))):
+            content += block
+    return bytes(content)

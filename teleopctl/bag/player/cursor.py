@@ -1,0 +1,256 @@
+"""Cursor over the messages of the on_published bags, which are read ahead on a thread."""
+
+from __future__ import annotations
+
+import heapq
+import threading
+from collections import deque
+from collections.abc import Callable, Iterator
+
+from teleopctl.bag.player.options import PlayOptions
+from teleopctl.bag.player.outputs import PlayerOutputs
+from teleopctl.bag.player.playback_time import PlaybackClock, PlaybackTime
+from teleopctl.bag.player.source import PlayedBags
+from teleopctl.bag.records import BagMessage
+from teleopctl.errors import TeleopctlError
+
+MOST_BYTES = 256 * 2**20
+"""What waits at most: a thousand images would be gigabytes."""
+
+
+class ReadAhead:
+    """Queue of messages that a thread reads before they are due, limited in count and bytes.
+
+    Args:
+        messages: What is read.
+        on_arrival: Called when a message comes into the empty queue, and at the end.
+        most: How many messages wait at most.
+        most_bytes: How many bytes of messages wait at most, and one message more.
+    """
+
+    def __init__(
+        self,
+        messages: Iterator[BagMessage],
+        on_arrival: Callable[[], object],
+        most: int,
+        most_bytes: int = MOST_BYTES,
+    ) -> None:
+        self._messages = messages
+        self._on_arrival = on_arrival
+        self._most = most
+        self._most_bytes = most_bytes
+        self._queue: deque[BagMessage] = deque()
+        self._bytes = 0
+        self._changed = threading.Condition()
+        self._has_ended = False
+        self._is_closed = False
+        self._is_refilling = True
+        self._failure: TeleopctlError | None = None
+        self._thread = threading.Thread(target=self._read, name="bag-read-ahead", daemon=True)
+        self._thread.start()
+
+    def peek(self) -> BagMessage | None:
+        """Return the oldest message without removing it; None if there is none yet.
+
+        Raises:
+            TeleopctlError: The bag could not be read any further.
+        """
+        if self._queue:
+            return self._queue[0]
+        if self._failure is not None:
+            raise self._failure
+        return None
+
+    def pop(self) -> None:
+        """Remove the oldest message, and let the thread refill a half-empty queue."""
+        with self._changed:
+            self._bytes -= len(self._queue.popleft().data)
+            # In gulps: a reader that is woken for each message would disturb each message.
+            if not self._is_refilling and (
+                len(self._queue) <= self._most // 2 and self._bytes <= self._most_bytes // 2
+            ):
+                self._is_refilling = True
+                self._changed.notify_all()
+
+    @property
+    def has_ended(self) -> bool:
+        """Whether all messages were read and removed."""
+        return self._has_ended and not self._queue
+
+    def wait_until_filled(self, longest_s: float | None = None) -> None:
+        """Wait until the queue is full, everything was read, or the time is over.
+
+        Args:
+            longest_s: Upper bound in seconds of wall time; None for none.
+        """
+        with self._changed:
+            self._changed.wait_for(
+                lambda: self._has_ended or self._is_closed or not self._is_refilling, longest_s
+            )
+
+    def close(self) -> None:
+        """Stop the reading thread, and wait for it."""
+        with self._changed:
+            self._is_closed = True
+            self._changed.notify_all()
+        self._thread.join()
+
+    def _read(self) -> None:
+        try:
+            for message in self._messages:
+                if not self._put(message):
+                    return
+        except TeleopctlError as error:
+            self._failure = error
+        finally:
+            with self._changed:
+                self._has_ended = True
+                self._changed.notify_all()
+            self._on_arrival()
+
+    def _put(self, message: BagMessage) -> bool:
+        """Add a message; False when nobody wants more."""
+        with self._changed:
+            self._queue.append(message)
+            self._bytes += len(message.data)
+            was_empty = len(self._queue) == 1
+            if len(self._queue) >= self._most or self._bytes >= self._most_bytes:
+                self._is_refilling = False
+                self._changed.notify_all()
+        if was_empty:
+            self._on_arrival()
+        if not self._is_refilling:
+            with self._changed:
+                self._changed.wait_for(lambda: self._is_refilling or self._is_closed)
+        return not self._is_closed
+
+
+def order_by_publish_time(
+    messages: Iterator[BagMessage], most: int, most_bytes: int = MOST_BYTES
+) -> Iterator[BagMessage]:
+    """Yield messages in the order of their publish times, as far as a window allows.
+
+    They come in the order of their receipt: one that was overtaken by more than the queue holds
+    stays out of order.
+
+    Args:
+        messages: In the order of their receipt.
+        most: How many are looked at at a time.
+        most_bytes: How many bytes of messages, at most.
+    """
+    waiting: list[tuple[int, int, BagMessage]] = []
+    held = 0
+    for number, message in enumerate(messages):
+        # The number keeps messages of one time as they came.
+        heapq.heappush(waiting, (message.publish_time_ns, number, message))
+        held += len(message.data)
+        while len(waiting) > most or held > most_bytes:
+            earliest = heapq.heappop(waiting)[2]
+            held -= len(earliest.data)
+            yield earliest
+    while waiting:
+        yield heapq.heappop(waiting)[2]
+
+
+class MessageCursor:
+    """Position in the messages of the played bags, from which one thread publishes them.
+
+    Args:
+        source: The bags.
+        line: The playback time, which jumps with the tape.
+        outputs: Where messages are sent.
+        clock: Publishes the time with them.
+        options: In which order they come, and how many are read ahead.
+        on_warning: Called with a sentence for each part that is broken.
+        on_published: Called with each message that was sent.
+
+    Attributes:
+        until_ns: Time of the last message that may come, in nanoseconds since the epoch; -1 for
+            all.
+        position_ns: Time of the last message that was sent, or of the jump after it.
+    """
+
+    def __init__(
+        self,
+        source: PlayedBags,
+        line: PlaybackTime,
+        outputs: PlayerOutputs,
+        clock: PlaybackClock,
+        options: PlayOptions,
+        on_warning: Callable[[str], object],
+        on_published: Callable[[BagMessage], object],
+    ) -> None:
+        self._source = source
+        self._line = line
+        self._outputs = outputs
+        self._clock = clock
+        self._is_by_sent_time = options.message_order == "sent"
+        self._read_ahead = options.read_ahead
+        self._on_warning = on_warning
+        self._on_published = on_published
+        self._queue: ReadAhead | None = None
+        self.until_ns = -1
+        self.position_ns = line.now_ns()
+
+    def jump_to(self, time_ns: int, read_ahead_s: float = 0.0) -> None:
+        """Continue at a time: set the playback time and publish what latched topics had then.
+
+        Args:
+            time_ns: In nanoseconds since the epoch.
+            read_ahead_s: How long the first messages may take to be read before the time runs.
+        """
+        self.close()
+        # Before anything else reads the files.
+        latched = self._source.latched_before(self._outputs.topics, time_ns)
+        messages = self._source.messages(self._outputs.topics, time_ns, self._on_warning)
+        if self._is_by_sent_time:
+            messages = order_by_publish_time(messages, self._read_ahead)
+        self._queue = ReadAhead(messages, self._line.wake, self._read_ahead)
+        if read_ahead_s:
+            self._queue.wait_until_filled(read_ahead_s)
+        self.position_ns = time_ns
+        self._line.jump(time_ns)
+        self._clock.publish()
+        for message in latched:
+            self._send(message)
+
+    def peek(self) -> tuple[BagMessage | None, bool]:
+        """Return the next message without removing it, and whether the end is reached.
+
+        Raises:
+            TeleopctlError: The bag could not be read any further.
+        """
+        assert self._queue is not None
+        message = self._queue.peek()
+        if message is None:
+            return None, self._queue.has_ended
+        if 0 <= self.until_ns < self.due_ns(message):
+            return None, True
+        return message, False
+
+    def send_next(self, message: BagMessage) -> bool:
+        """Remove the next message and publish it; return False if it was not published."""
+        assert self._queue is not None
+        self._queue.pop()
+        time_ns = self.due_ns(message)
+        for split in self._source.splits_between(self.position_ns, time_ns):
+            self._outputs.publish_split(split)
+        self.position_ns = time_ns
+        return self._send(message)
+
+    def due_ns(self, message: BagMessage) -> int:
+        """Return the playback time at which a message is due, in nanoseconds."""
+        return message.publish_time_ns if self._is_by_sent_time else message.log_time_ns
+
+    def close(self) -> None:
+        """Stop reading ahead."""
+        if self._queue is not None:
+            self._queue.close()
+            self._queue = None
+
+    def _send(self, message: BagMessage) -> bool:
+        self._clock.publish_before(message.topic)
+        is_sent = self._outputs.send(message)
+        if is_sent:
+            self._on_published(message)
+        return is_sent

@@ -1,0 +1,171 @@
+"""QoS profiles in bags, ``offered_qos_profiles``, and in files of QoS overrides.
+
+Version 8 of rosbag2's metadata has the profiles as a text in which policies are the integers of
+``rmw/types.h`` (versions 4 to 8 alike), version 9 as a list in which they are names. Both are read;
+version 8 is written, since every rosbag2 reads that.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from teleopctl.base import ros_yaml
+from teleopctl.base.files import read_text
+from teleopctl.errors import InvalidFileError, TeleopctlError
+from teleopctl.interfaces import NANOSECONDS_PER_SECOND, split
+from teleopctl.node import (
+    DurabilityPolicy,
+    Duration,
+    HistoryPolicy,
+    InvalidQoSProfileException,
+    LivelinessPolicy,
+    QoSProfile,
+    ReliabilityPolicy,
+)
+from teleopctl.wire import INFINITE_NS, EndpointQos
+
+_SAFE_DUMPER: Any = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
+
+# Older versions of rosbag2 wrote what the middleware calls infinite in other ways; none is longer.
+_LONGEST_S = INFINITE_NS // NANOSECONDS_PER_SECOND
+
+
+def format_offered_profiles(profiles: Sequence[EndpointQos]) -> str:
+    """Return QoS profiles as the text of ``offered_qos_profiles``; empty for none."""
+    if not profiles:
+        return ""
+    listed = [
+        {
+            "history": profile.history,
+            "depth": profile.depth,
+            "reliability": profile.reliability,
+            "durability": profile.durability,
+            "deadline": _format_duration(profile.deadline_ns),
+            "lifespan": _format_duration(profile.lifespan_ns),
+            "liveliness": profile.liveliness,
+            "liveliness_lease_duration": _format_duration(profile.lease_ns),
+            "avoid_ros_namespace_conventions": False,
+        }
+        for profile in profiles
+    ]
+    text: str = yaml.dump(listed, Dumper=_SAFE_DUMPER, sort_keys=False)
+    return text.rstrip("\n")
+
+
+# Any: YAML's values, from a file that nobody here wrote.
+def parse_offered_profiles(value: Any) -> tuple[EndpointQos, ...]:
+    """Parse ``offered_qos_profiles``: the text of version 8 or the list of version 9.
+
+    Policies and durations that are missing or unknown are those of the default profile.
+
+    Raises:
+        InvalidFileError: It is neither.
+    """
+    if not value:
+        return ()
+    try:
+        listed = ros_yaml.load(value) if isinstance(value, str) else value
+        return tuple(dict.fromkeys(_parse_profile(item) for item in listed or ()))
+    except (
+        *(yaml.YAMLError, ArithmeticError, AttributeError),
+        *(LookupError, TypeError, ValueError),
+    ) as error:
+        raise InvalidFileError(f"offered_qos_profiles is no list of profiles: {error}") from error
+
+
+def _parse_profile(item: Mapping[str, Any]) -> EndpointQos:
+    default = EndpointQos()
+    return EndpointQos(
+        _policy(item.get("reliability"), ReliabilityPolicy, default.reliability),
+        _policy(item.get("durability"), DurabilityPolicy, default.durability),
+        _policy(item.get("history"), HistoryPolicy, default.history),
+        max(0, int(item.get("depth", default.depth))),
+        _duration_ns(item.get("deadline")),
+        _duration_ns(item.get("lifespan")),
+        _policy(item.get("liveliness"), LivelinessPolicy, default.liveliness),
+        _duration_ns(item.get("liveliness_lease_duration")),
+    )
+
+
+def _policy(value: object, policies: Any, default: int) -> int:
+    if isinstance(value, str):
+        return int(policies[value.upper()]) if value.upper() in policies.__members__ else default
+    return int(value) if isinstance(value, int) and value in set(policies) else default
+
+
+def _format_duration(duration_ns: int) -> dict[str, int]:
+    seconds, rest_ns = split(duration_ns or INFINITE_NS)
+    return {"sec": seconds, "nsec": rest_ns}
+
+
+def _duration_ns(value: Mapping[str, Any] | str | None) -> int:
+    # Version 9 may write the word instead of the number.
+    if not isinstance(value, Mapping):
+        return INFINITE_NS
+    seconds, rest_ns = int(value["sec"]), int(value["nsec"])
+    if seconds >= _LONGEST_S or seconds < 0 or not (seconds or rest_ns):
+        return INFINITE_NS
+    return seconds * NANOSECONDS_PER_SECOND + rest_ns
+
+
+_POLICIES = {
+    "history": HistoryPolicy,
+    "reliability": ReliabilityPolicy,
+    "durability": DurabilityPolicy,
+    "liveliness": LivelinessPolicy,
+}
+_DURATIONS = ("deadline", "lifespan", "liveliness_lease_duration")
+_VALUES = ("depth", "avoid_ros_namespace_conventions")
+
+
+def read_qos_overrides(file: Path) -> dict[str, QoSProfile]:
+    """Read the file of ``--qos-profile-overrides-path``: QoS profiles by topic.
+
+    Policies have the names of the command line, such as ``best_effort``; a duration is a mapping
+    of ``sec`` and ``nsec``.
+
+    Raises:
+        InvalidFileError: It cannot be read, or says something that is no profile.
+    """
+    with ros_yaml.faults_of(file):
+        document = ros_yaml.load(read_text(file)) or {}
+    if not isinstance(document, dict):
+        raise InvalidFileError(f"{file} does not map topics to profiles")
+    return {
+        str(topic): _parse_override(file, str(topic), values) for topic, values in document.items()
+    }
+
+
+# Any, here and below: YAML's values, from a file that nobody here wrote.
+def _parse_override(file: Path, topic: str, values: Any) -> QoSProfile:
+    where = f"{file}: {topic}"
+    if not isinstance(values, dict):
+        raise InvalidFileError(f"{where} is no profile")
+    try:
+        return QoSProfile(**{key: _parse_policy_value(key, value) for key, value in values.items()})
+    except TeleopctlError as error:
+        raise InvalidFileError(f"{where}: {error.message}", hint=error.hint) from error
+    except (InvalidQoSProfileException, KeyError, TypeError, ValueError) as error:
+        raise InvalidFileError(f"{where}: {error}") from error
+
+
+def _parse_policy_value(key: str, value: Any) -> Any:
+    if key in _POLICIES:
+        return _POLICIES[key].get_from_short_key(str(value))
+    if key in _DURATIONS:
+        if not isinstance(value, dict) or not {"sec", "nsec"} <= value.keys():
+            raise ValueError(
+                "Time overrides must include both seconds (sec) and nanoseconds (nsec)."
+            )
+        if value["sec"] < 0 or value["nsec"] < 0:
+            raise ValueError("Time duration may not be a negative value.")
+        return Duration(seconds=value["sec"], nanoseconds=value["nsec"])
+    if key in _VALUES:
+        if value < 0:
+            raise ValueError(f"`{key}` may not be a negative value.")
+        return value
+    raise ValueError(f"Unexpected key `{key}` for QoS profile.")

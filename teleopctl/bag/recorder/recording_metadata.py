@@ -1,0 +1,327 @@
+"""Metadata of a recording: versions, launch file, robot descriptions and parameters."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import platform
+import sys
+import threading
+import time
+from collections.abc import Callable, Collection, Iterable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from teleopctl import __version__
+from teleopctl.bag.records import BagAttachment
+from teleopctl.errors import TeleopctlError
+from teleopctl.interfaces import deserialize, get_message
+from teleopctl.node import (
+    AsyncParameterClient,
+    ExternalShutdownException,
+    Node,
+    ShutdownException,
+    parameter_document,
+    qos_profile_latched,
+)
+
+if TYPE_CHECKING:
+    from teleopctl.node import ResponseFuture
+    from teleopctl.wire import Graph
+
+LAUNCH_VARIABLE = "TELEOPCTL_LAUNCH_OF_RECORDING"
+"""Set by a launch that records itself: JSON with ``file`` and ``arguments``, a mapping."""
+
+RECORD_NAME = "teleopctl"
+"""The record of metadata with the versions."""
+
+LAUNCH_RECORD_NAME = "teleopctl.launch"
+"""The record of metadata with the launch file and its arguments."""
+
+_DESCRIPTION = "/robot_description"
+_DESCRIPTION_TYPE = "std_msgs/msg/String"
+
+# A node declares its parameters while it starts, and is asked once more this long after it came.
+_SETTLED_S = 1.0
+# Nodes of a launch come one after the other; those of such a time are asked together.
+_TOGETHER_S = 0.5
+_LONGEST_ANSWER_S = 3.0
+# What the end of a recording may wait for, where a node or a description does not answer.
+_LONGEST_END_S = 1.0
+
+# Of what may be installed: what a simulation, a picture or a controller may depend on.
+_LIBRARIES = ("mujoco", "numpy", "eclipse-zenoh", "rosbags", "mcap")
+
+
+class RecordingMetadata:
+    """Collects versions, launch file, robot descriptions and parameters for a bag.
+
+    What is there is written at once, since a recorder may be killed; what comes later, and what a
+    node has otherwise once it has settled, when that is so, and at the latest at the end.
+
+    Args:
+        node: Who looks at the graph.
+        attach: Called with each file that is to stand in the bag.
+        add_record: Called with each record of metadata that is to.
+        now_ns: The time that attachments bear.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        attach: Callable[[BagAttachment], object],
+        add_record: Callable[[str, Mapping[str, str]], object],
+        now_ns: Callable[[], int],
+    ) -> None:
+        self._node = node
+        self._attach = attach
+        self._add_record = add_record
+        self._now_ns = now_ns
+        # Whether something has come, by the topics of descriptions.
+        self._descriptions: dict[str, threading.Event] = {}
+        # When each node is to be asked for its parameters: by its name, until it has settled.
+        self._due_s: dict[str, float] = {}
+        self._seen: set[str] = set()
+        # Any: YAML's values.
+        self._documents: dict[str, Any] = {}
+        self._parameter_files = 0
+        self._changed = threading.Event()
+        self._is_over = threading.Event()
+        self._end_s = math.inf
+        self._thread = threading.Thread(target=self._run, name="bag metadata", daemon=True)
+        node.add_graph_callback(self._changed.set)
+        self._changed.set()
+        self._thread.start()
+
+    def close(self) -> None:
+        """Collect what is missing for at most a second, and stop the collecting thread."""
+        self._end_s = time.monotonic() + _LONGEST_END_S
+        self._is_over.set()
+        self._changed.set()
+        self._thread.join(2 * _LONGEST_END_S)
+
+    def join(self) -> None:
+        """Wait until all pending requests to nodes have ended, after `close`."""
+        self._thread.join()
+
+    def _run(self) -> None:
+        try:
+            self._write_versions()
+            self._write_launch()
+            self._note_changes(self._node.graph(), time.monotonic())
+            self._gather_parameters(self._seen)
+            while not self._is_over.is_set():
+                next_s = min(self._due_s.values(), default=None)
+                longest_s = None if next_s is None else max(0.0, next_s - time.monotonic())
+                self._changed.wait(longest_s)
+                self._changed.clear()
+                now_s = time.monotonic()
+                self._note_changes(self._node.graph(), now_s)
+                self._gather_parameters([n for n, due_s in self._due_s.items() if due_s <= now_s])
+            self._finish()
+        except (TeleopctlError, ShutdownException, ExternalShutdownException) as error:
+            if not self._is_over.is_set():
+                self._node.get_logger().warning(f"The bag lacks parameters of nodes: {error}")
+
+    def _finish(self) -> None:
+        graph = self._node.graph()
+        self._note_changes(graph, self._end_s)
+        self._gather_parameters([*self._due_s], _LONGEST_END_S / 2)
+        for has_come in self._descriptions.values():
+            has_come.wait(max(0.0, self._end_s - time.monotonic()))
+        # Those that have left the graph had no time to answer, which is no fault of theirs.
+        silent = sorted(self._seen & {*graph.node_names()} - {*self._documents})
+        if silent:
+            self._node.get_logger().warning(
+                f"The bag lacks the parameters of {', '.join(silent)}: no answer"
+            )
+
+    def _note_changes(self, graph: Graph, now_s: float) -> None:
+        """Take note of what has appeared."""
+        self._follow_descriptions(graph)
+        together_s = math.ceil((now_s + _SETTLED_S) / _TOGETHER_S) * _TOGETHER_S
+        for name in graph.node_names():
+            if name not in self._seen and graph.servers(f"{name}/list_parameters"):
+                self._seen.add(name)
+                self._due_s[name] = together_s
+
+    def _write_versions(self) -> None:
+        from importlib import metadata
+
+        versions = {
+            "teleopctl": __version__,
+            "python": platform.python_version(),
+            "platform": platform.platform(),
+            "domain": str(self._node.context.domain_id),
+            "command": " ".join(sys.argv),
+        }
+        for library in _LIBRARIES:
+            try:
+                versions[library] = metadata.version(library)
+            except metadata.PackageNotFoundError:
+                continue
+        self._add_record(RECORD_NAME, versions)
+
+    def _write_launch(self) -> None:
+        text = os.environ.get(LAUNCH_VARIABLE)
+        if not text:
+            return
+        try:
+            launch = json.loads(text)
+            file, arguments = Path(launch["file"]), dict(launch.get("arguments", {}))
+        except (ValueError, KeyError, TypeError) as error:
+            self._node.get_logger().warning(f"{LAUNCH_VARIABLE} cannot be read: {error}")
+            return
+        values = {"file": str(file)} | {f"argument.{k}": str(v) for k, v in arguments.items()}
+        self._add_record(LAUNCH_RECORD_NAME, values)
+        try:
+            data = file.read_bytes()
+        except OSError as error:
+            self._node.get_logger().warning(f"Cannot read {file}: {error.strerror}")
+            return
+        self._add_file(f"launch/{file.name}", "text/plain", data)
+
+    def _follow_descriptions(self, graph: Graph) -> None:
+        for topic, types in graph.topic_names_and_types():
+            if (
+                topic.endswith(_DESCRIPTION)
+                and _DESCRIPTION_TYPE in types
+                and topic not in self._descriptions
+                and graph.publishers(topic, _DESCRIPTION_TYPE)
+            ):
+                self._take_description(topic)
+
+    def _take_description(self, topic: str) -> None:
+        string = get_message(_DESCRIPTION_TYPE)
+        has_come = self._descriptions[topic] = threading.Event()
+        known: set[str] = set()
+
+        def receive(data: bytes) -> None:
+            text = deserialize(data, string).data
+            # A publisher that starts anew says the same again.
+            if text not in known:
+                known.add(text)
+                number = f"_{len(known)}" if len(known) > 1 else ""
+                name = f"{topic.lstrip('/')}{number}.urdf"
+                self._add_file(name, "application/xml", text.encode())
+            has_come.set()
+
+        self._node.create_subscription(
+            string, topic, receive, qos_profile_latched, raw=True, immediate=True
+        )
+
+    def _gather_parameters(
+        self, names: Collection[str], longest_s: float = _LONGEST_ANSWER_S
+    ) -> None:
+        """Write the parameters of nodes, but for those that are as they were."""
+        if not names:
+            return
+        now_s = time.monotonic()
+        # Its clients are in the graph only while it asks, and hidden.
+        with Node(
+            f"_{self._node.get_name()}_parameter_requests",
+            context=self._node.context,
+            enable_rosout=False,
+            start_parameter_services=False,
+            use_global_arguments=False,
+        ) as requester:
+            requests = _ParameterRequests(requester, names, self._changed.set)
+            self._write_answers(requests, now_s + longest_s)
+        for name in names:
+            if self._due_s[name] <= now_s:
+                del self._due_s[name]
+        # What the graph has told meanwhile is still to be looked at.
+        self._changed.set()
+
+    def _write_answers(self, requests: _ParameterRequests, deadline_s: float) -> None:
+        """Write what nodes answer up to a time, or until the recording is to end."""
+        # Any: YAML's values.
+        answered: dict[str, Any] = {}
+        while True:
+            self._changed.clear()
+            answered |= requests.step()
+            left_s = min(deadline_s, self._end_s) - time.monotonic()
+            if not requests.is_pending or left_s <= 0.0:
+                break
+            # One that is slow, or frozen, keeps nobody waiting for what the others said.
+            if not self._changed.wait(min(left_s, _TOGETHER_S) if answered else left_s):
+                self._write_parameters(answered)
+                answered = {}
+        self._write_parameters(answered)
+
+    # Any: as above.
+    def _write_parameters(self, documents: Mapping[str, Any]) -> None:
+        changed = {
+            name: document
+            for name, document in documents.items()
+            if self._documents.get(name) != document
+        }
+        if not changed:
+            return
+        self._documents |= changed
+        self._parameter_files += 1
+        number = f"_{self._parameter_files}" if self._parameter_files > 1 else ""
+        from teleopctl.base import ros_yaml
+
+        text = ros_yaml.dump(changed)
+        self._add_file(f"parameters{number}.yaml", "application/yaml", text.encode())
+
+    def _add_file(self, name: str, media_type: str, data: bytes) -> None:
+        self._attach(BagAttachment(name, media_type, data, self._now_ns()))
+
+
+class _ParameterRequests:
+    """Requests for all parameters of several nodes, each independent of the others.
+
+    Args:
+        node: The node that asks; it needs no executor for this.
+        names: Full names of the nodes.
+        on_news: Called from any thread when there is something for `step` to take.
+    """
+
+    def __init__(self, node: Node, names: Iterable[str], on_news: Callable[[], object]) -> None:
+        self._on_news = on_news
+        self._remotes = {name: AsyncParameterClient(node, name) for name in names}
+        # Any: responses, whose types are made at run time.
+        self._lists: dict[str, ResponseFuture[Any]] = {}
+        self._values: dict[str, tuple[list[str], ResponseFuture[Any]]] = {}
+        for name, remote in self._remotes.items():
+            self._lists[name] = self._watched(remote.list_parameters())
+
+    @property
+    def is_pending(self) -> bool:
+        """Whether a response is still expected."""
+        return bool(self._lists or self._values)
+
+    # Any: YAML's values.
+    def step(self) -> dict[str, Any]:
+        """Handle the responses that have come; return the nodes' complete parameters."""
+        for name, future in [*self._lists.items()]:
+            if future.is_settled():
+                del self._lists[name]
+                if (answer := _response_of(future)) is not None:
+                    wanted = sorted(answer.result.names)
+                    values = self._remotes[name].get_parameters(wanted)
+                    self._values[name] = wanted, self._watched(values)
+        documents: dict[str, Any] = {}
+        for name, (wanted, future) in [*self._values.items()]:
+            if future.is_settled():
+                del self._values[name]
+                if (answer := _response_of(future)) is not None:
+                    pairs = zip(wanted, answer.values, strict=False)
+                    documents |= parameter_document(name, pairs)
+        return documents
+
+    def _watched(self, future: ResponseFuture[Any]) -> ResponseFuture[Any]:
+        future.on_end(self._on_news)
+        future.on_unanswered(self._on_news)
+        return future
+
+
+# Any: as above.
+def _response_of(future: ResponseFuture[Any]) -> Any:
+    """The response; None where there will be none."""
+    if not future.done() or future.cancelled() or future.exception() is not None:
+        return None
+    return future.result()

@@ -1,0 +1,255 @@
+"""Writes one SQLite database as rosbag2 does since Iron, and completes those left open.
+
+rosbags' writer commits once, when it is closed: a recorder that is killed would leave no message.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import sqlite3
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from teleopctl.bag.base import BagFileWriter
+from teleopctl.bag.metadata import VERSION
+from teleopctl.bag.qos_profiles import format_offered_profiles
+from teleopctl.errors import InvalidFileError, RefusedError, SystemFailureError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    from teleopctl.bag.records import BagAttachment, BagMessage, BagTopic
+
+
+LOG_SUFFIX = "-wal"
+"""What the name of a log ends with: what is in it is not in the database yet."""
+
+_JOURNAL_SUFFIX = "-journal"
+
+
+def is_left_open(path: Path) -> bool:
+    """Return whether SQLite's log or journal, with content, lies beside a database.
+
+    Args:
+        path: The database.
+    """
+    beside = [path.with_name(path.name + suffix) for suffix in (LOG_SUFFIX, _JOURNAL_SUFFIX)]
+    return any(file.exists() and file.stat().st_size for file in beside)
+
+
+def finish_database(path: Path) -> None:
+    """Complete a database that a killed process has left open, in place.
+
+    Args:
+        path: The database; one with nothing beside it is left alone.
+
+    Raises:
+        InvalidFileError: It cannot be read, or cannot be written.
+        RefusedError: Another program is writing it.
+    """
+    if not is_left_open(path):
+        return
+    try:
+        with contextlib.closing(sqlite3.connect(path, timeout=0, isolation_level=None)) as database:
+            merge_log(database)
+    except sqlite3.OperationalError as error:
+        if error.sqlite_errorcode & 0xFF not in (sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED):
+            raise InvalidFileError(f"Cannot finish {path}: {error}") from error
+        raise RefusedError(
+            f"{path} is being written by another program",
+            hint="Stop the recorder first; it ends its files itself.",
+        ) from error
+    except sqlite3.Error as error:
+        raise InvalidFileError(f"Cannot finish {path}: {error}") from error
+
+
+def merge_log(database: sqlite3.Connection) -> None:
+    """Merge SQLite's write-ahead log into a database, and end the use of the log.
+
+    Raises:
+        sqlite3.OperationalError: Somebody else has it open.
+    """
+    # Only where it has one: a journal is looked at by any reading.
+    if database.execute("PRAGMA journal_mode").fetchone() == ("wal",):
+        database.execute("PRAGMA journal_mode=DELETE").fetchall()
+    database.execute("SELECT 1 FROM sqlite_master").fetchone()
+
+
+SCHEMA_VERSION = 4
+
+# As rosbag2 creates them: its readers, and those of others, ask for these columns.
+_TABLES = (
+    "CREATE TABLE schema(schema_version INTEGER PRIMARY KEY, ros_distro TEXT NOT NULL)",
+    "CREATE TABLE metadata(id INTEGER PRIMARY KEY, metadata_version INTEGER NOT NULL,"
+    " metadata TEXT NOT NULL)",
+    "CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT NOT NULL, type TEXT NOT NULL,"
+    " serialization_format TEXT NOT NULL, offered_qos_profiles TEXT NOT NULL,"
+    " type_description_hash TEXT NOT NULL)",
+    "CREATE TABLE message_definitions(id INTEGER PRIMARY KEY, topic_type TEXT NOT NULL,"
+    " encoding TEXT NOT NULL, encoded_message_definition TEXT NOT NULL,"
+    " type_description_hash TEXT NOT NULL)",
+    "CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER NOT NULL,"
+    " timestamp INTEGER NOT NULL, data BLOB NOT NULL)",
+    "CREATE INDEX timestamp_idx ON messages (timestamp ASC)",
+)
+
+# Messages are written together: a transaction for each would take most of the time.
+_BATCH_BYTES = 2**20
+# The numbers beside the data of a message; rosbag2 reckons with as much.
+_ROW_BYTES = 24
+
+
+class SqliteFileWriter(BagFileWriter):
+    """SQLite file of a bag opened for writing.
+
+    What `flush` has written survives the death of this process, where the settings have SQLite
+    keep a log or a journal. A database has no place for files and for records other than
+    rosbag2's, and of a message it has one time alone.
+
+    Args:
+        path: Where it is to be; nothing may be there.
+        settings: SQLite's, each as it stands behind ``PRAGMA``.
+        distribution: The ROS 2 distribution.
+
+    Raises:
+        SystemFailureError: It cannot be made. The methods raise it where it cannot be written.
+    """
+
+    def __init__(self, path: Path, settings: tuple[str, ...], distribution: str = "") -> None:
+        super().__init__(path)
+        self._topic_ids: dict[str, int] = {}
+        self._defined: set[str] = set()
+        self._rows: list[tuple[int, int, bytes]] = []
+        self._row_bytes = 0
+        try:
+            path.open("xb").close()
+        except OSError as error:
+            raise SystemFailureError(f"Cannot write {path}: {error.strerror}") from error
+        with self._told():
+            self._database = sqlite3.connect(path, isolation_level=None, check_same_thread=False)
+            for setting in settings:
+                self._database.execute(f"PRAGMA {setting}").fetchall()
+            with self._transaction():
+                for table in _TABLES:
+                    self._database.execute(table)
+                row = (SCHEMA_VERSION, distribution)
+                self._database.execute("INSERT INTO schema VALUES (?, ?)", row)
+            # Readers that do not look into a log find a bag, if it comes to that.
+            self._database.execute("PRAGMA wal_checkpoint").fetchall()
+            (self._page_bytes,) = self._database.execute("PRAGMA page_size").fetchone()
+            self._pages_bytes = self._count_pages()
+
+    @property
+    def size(self) -> int:
+        """Size of the database in bytes, with the messages that are not committed yet."""
+        return self._pages_bytes + self._row_bytes
+
+    def add_topic(self, topic: BagTopic) -> None:
+        """Add a topic, before its first message. Idempotent."""
+        if topic.name in self._topic_ids:
+            return
+        definition = topic.definition
+        with self._told(), self._transaction():
+            added = self._database.execute(
+                "INSERT INTO topics(name, type, serialization_format, offered_qos_profiles,"
+                " type_description_hash) VALUES (?, ?, ?, ?, ?)",
+                (
+                    topic.name,
+                    topic.type_name,
+                    topic.serialization_format,
+                    format_offered_profiles(topic.qos),
+                    topic.type_hash,
+                ),
+            )
+            if definition.text and topic.type_name not in self._defined:
+                self._database.execute(
+                    "INSERT INTO message_definitions(topic_type, encoding,"
+                    " encoded_message_definition, type_description_hash) VALUES (?, ?, ?, ?)",
+                    (topic.type_name, definition.encoding, definition.text, topic.type_hash),
+                )
+                self._defined.add(topic.type_name)
+        assert added.lastrowid is not None
+        self._topic_ids[topic.name] = added.lastrowid
+        self.message_counts[topic.name] = 0
+
+    def write(self, message: BagMessage) -> None:
+        """Write a message of an added topic."""
+        self._count(message)
+        self._rows.append((self._topic_ids[message.topic], message.log_time_ns, message.data))
+        self._row_bytes += _ROW_BYTES + len(message.data)
+        if self._row_bytes > _BATCH_BYTES:
+            self.flush()
+
+    def attach(self, attachment: BagAttachment) -> None:
+        """Do nothing: the SQLite format has no attachments."""
+
+    def add_record(self, name: str, values: Mapping[str, str]) -> None:
+        """Store rosbag2's metadata; the format has no place for other records."""
+        if name == "rosbag2":
+            row = (VERSION, values["serialized_metadata"])
+            with self._told():
+                self._database.execute(
+                    "INSERT INTO metadata(metadata_version, metadata) VALUES (?, ?)", row
+                )
+
+    def flush(self) -> None:
+        """Commit the written messages."""
+        rows, self._rows, self._row_bytes = self._rows, [], 0
+        if rows:
+            with self._told(), self._transaction():
+                self._database.executemany(
+                    "INSERT INTO messages(topic_id, timestamp, data) VALUES (?, ?, ?)", rows
+                )
+            self._pages_bytes = self._count_pages()
+
+    def sync(self) -> None:
+        """Flush the write-ahead log to the disk, and wait until that is done (fsync).
+
+        For another thread than the one that writes. Of the database itself SQLite takes care:
+        whoever opens and closes it in this process takes SQLite's locks from it.
+        """
+        with contextlib.suppress(OSError):
+            log = os.open(f"{self.path}{LOG_SUFFIX}", os.O_RDONLY)
+            try:
+                os.fsync(log)
+            finally:
+                os.close(log)
+
+    def close(self) -> None:
+        """Commit the written messages, merge the log, and close the database."""
+        self.flush()
+        # Where somebody is reading it, it keeps its log, into which SQLite looks.
+        with contextlib.suppress(sqlite3.OperationalError):
+            merge_log(self._database)
+        with self._told():
+            self._database.close()
+
+    def abandon(self) -> None:
+        """Close the database after a write error, without committing."""
+        with contextlib.suppress(sqlite3.Error):
+            self._database.close()
+
+    def _count_pages(self) -> int:
+        (count,) = self._database.execute("PRAGMA page_count").fetchone()
+        return int(count) * int(self._page_bytes)
+
+    @contextlib.contextmanager
+    def _transaction(self) -> Iterator[None]:
+        self._database.execute("BEGIN")
+        try:
+            yield
+            self._database.execute("COMMIT")
+        except BaseException:
+            # A full disk has SQLite undo it by itself.
+            if self._database.in_transaction:
+                self._database.execute("ROLLBACK")
+            raise
+
+    @contextlib.contextmanager
+    def _told(self) -> Iterator[None]:
+        """Raise SQLite's errors as ours."""
+        try:
+            yield
+        except sqlite3.Error as error:
+            raise SystemFailureError(f"Cannot write {self.path}: {error}") from error

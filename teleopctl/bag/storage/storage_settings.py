@@ -1,0 +1,221 @@
+"""rosbag2's storage presets and storage configuration files, for MCAP and for SQLite."""
+
+from __future__ import annotations
+
+import sqlite3
+from contextlib import closing
+from pathlib import Path
+from typing import Any, TypeVar
+
+import yaml
+
+from teleopctl.bag.mcap_file.chunk_builder import ChunkSettings, Compression, CompressionLevel
+from teleopctl.base import ros_yaml
+from teleopctl.base.files import read_text
+from teleopctl.errors import InvalidFileError, UnsupportedError, UsageError, did_you_mean
+
+MCAP_PRESETS = ("none", "fastwrite", "zstd_fast", "zstd_small")
+"""Storage preset profiles of rosbag2's MCAP plug-in."""
+
+# rosbag2's fastwrite has no chunks, and its zstd_fast no checksums. Ours keep both, and indexes:
+# they are what a crash leaves readable, and where damage shows.
+_CHUNKS_OF_PRESETS = {
+    "": ChunkSettings(),
+    "none": ChunkSettings(Compression.NONE),
+    "fastwrite": ChunkSettings(Compression.NONE),
+    "zstd_fast": ChunkSettings(compression_level=CompressionLevel.FASTEST),
+    "zstd_small": ChunkSettings(chunk_bytes=4 * 2**20, compression_level=CompressionLevel.SLOWEST),
+}
+_COMPRESSIONS = {"None": Compression.NONE, "Lz4": Compression.LZ4, "Zstd": Compression.ZSTD}
+_LEVELS = {level.value: level for level in CompressionLevel}
+
+# Our files have all of these, so that they cannot be asked to leave them out.
+_NEVER_LEFT_OUT = {
+    "noAttachmentCRC": "checksums of attachments",
+    "noAttachmentIndex": "an index of attachments",
+    "noChunkIndex": "an index of chunks",
+    "noChunking": "chunks, which a crash leaves readable",
+    "noMessageIndex": "indexes of messages, by which rosbag2 plays them in order",
+    "noMetadataIndex": "an index of metadata",
+    "noRepeatedChannels": "all channels in the summary",
+    "noRepeatedSchemas": "all schemas in the summary",
+    "noStatistics": "statistics",
+    "noSummary": "a summary",
+    "noSummaryCRC": "a checksum of the summary",
+    "noSummaryOffsets": "offsets of the summary",
+}
+_DATA_CHECKSUM = "enableDataCRC"
+_KEYS = (
+    *("compression", "compressionLevel", "chunkSize", "forceCompression", "noChunkCRC"),
+    *(*_NEVER_LEFT_OUT, _DATA_CHECKSUM),
+)
+
+_Choice = TypeVar("_Choice")
+
+
+def chunk_settings(preset: str = "", config_file: Path | None = None) -> ChunkSettings:
+    """Return the MCAP chunk settings of a storage preset and a storage configuration file.
+
+    Args:
+        preset: One of `MCAP_PRESETS`; empty for zstd.
+        config_file: YAML as rosbag2's MCAP plug-in reads it; wins over the preset.
+
+    Raises:
+        UsageError: There is no such preset.
+        UnsupportedError: The file asks for something that our files do not do; with its line.
+        InvalidFileError: The file cannot be read, or a value is none of its key; with its line.
+    """
+    if preset not in _CHUNKS_OF_PRESETS:
+        raise UsageError(
+            f"unknown MCAP storage preset profile '{preset}'",
+            hint=f"There are {', '.join(MCAP_PRESETS)}.",
+        )
+    settings = _CHUNKS_OF_PRESETS[preset]
+    for key, place, value in read_storage_config(config_file) if config_file else ():
+        settings = _changed(settings, key, place, value)
+    return settings
+
+
+# Any, here and below: YAML's values.
+def _changed(settings: ChunkSettings, key: str, place: str, value: Any) -> ChunkSettings:
+    match key:
+        case "compression":
+            compression = _choice(key, place, value, _COMPRESSIONS)
+            return settings._replace(compression=compression)
+        case "compressionLevel":
+            return settings._replace(compression_level=_choice(key, place, value, _LEVELS))
+        case "chunkSize":
+            if not isinstance(value, int) or isinstance(value, bool) or value <= 0:
+                raise InvalidFileError(f"{place}: '{key}' is a number of bytes, not {value!r}")
+            return settings._replace(chunk_bytes=value)
+    if key not in _KEYS:
+        raise InvalidFileError(f"{place}: '{key}' is not known", hint=did_you_mean(key, _KEYS))
+    if not isinstance(value, bool):
+        raise InvalidFileError(f"{place}: '{key}' is true or false, not {value!r}")
+    if key == "forceCompression":
+        return settings._replace(forces_compression=value)
+    if key == "noChunkCRC":
+        return settings._replace(chunk_checksums=not value)
+    if value and key == _DATA_CHECKSUM:
+        raise UnsupportedError(
+            f"{place}: '{key}' is not supported",
+            hint="Chunks, attachments and the summary have a checksum each.",
+        )
+    if value:
+        raise UnsupportedError(
+            f"{place}: '{key}' is not supported: files always have {_NEVER_LEFT_OUT[key]}"
+        )
+    return settings
+
+
+def _choice(key: str, place: str, value: Any, choices: dict[str, _Choice]) -> _Choice:
+    for name, choice in choices.items():
+        if isinstance(value, str) and value.lower() == name.lower():
+            return choice
+    raise InvalidFileError(
+        f"{place}: '{key}' is {', '.join(choices)}, not {value!r}",
+        hint=did_you_mean(str(value), choices),
+    )
+
+
+def read_storage_config(file: Path) -> list[tuple[str, str, Any]]:
+    """Read a storage configuration file: its keys with file and line, and their values.
+
+    Raises:
+        InvalidFileError: It cannot be read, or is not YAML; with its line.
+    """
+    with ros_yaml.faults_of(file):
+        loader = ros_yaml.RosLoader(read_text(file))
+        try:
+            root = loader.get_single_node()
+            if root is None:
+                return []
+            if not isinstance(root, yaml.MappingNode):
+                raise InvalidFileError(f"{file} is no mapping of settings")
+            return [
+                (
+                    str(key.value),
+                    f"{file}:{key.start_mark.line + 1}",
+                    loader.construct_object(value, deep=True),
+                )
+                for key, value in root.value
+            ]
+        finally:
+            loader.dispose()
+
+
+SQLITE_PRESETS = ("none", "resilient")
+"""Storage preset profiles of rosbag2's SQLite plug-in."""
+
+# rosbag2's own default keeps the journal in memory: a process that is killed while it writes leaves
+# a database that nobody can read. With a log beside it, it is whole at every moment.
+_LOG = "journal_mode=WAL"
+_PRAGMAS_OF_PRESETS = {
+    "": (_LOG, "synchronous=OFF"),
+    "none": (_LOG, "synchronous=OFF"),
+    # Whole also where the machine loses its power.
+    "resilient": (_LOG, "synchronous=NORMAL"),
+}
+_SECTIONS = ("write", "read")
+_FORBIDDEN = "';\""
+# What SQLite's documentation, and so rosbag2's example, has in the place of a schema's name.
+_ANY_SCHEMA = "schema."
+
+
+def database_settings(preset: str = "", config_file: Path | None = None) -> tuple[str, ...]:
+    """Return SQLite's ``PRAGMA`` settings of a storage preset and a configuration file.
+
+    Args:
+        preset: One of `SQLITE_PRESETS`; empty for none.
+        config_file: YAML as rosbag2's SQLite plug-in reads it; wins over the preset.
+
+    Raises:
+        UsageError: There is no such preset.
+        InvalidFileError: The file cannot be read, or SQLite does not know a setting; with its line.
+    """
+    if preset not in _PRAGMAS_OF_PRESETS:
+        raise UsageError(
+            f"unknown SQLite storage preset profile '{preset}'",
+            hint=f"There are {', '.join(SQLITE_PRESETS)}.",
+        )
+    given = _read_pragmas(config_file) if config_file else {}
+    ours = {_pragma_name(setting): setting for setting in _PRAGMAS_OF_PRESETS[preset]}
+    # The size of pages is to be said before there is a log.
+    return tuple({**given, **{name: s for name, s in ours.items() if name not in given}}.values())
+
+
+def _read_pragmas(file: Path) -> dict[str, str]:
+    """The settings for writing, by name."""
+    settings: dict[str, str] = {}
+    for section, place, content in read_storage_config(file):
+        if section not in _SECTIONS:
+            raise InvalidFileError(
+                f"{place}: '{section}' is not known", hint=did_you_mean(section, _SECTIONS)
+            )
+        listed = content.get("pragmas") if isinstance(content, dict) else None
+        if not isinstance(listed, list) or not all(isinstance(each, str) for each in listed):
+            raise InvalidFileError(f"{place}: '{section}' has a list of texts, pragmas: [...]")
+        for setting in filter(None, (each.strip() for each in listed)):
+            _check_pragma(setting, place)
+            if section == "write":
+                setting = setting.removeprefix(_ANY_SCHEMA)
+                settings[_pragma_name(setting)] = setting
+    return settings
+
+
+def _check_pragma(setting: str, place: str) -> None:
+    if any(sign in setting for sign in _FORBIDDEN):
+        raise InvalidFileError(f"{place}: {setting!r} has one of the signs {_FORBIDDEN}")
+    setting = setting.removeprefix(_ANY_SCHEMA)
+    with closing(sqlite3.connect(":memory:")) as database:
+        try:
+            database.execute(f"PRAGMA {setting}").fetchall()
+            is_known = database.execute(f"PRAGMA {_pragma_name(setting)}").fetchone() is not None
+        except sqlite3.Error as error:
+            raise InvalidFileError(f"{place}: SQLite refuses {setting!r}: {error}") from error
+    if not is_known:
+        raise InvalidFileError(f"{place}: SQLite has no pragma '{_pragma_name(setting)}'")
+
+
+def _pragma_name(setting: str) -> str:
+    return setting.partition("=")[0].partition("(")[0].strip()

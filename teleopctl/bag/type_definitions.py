@@ -1,0 +1,104 @@
+"""Type definitions of topics in bags: looked up, registered, hashed, and made into classes."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from teleopctl.bag.records import CDR, ROS2MSG, BagTopic, TypeText
+from teleopctl.errors import InvalidMessageError, TeleopctlError
+from teleopctl.interfaces import (
+    add_definition_text,
+    check_readable,
+    complete_definition_text,
+    get_message,
+    known_types,
+    message_of_text,
+    type_hash,
+)
+
+_SEPARATOR = "=" * 80
+_HEAD = "MSG: "
+_EVENT = "_Event"
+
+
+def known_definition(type_name: str, version: str = "") -> TypeText | None:
+    """Return the definition of a type as this process knows it; None if unknown.
+
+    Args:
+        type_name: ``package/msg/Name``.
+        version: The hash that it has to have; any if empty.
+    """
+    try:
+        if known_types().find(type_name) is None or version not in ("", type_hash(type_name)):
+            return None
+        return TypeText(ROS2MSG, complete_definition_text(type_name))
+    except TeleopctlError:
+        return None
+
+
+def register_types(topic: BagTopic) -> None:
+    """Register a topic's type and its nested types from the definition in the bag.
+
+    Nothing known is replaced. A service is learnt from the definition of its events.
+
+    Raises:
+        TeleopctlError: The definition cannot be understood.
+    """
+    if topic.definition.encoding != ROS2MSG or known_types().find(topic.type_name) is not None:
+        return
+    texts = _texts(topic)
+    event = topic.type_name
+    if "/srv/" in event and event.endswith(_EVENT):
+        service = event.removesuffix(_EVENT)
+        names = [f"{service}_{part}" for part in ("Request", "Response")]
+        # rosbag2 writes the .srv file of the service; others a part for each message.
+        own = texts.pop(event)
+        parts = [texts.pop(name, "") for name in names]
+        texts[service] = "\n---\n".join(parts) if any(parts) else own
+    for type_name, text in texts.items():
+        if known_types().find(type_name) is None:
+            add_definition_text(type_name, text)
+
+
+def topic_type_hash(topic: BagTopic) -> str:
+    """Return the type hash of a topic: the recorded one, else that of the type of this name.
+
+    Raises:
+        TeleopctlError: The type is not known.
+    """
+    return topic.type_hash or type_hash(topic.type_name)
+
+
+# Any: a class made from its definition.
+def topic_message_class(topic: BagTopic) -> type[Any]:
+    """Return the class for a topic's messages, made from the definition in the bag.
+
+    Where the bag has none, the type of that name is taken, if this process knows one.
+
+    Raises:
+        TeleopctlError: The definition cannot be understood, or there is none.
+    """
+    if topic.serialization_format != CDR:
+        raise InvalidMessageError(
+            f"Its messages are in the form '{topic.serialization_format}', and not in {CDR}"
+        )
+    definition = topic.definition
+    if definition.text.strip():
+        found = message_of_text(topic.type_name, definition.text, definition.encoding)
+    else:
+        found = get_message(topic.type_name)
+    check_readable(found)
+    return found
+
+
+def _texts(topic: BagTopic) -> dict[str, str]:
+    """The definitions by type; those that a type uses stand before it."""
+    head, *others = topic.definition.text.split(f"{_SEPARATOR}\n")
+    texts = {topic.type_name: head}
+    for other in others:
+        first, _, text = other.partition("\n")
+        name = first.removeprefix(_HEAD).strip()
+        if name.count("/") == 1:
+            name = name.replace("/", "/msg/")
+        texts[name] = text
+    return dict(reversed(texts.items()))
