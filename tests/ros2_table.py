@@ -150,7 +150,7 @@ def _overlap(ours: tuple[str, ...], theirs: list[str]) -> int:
 
 def _is_accepted(name: str, flag: str) -> bool:
     """Whether a flag is taken, and changes nothing."""
-    return flag not in ros2_options.plain_line([*name.split(), flag, "1"])
+    return flag not in ros2_options.without_ignored_options([*name.split(), flag, "1"])
 
 
 def _by_group(found: list[Row]) -> Iterator[tuple[str, list[Row]]]:

@@ -21,7 +21,7 @@ def command_node(
     use_sim_time: bool = False,
     ros_args: Sequence[str] = (),
 ) -> Iterator[Node]:
-    """Open a node named as those of the ``ros2`` command line, in a session of its own.
+    """Open the hidden node ``_ros2cli_PID`` of a verb, in a session of its own, for the block.
 
     Args:
         session_mode: ``client`` for a few exchanges through the router; ``peer`` for a stream,
@@ -51,7 +51,7 @@ def command_node(
 
 @contextmanager
 def brief_node(*, name: str | None = None, starts_router: bool = False) -> Iterator[BareNode]:
-    """Open a node for one request: a client of the router, without parameters.
+    """Open a node without parameters for a few exchanges through the router, for the block.
 
     Args:
         name: Another name.
@@ -102,7 +102,7 @@ def _command_context(
 
 
 # Any: requests and responses of any service.
-def ask_all(
+def call_all(
     node: Node,
     type_: type[ServiceType[Any, Any]],
     service: str,
@@ -110,7 +110,7 @@ def ask_all(
     request: Any,
     timeout_s: float,
 ) -> dict[str, Any]:
-    """Call a service of several nodes; return the response or error of each.
+    """Call the same service of several nodes at once; return the response or error of each.
 
     Args:
         node: The node that asks.

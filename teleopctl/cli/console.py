@@ -1,4 +1,4 @@
-"""The only place that writes to the terminal.
+"""Output of the command line: data to stdout, notes, warnings and errors to stderr.
 
 Data goes to stdout as plain text; warnings, notes and errors go to stderr. What comes from others
 may hold control characters: they are made visible here, see `teleopctl.base.printable`. Nothing
@@ -59,7 +59,7 @@ def out_text(text: str) -> None:
 
 
 def clear_terminal() -> None:
-    """Clear the terminal that stdout is, and begin at its top."""
+    """Clear the terminal that is stdout, and move the cursor to its top."""
     sys.stdout.write("\x1b[H\x1b[2J")
 
 
@@ -82,7 +82,7 @@ def out_json(document: Json, *, compact: bool = False) -> None:
 
 
 def out_done(text: str, /, *, as_json: bool, **document: Json) -> None:
-    """Print the result of a verb, as text or as one JSON document."""
+    """Print the result of a verb: a text, or its keyword arguments as a JSON object."""
     if as_json:
         out_json(document)
     else:
@@ -90,12 +90,12 @@ def out_done(text: str, /, *, as_json: bool, **document: Json) -> None:
 
 
 def note(text: str) -> None:
-    """Print a progress line to stderr."""
+    """Print a line about progress, or a remark, to stderr."""
     _note(printable_text(text))
 
 
 def note_once(key: str, text: str) -> None:
-    """Print a line to stderr the first time only, and only on a terminal.
+    """Print a line to stderr once per user, and only on a terminal.
 
     Args:
         key: What a file in the user's state folder is called once it has been said.
@@ -158,7 +158,7 @@ def traceback() -> None:
 
 
 def tolerate_narrow_encodings() -> None:
-    """Replace characters that the terminal's encoding lacks by ``?``."""
+    """Make stdout and stderr print ``?`` for characters that their encoding lacks."""
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure") and (stream.encoding or "").lower() != "utf-8":
             stream.reconfigure(errors="replace")

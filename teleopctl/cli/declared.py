@@ -1,4 +1,4 @@
-"""What verbs declare, remembered from one run to the next.
+"""Declarations of verbs, cached in files between runs.
 
 ``--help`` and Tab need a verb's declarations and not the verb, whose imports take up to ten times
 as long as Python's own start. So what was found is kept in a file in the user's cache folder, as
@@ -39,7 +39,7 @@ _OF_VERBS = ("help", "negative_numbers", "passes_on", "passes_everything_on", "e
 
 
 class DeclaredVerb:
-    """A verb's help and parameters, cached between runs.
+    """Help text and parameters of a verb, read from the cache or from its function.
 
     Attributes:
         verb: The verb.
@@ -56,7 +56,7 @@ class DeclaredVerb:
 
 
 def nouns() -> dict[str, str]:
-    """Return the nouns of the command line with their help, those of plug-ins included."""
+    """Return the help line of each noun of the command line, plug-ins included."""
     remembered = _read("verbs")
     if remembered is not None:
         return dict(remembered)
@@ -66,8 +66,8 @@ def nouns() -> dict[str, str]:
     return found
 
 
-def find(path: Sequence[str]) -> DeclaredVerb | VerbGroup | None:
-    """Return the declaration of a noun, or of a verb; None for nothing.
+def find_declaration(path: Sequence[str]) -> DeclaredVerb | VerbGroup | None:
+    """Return the declaration of the noun or verb that words name; None if there is none.
 
     Raises:
         BrokenPluginError: It is a stranger's and cannot be loaded.

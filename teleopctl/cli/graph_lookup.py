@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def live_graph() -> Graph:
-    """Return the nodes and endpoints of this domain.
+    """Query the nodes and endpoints of this ROS domain from the router.
 
     Raises:
         RouterNotRunning: No router answers.
@@ -32,7 +32,7 @@ def is_pattern(name: str) -> bool:
     return "*" in name
 
 
-def fitting(pattern: str, names: Iterable[str], *, kind: str) -> list[str]:
+def matching_names(pattern: str, names: Iterable[str], *, kind: str) -> list[str]:
     """Return the names that match a pattern, in their order.
 
     Args:
@@ -54,8 +54,8 @@ def fitting(pattern: str, names: Iterable[str], *, kind: str) -> list[str]:
     return found
 
 
-def expanded(names: Sequence[str], known: Iterable[str], *, kind: str) -> list[str]:
-    """Return names with each pattern replaced by the names that match it.
+def expand_patterns(names: Sequence[str], known: Iterable[str], *, kind: str) -> list[str]:
+    """Return names in which each pattern is replaced by the known names that match it.
 
     Raises:
         NotFoundError: Nothing fits a pattern.
@@ -63,13 +63,13 @@ def expanded(names: Sequence[str], known: Iterable[str], *, kind: str) -> list[s
     live = list(known)
     found: dict[str, None] = {}
     for name in names:
-        fits = fitting(name, live, kind=kind) if is_pattern(name) else [absolute_name(name)]
+        fits = matching_names(name, live, kind=kind) if is_pattern(name) else [absolute_name(name)]
         found.update(dict.fromkeys(fits))
     return list(found)
 
 
 def learn_type(type_name: str, graph: Graph | None = None) -> None:
-    """Make a type known that this program lacks; see `teleopctl.node.add_type_from_graph`.
+    """Request the definition of an unknown type from a node that uses it, and register it.
 
     Args:
         type_name: Full name of a message or a service.

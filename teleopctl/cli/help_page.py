@@ -1,4 +1,4 @@
-"""``--help``: the page of the program, of a noun or of a verb, from its declarations.
+"""Help pages of the program, of nouns and of verbs, made from their declarations.
 
 Nothing is loaded for it but these: neither the verb nor a library that parses arguments or draws.
 """
@@ -33,7 +33,7 @@ _WIDEST_NAME = 30
 _WIDEST_PAGE = 100
 
 
-def show(words: Sequence[str]) -> bool:
+def print_requested_page(words: Sequence[str]) -> bool:
     """Print the help page that a command line requests; return False if it requests none.
 
     Args:
@@ -47,8 +47,8 @@ def show(words: Sequence[str]) -> bool:
     return True
 
 
-def text_of(path: Sequence[str], found: DeclaredVerb | VerbGroup) -> str:
-    """Return the help page of a noun or a verb, as text."""
+def page_text(path: Sequence[str], found: DeclaredVerb | VerbGroup) -> str:
+    """Return the help page of a noun or a verb as text without colours."""
     page = _of_group(path, found) if isinstance(found, VerbGroup) else _of_verb(path, found)
     return "\n".join("".join(text for text, _ in line) for line in page)
 
@@ -56,14 +56,14 @@ def text_of(path: Sequence[str], found: DeclaredVerb | VerbGroup) -> str:
 def _asked(words: Sequence[str]) -> list[Line] | None:
     if not words or words[0] in FLAGS:
         return _of_program()
-    found = declared.find(words[:1])
+    found = declared.find_declaration(words[:1])
     if found is None:
         return None
     if isinstance(found, DeclaredVerb):
         return _of_verb(words[:1], found) if _asks(found, words[1:]) else None
     if len(words) == 1 or words[1] in FLAGS:
         return _of_group(words[:1], found)
-    verb = declared.find(words[:2]) if words[1] in found.verbs else None
+    verb = declared.find_declaration(words[:2]) if words[1] in found.verbs else None
     if isinstance(verb, DeclaredVerb) and _asks(verb, words[2:]):
         return _of_verb(words[:2], verb)
     return None

@@ -1,4 +1,4 @@
-"""Topics and services by name: what the verbs that list them and look them up share."""
+"""Output and lookup of names with types, shared by the verbs of topics, services and actions."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def out_names(
     show_types: bool = False,
     as_json: bool = False,
 ) -> None:
-    """Print names, one per line.
+    """Print names of the graph, one per line, or their number, or JSON.
 
     Args:
         entries: Each name with its types.
@@ -38,7 +38,7 @@ def out_names(
 
 
 def out_types(types: Sequence[str], *, as_json: bool) -> None:
-    """Print the types of one name, one per line or as JSON."""
+    """Print the types of a topic, service or action, one per line or as JSON."""
     if as_json:
         console.out_json(list(types))
     else:
@@ -54,7 +54,7 @@ def out_files(files: Iterable[object], *, as_json: bool) -> None:
 
 
 def types_of(name: str, known: NamesAndTypes, *, kind: str) -> Sequence[str]:
-    """Return the types of a name.
+    """Return the types of a topic, service or action from the known ones.
 
     Args:
         name: A full name.
@@ -70,8 +70,8 @@ def types_of(name: str, known: NamesAndTypes, *, kind: str) -> Sequence[str]:
     return types[name]
 
 
-def of_type(type_name: str, known: NamesAndTypes, *, kind: str) -> NamesAndTypes:
-    """Return the names that have a type; none for an invalid type, with a note on stderr.
+def names_of_type(type_name: str, known: NamesAndTypes, *, kind: str) -> NamesAndTypes:
+    """Return the entries that have a type; none, with a note on stderr, for an invalid type.
 
     Args:
         type_name: ``package/kind/Name`` or ``package/Name``.

@@ -1,4 +1,4 @@
-"""The ``teleopctl`` command: runs the verb that is named, and how that ends.
+"""The ``teleopctl`` command: runs the verb of a command line and returns its exit status.
 
 Which verbs there are stands in the registry, `teleopctl.plugins`. A verb is a
 [`VerbGroup`][teleopctl.cli.verb.Group] of verbs, or a [`Verb`][teleopctl.cli.verb.Verb] that stands
@@ -128,9 +128,9 @@ def _dispatch(words: list[str], before_verb: Callable[[], None] | None) -> int:
     if COMPLETION_VARIABLE in os.environ:
         from teleopctl.cli.completion import completing
 
-        completing.answer(words)
+        completing.print_candidates(words)
         return 0
-    words = ros2_options.plain_line(words)
+    words = ros2_options.without_ignored_options(words)
     if _asks_for_help(words) and _show_help(words):
         return 0
     if before_verb is not None:
@@ -172,7 +172,7 @@ def _asks_for_help(words: Sequence[str]) -> bool:
 def _show_help(words: Sequence[str]) -> bool:
     from teleopctl.cli import help_page
 
-    return help_page.show(words)
+    return help_page.print_requested_page(words)
 
 
 def _with_verb(words: list[str]) -> list[str]:

@@ -18,7 +18,7 @@ _PRESENT_TIME = ("auto", "now")
 
 # Any, here and below: a class made from its definition.
 def message_class_named(type_name: str, graph: Graph | None = None) -> type[Any]:
-    """Return the class of a message type.
+    """Return the message class of a type name given on the command line.
 
     Args:
         type_name: ``package/msg/Name`` or ``package/Name``.
@@ -35,7 +35,7 @@ def message_class_named(type_name: str, graph: Graph | None = None) -> type[Any]
 
 
 def service_class_named(type_name: str) -> Any:
-    """Return the class of a service type.
+    """Return the service class of a type name given on the command line.
 
     Raises:
         InvalidMessageError: There is no such type.
@@ -51,7 +51,7 @@ def service_class_named(type_name: str) -> Any:
 
 
 def action_class_named(type_name: str) -> Any:
-    """Return the class of an action type.
+    """Return the action class of a type name given on the command line.
 
     Raises:
         InvalidMessageError: There is no such type.
@@ -62,26 +62,28 @@ def action_class_named(type_name: str) -> Any:
         return get_action(normalize(type_name, "action"))
 
 
-def goal_with(action: Any, text: str) -> Any:
-    """Return an action goal from command-line text.
+def goal_from_text(action: Any, text: str) -> Any:
+    """Return the goal of an action from YAML text given on the command line.
 
     Raises:
         InvalidMessageError: The values do not fit, or there are several documents.
     """
-    documents = documents_of(text)
+    documents = yaml_documents(text)
     if len(documents) > 1:
         raise InvalidMessageError(f"One goal is sent at a time, got {len(documents)}")
-    return message_with(action.Goal, documents[0], failed="Failed to populate message fields")
+    return message_from_values(
+        action.Goal, documents[0], failed="Failed to populate message fields"
+    )
 
 
-def message_with(
+def message_from_values(
     message_class: type[Any],
     values: object,
     now: Any = None,  # Any: a time, as message_from_yaml takes it
     *,
     failed: str = "Failed to populate field",
 ) -> Any:
-    """Return a message from command-line or file values.
+    """Return a message from values of YAML that a command line or file gives.
 
     Args:
         message_class: Its class.
@@ -108,8 +110,8 @@ def message_with(
         raise InvalidMessageError(text, hint=error.hint) from error
 
 
-def documents_of(text: str) -> list[object]:
-    """Return the documents of a YAML text; one empty document if it is empty.
+def yaml_documents(text: str) -> list[object]:
+    """Parse YAML text; return its documents, or one empty document for an empty text.
 
     Raises:
         InvalidMessageError: It is not YAML.
@@ -139,7 +141,7 @@ def _told_of(kind: str) -> Iterator[None]:
 
 # Any: a message's class is made from its definition.
 def filter_predicate(expression: str) -> Callable[[Any], bool]:
-    """Return a function that decides by an expression whether a message is printed.
+    """Compile a Python expression of ``--filter``; return a function that applies it to a message.
 
     Args:
         expression: Python, with the message as ``m``: ``m.data > 3``.

@@ -43,7 +43,7 @@ StallTimeout = Annotated[
 
 
 def check_not_negative(**options: float | None) -> None:
-    """Raise for negative values of options, which are named as on the command line.
+    """Raise a UsageError if the value of an option, passed by its name, is negative.
 
     Raises:
         UsageError: One is negative.
@@ -54,7 +54,7 @@ def check_not_negative(**options: float | None) -> None:
 
 
 def check_positive(**options: float | None) -> None:
-    """Raise for option values that are not greater than zero.
+    """Raise a UsageError if the value of an option, passed by its name, is not positive.
 
     Raises:
         UsageError: One is not.

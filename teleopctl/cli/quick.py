@@ -1,4 +1,4 @@
-"""The quick parser: a well-formed command line without an argument-parsing library.
+"""Parser of well-formed command lines that needs no library for parsing arguments.
 
 It understands flags (``-t -v`` and ``-tv``), options with a separate value or ``--name=value``,
 and arguments. Whatever else stands on the line (``-r10``, ``--help``, a mistake) it declines, and
@@ -18,7 +18,7 @@ _NUMBER_CHARACTERS = frozenset("0123456789.")
 def parse(
     verb: Verb, function: Callable[..., object], words: Sequence[str]
 ) -> dict[str, object] | None:
-    """Parse simple command lines without Typer; return None for others.
+    """Parse the words behind a verb; return values by name, or None if Typer has to parse them.
 
     Args:
         verb: The verb.

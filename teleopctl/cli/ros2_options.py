@@ -44,8 +44,8 @@ _HIDDEN = {
 _LIST_NAMES = frozenset({"list", "find"})
 
 
-def plain_line(words: Sequence[str]) -> list[str]:
-    """Return a command line without options that have no effect."""
+def without_ignored_options(words: Sequence[str]) -> list[str]:
+    """Return a command line without the options of ``ros2`` that have no effect here."""
     if not words or words[0] not in GROUPS:
         return list(words)
     group, *rest = _behind_the_verb(words)
@@ -86,6 +86,6 @@ MISSING_VERBS = {
 
 
 def is_missing_verb(path: Sequence[str]) -> bool:
-    """Return whether ``ros2`` has a noun or a verb."""
+    """Return whether a noun or verb exists in ``ros2`` and not in teleopctl."""
     verb, *rest = path
     return verb in MISSING_VERBS and (not rest or rest[0] in MISSING_VERBS[verb].split())

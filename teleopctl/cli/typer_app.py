@@ -1,4 +1,4 @@
-"""Typer's side of the command line: what is wrong with a line, and what the quick parser declines.
+"""Typer application for lines that the quick parser declines: runs them, or reports errors.
 
 Builds one Typer command tree with the wanted verb for real and a placeholder for each other one,
 so that a misspelt word is compared with all of them and none is imported.
@@ -29,7 +29,7 @@ _MOST_OFFERED = 12
 
 
 def run(words: Sequence[str]) -> int:
-    """Parse and run a command line.
+    """Parse a command line with Typer and run its verb; return the exit status.
 
     Args:
         words: The command line behind the global options.
@@ -56,7 +56,7 @@ def run(words: Sequence[str]) -> int:
 
 
 def command_tree(words: Sequence[str]) -> TyperGroup:
-    """Return the root command, with only the verb that ``words`` name loaded.
+    """Return Typer's root command, with parameters only for the verb that ``words`` name.
 
     Raises:
         BrokenPluginError: That verb is a stranger's and cannot be loaded.
@@ -68,7 +68,7 @@ def command_tree(words: Sequence[str]) -> TyperGroup:
         version: Annotated[bool, typer.Option("--version")] = False,
         debug: Annotated[bool, typer.Option("--debug")] = False,
     ) -> None:
-        """Declare the global options, which are read before Typer is loaded."""
+        """Declare the global options, which `teleopctl.cli.main` parses before Typer is loaded."""
 
     position, chosen = _first_word(words)
     # Strangers' verbs are looked for only where none of ours has been chosen.
@@ -203,8 +203,8 @@ class _Command(TyperCommand):
     def get_help(self, ctx: Any) -> str:  # Any: a class of the library that Typer carries along
         """Return the help page, for spellings of ``--help`` that only Typer parses."""
         path = ctx.command_path.split()[1:]
-        found = declared.find(path)
-        return "" if found is None else help_page.text_of(path, found)
+        found = declared.find_declaration(path)
+        return "" if found is None else help_page.page_text(path, found)
 
 
 def _new_app() -> typer.Typer:

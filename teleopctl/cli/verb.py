@@ -1,4 +1,4 @@
-"""How a verb declares its command line, independent of the library that parses it.
+"""Declarations of verbs and their parameters, independent of the library that parses them.
 
 Typer alone takes longer to import than a whole graph query takes to run, so declarations are
 made of these small classes: `quick` reads them for a well-formed command line, `help_page` for
@@ -21,7 +21,7 @@ else:
 
 
 class Declaration:
-    """What the command line needs of a parameter besides its name, type and default.
+    """Help text, placeholder, choices and completion of a parameter on the command line.
 
     Args:
         help: One sentence for ``--help``.
@@ -84,7 +84,7 @@ class Option(Declaration):
 
 
 class Verb:
-    """Import path of a verb's function, which is imported when the verb is used.
+    """A verb of the command line: its help, and the function that is imported when it runs.
 
     Args:
         target: ``"package.module:function"``. The function returns an exit status or None.
@@ -122,7 +122,7 @@ class Verb:
         self.examples = examples
 
     def load(self) -> Callable[..., int | None]:
-        """Import and return the function."""
+        """Import and return the function of the verb."""
         module, _, name = self.target.partition(":")
         function: Callable[..., int | None] = getattr(import_module(module), name)
         return function
@@ -157,7 +157,7 @@ class VerbGroup:
 
 @dataclass_transform(kw_only_default=True)
 class OptionSet:
-    """Base class of options that several verbs share, which a verb's function gets as one object.
+    """Base class of options that several verbs share; a verb's function receives one object.
 
     Its annotated attributes are declared as parameters of a function are, with their defaults:
 

@@ -1,4 +1,4 @@
-"""Waiting, which is bounded, or explained after a second to the person who waits."""
+"""Waits of verbs that print an explanation after a second."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 _PATIENCE_S = 1.0
 
 
-def wait_aloud(
+def wait_with_notice(
     wait: Callable[[float | None], bool], longest_s: float | None, explain: Callable[[], str]
 ) -> bool:
     """Wait for an event, and print an explanation if it has not come within a second.
@@ -41,7 +41,7 @@ def wait_aloud(
 def start_timeouts(
     timeout_s: float | None, stall_timeout_s: float | None, *, detach: bool
 ) -> StartTimeouts:
-    """Return the start timeouts for the given options.
+    """Return the start timeouts that the options ``--timeout`` and ``--stall-timeout`` select.
 
     Raises:
         UsageError: A time is not above 0, or nothing is started in the background.
@@ -72,6 +72,8 @@ def wait_for_clock(node: Node | BareNode) -> None:
     clock.on_time_update(has_come.set)
     try:
         if clock.nanoseconds() == 0:
-            wait_aloud(has_come.wait, None, lambda: "Nobody publishes the time on /clock yet.")
+            wait_with_notice(
+                has_come.wait, None, lambda: "Nobody publishes the time on /clock yet."
+            )
     finally:
         clock.forget_on_time_update(has_come.set)

@@ -129,17 +129,19 @@ def test_a_program_has_the_options_behind_its_name_to_itself():
 @given(st.lists(st.text(alphabet="ab'\"\\ $!:={}/*"), min_size=1))
 def test_a_line_is_split_as_a_shell_splits_it(words):
     line = " ".join(map(shlex.quote, words))
-    asked = shells.split(f"{line} ")
+    asked = shells.split_line(f"{line} ")
     assert (asked.words, asked.incomplete, asked.quote) == (words, "", "")
-    assert shells.split(line).incomplete == words[-1]
+    assert shells.split_line(line).incomplete == words[-1]
 
 
 @pytest.mark.skipif(shutil.which("bash") is None, reason="no bash")
 @given(st.lists(st.text(alphabet="ab'\"\\ $`!:={}/*", min_size=1), min_size=9))
 def test_a_candidate_is_quoted_so_that_bash_reads_it_as_it_is(names):
-    asked = {quote: shells.split(f"teleopctl {quote}", WORD_BREAKS) for quote in ("", "'", '"')}
+    asked = {
+        quote: shells.split_line(f"teleopctl {quote}", WORD_BREAKS) for quote in ("", "'", '"')
+    }
     words = [
-        quote + shells.written("bash", line, name) + quote
+        quote + shells.format_candidate("bash", line, name) + quote
         for name in names
         for quote, line in asked.items()
     ]
@@ -149,8 +151,8 @@ def test_a_candidate_is_quoted_so_that_bash_reads_it_as_it_is(names):
 
 
 def test_what_bash_leaves_as_it_is_is_not_repeated():
-    asked = shells.split("teleopctl launch world:=/a", WORD_BREAKS)
-    assert shells.written("bash", asked, "world:=/a b") == "/a\\ b"
+    asked = shells.split_line("teleopctl launch world:=/a", WORD_BREAKS)
+    assert shells.format_candidate("bash", asked, "world:=/a b") == "/a\\ b"
 
 
 def test_a_whole_message_request_or_goal_is_offered(monkeypatch, capsys):

@@ -68,17 +68,17 @@ def test_a_verbs_page_has_every_argument_and_option_with_its_text(capsys, path):
 
 @pytest.mark.parametrize("path", ALL, ids=" ".join)
 def test_what_is_remembered_of_a_verb_is_what_it_declares(cache, path):
-    first = declared.find(path)
+    first = declared.find_declaration(path)
     assert isinstance(first, DeclaredVerb)
     (file,) = cache.rglob(f"verb.{'.'.join(path)}")
-    again = declared.find(path)
+    again = declared.find_declaration(path)
     assert isinstance(again, DeclaredVerb)
     assert declared._to_plain(again) == declared._to_plain(first)
     written = {slot: getattr(first.verb, slot) for slot in Verb.__slots__}
     assert {slot: getattr(again.verb, slot) for slot in Verb.__slots__} == written
     file.write_bytes(file.read_bytes()[:-9])
-    assert help_page.text_of(path, first) == help_page.text_of(path, again)
-    assert declared.find(path) is not None, "a file that was cut short"
+    assert help_page.page_text(path, first) == help_page.page_text(path, again)
+    assert declared.find_declaration(path) is not None, "a file that was cut short"
 
 
 def test_no_page_loads_a_library_that_parses_or_draws(tmp_path):

@@ -135,7 +135,7 @@ def test_what_tab_completes_is_the_word_that_teleopctl_is_given(shell, what):
 )
 def test_a_word_of_powershell_loses_its_quotes_and_nothing_else(word, meant, monkeypatch):
     monkeypatch.setenv("_TELEOPCTL_WORDS", f"run\x1f{word}")
-    asked = shells.read("powershell", [])
+    asked = shells.parse_request("powershell", [])
     assert asked is not None
     assert (asked.words, asked.incomplete) == (["run"], meant)
 

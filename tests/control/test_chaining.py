@@ -5,7 +5,7 @@ from itertools import permutations
 
 import pytest
 
-from teleopctl.cli.verbs.control.controllers import picture
+from teleopctl.cli.verbs.control.controllers import controller_diagram
 from teleopctl.control.lifecycle import State
 from teleopctl.control.services import ControllerManagerServices, controller_state
 from teleopctl.control.switching import Strictness, SwitchRequest, switch_controller
@@ -130,7 +130,9 @@ class TestExports:
         chain(stack)
         edges = {
             (edge.source, edge.target)
-            for edge in picture([shown(stack, name) for name in ("follower", "leader")]).edges
+            for edge in controller_diagram(
+                [shown(stack, name) for name in ("follower", "leader")]
+            ).edges
         }
         assert ("controller leader", f"command {REFERENCE}") in edges
         assert (f"command {REFERENCE}", "controller follower") in edges

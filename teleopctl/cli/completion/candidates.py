@@ -1,4 +1,4 @@
-"""What Tab offers: whatever is live right now, or lies on this machine.
+"""Completion candidates from the live graph and from the files and packages of this machine.
 
 Completion never prints an error: without a router, or without an answer, it offers nothing.
 """
@@ -19,22 +19,22 @@ if TYPE_CHECKING:
 
 
 def topics(incomplete: str) -> list[str]:
-    """Return the names of topics."""
+    """Return the names of live topics that begin with a text."""
     return _matching(incomplete, lambda graph: dict(graph.topic_names_and_types()))
 
 
 def services(incomplete: str) -> list[str]:
-    """Return the names of services."""
+    """Return the names of live services that begin with a text."""
     return _matching(incomplete, lambda graph: dict(graph.service_names_and_types()))
 
 
 def nodes(incomplete: str) -> list[str]:
-    """Return the full names of nodes."""
+    """Return the full names of live nodes that begin with a text."""
     return _matching(incomplete, lambda graph: graph.node_names())
 
 
 def files(incomplete: str) -> list[str]:
-    """Return files and folders that complete a path."""
+    """Return the files and folders whose paths begin with a text."""
     folder, _, beginning = incomplete.rpartition("/")
     above = f"{folder}/" if "/" in incomplete else ""
     try:
@@ -56,7 +56,7 @@ def _files_and_folders(incomplete: str, is_wanted: Callable[[str], bool]) -> lis
 
 
 def programs(ctx: TypedWords, incomplete: str) -> list[str]:
-    """Return candidates of ``run``: packages and files, then a package's programs."""
+    """Return candidates for the next word of ``run``: package or file, then program."""
     from teleopctl import packages
 
     words = ctx.params.get("words") or []
@@ -79,14 +79,14 @@ def programs(ctx: TypedWords, incomplete: str) -> list[str]:
 
 
 def package_names(incomplete: str) -> list[str]:
-    """Return the names of packages."""
+    """Return the names of ROS packages that begin with a text."""
     from teleopctl import packages
 
     return [name for name in packages.package_names() if name.startswith(incomplete)]
 
 
 def launch_words(ctx: TypedWords, incomplete: str) -> list[str]:
-    """Return candidates of ``launch``: files and packages, then files or arguments."""
+    """Return candidates for the next word of ``launch``: file or package, then file or argument."""
     from teleopctl.launch import files_in_package, is_launch_file
 
     try:
@@ -105,14 +105,14 @@ def launch_words(ctx: TypedWords, incomplete: str) -> list[str]:
 
 
 def running_processes(incomplete: str) -> list[str]:
-    """Return the names of background processes."""
+    """Return the names of running background processes that begin with a text."""
     from teleopctl.launch import running
 
     return sorted({e.record.name for e in running() if e.record.name.startswith(incomplete)})
 
 
 def logged_processes(incomplete: str) -> list[str]:
-    """Return the background processes, and those that ended within running launches."""
+    """Return the names of processes with logs: running ones, and ended ones of running launches."""
     from teleopctl.launch import running
 
     names = {entry.record.name for entry in running(include_ended=True)}

@@ -1,4 +1,4 @@
-"""What Tab offers at the end of a command line, from the declarations of the verbs.
+"""Completion of command lines, from the declarations of the verbs.
 
 Nothing is loaded for it but these and what knows the candidates: neither the verb nor Typer.
 """
@@ -25,7 +25,7 @@ _HELP_FLAGS = ("--help", "-h")
 
 
 class TypedWords:
-    """Parsed words of the command line, for functions that complete a value.
+    """Values of the parameters typed so far, given to functions that complete another one.
 
     Attributes:
         params: Values of the verb's parameters, by name.
@@ -35,26 +35,26 @@ class TypedWords:
         self.params = params
 
 
-def answer(words: Sequence[str]) -> None:
+def print_candidates(words: Sequence[str]) -> None:
     """Print the candidates that a shell requests, one per line.
 
     Args:
         words: The words behind the program's name, which hold the line; see `shells`.
     """
     shell = os.environ.get(COMPLETION_VARIABLE, "")
-    asked = shells.read(shell, words)
+    asked = shells.parse_request(shell, words)
     if asked is None:
         return
     try:
         offered = candidates(asked.words, asked.incomplete)
     except TeleopctlError:  # a stranger's verb that cannot be loaded offers nothing
         return
-    lines = [shells.written(shell, asked, printable_line(each)) for each in offered]
+    lines = [shells.format_candidate(shell, asked, printable_line(each)) for each in offered]
     sys.stdout.write("".join(f"{line}\n" for line in lines))
 
 
 def candidates(words: Sequence[str], incomplete: str) -> list[str]:
-    """Return the candidates for the last word of a line.
+    """Return the completion candidates for the last word of a command line.
 
     Args:
         words: The words before the last one, without the program's name.
@@ -66,7 +66,7 @@ def candidates(words: Sequence[str], incomplete: str) -> list[str]:
     if not words:
         flags = (*_HELP_FLAGS, "--version", "--debug")
         return _beginning(flags if incomplete.startswith("-") else declared.nouns(), incomplete)
-    found = declared.find(words[:1])
+    found = declared.find_declaration(words[:1])
     rest = list(words[1:])
     if isinstance(found, VerbGroup):
         if not rest and incomplete.startswith("-") and found.alone:
@@ -74,7 +74,7 @@ def candidates(words: Sequence[str], incomplete: str) -> list[str]:
         if not rest:
             names = _HELP_FLAGS if incomplete.startswith("-") else found.verbs
             return _beginning(names, incomplete)
-        found = declared.find([words[0], rest.pop(0)])
+        found = declared.find_declaration([words[0], rest.pop(0)])
     if not isinstance(found, DeclaredVerb):
         return []
     return _of_verb(found, rest, incomplete)

@@ -1,4 +1,4 @@
-"""What Tab offers of messages: their types, their fields, and whole prototypes to be filled in."""
+"""Completion candidates for types, fields and default values of messages and services."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _TYPES = {"message_type": "", "service_type": "_Request", "type_name": "_Goal"}
 
 
 def message_types(ctx: TypedWords, incomplete: str) -> list[str]:
-    """Return the types of the topic on the line, else all known types."""
+    """Return the message types of the topic given on the command line, else all known ones."""
     from teleopctl.interfaces import list_types
 
     if incomplete.startswith("/"):
@@ -28,7 +28,7 @@ def message_types(ctx: TypedWords, incomplete: str) -> list[str]:
 
 
 def service_types(ctx: TypedWords, incomplete: str) -> list[str]:
-    """Return the types of the service on the line, else all known types."""
+    """Return the types of the service given on the command line, else all known ones."""
     from teleopctl.cli.graph_lookup import absolute_name, live_graph
     from teleopctl.interfaces import list_types
 
@@ -43,7 +43,7 @@ def service_types(ctx: TypedWords, incomplete: str) -> list[str]:
 
 
 def prototypes(ctx: TypedWords, incomplete: str) -> list[str]:
-    """Return a default message, request or goal of the type on the line, as YAML."""
+    """Return the default message, request or goal of the type on the command line, as YAML."""
     from teleopctl.interfaces import normalize
 
     try:
@@ -58,7 +58,7 @@ def prototypes(ctx: TypedWords, incomplete: str) -> list[str]:
 
 
 def fields(ctx: TypedWords, incomplete: str) -> list[str]:
-    """Return the message fields of the topic on the line."""
+    """Return the field paths of messages of the topic given on the command line."""
     from teleopctl.interfaces import normalize
 
     try:

@@ -1,4 +1,4 @@
-"""How the shells ask what Tab offers, and in which form they want it.
+"""Completion scripts of the shells, and the format of their requests and of our answers.
 
 Each shell has a script, printed by ``teleopctl completion SHELL``, that runs teleopctl with
 ``_TELEOPCTL_COMPLETE`` set to the shell's name and hands the line over behind a ``--``. Bash gives
@@ -85,8 +85,8 @@ _BLANKS = " \t\n"
 _SPECIAL = frozenset(" \t\"'\\$&()*;<>?[]^{|}~#!`")
 
 
-class Asked:
-    """Words of a command line up to the cursor.
+class CompletionRequest:
+    """Completion request of a shell: the words of a command line up to the cursor.
 
     Attributes:
         words: The words before the last one, without the program's name and without quotes.
@@ -107,8 +107,8 @@ class Asked:
         self.kept = kept
 
 
-def read(shell: str, words: Sequence[str]) -> Asked | None:
-    """Return a shell's completion request; None for an unknown shell.
+def parse_request(shell: str, words: Sequence[str]) -> CompletionRequest | None:
+    """Parse the completion request of a shell; return None for an unknown shell.
 
     Args:
         shell: Its name.
@@ -119,13 +119,13 @@ def read(shell: str, words: Sequence[str]) -> Asked | None:
         given = os.environ.get("_TELEOPCTL_WORDS", "").split("\x1f")
         given[-1] = _without_powershell_quotes(given[-1])
     elif shell == "bash" and len(given) == 2:
-        asked = split(given[0], given[1])
-        return Asked(asked.words[1:], asked.incomplete, asked.quote, asked.kept)
+        asked = split_line(given[0], given[1])
+        return CompletionRequest(asked.words[1:], asked.incomplete, asked.quote, asked.kept)
     elif shell == "fish" and given:
-        given[-1] = split(given[-1]).incomplete
+        given[-1] = split_line(given[-1]).incomplete
     elif shell != "zsh" or not given:
         return None
-    return Asked(given[:-1], given[-1])
+    return CompletionRequest(given[:-1], given[-1])
 
 
 def _without_powershell_quotes(word: str) -> str:
@@ -134,8 +134,8 @@ def _without_powershell_quotes(word: str) -> str:
     return word[1:].removesuffix(quote) if quote in ("'", '"') else word
 
 
-def split(line: str, breaks: str = "") -> Asked:
-    """Split a line into words as a POSIX shell does; the last one may end in an open quote.
+def split_line(line: str, breaks: str = "") -> CompletionRequest:
+    """Split a line into words as a POSIX shell does; a quote may be open at its end.
 
     Args:
         line: What was typed up to the cursor.
@@ -168,14 +168,14 @@ def split(line: str, breaks: str = "") -> Asked:
             word = (word or "") + character
             if character in breaks:
                 kept = len(word)
-    return Asked(words, word or "", quote, kept if breaks else 0)
+    return CompletionRequest(words, word or "", quote, kept if breaks else 0)
 
 
 _ESCAPED_IN_QUOTES = frozenset('\\"$`')
 
 
-def written(shell: str, asked: Asked, candidate: str) -> str:
-    """Return a candidate in the form that a shell's script expects."""
+def format_candidate(shell: str, asked: CompletionRequest, candidate: str) -> str:
+    """Return a candidate quoted as the completion script of a shell expects it."""
     if shell == "powershell":
         is_plain = all(letter.isalnum() or letter in "/_-.:=~" for letter in candidate)
         return candidate if is_plain else "'" + candidate.replace("'", "''") + "'"

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from teleopctl.base.typed import TYPE_CHECKING, Annotated, Any
 from teleopctl.cli import console
 from teleopctl.cli.graph_lookup import absolute_name, live_graph
-from teleopctl.cli.listing import of_type, out_names, out_types, types_of
+from teleopctl.cli.listing import names_of_type, out_names, out_types, types_of
 from teleopctl.cli.options import AsJson, check_not_negative
 from teleopctl.cli.verb import Argument, Option, Verb, VerbGroup
 from teleopctl.cli.verbs.topic.qos import QosOptions
@@ -89,7 +89,7 @@ def action_info(
     only_count: Annotated[bool, Option("-c", "--count", help="Print no nodes.")] = False,
     as_json: AsJson = False,
 ) -> None:
-    """Show who serves and who uses an action."""
+    """Print the nodes that are clients and servers of an action."""
     graph = live_graph()
     name = absolute_name(action_name)
     sides = {"clients": graph.action_clients(name), "servers": graph.action_servers(name)}
@@ -126,7 +126,7 @@ def actions_of_type(
     as_json: AsJson = False,
 ) -> None:
     """List the actions of a type."""
-    found = of_type(type_name, live_graph().action_names_and_types(), kind="action")
+    found = names_of_type(type_name, live_graph().action_names_and_types(), kind="action")
     out_names(found, only_count=count_actions, as_json=as_json)
 
 
@@ -171,7 +171,7 @@ def send_goal(
     ends the command at once. The exit status is 0 when the goal has succeeded.
     """
     from teleopctl.cli.command_node import command_node
-    from teleopctl.cli.messages import action_class_named, goal_with
+    from teleopctl.cli.messages import action_class_named, goal_from_text
     from teleopctl.node import ActionClient, LoggingSeverity, SingleThreadedExecutor
 
     if stdin and values is not None:
@@ -179,7 +179,7 @@ def send_goal(
     check_not_negative(timeout=timeout)
     action = action_class_named(type_name)
     text = sys.stdin.read() if stdin else "{}" if values is None else values
-    goal = goal_with(action, text)
+    goal = goal_from_text(action, text)
     report = _JsonReport() if as_json else _Report()
     with (
         command_node(session_mode="client") as node,
@@ -290,10 +290,10 @@ class _Exchange:
             return self._cancel()
 
     def _wait_for_server(self) -> None:
-        from teleopctl.cli.waiting import wait_aloud
+        from teleopctl.cli.waiting import wait_with_notice
 
         console.note("Waiting for an action server to become available...")
-        if not wait_aloud(self._client.wait_for_server, self._timeout_s, self._explain):
+        if not wait_with_notice(self._client.wait_for_server, self._timeout_s, self._explain):
             raise UnavailableError(
                 f"Action server is not available after waiting {self._timeout_s:g} seconds."
             )
@@ -343,11 +343,11 @@ class _Exchange:
 
         A server whose only thread is at the goal hears of the wish when the goal has ended.
         """
-        from teleopctl.cli.waiting import wait_aloud
+        from teleopctl.cli.waiting import wait_with_notice
 
         self._report.say("Canceling goal...")
         answer = self._client.request_cancel(self._id)
-        wait_aloud(lambda bound_s: self._wait(answer, bound_s), None, self._silent)
+        wait_with_notice(lambda bound_s: self._wait(answer, bound_s), None, self._silent)
         response = answer.result()
         assert response is not None
         if response.goals_canceling:
@@ -511,12 +511,12 @@ def _print_message(
 
 
 def complete_actions(incomplete: str) -> list[str]:
-    """Return the names of actions."""
+    """Return completion candidates: the names of live actions."""
     return [name for name in _actions_with_types() if name.startswith(incomplete)]
 
 
 def complete_types(ctx: "TypedWords", incomplete: str) -> list[str]:
-    """Return the types of the action on the line, else all known types."""
+    """Return completion candidates: the types of the action on the command line, else all known."""
     from teleopctl.cli.graph_lookup import absolute_name
     from teleopctl.interfaces import list_types
 

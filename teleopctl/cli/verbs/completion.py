@@ -1,4 +1,4 @@
-"""``teleopctl completion SHELL``: the script that makes the shell ask us on Tab."""
+"""``teleopctl completion SHELL``: completion scripts of shells."""
 
 from __future__ import annotations
 

@@ -72,8 +72,8 @@ def list_containers(
         if container_name:
             names = [find_container(node, container_name)]
         else:
-            names = containers(query_graph(node.context.session))
-        answers = {} if containers_only else loaded(node, names, timeout)
+            names = container_names(query_graph(node.context.session))
+        answers = {} if containers_only else loaded_components(node, names, timeout)
     failures = [answer for answer in answers.values() if isinstance(answer, TeleopctlError)]
     if container_name and failures:
         raise failures[0]
@@ -98,8 +98,8 @@ def list_containers(
         console.warn(failure.message)
 
 
-def containers(graph: "Graph") -> list[str]:
-    """Return the full names of component containers, sorted."""
+def container_names(graph: "Graph") -> list[str]:
+    """Return the full names of the component containers in a graph, sorted."""
     return [
         name
         for name in dict.fromkeys(graph.node_names(include_hidden=True))
@@ -111,13 +111,13 @@ def containers(graph: "Graph") -> list[str]:
 
 
 def find_container(node: "Node", name: str) -> str:
-    """Return the full name of a container.
+    """Return the full name of a component container that is in the graph.
 
     Raises:
         NotFoundError: There is none of that name.
     """
     full_name = absolute_name(name)
-    known = containers(query_graph(node.context.session))
+    known = container_names(query_graph(node.context.session))
     if full_name not in known:
         raise NotFoundError(
             f"Unable to find container node '{full_name}'",
@@ -127,14 +127,14 @@ def find_container(node: "Node", name: str) -> str:
 
 
 # Any: responses of composition_interfaces, or errors.
-def loaded(node: "Node", names: list[str], timeout_s: float | None) -> dict[str, Any]:
-    """Return the loaded components of containers."""
-    from teleopctl.cli.command_node import ask_all
+def loaded_components(node: "Node", names: list[str], timeout_s: float | None) -> dict[str, Any]:
+    """Request the loaded components of containers; return the response or error of each."""
+    from teleopctl.cli.command_node import call_all
     from teleopctl.interfaces import get_service
 
     class_ = get_service("composition_interfaces/srv/ListNodes")
     longest_s = _LONGEST_WAIT_S if timeout_s is None else timeout_s
-    return ask_all(node, class_, "_container/list_nodes", names, class_.Request(), longest_s)
+    return call_all(node, class_, "_container/list_nodes", names, class_.Request(), longest_s)
 
 
 def _components(answer: Any) -> list[tuple[int, str]]:
@@ -303,7 +303,7 @@ def unload(
 
 # Any, here and below: requests and responses of composition_interfaces.
 def load_component(node: "Node", container: str, request: Any, timeout_s: float | None) -> Any:
-    """Load a component into a container; its constructor may take long.
+    """Load a component into a container and return the response, waiting for its constructor.
 
     Raises:
         RefusedError: It cannot.
@@ -327,13 +327,13 @@ def _answer(
 ) -> Any:
     import time
 
-    from teleopctl.cli.waiting import wait_aloud
+    from teleopctl.cli.waiting import wait_with_notice
     from teleopctl.node import ServiceUnavailableError
 
     deadline = time.monotonic() + _REACHED_WITHIN_S
     while True:
         future = client.call_async(request)
-        wait_aloud(
+        wait_with_notice(
             future.wait_until_settled, timeout_s, lambda: f"waiting for {container} to answer..."
         )
         try:
@@ -457,24 +457,24 @@ _LONGEST_COMPLETION_S = 1.0
 
 
 def complete_containers(incomplete: str) -> list[str]:
-    """Return the full names of component containers."""
+    """Return completion candidates: the full names of component containers."""
     from teleopctl.cli.graph_lookup import live_graph
 
     try:
-        return [name for name in containers(live_graph()) if name.startswith(incomplete)]
+        return [name for name in container_names(live_graph()) if name.startswith(incomplete)]
     except TeleopctlError:
         return []
 
 
 def complete_packages(incomplete: str) -> list[str]:
-    """Return packages with components."""
+    """Return completion candidates: the packages with components."""
     from teleopctl.packages import list_components
 
     return [name for name in list_components() if name.startswith(incomplete)]
 
 
 def complete_types(ctx: "TypedWords", incomplete: str) -> list[str]:
-    """Return the components of the package on the line."""
+    """Return completion candidates: the components of the package on the command line."""
     from teleopctl.packages import list_components
 
     components = list_components().get(ctx.params.get("package_name") or "", ())
@@ -482,13 +482,13 @@ def complete_types(ctx: "TypedWords", incomplete: str) -> list[str]:
 
 
 def complete_ids(ctx: "TypedWords", incomplete: str) -> list[str]:
-    """Return the numbers of the components in the container on the line."""
+    """Return completion candidates: numbers of components in the container on the command line."""
     from teleopctl.cli.command_node import command_node
 
     try:
         with command_node(session_mode="client") as node:
             name = find_container(node, ctx.params.get("container_name") or "")
-            answer = loaded(node, [name], _LONGEST_COMPLETION_S)[name]
+            answer = loaded_components(node, [name], _LONGEST_COMPLETION_S)[name]
     except TeleopctlError:
         return []
     numbers = [] if isinstance(answer, TeleopctlError) else map(str, answer.unique_ids)

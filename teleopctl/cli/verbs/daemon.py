@@ -1,4 +1,4 @@
-"""``teleopctl daemon``: the router that introduces nodes to each other."""
+"""``teleopctl daemon``: the Zenoh router through which nodes discover each other."""
 
 from teleopctl.base.typed import TYPE_CHECKING, Annotated
 from teleopctl.cli import console

@@ -1,4 +1,4 @@
-"""``teleopctl extensions``, ``extension_points`` and ``plugin list``: what strangers may add.
+"""``teleopctl extensions``, ``extension_points`` and ``plugin list``: plug-ins and their kinds.
 
 The registry is `teleopctl.plugins`: a kind of plug-in is what ros2 calls an extension point.
 """

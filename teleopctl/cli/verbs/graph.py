@@ -1,4 +1,4 @@
-"""``teleopctl graph``: who talks to whom, as a picture."""
+"""``teleopctl graph``: a drawing of nodes and topics."""
 
 from pathlib import Path
 

@@ -172,7 +172,7 @@ def proto(
     no_quotes: Annotated[bool, Option("--no-quotes", help="Without the quotes around it.")] = False,
     as_json: AsJson = False,
 ) -> None:
-    """Print the values of a message, a request or a goal as YAML, for pub, call and send_goal."""
+    """Print the default values of a message, request or goal as YAML."""
     from teleopctl.interfaces import get_class, message_to_dict, message_to_yaml
 
     made = get_class(_known(type_name))
@@ -257,12 +257,12 @@ def stubs(
 
 
 def complete_types(incomplete: str) -> list[str]:
-    """Return the full names of messages, services and actions."""
+    """Return completion candidates: the full names of messages, services and actions."""
     from teleopctl.interfaces import list_types
 
     return [name for name in list_types() if name.startswith(incomplete)]
 
 
 def complete_packages(incomplete: str) -> list[str]:
-    """Return the packages with interfaces."""
+    """Return completion candidates: the packages with interfaces."""
     return sorted({name.split("/", 1)[0] for name in complete_types(incomplete)})

@@ -130,7 +130,7 @@ def launch(
     if not log_file_name or Path(log_file_name).name != log_file_name:
         raise UsageError(f"--log-file-name is a name, not a path: '{log_file_name}'")
     timeouts = start_timeouts(timeout, stall_timeout, detach=detach)
-    package, name, arguments = split(words)
+    package, name, arguments = parse_launch_words(words)
     # Its file may ask for what a sourced ROS 2 sets, and its commands are run as from there.
     activation.activate_children()
     file = find_launch_file(package, name)
@@ -200,8 +200,8 @@ def _start(request: "LaunchRequest", name: str, timeouts: "StartTimeouts") -> No
         console.out(address.announcement)
 
 
-def split(words: list[str]) -> tuple[str | None, str, dict[str, str]]:
-    """Split a command line into package, file and arguments.
+def parse_launch_words(words: list[str]) -> tuple[str | None, str, dict[str, str]]:
+    """Parse the words of a launch command into package or None, file and arguments.
 
     Raises:
         UsageError: There is no file, or an argument is not ``name:=value``.

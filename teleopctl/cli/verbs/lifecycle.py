@@ -49,8 +49,8 @@ Timeout = Annotated[
 _LONGEST_WAIT_S = 5.0
 
 
-class Lifecycles:
-    """Client of the managed nodes of the graph.
+class LifecycleClient:
+    """Client of the lifecycle services of managed nodes in the graph.
 
     Args:
         node: The node that asks.
@@ -62,18 +62,18 @@ class Lifecycles:
         self._graph = query_graph(node.context.session)
         self._timeout_s = _LONGEST_WAIT_S if timeout_s is None else timeout_s
 
-    def nodes(self, *, include_hidden: bool = False) -> list[str]:
-        """Return the full names of managed nodes, sorted."""
+    def node_names(self, *, include_hidden: bool = False) -> list[str]:
+        """Return the full names of the managed nodes in the graph, sorted."""
         return managed_nodes(self._graph, include_hidden=include_hidden)
 
-    def find(self, node_name: str, *, include_hidden: bool = False) -> str:
+    def find_node(self, node_name: str, *, include_hidden: bool = False) -> str:
         """Return the full name of a managed node.
 
         Raises:
             NotFoundError: There is no such node, or it has no life cycle.
         """
         name = absolute_name(node_name)
-        managed = self.nodes(include_hidden=include_hidden)
+        managed = self.node_names(include_hidden=include_hidden)
         if name not in managed:
             there_is = what_there_is("managed nodes", [name], managed)
             if name in self._graph.node_names(include_hidden):
@@ -83,29 +83,29 @@ class Lifecycles:
 
     # Any, here and below: requests and responses of lifecycle_msgs, whose classes are made when
     # they are asked for.
-    def ask(self, node_name: str, type_: str, service: str, **fields: object) -> Any:
-        """Call a service of a node, and return the response.
+    def call(self, node_name: str, type_: str, service: str, **fields: object) -> Any:
+        """Call a lifecycle service of a node, and return the response.
 
         Raises:
             UnavailableError: The node does not answer.
         """
-        answer = self.ask_all([node_name], type_, service, **fields)[node_name]
+        answer = self.call_all([node_name], type_, service, **fields)[node_name]
         if isinstance(answer, TeleopctlError):
             raise answer
         return answer
 
-    def ask_all(
+    def call_all(
         self, node_names: Iterable[str], type_: str, service: str, **fields: object
     ) -> Mapping[str, Any]:
-        """Call a service of several nodes; return the response or error of each."""
-        from teleopctl.cli.command_node import ask_all
+        """Call a lifecycle service of several nodes; return the response or error of each."""
+        from teleopctl.cli.command_node import call_all
         from teleopctl.interfaces import get_service
 
         class_ = get_service(f"lifecycle_msgs/srv/{type_}")
         request = class_.Request(**fields)
-        return ask_all(self._node, class_, service, node_names, request, self._timeout_s)
+        return call_all(self._node, class_, service, node_names, request, self._timeout_s)
 
-    def change(self, node_name: str, transition: Any, timeout_s: float | None) -> bool:
+    def change_state(self, node_name: str, transition: Any, timeout_s: float | None) -> bool:
         """Request a transition of a node; return False if it is rejected.
 
         Its callback may do what takes long: only ``timeout_s`` bounds the wait, None waits for
@@ -114,13 +114,13 @@ class Lifecycles:
         Raises:
             UnavailableError: The node does not answer.
         """
-        from teleopctl.cli.waiting import wait_aloud
+        from teleopctl.cli.waiting import wait_with_notice
         from teleopctl.interfaces import get_service
 
         class_ = get_service("lifecycle_msgs/srv/ChangeState")
         client = self._node.create_client(class_, f"{node_name}/change_state")
         future = client.call_async(class_.Request(transition=transition))
-        wait_aloud(
+        wait_with_notice(
             future.wait_until_settled,
             timeout_s,
             lambda: f"waiting for {node_name} to make the transition '{transition.label}'...",
@@ -132,7 +132,7 @@ class Lifecycles:
 
 
 @contextmanager
-def open_lifecycles(timeout_s: float | None) -> Iterator[Lifecycles]:
+def open_lifecycle_client(timeout_s: float | None) -> Iterator[LifecycleClient]:
     """Open a client of the managed nodes, in a session of its own.
 
     Raises:
@@ -141,7 +141,7 @@ def open_lifecycles(timeout_s: float | None) -> Iterator[Lifecycles]:
     from teleopctl.cli.command_node import command_node
 
     with command_node(session_mode="client") as node:
-        yield Lifecycles(node, timeout_s)
+        yield LifecycleClient(node, timeout_s)
 
 
 def list_nodes(
@@ -169,7 +169,7 @@ def list_nodes(
 
 
 def managed_nodes(graph: "Graph", *, include_hidden: bool = False) -> list[str]:
-    """Return the full names of managed nodes, sorted."""
+    """Return the full names of the managed nodes in the graph, sorted."""
     return [
         name
         for name in dict.fromkeys(graph.node_names(include_hidden))
@@ -186,12 +186,12 @@ def get_state(
     as_json: AsJson = False,
 ) -> None:
     """Print the state of one node, or of all managed nodes."""
-    with open_lifecycles(timeout) as lifecycles:
+    with open_lifecycle_client(timeout) as client:
         if node_name:
-            names = [lifecycles.find(node_name, include_hidden=include_hidden)]
+            names = [client.find_node(node_name, include_hidden=include_hidden)]
         else:
-            names = lifecycles.nodes(include_hidden=include_hidden)
-        answers = lifecycles.ask_all(names, "GetState", "get_state")
+            names = client.node_names(include_hidden=include_hidden)
+        answers = client.call_all(names, "GetState", "get_state")
     failures = [answer for answer in answers.values() if isinstance(answer, TeleopctlError)]
     if node_name and failures:
         raise failures[0]
@@ -221,11 +221,11 @@ def list_transitions(
     timeout: Timeout = None,
     as_json: AsJson = False,
 ) -> None:
-    """List the transitions that are possible now."""
-    with open_lifecycles(timeout) as lifecycles:
-        node = lifecycles.find(node_name, include_hidden=include_hidden)
+    """Print the transitions of a node that are possible in its present state."""
+    with open_lifecycle_client(timeout) as client:
+        node = client.find_node(node_name, include_hidden=include_hidden)
         transitions = _transitions(
-            lifecycles, node, "get_transition_graph" if include_all else "get_available_transitions"
+            client, node, "get_transition_graph" if include_all else "get_available_transitions"
         )
     if as_json:
         console.out_json([_document(transition) for transition in transitions])
@@ -245,15 +245,15 @@ def set_state(
     timeout: Timeout = None,
     as_json: AsJson = False,
 ) -> None:
-    """Take a node through a transition."""
-    with open_lifecycles(timeout) as lifecycles:
-        node = lifecycles.find(node_name, include_hidden=include_hidden)
+    """Request a transition of a managed node, and wait for its end."""
+    with open_lifecycle_client(timeout) as client:
+        node = client.find_node(node_name, include_hidden=include_hidden)
         available = [
-            each.transition for each in _transitions(lifecycles, node, "get_available_transitions")
+            each.transition for each in _transitions(client, node, "get_available_transitions")
         ]
         wanted = _chosen(available, transition)
-        success = lifecycles.change(node, wanted, timeout)
-        state = lifecycles.ask(node, "GetState", "get_state").current_state if as_json else None
+        success = client.change_state(node, wanted, timeout)
+        state = client.call(node, "GetState", "get_state").current_state if as_json else None
     if not success:
         raise RefusedError(
             "Transitioning failed", hint=f"`teleopctl lifecycle get {node}` prints where it is now."
@@ -267,8 +267,8 @@ def set_state(
 
 
 # Any, here and below: messages of lifecycle_msgs.
-def _transitions(lifecycles: Lifecycles, node: str, service: str) -> Sequence[Any]:
-    answer = lifecycles.ask(node, "GetAvailableTransitions", service)
+def _transitions(client: LifecycleClient, node: str, service: str) -> Sequence[Any]:
+    answer = client.call(node, "GetAvailableTransitions", service)
     transitions: Sequence[Any] = answer.available_transitions
     return transitions
 
@@ -303,7 +303,7 @@ _LONGEST_COMPLETION_S = 1.0
 
 
 def complete_managed_nodes(incomplete: str) -> list[str]:
-    """Return the full names of managed nodes."""
+    """Return completion candidates: the full names of managed nodes."""
     from teleopctl.cli.graph_lookup import live_graph
 
     try:
@@ -313,11 +313,11 @@ def complete_managed_nodes(incomplete: str) -> list[str]:
 
 
 def complete_transitions(ctx: "TypedWords", incomplete: str) -> list[str]:
-    """Return the labels of the possible transitions."""
+    """Return completion candidates: labels of the transitions possible for the node on the line."""
     try:
-        with open_lifecycles(_LONGEST_COMPLETION_S) as lifecycles:
-            node = lifecycles.find(ctx.params.get("node_name") or "")
-            answer = lifecycles.ask(node, "GetAvailableTransitions", "get_available_transitions")
+        with open_lifecycle_client(_LONGEST_COMPLETION_S) as client:
+            node = client.find_node(ctx.params.get("node_name") or "")
+            answer = client.call(node, "GetAvailableTransitions", "get_available_transitions")
     except TeleopctlError:
         return []
     labels = [each.transition.label for each in answer.available_transitions]

@@ -1,4 +1,4 @@
-"""``teleopctl logs``: what a background process wrote."""
+"""``teleopctl logs``: the output of a background process."""
 
 import os
 import sys

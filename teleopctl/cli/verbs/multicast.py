@@ -74,7 +74,7 @@ def open_receiver(
 
 
 def receive_datagram(heard: "socket.socket") -> tuple[str, str, int]:
-    """Wait for a datagram; return its text and its sender's host and port."""
+    """Block until a datagram arrives; return its text and its sender's host and port."""
     data, (host, port) = heard.recvfrom(_LARGEST)
     return data.decode(errors="replace"), host, port
 

@@ -60,7 +60,7 @@ def node_info(
     ] = False,
     as_json: AsJson = False,
 ) -> None:
-    """Show what a node publishes, subscribes and serves."""
+    """Print the topics, services and actions of a node."""
     graph = live_graph()
     name = absolute_name(node_name)
     node = graph.find_node(name)

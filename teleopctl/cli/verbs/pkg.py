@@ -350,7 +350,7 @@ def _address_in_git() -> str:
 
 
 def complete_manifest_tags(ctx: "TypedWords", incomplete: str) -> list[str]:
-    """Return the manifest tags of the package on the line."""
+    """Return completion candidates: the tags in the manifest of the package on the command line."""
     from lxml import etree
 
     from teleopctl import packages
@@ -370,7 +370,7 @@ def complete_manifest_tags(ctx: "TypedWords", incomplete: str) -> list[str]:
 
 
 def complete_licenses(incomplete: str) -> list[str]:
-    """Return the licenses whose text is known."""
+    """Return completion candidates: the licenses with known text."""
     from teleopctl.packages import license_names
 
     return [name for name in license_names() if name.startswith(incomplete)]

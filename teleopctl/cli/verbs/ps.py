@@ -1,4 +1,4 @@
-"""``teleopctl ps``: what runs in the background."""
+"""``teleopctl ps``: the processes in the background."""
 
 import shutil
 import sys

@@ -1,4 +1,4 @@
-"""``teleopctl python``: Python itself, with ROS 2's packages to import."""
+"""``teleopctl python``: the Python interpreter with ROS 2's packages importable."""
 
 import sys
 

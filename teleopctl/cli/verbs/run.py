@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def replace_this_process(command: list[str]) -> int:
-    """Replace this process by a command.
+    """Replace this process by a command; on Windows run it and return its exit status.
 
     Returns:
         The exit status, on Windows only.
@@ -80,7 +80,7 @@ def run(
     from teleopctl.wire import ensure_router
 
     timeouts = start_timeouts(timeout, stall_timeout, detach=detach)
-    executable, arguments = find(words)
+    executable, arguments = find_program(words)
     ensure_router()
     if not detach and prefix is None:
         from teleopctl.nodes.execute import execute
@@ -93,8 +93,8 @@ def run(
     return replace_this_process(command)
 
 
-def find(words: Sequence[str]) -> "tuple[PackageProgram, list[str]]":
-    """Return the program that a command line names, and the program's own arguments.
+def find_program(words: Sequence[str]) -> "tuple[PackageProgram, list[str]]":
+    """Find the program that a command line names; return it and the remaining arguments.
 
     Raises:
         TeleopctlError: There is no such package or program.

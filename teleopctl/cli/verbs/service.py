@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from teleopctl.base.typed import TYPE_CHECKING, Annotated, Any
 from teleopctl.cli import console
 from teleopctl.cli.graph_lookup import absolute_name, live_graph
-from teleopctl.cli.listing import of_type, out_names, out_types, types_of
+from teleopctl.cli.listing import names_of_type, out_names, out_types, types_of
 from teleopctl.cli.options import (
     AsJson,
     CountServices,
@@ -95,7 +95,7 @@ def services_of_type(
 ) -> None:
     """List the services of a type."""
     services = live_graph().service_names_and_types(include_hidden)
-    found = of_type(type_name, services, kind="srv")
+    found = names_of_type(type_name, services, kind="srv")
     out_names(found, only_count=count_services, as_json=as_json)
 
 
@@ -106,8 +106,8 @@ def service_info(
     ] = False,
     as_json: AsJson = False,
 ) -> None:
-    """Show who serves and calls a service."""
-    from teleopctl.cli.verbs.topic.endpoints import endpoint_record, warn_of_mismatch
+    """Print the types, servers and clients of a service."""
+    from teleopctl.cli.verbs.topic.endpoints import endpoint_record, warn_of_type_mismatch
 
     service = absolute_name(service_name)
     graph = live_graph()
@@ -125,7 +125,7 @@ def service_info(
     else:
         console.out_lines(_lines(types, clients, servers, verbose=verbose))
     console.flush()
-    warn_of_mismatch(service, [*servers, *clients])
+    warn_of_type_mismatch(service, [*servers, *clients])
 
 
 def _lines(
@@ -135,7 +135,7 @@ def _lines(
     *,
     verbose: bool,
 ) -> Iterator[str]:
-    from teleopctl.cli.verbs.topic.endpoints import endpoint_block
+    from teleopctl.cli.verbs.topic.endpoints import endpoint_lines
 
     end = [""] if verbose else []
     yield from (f"Type: {types[0] if len(types) == 1 else list(types)}", *end)
@@ -143,7 +143,7 @@ def _lines(
         yield from (f"{title} count: {len(endpoints)}", *end)
         if verbose:
             for endpoint in endpoints:
-                yield from endpoint_block(endpoint, "Service", role)
+                yield from endpoint_lines(endpoint, "Service", role)
 
 
 def call(
@@ -177,7 +177,7 @@ def call(
     import time
 
     from teleopctl.cli.command_node import brief_node
-    from teleopctl.cli.messages import documents_of, message_with, service_class_named
+    from teleopctl.cli.messages import message_from_values, service_class_named, yaml_documents
     from teleopctl.interfaces import message_to_dict
     from teleopctl.node import qos_profile_services_default
 
@@ -188,7 +188,7 @@ def call(
         raise UsageError("--stdin stands in the place of the request; leave one of them out")
     service_class = service_class_named(service_type)
     text = sys.stdin.read() if stdin else "{}" if values is None else values
-    requests = [message_with(service_class.Request, each) for each in documents_of(text)]
+    requests = [message_from_values(service_class.Request, each) for each in yaml_documents(text)]
     with brief_node() as node:
         client = node.create_client(
             service_class,
@@ -237,13 +237,13 @@ def _explain(client: "Client[Any, Any]") -> str:
 
 
 def _wait_for_server(client: "Client[Any, Any]", longest_wait_s: float | None) -> None:
-    from teleopctl.cli.waiting import wait_aloud
+    from teleopctl.cli.waiting import wait_with_notice
 
     name = client.service_name
     servers = query_graph(client.node.context.session).servers(name, client.type_name)
     if not servers:
         console.note("waiting for service to become available...")
-        if not wait_aloud(client.wait_for_service, longest_wait_s, lambda: _explain(client)):
+        if not wait_with_notice(client.wait_for_service, longest_wait_s, lambda: _explain(client)):
             raise UnavailableError(f"No server for '{name}' came within {longest_wait_s:g} s")
         servers = client.node.graph().servers(name, client.type_name)
     from teleopctl.interfaces import type_hash

@@ -238,7 +238,7 @@ _CLEAR_LINE = "\r\x1b[2K"
 
 
 class SweepProgress:
-    """Prints the start and end of each run of a sweep.
+    """Progress of a sweep on stderr: a bar on a terminal, else a line for each finished run.
 
     Args:
         count: How many there are.
@@ -267,12 +267,12 @@ class SweepProgress:
             sys.stderr.flush()
 
     def begin(self) -> None:
-        """Report the start of a run."""
+        """Count a started run and redraw the bar."""
         self._at_work += 1
         self._draw()
 
-    def tell(self, result: "RunResult") -> None:
-        """Report the end of a run."""
+    def finish(self, result: "RunResult") -> None:
+        """Count a finished run and print its result; called at the end of each run."""
         self._at_work -= 1
         self._done += 1
         self._failed += not result.is_done
@@ -457,7 +457,7 @@ def _requests(
     measures: list[str],
 ) -> "tuple[list[RunRequest], dict[str, object]]":
     """What the runs are to be, and what was asked for."""
-    from teleopctl.cli.verbs.launch import split
+    from teleopctl.cli.verbs.launch import parse_launch_words
     from teleopctl.launch import argument_names, find_launch_file, undeclared_argument_warnings
     from teleopctl.sweep import (
         RunRequest,
@@ -468,7 +468,7 @@ def _requests(
         parse_sample,
     )
 
-    package, name, arguments = split(words)
+    package, name, arguments = parse_launch_words(words)
     file = find_launch_file(package, name)
     argument_names(file)  # one that cannot be read is better refused now than by each run
     grids, samples = [parse_grid(text) for text in grid], [parse_sample(text) for text in sample]
@@ -519,7 +519,7 @@ def _cores() -> int:
 
 def _run(work: "Sweep", jobs: int) -> None:
     with _progress(work, jobs) as progress:
-        work.run(jobs, progress.begin, progress.tell)
+        work.run(jobs, progress.begin, progress.finish)
 
 
 def _run_on_cluster(work: "Sweep", address: str, folder: Path | None) -> None:
@@ -539,7 +539,7 @@ def _run_on_cluster(work: "Sweep", address: str, folder: Path | None) -> None:
             count = workers.workers
             console.note(f"{parcel.root} is sent to {count} worker{'' if count == 1 else 's'}")
         with _progress(work, workers.slots) as progress:
-            workers.run(work, parcel, data, progress.begin, progress.tell)
+            workers.run(work, parcel, data, progress.begin, progress.finish)
 
 
 def _progress(work: "Sweep", jobs: int) -> SweepProgress:

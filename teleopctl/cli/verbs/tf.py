@@ -76,7 +76,7 @@ def echo_transform(
     once: Annotated[bool, Option("--once", help="Print the first transform and end.")] = False,
     as_json: Annotated[bool, Option("--json", help="Print one JSON object a line.")] = False,
 ) -> None:
-    """Print where one frame stands in another."""
+    """Print the transform from one frame to another at a rate."""
     if rate_option is not None:
         rate = rate_option
     if not 0.0 < rate < float("inf"):
@@ -273,7 +273,7 @@ def publish_static(
     qz: Annotated[float | None, _number("--qz", "Quaternion, in place of the angles.")] = None,
     qw: Annotated[float | None, _number("--qw", "Quaternion, in place of the angles.")] = None,
 ) -> int:
-    """Publish where a frame stands once and for all.
+    """Publish a static transform until Ctrl-C.
 
     The same as `run tf2_ros static_transform_publisher`. Ctrl-C ends it.
     """
@@ -372,7 +372,7 @@ def _received_frames() -> set[str]:
 
 
 def complete_frames(incomplete: str) -> list[str]:
-    """Return the frames that are broadcast within a moment."""
+    """Return completion candidates: frames of the first transforms received within 0.4 s."""
     try:
         return sorted(name for name in _received_frames() if name.startswith(incomplete))
     except TeleopctlError:

@@ -6,7 +6,7 @@ import sys
 
 import pytest
 
-from teleopctl.cli.verbs.bag.keyboard import DOWN, LEFT, RIGHT, SPACE, UP, Keyboard, keys_in
+from teleopctl.cli.verbs.bag.keyboard import DOWN, LEFT, RIGHT, SPACE, UP, Keyboard, parse_keys
 
 termios = pytest.importorskip("termios")
 
@@ -25,7 +25,7 @@ termios = pytest.importorskip("termios")
     ],
 )
 def test_keys_are_read_from_what_a_terminal_sends(text, keys):
-    assert keys_in(text) == keys
+    assert parse_keys(text) == keys
 
 
 @pytest.fixture

@@ -48,11 +48,11 @@ def bag_info(
         if verbose:
             summary.count_all(bag.messages())
         if as_json:
-            console.out_json(as_document(summary))
+            console.out_json(summary_document(summary))
         elif topic_name and not verbose:
             console.out_lines(topic.name for topic, _ in summary.topics)
         else:
-            console.out_text(as_text(summary))
+            console.out_text(summary_text(summary))
 
 
 def _size(bag: "Bag") -> int:
@@ -109,7 +109,7 @@ _SERVICE_INDENT = " " * 21
 
 
 class BagSummary:
-    """Summary of a bag, for its printed and JSON forms.
+    """Topics, services, counts and sizes of a bag that ``bag info`` prints.
 
     Args:
         metadata: What the bag holds.
@@ -143,7 +143,7 @@ class BagSummary:
             (self.services if is_event else self.topics).append((topic, count))
 
     def count_all(self, messages: "Iterable[BagMessage]") -> None:
-        """Count the sizes of topics and the requests and responses of services."""
+        """Count bytes of topics, and requests and responses of services, in messages."""
         from teleopctl.bag import ServiceCounter
 
         self.counter = ServiceCounter(topic.name for topic, _ in self.services)
@@ -152,8 +152,8 @@ class BagSummary:
             self.counter.add(message)
 
 
-def as_text(summary: BagSummary) -> str:
-    """Return the text that ``ros2 bag info`` prints."""
+def summary_text(summary: BagSummary) -> str:
+    """Return a bag's summary as the text that ``ros2 bag info`` prints."""
     metadata = summary.metadata
     has_messages = bool(metadata.message_count)
     start_ns = metadata.start_ns if has_messages else 0
@@ -181,8 +181,8 @@ def as_text(summary: BagSummary) -> str:
     return "\n".join(lines)
 
 
-def as_document(summary: BagSummary) -> "Json":
-    """Return the summary as JSON."""
+def summary_document(summary: BagSummary) -> "Json":
+    """Return a bag's summary as a JSON object."""
     metadata = summary.metadata
     has_messages = bool(metadata.message_count)
     return {
@@ -219,7 +219,7 @@ def as_document(summary: BagSummary) -> "Json":
 
 
 def format_size(size: float) -> str:
-    """Return a number of bytes in the largest unit of which there is at least one."""
+    """Return a number of bytes as text in a suitable unit, such as ``1.5 MiB``."""
     unit = 0
     while size >= _UNIT and unit < len(_UNITS) - 1:
         size /= _UNIT

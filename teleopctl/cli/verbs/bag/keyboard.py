@@ -1,4 +1,4 @@
-"""Single keys, as they are pressed on the terminal of a command."""
+"""Keys that are pressed on the terminal while a command runs."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def keys_can_be_read() -> bool:
 
 
 class Keyboard:
-    """Calls back with each key that is pressed, on a thread of its own, in a ``with`` block.
+    """Reads keys from the terminal on a thread, and calls a function for each, in a ``with`` block.
 
     The terminal shows no keys meanwhile and hands them over at once; Ctrl-C stays what it is. It
     is as before when the ``with`` ends, however that comes. Where `keys_can_be_read` says no,
@@ -83,12 +83,12 @@ class Keyboard:
                 return  # the terminal is gone
             if not text:
                 return
-            for key in keys_in(text):
+            for key in parse_keys(text):
                 self._pressed(key)
 
 
-def keys_in(text: str) -> list[str]:
-    """Return the known keys in a terminal's input."""
+def parse_keys(text: str) -> list[str]:
+    """Parse the input of a terminal; return its characters and known keys such as ``UP``."""
     keys = []
     position = 0
     while position < len(text):

@@ -162,7 +162,7 @@ _SUFFIXES = (".mcap", ".db3", ".bag", ".zstd")
 
 
 def complete_bags(incomplete: str) -> list[str]:
-    """Return bags and folders that complete a path."""
+    """Return completion candidates: bags and folders whose paths begin with a text."""
     from pathlib import Path
 
     typed = Path(incomplete)

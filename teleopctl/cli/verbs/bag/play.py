@@ -296,14 +296,17 @@ def play(
         log_level,
     )
     return play_bags(
-        bags_from(bag_path, shared.storage, inputs or []), options, shared.remap or [], terminal
+        parse_bag_paths(bag_path, shared.storage, inputs or []),
+        options,
+        shared.remap or [],
+        terminal,
     )
 
 
-def bags_from(
+def parse_bag_paths(
     bag_path: str | None, storage: str | None, inputs: list[str]
 ) -> list[tuple[Path, str | None]]:
-    """Return the bags that a command line names, with their storages.
+    """Return the paths of the bags that a command line names, each with its storage or None.
 
     Args:
         bag_path: The argument.

@@ -56,7 +56,7 @@ def play_bags(
     terminal: Terminal,
     burst: int | None = None,
 ) -> int:
-    """Play bags until their end, or Ctrl-C.
+    """Play bags into the graph until their end or Ctrl-C; return the exit status.
 
     Args:
         bags: Their paths, each with its storage where one was named.
@@ -102,7 +102,7 @@ def _play(
             bar.draw(player)
 
     with Player(node, bags, options, on_published=show) as player:
-        bar.explain()
+        bar.print_legend()
         with Keyboard(lambda key: _press(player, key), wanted=terminal.keys):
             if terminal.keys:
                 _explain_keys(node)
@@ -118,7 +118,7 @@ def _play(
                     # A key or a service may wait for the player.
                     player.stop()
                     bar.draw(player)
-                    bar.leave()
+                    bar.finish()
 
 
 def _press(player: Player, key: str) -> None:
@@ -178,10 +178,10 @@ class ProgressBar:
     def __init__(self, hertz: int, separation_lines: int) -> None:
         self._hertz = hertz
         self._lines = separation_lines
-        self._is_left = False
+        self._is_finished = False
 
-    def explain(self) -> None:
-        """Print the meaning of the bar's letters."""
+    def print_legend(self) -> None:
+        """Print the meaning of the progress bar's letters, if the bar is enabled."""
         if not self._hertz:
             return
         how = f"at {self._hertz} Hz" if self._hertz > 0 else "for every message"
@@ -191,8 +191,8 @@ class ProgressBar:
         )
 
     def draw(self, player: Player) -> None:
-        """Redraw the bar."""
-        if self._hertz and not self._is_left:
+        """Redraw the progress bar with the player's position and status."""
+        if self._hertz and not self._is_finished:
             _write(
                 f"{_CLEAR_LINE}\n" * self._lines
                 + f"{_CLEAR_LINE}====== Playback Progress ======\n"
@@ -200,10 +200,10 @@ class ProgressBar:
                 + f"\x1b[{self._lines + _LINES}A"
             )
 
-    def leave(self) -> None:
-        """Move the cursor below the bar."""
-        if self._hertz and not self._is_left:
-            self._is_left = True
+    def finish(self) -> None:
+        """Move the cursor below the progress bar; later calls of `draw` have no effect."""
+        if self._hertz and not self._is_finished:
+            self._is_finished = True
             _write(f"\x1b[{self._lines + _LINES}B")
 
 

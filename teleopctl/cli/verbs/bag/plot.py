@@ -66,7 +66,7 @@ def plot(
 
 def _draw(curves: "Sequence[Curve]") -> None:
     from teleopctl.base.printable import printable_line
-    from teleopctl.cli.verbs.topic.plot import drawn_lines, reduced
+    from teleopctl.cli.verbs.topic.plot import line_plot_text, reduced_points
 
     with extra("tui", "uniplot"):
         import uniplot as uniplot
@@ -78,11 +78,13 @@ def _draw(curves: "Sequence[Curve]") -> None:
     lines = [
         (
             printable_line(curve.name),
-            *reduced(list(zip(curve.times, curve.values, strict=True)), first_s, last_s, width),
+            *reduced_points(
+                list(zip(curve.times, curve.values, strict=True)), first_s, last_s, width
+            ),
         )
         for curve in curves
     ]
-    text = drawn_lines(
+    text = line_plot_text(
         lines,
         (first_s, last_s),
         width,

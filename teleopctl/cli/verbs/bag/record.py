@@ -483,13 +483,13 @@ def _run_recorder(
         try:
             if reads_keys and keys_can_be_read() and options.start_paused:
                 logger.info("Wait for recording: Press SPACE to start.")
-            recorder.on_end(end.tell)
+            recorder.on_end(end.set)
             end.wait()
         finally:
             recorder.close()
 
 
-class _End:
+class _EndSignal:
     """Wakes the main thread: by a signal, which must not interrupt what it does, or by another."""
 
     def __init__(self) -> None:
@@ -500,13 +500,13 @@ class _End:
         self.there.setblocking(False)
 
     def wait(self) -> None:
-        """Wait for a signal or for `tell`."""
+        """Block until a signal arrives or `set` is called."""
         import select
 
         select.select([self._here], [], [])
 
-    def tell(self) -> None:
-        """Wake the waiting thread."""
+    def set(self) -> None:
+        """End the wait of the thread that is in `wait`."""
         with contextlib.suppress(OSError):
             self.there.send(b"\0")
 
@@ -517,11 +517,11 @@ class _End:
 
 
 @contextlib.contextmanager
-def _end_on_signals() -> Iterator[_End]:
+def _end_on_signals() -> Iterator[_EndSignal]:
     """Have the signals that end a command end a wait instead, also while the bag is finished."""
     import signal
 
-    end = _End()
+    end = _EndSignal()
     numbers: Sequence[int] = [signal.SIGINT, signal.SIGTERM]
     if hasattr(signal, "SIGHUP"):
         numbers = [*numbers, signal.SIGHUP]

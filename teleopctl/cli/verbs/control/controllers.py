@@ -380,14 +380,14 @@ def view_controller_chains(
     from teleopctl.diagram import to_dot, to_svg, write_files
 
     with manager.client() as client:
-        diagram = picture(client.list_controllers())
+        diagram = controller_diagram(client.list_controllers())
     base = Path(output) if output else Path(tempfile.gettempdir()) / _NAME
     files = write_files(base, to_dot(diagram), to_svg(diagram), console.note)
     out_files(files, as_json=as_json)
 
 
 # Any: ControllerState of controller_manager_msgs.
-def picture(controllers: Iterable[Any]) -> "Diagram":
+def controller_diagram(controllers: Iterable[Any]) -> "Diagram":
     """Return a diagram of controllers with their state and command interfaces."""
     from teleopctl.diagram import DiagramBox, joined
 

@@ -173,7 +173,7 @@ def view_hardware_status(
     ros_args: RosArgs = None,
     as_json: Annotated[bool, Option("--json", help="Print one JSON object a message.")] = False,
 ) -> None:
-    """Print what hardware reports of itself, until Ctrl-C."""
+    """Print status messages of hardware components until Ctrl-C."""
     from teleopctl.cli.command_node import command_node
     from teleopctl.cli.graph_lookup import learn_type, live_graph
     from teleopctl.interfaces import get_message
@@ -195,7 +195,7 @@ def view_hardware_status(
         console.note("Subscribing to the following topics:")
         for topic in topics:
             console.note(f"\t{topic}")
-    watch = _Watch(hardware_id, device_id)
+    selected = _StatusFilter(hardware_id, device_id)
     show = _print_status_as_json if as_json else _print_status
     with (
         command_node(ros_args=ros_args or ()) as node,
@@ -203,14 +203,14 @@ def view_hardware_status(
     ):
         for topic in topics:
             node.create_subscription(
-                get_message(_TYPE), topic, lambda message: watch.take(message, show), 10
+                get_message(_TYPE), topic, lambda message: selected.show_selected(message, show), 10
             )
         executor.add_node(node)
         executor.spin()
 
 
 # Any, here and below: a HardwareStatus, or a part of one.
-class _Watch:
+class _StatusFilter:
     """Which messages are shown, and whether those that are asked for exist."""
 
     def __init__(self, hardware_id: str | None, device_id: str | None) -> None:
@@ -220,8 +220,8 @@ class _Watch:
         self._devices: set[str] = set()
         self._count = 0
 
-    def take(self, message: Any, show: Callable[[Any, list[Any]], None]) -> None:
-        """Print a message, if it is of the selected hardware.
+    def show_selected(self, message: Any, show: Callable[[Any, list[Any]], None]) -> None:
+        """Pass a status message to ``show`` if it is of the selected hardware and device.
 
         Raises:
             NotFoundError: What is asked for was not among the first messages.

@@ -52,7 +52,7 @@ class ManagerOptions(OptionSet):
 def manager_client(
     name: str, ros_args: Sequence[str] | None = None
 ) -> Iterator[ControllerManagerClient]:
-    """Return a client of a controller manager, once that answers.
+    """Open a client of a controller manager, after waiting for the manager's services.
 
     In a launch file `ros2 control load_controller …` often stands beside what starts the manager,
     since `ros2 control` waits for it: so does this there.
@@ -73,7 +73,7 @@ def manager_client(
 
 
 def complete_controllers(incomplete: str) -> list[str]:
-    """Return the names of loaded controllers."""
+    """Return completion candidates: the names of loaded controllers."""
     from teleopctl.cli.completion.candidates import nodes
 
     # Asking takes a moment where nobody answers, so first see whether there is anybody.

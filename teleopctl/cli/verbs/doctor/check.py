@@ -1,4 +1,4 @@
-"""``teleopctl doctor``: the checks, one after the other, and the reports."""
+"""``teleopctl doctor check``: runs all checks, or prints the reports."""
 
 from collections.abc import Callable, Iterable, Iterator
 

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 
 class Finding(NamedTuple):
-    """A fault or a possible fault, with a hint.
+    """A fault, or a possible fault, that a check found, with a hint how to mend it.
 
     Attributes:
         text: What, and where.
@@ -42,12 +42,12 @@ class Finding(NamedTuple):
 
 
 def warning(text: str, hint: str = "") -> Finding:
-    """Return a finding that is no certain fault."""
+    """Return a finding of a possible fault, which is printed as a warning."""
     return Finding(text, hint, is_error=False)
 
 
 def check_router() -> Iterator[Finding]:
-    """Yield faults of the router: not found, wrong port holder, open to the network."""
+    """Yield faults of the router: not running, port taken by a program, open to the network."""
     from teleopctl.wire import (
         HOW_TO_CLOSE,
         daemon_address,
@@ -103,7 +103,7 @@ except TeleopctlError as error:
 
 
 def check_packages() -> Iterator[Finding]:
-    """Yield packages that cannot be read."""
+    """Yield a warning for each ROS package whose manifest cannot be read."""
     from teleopctl.packages import faults_of_search, list_packages
 
     list_packages()
@@ -111,7 +111,7 @@ def check_packages() -> Iterator[Finding]:
 
 
 def check_drawing() -> Iterator[Finding]:
-    """Yield why cameras cannot be rendered, if so."""
+    """Yield a warning with the reason if cameras cannot be rendered on this machine."""
     tried = subprocess.run(
         [sys.executable, "-P", "-c", _DRAW], capture_output=True, text=True, check=False
     )
@@ -123,7 +123,7 @@ def check_drawing() -> Iterator[Finding]:
 
 
 def check_shared_memory() -> Iterator[Finding]:
-    """Yield why shared memory is not usable, if so."""
+    """Yield a warning if there is too little shared memory for pictures."""
     from teleopctl.wire import has_room_for_shared_memory
 
     if not has_room_for_shared_memory():
@@ -134,7 +134,7 @@ def check_shared_memory() -> Iterator[Finding]:
 
 
 def check_environment() -> Iterator[Finding]:
-    """Yield the environment variables of ROS 2 that have another meaning or no effect here."""
+    """Yield findings for environment variables of ROS 2 that are invalid or have no effect here."""
     asked = os.environ.get("RMW_IMPLEMENTATION", "")
     if asked not in ("", "rmw_zenoh_cpp"):
         yield warning(
@@ -156,7 +156,7 @@ _OFTEN_ALONE = {"/parameter_events", "/rosout"}
 
 
 def check_topics(graph: Graph) -> Iterator[Finding]:
-    """Yield the topics that have only publishers or only subscriptions."""
+    """Yield a warning for each topic that has only publishers or only subscriptions."""
     for topic, _ in graph.topic_names_and_types():
         if topic in _OFTEN_ALONE:
             continue
@@ -168,7 +168,7 @@ def check_topics(graph: Graph) -> Iterator[Finding]:
 
 
 def check_nodes(graph: Graph) -> Iterator[Finding]:
-    """Yield node names that several nodes have."""
+    """Yield an error for each name that several nodes have."""
     for name, count in Counter(graph.node_names()).items():
         if count > 1:
             yield Finding(
@@ -178,7 +178,7 @@ def check_nodes(graph: Graph) -> Iterator[Finding]:
 
 
 def check_types(graph: Graph) -> Iterator[Finding]:
-    """Yield topics and services with several types."""
+    """Yield an error for each topic or service with several types or type hashes."""
     for word, names, ends in (
         ("topic", graph.topic_names_and_types(), (graph.publishers, graph.subscriptions)),
         ("service", graph.service_names_and_types(), (graph.servers, graph.clients)),
@@ -214,11 +214,11 @@ def _by(endpoints: Sequence[EndpointToken], value: Callable[[EndpointToken], str
 
 
 def check_qos(graph: Graph) -> Iterator[Finding]:
-    """Yield the pairs of publisher and subscription with incompatible QoS."""
+    """Yield a warning for each publisher and subscription whose QoS are incompatible."""
     from teleopctl.cli.verbs.topic.endpoints import ON_ZENOH
     from teleopctl.node import QoSCompatibility
 
-    for topic, pair in pairs_by_topic(graph):
+    for topic, pair in qos_pairs_by_topic(graph):
         if pair.verdict is not QoSCompatibility.OK:
             kind = "error" if pair.verdict is QoSCompatibility.ERROR else "warning"
             yield warning(
@@ -228,8 +228,8 @@ def check_qos(graph: Graph) -> Iterator[Finding]:
             )
 
 
-def pairs_by_topic(graph: Graph) -> Iterator[tuple[str, QosPair]]:
-    """Yield each publisher with each subscription of its topic, with the topic."""
+def qos_pairs_by_topic(graph: Graph) -> Iterator[tuple[str, QosPair]]:
+    """Yield the topic and QoS compatibility of each pair of publisher and subscription."""
     from teleopctl.cli.verbs.topic.endpoints import qos_pairs
 
     for topic, _ in graph.topic_names_and_types():
@@ -237,8 +237,8 @@ def pairs_by_topic(graph: Graph) -> Iterator[tuple[str, QosPair]]:
             yield topic, pair
 
 
-def sessions(graph: Graph) -> dict[str, EndpointToken]:
-    """Return one parameter service per session."""
+def parameter_service_by_session(graph: Graph) -> dict[str, EndpointToken]:
+    """Return the server of one parameter service of each Zenoh session, by session id."""
     found: dict[str, EndpointToken] = {}
     for name, _ in graph.service_names_and_types(include_hidden=True):
         if name.endswith("/get_parameters"):
@@ -255,9 +255,9 @@ _NOBODY = bytes(16)
 
 
 def check_clocks(graph: Graph) -> Iterator[Finding]:
-    """Yield machines whose clocks differ from this one's."""
+    """Yield an error for each machine whose clock differs from this machine's."""
     with open_session("client") as session:
-        for server in sessions(graph).values():
+        for server in parameter_service_by_session(graph).values():
             measured = _offset_ns(session, server)
             if measured is not None and abs(measured[0]) > _LARGEST_OFFSET_NS + measured[1]:
                 ahead = "ahead of" if measured[0] > 0 else "behind"

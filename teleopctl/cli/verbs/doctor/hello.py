@@ -1,4 +1,4 @@
-"""``teleopctl doctor hello``: who can be talked to, by a topic and by multicast."""
+"""``teleopctl doctor hello``: connectivity to other machines by a topic and by multicast."""
 
 import os
 import re
@@ -52,17 +52,17 @@ def hello(
     summary = _Summary(here)
     string = get_message("std_msgs/msg/String")
 
-    def hear(data: bytes) -> None:
+    def count(data: bytes) -> None:
         try:
-            summary.note(summary.by_topic, deserialize(data, string).data)
+            summary.count_greeting(summary.by_topic, deserialize(data, string).data)
         except TeleopctlError:
             return  # whatever it is, it is no greeting
 
     name = f"ros2doctor_{re.sub('[^0-9a-zA-Z_]', '_', here)}_{os.getpid()}_node"
-    with command_node(name=name) as node, open_receiver() as listening:
+    with command_node(name=name) as node, open_receiver() as receiver:
         publisher = node.create_publisher(string, topic, 10)
-        node.create_subscription(string, topic, hear, 10, raw=True, immediate=True)
-        threading.Thread(target=_listen, args=(listening, summary), daemon=True).start()
+        node.create_subscription(string, topic, count, 10, raw=True, immediate=True)
+        threading.Thread(target=_receive, args=(receiver, summary), daemon=True).start()
         greeting = f"hello, it's me {here}"
         next_table = time.monotonic() + print_period
         while True:
@@ -77,18 +77,18 @@ def hello(
                 else:
                     console.out_lines(summary.table(topic, print_period))
                 console.flush()
-                summary.forget()
+                summary.start_period()
             if once:
                 break
 
 
-def _listen(listening: socket.socket, summary: "_Summary") -> None:
+def _receive(receiver: socket.socket, summary: "_Summary") -> None:
     while True:
         try:
-            text, _, _ = receive_datagram(listening)
+            text, _, _ = receive_datagram(receiver)
         except OSError:
             return  # it was closed: the verb ends
-        summary.note(summary.by_multicast, text)
+        summary.count_greeting(summary.by_multicast, text)
 
 
 class _Summary:
@@ -104,20 +104,20 @@ class _Summary:
         self.by_topic: Counter[str] = Counter()
         self.by_multicast: Counter[str] = Counter()
 
-    def note(self, heard: Counter[str], greeting: str) -> None:
-        """Count a received greeting by its machine."""
+    def count_greeting(self, counts: Counter[str], greeting: str) -> None:
+        """Count a greeting by the host that sent it; greetings of this host are ignored."""
         words = greeting.split()
         if words and words[-1] != self._here:
-            heard[words[-1]] += 1
+            counts[words[-1]] += 1
 
-    def forget(self) -> None:
-        """Start a new period."""
+    def start_period(self) -> None:
+        """Reset all counts for a new period."""
         self.sent = 0
         self.by_topic.clear()
         self.by_multicast.clear()
 
     def document(self, topic: str) -> dict[str, console.Json]:
-        """Return the counts as JSON."""
+        """Return the counts of the period as a JSON object."""
         return {
             "topic": topic,
             "sent": self.sent,
@@ -126,7 +126,7 @@ class _Summary:
         }
 
     def table(self, topic: str, period_s: float) -> Iterator[str]:
-        """Return the table that ros2 prints."""
+        """Yield the lines of the table of counts that ros2 prints."""
         yield "MULTIMACHINE COMMUNICATION SUMMARY"
         yield f"Topic: {topic}, Published Msg Count: {self.sent}"
         yield "Subscribed from:"
@@ -138,7 +138,7 @@ class _Summary:
         yield "-" * 60
 
 
-def _rows(heard: Counter[str], period_s: float) -> Iterator[str]:
+def _rows(counts: Counter[str], period_s: float) -> Iterator[str]:
     yield f"{'':<15} {'Hostname':<20} {f'Msg Count /{period_s}s':<10}"
-    for host, count in sorted(heard.items()):
+    for host, count in sorted(counts.items()):
         yield f"{'':<15} {host:<20} {count:<10}"

@@ -1,4 +1,4 @@
-"""What there is on this machine and in the graph, item by item."""
+"""Reports on this machine and the graph that ``doctor --report`` prints."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 from importlib import metadata
 
 from teleopctl.base.typed import NamedTuple
-from teleopctl.cli.verbs.doctor.checks import pairs_by_topic
+from teleopctl.cli.verbs.doctor.checks import qos_pairs_by_topic
 from teleopctl.wire import Graph
 
 _SMALLEST_WIDTH = 8
@@ -17,7 +17,7 @@ _BLANKS = 4
 
 
 class Report(NamedTuple):
-    """Report on one subject.
+    """A report: a title, and pairs of name and value.
 
     Attributes:
         title: The subject.
@@ -28,7 +28,7 @@ class Report(NamedTuple):
     items: list[tuple[str, str]]
 
     def lines(self) -> Iterator[str]:
-        """Return the lines that `ros2 doctor --report` prints."""
+        """Yield the lines of a report as `ros2 doctor --report` prints them."""
         yield ""
         yield f"   {self.title}"
         widest = max((len(name) for name, _ in self.items), default=0)
@@ -36,7 +36,7 @@ class Report(NamedTuple):
         yield from (f"{name:<{width}}: {value}" for name, value in self.items)
 
 
-def network(_: Graph) -> Report:
+def network_report(_: Graph) -> Report:
     """Report the router's addresses and this machine's."""
     import psutil
 
@@ -52,7 +52,7 @@ def network(_: Graph) -> Report:
     return Report("NETWORK CONFIGURATION", items)
 
 
-def packages(_: Graph) -> Report:
+def packages_report(_: Graph) -> Report:
     """Report the versions of teleopctl's dependencies."""
     names = ("teleopctl", "eclipse-zenoh", "numpy", "mujoco", "mcap", "rosbags", "viser")
     items = []
@@ -64,7 +64,7 @@ def packages(_: Graph) -> Report:
     return Report("PACKAGE VERSIONS", items)
 
 
-def machine(_: Graph) -> Report:
+def machine_report(_: Graph) -> Report:
     """Report the system and the Python interpreter."""
     items = [
         ("system", platform.system()),
@@ -76,10 +76,10 @@ def machine(_: Graph) -> Report:
     return Report("PLATFORM INFORMATION", items)
 
 
-def qos(graph: Graph) -> Report:
+def qos_report(graph: Graph) -> Report:
     """Report each pair of publisher and subscription with their QoS."""
     items: list[tuple[str, str]] = []
-    for topic, pair in pairs_by_topic(graph):
+    for topic, pair in qos_pairs_by_topic(graph):
         items += [
             ("topic [type]", f"{topic} [{pair.publisher.type_name}]"),
             ("publisher node", pair.publisher.node),
@@ -90,26 +90,26 @@ def qos(graph: Graph) -> Report:
     return Report("QOS COMPATIBILITY LIST", items or none)
 
 
-def middleware(_: Graph) -> Report:
+def middleware_report(_: Graph) -> Report:
     """Report the RMW implementation that ROS 2 nodes must use to communicate."""
     return Report("RMW MIDDLEWARE", [("middleware name", "rmw_zenoh_cpp")])
 
 
-def ros(_: Graph) -> Report:
+def ros_report(_: Graph) -> Report:
     """Report the ROS distribution of the message definitions."""
     from teleopctl.interfaces import distribution
 
     return Report("ROS 2 INFORMATION", [("distribution name", distribution())])
 
 
-def environment(_: Graph) -> Report:
+def environment_report(_: Graph) -> Report:
     """Report the set variables of ROS 2, Zenoh and teleopctl."""
     beginnings = ("ROS_", "RMW_", "RCUTILS_", "AMENT_", "ZENOH_", "TELEOPCTL_", "MUJOCO_")
     items = [item for item in sorted(os.environ.items()) if item[0].startswith(beginnings)]
     return Report("ENVIRONMENT", items)
 
 
-def topics(graph: Graph) -> Report:
+def topics_report(graph: Graph) -> Report:
     """Report the numbers of publishers and subscriptions of each topic."""
     items: list[tuple[str, str]] = []
     for topic, _ in graph.topic_names_and_types():
@@ -122,7 +122,7 @@ def topics(graph: Graph) -> Report:
     return Report("TOPIC LIST", items or none)
 
 
-def services(graph: Graph) -> Report:
+def services_report(graph: Graph) -> Report:
     """Report the numbers of servers and clients of each service."""
     items: list[tuple[str, str]] = []
     for service, _ in graph.service_names_and_types():
@@ -136,11 +136,11 @@ def services(graph: Graph) -> Report:
 
 
 REPORTS: dict[str, tuple[Callable[[Graph], Report], ...]] = {
-    "network": (network,),
-    "package": (packages,),
-    "platform": (machine, ros, environment),
-    "middleware": (middleware, qos),
-    "topic": (topics,),
-    "service": (services,),
+    "network": (network_report,),
+    "package": (packages_report,),
+    "platform": (machine_report, ros_report, environment_report),
+    "middleware": (middleware_report, qos_report),
+    "topic": (topics_report,),
+    "service": (services_report,),
 }
 """The reports of each category, in the order in which they are printed."""

@@ -1,4 +1,4 @@
-"""What Tab offers for parameters."""
+"""Completion candidates for names and values of parameters."""
 
 from __future__ import annotations
 
@@ -11,28 +11,28 @@ _MOST_VALUES = 12
 
 
 def parameter_names(ctx: TypedWords, incomplete: str) -> list[str]:
-    """Return the parameters of the node on the line."""
-    from teleopctl.cli.verbs.param.client import Parameters
+    """Return the parameter names of the node given on the command line."""
+    from teleopctl.cli.verbs.param.client import GraphParameters
 
     try:
-        with Parameters(timeout_s=0.0) as client:
-            names = client.names(client.find(ctx.params.get("node_name") or ""))
+        with GraphParameters(timeout_s=0.0) as client:
+            names = client.names(client.find_node(ctx.params.get("node_name") or ""))
     except TeleopctlError:
         return []
     return [name for name in names if name.startswith(incomplete)]
 
 
 def parameter_values(ctx: TypedWords, incomplete: str) -> list[str]:
-    """Return values that complete the parameter on the line: its own, true, false, its range."""
-    from teleopctl.cli.verbs.param.client import Parameters
+    """Return the present value, truth values or range of the parameter on the command line."""
+    from teleopctl.cli.verbs.param.client import GraphParameters
     from teleopctl.node import parameter_value_to_python
 
     name = ctx.params.get("parameter_name") or ""
     try:
-        with Parameters(timeout_s=0.0) as client:
-            node = client.find(ctx.params.get("node_name") or "")
-            (value,) = client.ask(node, "GetParameters", names=[name]).values
-            answer = client.ask(node, "DescribeParameters", names=[name])
+        with GraphParameters(timeout_s=0.0) as client:
+            node = client.find_node(ctx.params.get("node_name") or "")
+            (value,) = client.call(node, "GetParameters", names=[name]).values
+            answer = client.call(node, "DescribeParameters", names=[name])
     except (TeleopctlError, ValueError):  # no such node, or no such parameter
         return []
     present = parameter_value_to_python(value)

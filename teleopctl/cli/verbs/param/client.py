@@ -2,7 +2,7 @@
 
 from teleopctl.base.typed import TYPE_CHECKING, Annotated, Any, Self
 from teleopctl.cli import console
-from teleopctl.cli.graph_lookup import absolute_name, fitting, is_pattern
+from teleopctl.cli.graph_lookup import absolute_name, is_pattern, matching_names
 from teleopctl.cli.options import check_not_negative, check_positive
 from teleopctl.cli.verb import Argument, Option, OptionSet
 from teleopctl.errors import (
@@ -40,8 +40,8 @@ DISCOVERY_TIMEOUT_S = 1.0
 """For a node to be there, likewise."""
 
 
-class Parameters:
-    """Client of the parameters of the graph's nodes, in a session of its own.
+class GraphParameters:
+    """Client of the parameter services of nodes in the graph, in a session of its own.
 
     Args:
         timeout_s: How long to wait until a node that was named is there.
@@ -83,8 +83,8 @@ class Parameters:
             if _offers_parameters(self._graph, name)
         ]
 
-    def find(self, node_name: str) -> str:
-        """Return the full name of a node with parameters, waiting until it is there.
+    def find_node(self, node_name: str) -> str:
+        """Wait until a node offers parameter services, and return its full name.
 
         Raises:
             NotFoundError: There is no such node, or it offers none.
@@ -115,30 +115,30 @@ class Parameters:
             )
             return node.graph()
 
-    def meant(self, node_name: str, *, include_hidden: bool = False) -> list[str]:
-        """Return the full names of the nodes that match a name or pattern.
+    def matching_nodes(self, node_name: str, *, include_hidden: bool = False) -> list[str]:
+        """Return the full names of the nodes with parameters that match a name or pattern.
 
         Raises:
             NotFoundError: There is none.
         """
         if not is_pattern(node_name):
-            return [self.find(node_name)]
-        return fitting(node_name, self.nodes(include_hidden=include_hidden), kind="node")
+            return [self.find_node(node_name)]
+        return matching_names(node_name, self.nodes(include_hidden=include_hidden), kind="node")
 
     # Any, here and below: responses of rcl_interfaces, whose classes are made when they are
     # asked for.
-    def ask(self, node_name: str, type_: str, **fields: object) -> Any:
+    def call(self, node_name: str, type_: str, **fields: object) -> Any:
         """Call a parameter service of one node, and return the response.
 
         Raises:
             UnavailableError: The node does not answer.
         """
-        answer = self.ask_all([node_name], type_, **fields)[node_name]
+        answer = self.call_all([node_name], type_, **fields)[node_name]
         if isinstance(answer, TeleopctlError):
             raise answer
         return answer
 
-    def ask_all(
+    def call_all(
         self, node_names: "Iterable[str]", type_: str, **fields: object
     ) -> "Mapping[str, Any | UnavailableError]":
         """Call a parameter service of several nodes; return the response or error of each.
@@ -164,7 +164,7 @@ class Parameters:
         Raises:
             UnavailableError: The node does not answer.
         """
-        return sorted(self.ask(node_name, "ListParameters").result.names)
+        return sorted(self.call(node_name, "ListParameters").result.names)
 
     def values(self, node_name: str, names: "Sequence[str]") -> "dict[str, ParameterValue]":
         """Return the values of a node's parameters; unset ones are omitted.
@@ -180,8 +180,8 @@ class Parameters:
     def values_of_all(
         self, node_names: "Iterable[str]", names: "Sequence[str]"
     ) -> "dict[str, dict[str, ParameterValue] | UnavailableError]":
-        """Return the values of parameters of several nodes, or the error of each."""
-        answers = self.ask_all(node_names, "GetParameters", names=list(names))
+        """Return the values of parameters by name, or the error, of each of several nodes."""
+        answers = self.call_all(node_names, "GetParameters", names=list(names))
         return {
             node: answer
             if isinstance(answer, UnavailableError)
@@ -205,7 +205,7 @@ class Parameters:
     def set(
         self, node_name: str, parameters: "Sequence[ParameterMessage]"
     ) -> "Mapping[str, SetParametersResult]":
-        """Set parameters one by one; return a ``SetParametersResult`` by name.
+        """Set parameters of a node one by one; return the result of each by name.
 
         Args:
             node_name: Full name of the node.
@@ -214,12 +214,12 @@ class Parameters:
         Raises:
             UnavailableError: The node does not answer.
         """
-        results = self.ask(node_name, "SetParameters", parameters=list(parameters)).results
+        results = self.call(node_name, "SetParameters", parameters=list(parameters)).results
         return dict(zip((each.name for each in parameters), results, strict=False))
 
 
-def with_each(nodes: "Iterable[str]", do: "Callable[[str], bool]", *, is_one: bool) -> bool:
-    """Call a function for each node; report errors, and continue with the next node.
+def for_each_node(nodes: "Iterable[str]", do: "Callable[[str], bool]", *, is_one: bool) -> bool:
+    """Call a function for each node, warn of errors, and return whether all calls succeeded.
 
     Args:
         nodes: Full names.
@@ -232,25 +232,25 @@ def with_each(nodes: "Iterable[str]", do: "Callable[[str], bool]", *, is_one: bo
     Raises:
         TeleopctlError: What went wrong with a single node.
     """
-    all_well = True
+    all_succeeded = True
     for node in nodes:
         try:
-            all_well &= do(node)
+            all_succeeded &= do(node)
         except TeleopctlError as error:
             if is_one:
                 raise
             console.flush()
             console.warn(error.message)
-            all_well = False
-    return all_well
+            all_succeeded = False
+    return all_succeeded
 
 
 def _offers_parameters(graph: "Graph", node_name: str) -> bool:
     return bool(graph.servers(f"{node_name}/list_parameters"))
 
 
-def not_set(parameters: Parameters, node: str, name: str) -> NotFoundError:
-    """Return the error for a missing parameter, with a similar name."""
+def not_set_error(parameters: GraphParameters, node: str, name: str) -> NotFoundError:
+    """Return the error for a parameter that a node lacks or that has no value, with a hint."""
     names = parameters.names(node)
     if name in names:
         return NotFoundError("Parameter not set", hint="It is declared, and has no value yet.")
@@ -273,7 +273,7 @@ ServiceTimeout = Annotated[
 
 
 class ParameterServiceOptions(OptionSet):
-    """Options for how nodes are found, and how long their parameter services may take."""
+    """Options of verbs that call parameter services: hidden nodes, and the two timeouts."""
 
     include_hidden: Annotated[
         bool,
@@ -285,6 +285,6 @@ class ParameterServiceOptions(OptionSet):
     timeout: Timeout = DISCOVERY_TIMEOUT_S
     service_timeout: ServiceTimeout = SERVICE_TIMEOUT_S
 
-    def client(self) -> Parameters:
-        """Open a client of the parameters of nodes."""
-        return Parameters(self.timeout, self.service_timeout)
+    def client(self) -> GraphParameters:
+        """Open a client of parameter services with the timeouts of the options."""
+        return GraphParameters(self.timeout, self.service_timeout)

@@ -9,11 +9,11 @@ from teleopctl.cli.options import AsJson, NodeName
 from teleopctl.cli.verb import Argument, Option
 from teleopctl.cli.verbs.param.client import (
     SERVICE_TIMEOUT_S,
-    Parameters,
+    GraphParameters,
     ParameterServiceOptions,
     ServiceTimeout,
     Timeout,
-    not_set,
+    not_set_error,
 )
 from teleopctl.errors import NotFoundError, TeleopctlError, UsageError
 
@@ -49,13 +49,13 @@ def list_parameters(
     """List parameters."""
     wanted = _pattern(name_filter)
     is_one = node_name is not None and not is_pattern(node_name)
-    with Parameters(timeout, service_timeout) as parameters:
+    with GraphParameters(timeout, service_timeout) as parameters:
         nodes = (
-            parameters.meant(node_name, include_hidden=include_hidden)
+            parameters.matching_nodes(node_name, include_hidden=include_hidden)
             if node_name
             else parameters.nodes(include_hidden=include_hidden)
         )
-        answers = parameters.ask_all(nodes, "ListParameters", prefixes=prefixes or [])
+        answers = parameters.call_all(nodes, "ListParameters", prefixes=prefixes or [])
         names = {
             node: sorted(name for name in answer.result.names if wanted.match(name))
             for node, answer in answers.items()
@@ -84,8 +84,8 @@ def _name_lines(names: Sequence[str], types: dict[str, str]) -> list[str]:
     return [f"  {name} (type: {types[name]})" if name in types else f"  {name}" for name in names]
 
 
-def _types(parameters: Parameters, node: str, names: list[str]) -> dict[str, str]:
-    response = parameters.ask(node, "GetParameterTypes", names=names)
+def _types(parameters: GraphParameters, node: str, names: list[str]) -> dict[str, str]:
+    response = parameters.call(node, "GetParameterTypes", names=names)
     return dict(zip(names, map(type_name, response.types), strict=False))
 
 
@@ -124,7 +124,7 @@ def get_parameter(
     with options.client() as parameters:
         if parameter_names:
             names = parameter_names
-            nodes = parameters.meant(node_name, include_hidden=options.include_hidden)
+            nodes = parameters.matching_nodes(node_name, include_hidden=options.include_hidden)
         else:
             names = [node_name]
             nodes = parameters.nodes(include_hidden=options.include_hidden)
@@ -145,7 +145,7 @@ def get_parameter(
         if missing and (is_one or len(missing) == len(names)):
             if not is_one_node:
                 raise NotFoundError(f"Parameter '{missing[0]}' not set on any node")
-            raise not_set(parameters, nodes[0], missing[0])
+            raise not_set_error(parameters, nodes[0], missing[0])
     if as_json:
         records = [
             {"node": node, **_record(name, value)}
@@ -208,12 +208,12 @@ def describe_parameters(
     The exit status is 1 where one of them is not declared.
     """
     with options.client() as parameters:
-        node = parameters.find(node_name)
+        node = parameters.find_node(node_name)
         descriptors = _descriptors(parameters, node, parameter_names)
         described = {descriptor.name for descriptor in descriptors}
         missing = [name for name in parameter_names if name not in described]
         if not descriptors:
-            raise not_set(parameters, node, missing[0])
+            raise not_set_error(parameters, node, missing[0])
     if as_json:
         from teleopctl.interfaces import message_to_dict
 
@@ -228,9 +228,9 @@ def describe_parameters(
 
 
 # Any: messages of rcl_interfaces.
-def _descriptors(parameters: Parameters, node: str, names: list[str]) -> list[Any]:
+def _descriptors(parameters: GraphParameters, node: str, names: list[str]) -> list[Any]:
     """Those of a node's parameters that are declared."""
-    found = parameters.ask(node, "DescribeParameters", names=names).descriptors
+    found = parameters.call(node, "DescribeParameters", names=names).descriptors
     if len(found) == len(names):
         return list(found)
     if len(names) == 1:
@@ -264,18 +264,18 @@ _TYPE_NAMES = (
 
 
 def type_name(number: int) -> str:
-    """Return the name of a parameter type number."""
+    """Return the name of a parameter type by its number in ``ParameterType``."""
     return _TYPE_NAMES[number] if 0 <= number < len(_TYPE_NAMES) else "unknown"
 
 
 def value_label(number: int) -> str:
-    """Return the label before a value: ``Integer value is:``, ``Integer values are:``."""
+    """Return the label of a value by its type's number, such as ``Integer value is:``."""
     words = type_name(number).split()
     return f"{words[0].capitalize()} {'values are' if len(words) > 1 else 'value is'}:"
 
 
 def is_set(value: "ParameterValue") -> bool:
-    """Return whether a declared parameter has a value."""
+    """Return whether the value of a parameter is set."""
     return value.type != 0
 
 

@@ -9,11 +9,11 @@ from teleopctl.cli.graph_lookup import is_pattern
 from teleopctl.cli.options import AsJson
 from teleopctl.cli.verb import Argument, Option
 from teleopctl.cli.verbs.param.client import (
+    GraphParameters,
     Nodes,
     ParameterName,
-    Parameters,
     ParameterServiceOptions,
-    with_each,
+    for_each_node,
 )
 from teleopctl.errors import NotFoundError, RefusedError, UsageError
 
@@ -22,12 +22,12 @@ if TYPE_CHECKING:
 
     from rcl_interfaces.msg import Parameter as ParameterMessage, SetParametersResult
 
-    from teleopctl.cli.verbs.param.client import Parameters
+    from teleopctl.cli.verbs.param.client import GraphParameters
     from teleopctl.node import ParameterFile
 
 
-class Results:
-    """Results of setting parameters, printed as text or JSON.
+class ParameterResults:
+    """Prints results of setting parameters: at once as text, or at the end as JSON.
 
     Args:
         as_json: For a program.
@@ -37,10 +37,10 @@ class Results:
         self._as_json = as_json
         self._records: list[console.Json] = []
 
-    def tell(
+    def add(
         self, line: str, node: str, names: Sequence[str], reason: str, *, successful: bool = True
     ) -> None:
-        """Add a result; rejections are printed to stderr in any case.
+        """Record a result, and print its line: to stderr if rejected, else unless JSON is printed.
 
         Args:
             line: What a person reads.
@@ -58,13 +58,13 @@ class Results:
         elif not self._as_json:
             console.out(line)
 
-    def say(self, line: str) -> None:
-        """Print a line, unless the output is JSON."""
+    def print_line(self, line: str) -> None:
+        """Print a line without a result, unless the output is JSON."""
         if not self._as_json:
             console.out(line)
 
-    def finish(self) -> None:
-        """Print the JSON document."""
+    def print_json(self) -> None:
+        """Print the recorded results, if the output is JSON."""
         if self._as_json:
             console.out_json(self._records)
 
@@ -90,17 +90,17 @@ def set_parameter(
     words = [parameter_name, value, *(more or ())]
     if len(words) % 2:
         raise UsageError(
-            "Parameters must be provided as name/value pairs: name value [name value ...]. "
+            "GraphParameters must be provided as name/value pairs: name value [name value ...]. "
             f"Got {len(words)} argument(s).",
             hint=f"'{words[-1]}' has no value.",
         )
-    wishes = dict(zip(words[::2], words[1::2], strict=True))
-    told = Results(as_json=as_json)
+    values = dict(zip(words[::2], words[1::2], strict=True))
+    results = ParameterResults(as_json=as_json)
     with options.client() as parameters:
-        nodes = parameters.meant(node_name, include_hidden=options.include_hidden)
-        setting = _Setting(parameters, nodes, wishes, told, is_pattern=is_pattern(node_name))
-        status = setting.together() if atomic else setting.each()
-    told.finish()
+        nodes = parameters.matching_nodes(node_name, include_hidden=options.include_hidden)
+        setting = _Setting(parameters, nodes, values, results, is_pattern=is_pattern(node_name))
+        status = setting.set_atomically() if atomic else setting.set_each()
+    results.print_json()
     return status
 
 
@@ -109,49 +109,49 @@ class _Setting:
 
     def __init__(
         self,
-        parameters: "Parameters",
+        parameters: "GraphParameters",
         nodes: Sequence[str],
-        wishes: dict[str, str],
-        told: Results,
+        values: dict[str, str],
+        results: ParameterResults,
         *,
         is_pattern: bool,
     ) -> None:
         self._parameters = parameters
         self._nodes = nodes
-        self._wishes = wishes
-        self._told = told
+        self._values = values
+        self._results = results
         self._names_nodes = is_pattern
-        self._are_several = len(wishes) > 1
+        self._are_several = len(values) > 1
 
-    def together(self) -> int:
-        """Set all parameters of a node, or none."""
-        wanted = [_message(name, text) for name, text in self._wishes.items()]
+    def set_atomically(self) -> int:
+        """Set the parameters of each node atomically; return the exit status."""
+        wanted = [_message(name, text) for name, text in self._values.items()]
 
-        def set_atomically(node: str) -> bool:
-            answer = self._parameters.ask(node, "SetParametersAtomically", parameters=wanted)
+        def set_of_node(node: str) -> bool:
+            answer = self._parameters.call(node, "SetParametersAtomically", parameters=wanted)
             texts = [self._as_text(each) for each in wanted]
             if not answer.result.successful and texts != wanted:
-                again = self._parameters.ask(node, "SetParametersAtomically", parameters=texts)
+                again = self._parameters.call(node, "SetParametersAtomically", parameters=texts)
                 answer = again if again.result.successful else answer
             how = "parameters{} atomically"
-            return self._tell(node, how, list(self._wishes), answer.result)
+            return self._add_result(node, how, list(self._values), answer.result)
 
-        return int(not with_each(self._nodes, set_atomically, is_one=not self._names_nodes))
+        return int(not for_each_node(self._nodes, set_of_node, is_one=not self._names_nodes))
 
-    def each(self) -> int:
-        """Set the parameters one by one."""
+    def set_each(self) -> int:
+        """Set the parameters of each node one by one; return the exit status."""
 
-        def set_each(node: str) -> bool:
-            all_well = True
+        def set_of_node(node: str) -> bool:
+            all_succeeded = True
             for name, result in self._set(node).items():
                 before = f"{name}: " if self._are_several else ""
-                all_well &= self._tell(node, "parameter{}", [name], result, before)
-            return all_well
+                all_succeeded &= self._add_result(node, "parameter{}", [name], result, before)
+            return all_succeeded
 
-        return int(not with_each(self._nodes, set_each, is_one=not self._names_nodes))
+        return int(not for_each_node(self._nodes, set_of_node, is_one=not self._names_nodes))
 
     def _set(self, node: str) -> "dict[str, SetParametersResult]":
-        wanted = [_message(name, text) for name, text in self._wishes.items()]
+        wanted = [_message(name, text) for name, text in self._values.items()]
         results = dict(self._parameters.set(node, wanted))
         refused = [each for each in wanted if not results[each.name].successful]
         texts = [text for each in refused if (text := self._as_text(each)) != each]
@@ -162,10 +162,10 @@ class _Setting:
 
     def _as_text(self, wanted: "ParameterMessage") -> "ParameterMessage":
         """A wish as a text: to ROS 2 1e3 is one here, and to its parameter files a number."""
-        text = self._wishes[wanted.name]
+        text = self._values[wanted.name]
         return _text_message(wanted.name, text) if _may_be_text(wanted, text) else wanted
 
-    def _tell(
+    def _add_result(
         self,
         node: str,
         what: str,
@@ -188,12 +188,12 @@ class _Setting:
         what = what.format(f" of {node}" if self._names_nodes else "")
         if result.successful:
             line = _with_reason(f"{before}Set {what} successful", result.reason)
-            self._told.tell(line, node, names, result.reason)
+            self._results.add(line, node, names, result.reason)
             return True
         text = _with_reason(f"{before}Setting {what} failed", result.reason)
         if not self._names_nodes and not self._are_several:
             raise RefusedError(text)
-        self._told.tell(text, node, names, result.reason, successful=False)
+        self._results.add(text, node, names, result.reason, successful=False)
         return False
 
 
@@ -227,7 +227,7 @@ def delete_parameter(
     """Delete a parameter."""
     from teleopctl.node import Parameter
 
-    told = Results(as_json=as_json)
+    results = ParameterResults(as_json=as_json)
     is_one = not is_pattern(node_name)
     nothing = Parameter(parameter_name).to_parameter_msg()
     with options.client() as parameters:
@@ -239,13 +239,13 @@ def delete_parameter(
                 said = f"Deleting parameter{of_node} failed"
                 raise RefusedError(_with_reason(said, result.reason))
             line = _with_reason(f"Deleted parameter{of_node} successfully", result.reason)
-            told.tell(line, node, [parameter_name], result.reason)
+            results.add(line, node, [parameter_name], result.reason)
             return True
 
-        nodes = parameters.meant(node_name, include_hidden=options.include_hidden)
-        all_well = with_each(nodes, delete, is_one=is_one)
-    told.finish()
-    return int(not all_well)
+        nodes = parameters.matching_nodes(node_name, include_hidden=options.include_hidden)
+        all_succeeded = for_each_node(nodes, delete, is_one=is_one)
+    results.print_json()
+    return int(not all_succeeded)
 
 
 def _with_reason(text: str, reason: str) -> str:
@@ -268,7 +268,7 @@ def dump_parameters(
     options: ParameterServiceOptions,
     as_json: AsJson = False,
 ) -> int:
-    """Print a node's parameters as a file.
+    """Print the parameters of a node as a parameter file.
 
     It is what --params-file and `teleopctl param load` read.
     """
@@ -279,16 +279,16 @@ def dump_parameters(
             document.update(_document(parameters, node, as_json=as_json))
             return True
 
-        nodes = parameters.meant(node_name, include_hidden=options.include_hidden)
-        all_well = with_each(nodes, add, is_one=not is_pattern(node_name))
+        nodes = parameters.matching_nodes(node_name, include_hidden=options.include_hidden)
+        all_succeeded = for_each_node(nodes, add, is_one=not is_pattern(node_name))
     if as_json:
         console.out_json(document)
-        return int(not all_well)
+        return int(not all_succeeded)
     from teleopctl.base import ros_yaml
 
     # It ends in an empty line, as ROS 2's does.
     console.out_text(ros_yaml.dump(document))
-    return int(not all_well)
+    return int(not all_succeeded)
 
 
 def save_parameters(
@@ -298,7 +298,7 @@ def save_parameters(
     options: ParameterServiceOptions,
     as_json: AsJson = False,
 ) -> int:
-    """Write the parameters of nodes to one file.
+    """Write the parameters of several nodes to a parameter file.
 
     `teleopctl param restore` sets them again, and --params-file starts a node with them.
     """
@@ -311,14 +311,16 @@ def save_parameters(
             document.update(_document(parameters, node))
             return True
 
-        all_well = _with_each_of(parameters, node_names, add, include_hidden=options.include_hidden)
+        all_succeeded = _with_each_of(
+            parameters, node_names, add, include_hidden=options.include_hidden
+        )
     if document:
         Path(parameter_file).write_text(ros_yaml.dump(document), encoding="utf-8")
     if as_json:
         console.out_json({"file": parameter_file, "nodes": list(document)})
     else:
         console.out_lines(f"Saved the parameters of {node}" for node in document)
-    return int(not all_well)
+    return int(not all_succeeded)
 
 
 def load_parameters(
@@ -332,14 +334,14 @@ def load_parameters(
     options: ParameterServiceOptions,
     as_json: AsJson = False,
 ) -> int:
-    """Set parameters from a file.
+    """Set the parameters of a node to the values in a parameter file.
 
     Of the file's sections, those count whose name fits the node.
     """
     from teleopctl.node import read_parameter_file
 
     wanted = read_parameter_file(Path(parameter_file))
-    told = Results(as_json=as_json)
+    results = ParameterResults(as_json=as_json)
     with options.client() as parameters:
 
         def load(node: str) -> bool:
@@ -349,12 +351,12 @@ def load_parameters(
                     "Param file does not contain selected parameters: "
                     f"{parameter_file} has none for '{node}'"
                 )
-            return _load_values(parameters, node, values, told)
+            return _load_values(parameters, node, values, results)
 
-        nodes = parameters.meant(node_name, include_hidden=options.include_hidden)
-        all_well = with_each(nodes, load, is_one=not is_pattern(node_name))
-    told.finish()
-    return int(not all_well)
+        nodes = parameters.matching_nodes(node_name, include_hidden=options.include_hidden)
+        all_succeeded = for_each_node(nodes, load, is_one=not is_pattern(node_name))
+    results.print_json()
+    return int(not all_succeeded)
 
 
 def restore_parameters(
@@ -366,14 +368,14 @@ def restore_parameters(
     options: ParameterServiceOptions,
     as_json: AsJson = False,
 ) -> int:
-    """Set the parameters of nodes from one file.
+    """Set the parameters of several nodes to the values in a parameter file.
 
     Without names, those of all nodes that the file has a section for.
     """
     from teleopctl.node import read_parameter_file
 
     wanted = read_parameter_file(Path(parameter_file))
-    told = Results(as_json=as_json)
+    results = ParameterResults(as_json=as_json)
     with options.client() as parameters:
 
         def restore(node: str) -> bool:
@@ -383,13 +385,15 @@ def restore_parameters(
                     "Param file does not contain selected parameters: "
                     f"{parameter_file} has none for '{node}'"
                 )
-            told.say(f"{node}:")
-            return _load_values(parameters, node, values, told, indent="  ")
+            results.print_line(f"{node}:")
+            return _load_values(parameters, node, values, results, indent="  ")
 
         names = node_names or _sections(wanted)
-        all_well = _with_each_of(parameters, names, restore, include_hidden=options.include_hidden)
-    told.finish()
-    return int(not all_well)
+        all_succeeded = _with_each_of(
+            parameters, names, restore, include_hidden=options.include_hidden
+        )
+    results.print_json()
+    return int(not all_succeeded)
 
 
 def _sections(wanted: "ParameterFile") -> list[str]:
@@ -397,28 +401,32 @@ def _sections(wanted: "ParameterFile") -> list[str]:
 
 
 def _with_each_of(
-    parameters: "Parameters",
+    parameters: "GraphParameters",
     names: list[str] | None,
     do: "Callable[[str], bool]",
     *,
     include_hidden: bool,
 ) -> bool:
-    """Do it with each node that is meant, all where none is named; whether all went well."""
+    """Call a function for each node that names or patterns select, all without one.
+
+    Returns:
+        Whether all calls succeeded.
+    """
     if not names:
-        return with_each(parameters.nodes(include_hidden=include_hidden), do, is_one=False)
+        return for_each_node(parameters.nodes(include_hidden=include_hidden), do, is_one=False)
     is_one = len(names) == 1
     nodes: dict[str, None] = {}
 
-    def find(name: str) -> bool:
-        nodes.update(dict.fromkeys(parameters.meant(name, include_hidden=include_hidden)))
+    def add_matching(name: str) -> bool:
+        nodes.update(dict.fromkeys(parameters.matching_nodes(name, include_hidden=include_hidden)))
         return True
 
-    all_found = with_each(names, find, is_one=is_one)
-    return with_each(nodes, do, is_one=is_one and not is_pattern(names[0])) and all_found
+    all_found = for_each_node(names, add_matching, is_one=is_one)
+    return for_each_node(nodes, do, is_one=is_one and not is_pattern(names[0])) and all_found
 
 
 # Any: YAML's values.
-def _document(parameters: "Parameters", node: str, *, as_json: bool = False) -> dict[str, Any]:
+def _document(parameters: "GraphParameters", node: str, *, as_json: bool = False) -> dict[str, Any]:
     from teleopctl.node import parameter_document
 
     values = parameters.values(node, parameters.names(node))
@@ -426,10 +434,10 @@ def _document(parameters: "Parameters", node: str, *, as_json: bool = False) -> 
 
 
 def _load_values(
-    parameters: "Parameters",
+    parameters: "GraphParameters",
     node: str,
     values: Mapping[str, Any],  # Any: YAML's values
-    told: Results,
+    results: ParameterResults,
     indent: str = "",
 ) -> bool:
     """Set parameters of a node one by one, and print the results.
@@ -441,7 +449,7 @@ def _load_values(
         parameters: How to reach the node.
         node: Its full name.
         values: The values by name.
-        told: Who says what became of it.
+        results: Prints the result of each.
         indent: What each line begins with.
 
     Returns:
@@ -452,28 +460,28 @@ def _load_values(
         TypeError: A value is none that parameters can have.
     """
     wanted = {message.name: message for message in _parameter_messages(parameters, node, values)}
-    results = parameters.set(node, list(wanted.values()))
-    refused = [name for name, result in results.items() if not result.successful]
+    answers = parameters.set(node, list(wanted.values()))
+    refused = [name for name, result in answers.items() if not result.successful]
     present = parameters.values(node, refused) if refused else {}
-    all_well = True
-    for name, result in results.items():
+    all_succeeded = True
+    for name, result in answers.items():
         reason = f": {result.reason}" if result.reason else ""
         if result.successful:
             line = f"{indent}Set parameter {name} successful{reason}"
-            told.tell(line, node, [name], result.reason)
+            results.add(line, node, [name], result.reason)
         elif name in present and present[name] == wanted[name].value:
             reason = "it has this value already"
             line = f"{indent}Set parameter {name} successful: {reason}"
-            told.tell(line, node, [name], reason)
+            results.add(line, node, [name], reason)
         else:
-            all_well = False
+            all_succeeded = False
             line = f"{indent}Set parameter {name} failed{reason}"
-            told.tell(line, node, [name], result.reason, successful=False)
-    return all_well
+            results.add(line, node, [name], result.reason, successful=False)
+    return all_succeeded
 
 
 def _parameter_messages(
-    parameters: "Parameters", node: str, values: Mapping[str, Any]
+    parameters: "GraphParameters", node: str, values: Mapping[str, Any]
 ) -> "list[ParameterMessage]":
     from teleopctl.node import Parameter, ParameterType
 

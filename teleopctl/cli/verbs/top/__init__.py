@@ -1,4 +1,4 @@
-"""``teleopctl top``: what goes on in the graph, on one screen of the terminal."""
+"""``teleopctl top``: processes, topics, controllers and the log on one screen."""
 
 import sys
 from typing import Annotated

@@ -1,4 +1,4 @@
-"""The screen of ``teleopctl top``: four tables, and keys for what can be done with a row."""
+"""Terminal application of ``teleopctl top``: four tables, and keys that act on a row."""
 
 from __future__ import annotations
 
@@ -12,8 +12,14 @@ from textual.widgets import DataTable, Footer, Static, TabbedContent, TabPane
 
 from teleopctl.cli.verbs.top.controllers import ControllerRow, ControllerTable
 from teleopctl.cli.verbs.top.log import LogBuffer
-from teleopctl.cli.verbs.top.processes import NodeRow, Processes, stop_process, what_stops
-from teleopctl.cli.verbs.top.screens import Ask, Confirm, EchoScreen, ParameterScreen, PlotScreen
+from teleopctl.cli.verbs.top.processes import NodeRow, Processes, stop_description, stop_process
+from teleopctl.cli.verbs.top.screens import (
+    Confirm,
+    EchoScreen,
+    ParameterScreen,
+    PlotScreen,
+    TextInput,
+)
 from teleopctl.cli.verbs.top.table import LiveTable
 from teleopctl.cli.verbs.top.tables import (
     COLUMNS,
@@ -78,7 +84,7 @@ class Top(App[None]):
         self._node_rows: dict[str, NodeRow] = {}
         self._topic_rows: dict[str, TopicRow] = {}
         self._controller_rows: list[ControllerRow] = []
-        self._asked_s = 0.0
+        self._controllers_asked_s = 0.0
         self._chosen_heavy: set[str] = set()
         self._by_load = False
         self._filter = ""
@@ -97,11 +103,11 @@ class Top(App[None]):
     def on_mount(self) -> None:
         """Start the periodic updates."""
         self.action_tab("nodes")
-        self.look()
-        self.set_interval(self._period_s, self.look)
+        self.refresh_tables()
+        self.set_interval(self._period_s, self.refresh_tables)
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
-        """Return whether a key has an effect on the present tab."""
+        """Return whether the action of a key applies to the present tab; called by Textual."""
         del parameters
         places = {
             "echo": "topics",
@@ -121,37 +127,39 @@ class Top(App[None]):
 
     @property
     def table(self) -> LiveTable:
-        """The visible table."""
+        """The table of the present tab."""
         table: LiveTable = self.query_one(f"#{self._tab}-table", LiveTable)
         return table
 
-    def look(self) -> None:
-        """Update the numbers, and fill the table on the screen."""
+    def refresh_tables(self) -> None:
+        """Query all rows, and refill the table of the present tab; called once per period."""
         if len(self.screen_stack) != 1 or not self.query("#summary"):
             return  # nobody sees it, or the screen is being taken down
         graph = self._node.graph()
-        nodes = self._processes.look(graph)
-        topics = self._topics.look(graph)
+        nodes = self._processes.rows(graph)
+        topics = self._topics.rows(graph)
         self._node_rows = {f"{row.name} {row.pid}": row for row in nodes}
         self._topic_rows = {row.name: row for row in topics}
         load = sum({r.pid: r.cpu_percent for r in nodes if r.cpu_percent is not None}.values())
         count = sum(row.is_node for row in nodes)
         self.query_one("#summary", Static).update(
-            Text(f"nodes {count}  topics {len(topics)}  processor {load:.0f} %{self._narrowed()}")
+            Text(
+                f"nodes {count}  topics {len(topics)}  processor {load:.0f} %{self._filter_text()}"
+            )
         )
         now_s = time.monotonic()
-        if self._tab == "controllers" and now_s - self._asked_s >= _CONTROLLERS_EVERY_S:
-            self._asked_s = now_s
+        if self._tab == "controllers" and now_s - self._controllers_asked_s >= _CONTROLLERS_EVERY_S:
+            self._controllers_asked_s = now_s
             self.run_worker(lambda: self._ask_controllers(), thread=True, group="controllers")
         self._fill()
-        self._listen()
+        self._measure_visible()
 
     def on_tabbed_content_tab_activated(self) -> None:
         """Update after a change of the tab."""
         self.table.focus()
-        self._asked_s = 0.0
+        self._controllers_asked_s = 0.0
         self.refresh_bindings()
-        self.call_after_refresh(self.look)
+        self.call_after_refresh(self.refresh_tables)
 
     def on_data_table_row_selected(self, event: DataTable.RowSelected) -> None:
         """Open the screen of the selected row: echo, parameters or the whole text."""
@@ -161,7 +169,7 @@ class Top(App[None]):
         elif self._tab == "nodes":
             self.action_parameters()
         elif self._tab == "log":
-            self.notify(self._log_lines.text(int(self.table.chosen or 0)), markup=False)
+            self.notify(self._log_lines.text(int(self.table.selected_key or 0)), markup=False)
 
     def action_tab(self, tab: str) -> None:
         """Show a tab."""
@@ -189,26 +197,26 @@ class Top(App[None]):
         def apply(text: str | None) -> None:
             if text is not None:
                 self._filter = text.strip()
-                self.look()
+                self.refresh_tables()
 
-        self.push_screen(Ask("Show only names with:", self._filter), apply)
+        self.push_screen(TextInput("Show only names with:", self._filter), apply)
 
     def action_measure(self) -> None:
         """Toggle the measurement of a topic with large messages."""
-        row = self._topic_rows.get(self.table.chosen or "")
+        row = self._topic_rows.get(self.table.selected_key or "")
         if row is not None:
             self._chosen_heavy ^= {row.name}
-            self.look()
+            self.refresh_tables()
 
     def action_echo(self) -> None:
         """Show the messages of the selected topic."""
-        row = self._topic_rows.get(self.table.chosen or "")
+        row = self._topic_rows.get(self.table.selected_key or "")
         if row is not None:
             self._open(EchoScreen(self._node, row.name, row.type_name))
 
     def action_plot(self) -> None:
         """Plot fields of the selected topic."""
-        row = self._topic_rows.get(self.table.chosen or "")
+        row = self._topic_rows.get(self.table.selected_key or "")
         if row is None:
             return
         try:
@@ -226,17 +234,17 @@ class Top(App[None]):
                 self.notify(error.message, severity="error", markup=False)
 
         question = "Fields to draw, with commas between them, such as position[0]:"
-        self.push_screen(Ask(question, "", fields), draw)
+        self.push_screen(TextInput(question, "", fields), draw)
 
     def action_parameters(self) -> None:
         """Show the parameters of the selected node."""
-        row = self._node_rows.get(self.table.chosen or "")
+        row = self._node_rows.get(self.table.selected_key or "")
         if row is not None and row.is_node:
             self._open(ParameterScreen(self._node, row.name))
 
     def action_stop(self) -> None:
         """Stop the process of the selected node, after a confirmation."""
-        row = self._node_rows.get(self.table.chosen or "")
+        row = self._node_rows.get(self.table.selected_key or "")
         if row is None:
             return
         if row.pid is None:
@@ -248,7 +256,7 @@ class Top(App[None]):
             if answer:
                 self.run_worker(lambda: self._stop(row), thread=True)
 
-        self.push_screen(Confirm(f"Stop {what_stops(row)}?"), stop)
+        self.push_screen(Confirm(f"Stop {stop_description(row)}?"), stop)
 
     def _stop(self, row: NodeRow) -> None:
         """End a process, on a thread."""
@@ -259,13 +267,13 @@ class Top(App[None]):
 
     def _open(self, screen: EchoScreen | PlotScreen | ParameterScreen) -> None:
         self._topics.measure(())
-        self.push_screen(screen, lambda _: self.look())
+        self.push_screen(screen, lambda _: self.refresh_tables())
 
-    def _narrowed(self) -> str:
+    def _filter_text(self) -> str:
         return f"  only '{self._filter}'" if self._filter else ""
 
     def _ask_controllers(self) -> None:
-        rows = self._controllers.look(self._node.graph())
+        rows = self._controllers.rows(self._node.graph())
         self.call_from_thread(self._take_controllers, rows)
 
     def _take_controllers(self, rows: list[ControllerRow]) -> None:
@@ -286,7 +294,7 @@ class Top(App[None]):
         wanted = self._filter.lower()
         self.table.fill([r for r in rows if not wanted or wanted in f"{r.name} {r.cells}".lower()])
 
-    def _listen(self) -> None:
+    def _measure_visible(self) -> None:
         """Measure the topics that are on the screen."""
         seen = self.table.visible_keys() if self._tab == "topics" else set()
         self._topics.measure(

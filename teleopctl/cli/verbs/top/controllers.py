@@ -1,4 +1,4 @@
-"""The controllers of all controller managers."""
+"""Controllers of all controller managers, with their states and execution times."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _LONGEST_WAIT_S = 2.0
 
 
 class ControllerRow(NamedTuple):
-    """A controller as its manager reports it; the rate is in Hz.
+    """Row of a controller: manager, state, type, update rate in Hz and execution times.
 
     How long its updates take, on average and at most, is in microseconds, where that is known.
     """
@@ -33,7 +33,7 @@ class ControllerRow(NamedTuple):
 
 
 class ControllerTable:
-    """Lists the controllers of all managers; not for the thread that draws.
+    """Client of all controller managers in the graph; blocks, so not for the drawing thread.
 
     Args:
         node: Asks.
@@ -44,8 +44,8 @@ class ControllerTable:
         self._clients: dict[str, ControllerManagerClient] = {}
         self._measured: dict[str, bytes] = {}
 
-    def look(self, graph: Graph) -> list[ControllerRow]:
-        """Return the controllers of all managers that answer."""
+    def rows(self, graph: Graph) -> list[ControllerRow]:
+        """Request the controllers of all managers in the graph, and return those that answer."""
         rows: list[ControllerRow] = []
         for service, _ in graph.service_names_and_types():
             if not service.endswith(_SERVICE) or not graph.servers(service):
@@ -55,7 +55,7 @@ class ControllerTable:
                 self._clients[manager] = ControllerManagerClient(
                     self._node, manager, call_timeout=_LONGEST_WAIT_S, attempts=1
                 )
-                self._listen(manager)
+                self._subscribe(manager)
             times = self._times(manager)
             try:
                 rows += [
@@ -74,7 +74,7 @@ class ControllerTable:
                 continue
         return rows
 
-    def _listen(self, manager: str) -> None:
+    def _subscribe(self, manager: str) -> None:
         def keep(data: bytes) -> None:
             # In ROS 2 one comes in each cycle: only the last one is read.
             self._measured[manager] = data

@@ -1,4 +1,4 @@
-"""What nodes say on ``/rosout``."""
+"""Log messages that nodes publish on ``/rosout``."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _LONGEST_TEXT = 2000
 
 
 class LogLine(NamedTuple):
-    """A message of /rosout; the time is local."""
+    """Local time, level, node and text of a message of ``/rosout``."""
 
     time: str
     level: int
@@ -28,7 +28,7 @@ class LogLine(NamedTuple):
 
 
 class LogBuffer:
-    """Newest lines of /rosout.
+    """Subscription to ``/rosout`` that keeps the newest messages.
 
     Args:
         node: Subscribes.
@@ -41,22 +41,22 @@ class LogBuffer:
         node.create_subscription(
             get_message("rcl_interfaces/msg/Log"),
             "/rosout",
-            self._hear,
+            self._receive,
             qos_profile_rosout_default,
             immediate=True,
         )
 
     def lines(self, level: int = LoggingSeverity.INFO) -> list[tuple[int, LogLine]]:
-        """Return the lines of a level and above, with their numbers, the oldest first."""
+        """Return the kept messages of a level and above with their numbers, oldest first."""
         with self._lock:
             return [pair for pair in self._lines if pair[1].level >= level]
 
     def text(self, number: int) -> str:
-        """Return the whole text of a line; empty if it was dropped."""
+        """Return the whole text of the message with a number; empty if it was dropped."""
         with self._lock:
             return next((line.text for count, line in self._lines if count == number), "")
 
-    def _hear(self, message: Any) -> None:
+    def _receive(self, message: Any) -> None:
         stamp_s = to_nanoseconds(message.stamp) / 1e9
         line = LogLine(
             datetime.fromtimestamp(stamp_s).strftime("%H:%M:%S.%f")[:-3],

@@ -38,7 +38,7 @@ class NodeRow(NamedTuple):
 
 
 class Processes:
-    """Finds the processes of nodes, with their load and memory.
+    """Finds the processes in which nodes run, and measures their load and memory.
 
     The router knows from which port each session came, the operating system which process has that
     port. So nodes of a launch, of another terminal and of ROS 2 itself are found alike, as long as
@@ -53,8 +53,8 @@ class Processes:
         self._pids: dict[str, int | None] = {}
         self._processes: dict[int, psutil.Process] = {}
 
-    def look(self, graph: Graph) -> list[NodeRow]:
-        """Return the visible nodes, and the background processes without nodes."""
+    def rows(self, graph: Graph) -> list[NodeRow]:
+        """Return rows of visible nodes, and of background processes without nodes."""
         nodes = [node for node in graph.nodes if not node.is_hidden]
         self._find({node.zid for node in nodes})
         background = {entry.record.pid: entry for entry in running()}
@@ -117,8 +117,8 @@ def _pid_by_port() -> dict[int, int]:
     return pids
 
 
-def what_stops(row: NodeRow) -> str:
-    """Return a description of what ends with the process of a row."""
+def stop_description(row: NodeRow) -> str:
+    """Return a description of what stopping the process of a row ends."""
     if row.running is None:
         return f"{row.name} (process {row.pid}, not started in the background)"
     return f"{row.name} ({row.running.qualified_name}, process {row.pid})"

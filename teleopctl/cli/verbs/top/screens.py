@@ -42,7 +42,7 @@ _STYLE = """
 
 
 class Confirm(ModalScreen[bool]):
-    """Confirmation of a stop; the result is True for yes.
+    """Dialog that asks for confirmation; its result is True for yes.
 
     Args:
         question: The question.
@@ -65,12 +65,12 @@ class Confirm(ModalScreen[bool]):
             yield Label("y  yes      n  no")
 
     def action_answer(self, answer: bool) -> None:
-        """Close with an answer."""
+        """Close the dialog with an answer as its result."""
         self.dismiss(answer)
 
 
-class Ask(ModalScreen[str | None]):
-    """Input of a line of text; the result is None if it is left.
+class TextInput(ModalScreen[str | None]):
+    """Dialog for a line of text; its result is None if it is cancelled.
 
     Args:
         question: What stands above the line.
@@ -78,7 +78,7 @@ class Ask(ModalScreen[str | None]):
         suggestions: What may be meant; the right arrow takes what is shown.
     """
 
-    DEFAULT_CSS = f"Ask {{ {_STYLE} }}"
+    DEFAULT_CSS = f"TextInput {{ {_STYLE} }}"
     BINDINGS: ClassVar[list[BindingType]] = [("escape", "leave", "Leave")]
 
     def __init__(self, question: str, value: str = "", suggestions: tuple[str, ...] = ()) -> None:
@@ -97,11 +97,11 @@ class Ask(ModalScreen[str | None]):
                 yield Label(", ".join(self._suggestions), markup=False)
 
     def on_input_submitted(self, event: Input.Submitted) -> None:
-        """Close with the entered line."""
+        """Close the dialog with the entered line as its result."""
         self.dismiss(event.value)
 
     def action_leave(self) -> None:
-        """Close without a text."""
+        """Close the dialog with the result None."""
         self.dismiss(None)
 
 
@@ -136,7 +136,7 @@ class ParameterScreen(Screen[None]):
         yield Footer()
 
     def on_mount(self) -> None:
-        """Request the parameters."""
+        """Start a request for the parameters when the screen opens."""
         self.action_read()
         self.query_one(LiveTable).focus()
 
@@ -155,11 +155,11 @@ class ParameterScreen(Screen[None]):
 
     def action_set(self) -> None:
         """Open an input for a new value of the selected parameter."""
-        name = self.query_one(LiveTable).chosen
+        name = self.query_one(LiveTable).selected_key
         if name is not None:
             question = f"{self._node_name} {name}:"
             self.app.push_screen(
-                Ask(question, self._values[name]), lambda text: self._set(name, text)
+                TextInput(question, self._values[name]), lambda text: self._set(name, text)
             )
 
     def _set(self, name: str, text: str | None) -> None:
@@ -247,12 +247,12 @@ class TopicScreen(Screen[None]):
         yield Footer()
 
     def on_mount(self) -> None:
-        """Subscribe to the topic."""
+        """Start the periodic display, and subscribe to the topic on a thread."""
         self.set_interval(_SHOW_EVERY_S, self._show)
         self.run_worker(self._subscribe, thread=True)
 
     def on_unmount(self) -> None:
-        """Unsubscribe."""
+        """Unsubscribe from the topic when the screen closes."""
         if self._subscription is not None:
             self._node.destroy_subscription(self._subscription)
 
@@ -264,11 +264,11 @@ class TopicScreen(Screen[None]):
         """Pause or resume the display."""
         self._paused = not self._paused
 
-    def take(self, message: Any) -> None:  # Any: of the type of the topic
-        """Handle a message, on the transport's thread."""
+    def handle_message(self, message: Any) -> None:  # Any: of the type of the topic
+        """Store what is shown of a message; called on the transport's thread, for subclasses."""
 
     def content(self) -> Text | None:
-        """Return the new content; None if it has not changed."""
+        """Return the content to show; None to keep the present one. Subclasses override it."""
         return None
 
     def _subscribe(self) -> None:
@@ -279,17 +279,17 @@ class TopicScreen(Screen[None]):
             self._subscription = self._node.create_subscription(
                 get_message(self._type_name),
                 self._topic,
-                self._hear,
+                self._receive,
                 qos_for_publishers(offers, 10),
                 immediate=True,
             )
         except TeleopctlError as error:
             self.app.call_from_thread(self.query_one("#content", Static).update, error.message)
 
-    def _hear(self, message: Any) -> None:
+    def _receive(self, message: Any) -> None:
         if not self._paused:
             self._count += 1
-            self.take(message)
+            self.handle_message(message)
 
     def _show(self) -> None:
         if self._paused:
@@ -307,7 +307,7 @@ class EchoScreen(TopicScreen):
         self._latest: Any = None
         self._shown = 0
 
-    def take(self, message: Any) -> None:  # Any: of the type of the topic
+    def handle_message(self, message: Any) -> None:  # Any: of the type of the topic
         """Store the newest message."""
         self._latest = message
 
@@ -339,7 +339,7 @@ class PlotScreen(TopicScreen):
         self._traces = Traces(fields, _WINDOW_S)
         self._failure: TeleopctlError | None = None
 
-    def take(self, message: Any) -> None:  # Any: of the type of the topic
+    def handle_message(self, message: Any) -> None:  # Any: of the type of the topic
         """Store the fields of a message."""
         try:
             self._traces.add(time.monotonic(), message)
@@ -347,14 +347,14 @@ class PlotScreen(TopicScreen):
             self._failure = error
 
     def content(self) -> Text | None:
-        """Return the plot."""
+        """Return the plot or the error of a field; None before the first message."""
         if self._failure is not None:
             return Text(f"{self._failure.message}\n{self._failure.hint or ''}")
         if not self._count:
             return None
         size = self.query_one(VerticalScroll).size
         return Text.from_ansi(
-            self._traces.drawing(time.monotonic(), size.width, size.height, colour=True)
+            self._traces.plot_text(time.monotonic(), size.width, size.height, colour=True)
         )
 
     def action_zoom(self, factor: float) -> None:

@@ -17,7 +17,7 @@ _LEAST_NAME = 12
 
 
 class Column(NamedTuple):
-    """A column of a table, besides that of the name.
+    """Title, width and alignment of a column beside the names.
 
     Attributes:
         title: What stands above it.
@@ -33,7 +33,7 @@ class Column(NamedTuple):
 
 
 class Row(NamedTuple):
-    """A row: key, name, other cells and Rich style."""
+    """Key, name, other cells and Rich style of a table's row."""
 
     key: str
     name: str
@@ -73,17 +73,17 @@ class LiveTable(DataTable[Text]):
         self._keys: list[str] = []
 
     @property
-    def chosen(self) -> str | None:
+    def selected_key(self) -> str | None:
         """Key of the selected row."""
         return self._keys[self.cursor_row] if 0 <= self.cursor_row < len(self._keys) else None
 
     def visible_keys(self) -> set[str]:
-        """Return the keys of the visible rows."""
+        """Return the keys of the rows that are scrolled into view."""
         first = max(0, int(self.scroll_y))
         return set(self._keys[first : first + max(1, self.size.height)])
 
     def fill(self, rows: Sequence[Row]) -> None:
-        """Replace the rows."""
+        """Replace the rows of the table, keeping the cursor on its row."""
         self._rows = list(rows)
         shown = self._shown_columns()
         width = self.size.width - _SCROLLBAR - _PADDING
@@ -107,7 +107,7 @@ class LiveTable(DataTable[Text]):
         return [i for i, column in enumerate(self._all_columns) if width >= column.least_width]
 
     def _rebuild(self, shown: list[int]) -> None:
-        chosen = self.chosen
+        chosen = self.selected_key
         self.clear(columns=True)
         columns = [(Text(self._title), self._name_width)]
         for index in shown:
@@ -119,7 +119,7 @@ class LiveTable(DataTable[Text]):
         self._add_rows(shown, chosen)
 
     def _refill(self, shown: list[int]) -> None:
-        chosen, scroll = self.chosen, self.scroll_y
+        chosen, scroll = self.selected_key, self.scroll_y
         self.clear()
         self._add_rows(shown, chosen)
         self.scroll_to(y=scroll, animate=False)
@@ -201,5 +201,5 @@ def execution_time_text(microseconds: float | None) -> str:
 
 
 def shortened(name: str, width: int) -> str:
-    """Return a name shortened at its beginning to so many characters."""
+    """Return a name cut at its beginning to a width in characters, with ``…`` in front."""
     return name if len(name) <= width else f"…{name[len(name) - width + 1 :]}"

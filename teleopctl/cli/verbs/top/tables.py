@@ -1,4 +1,4 @@
-"""What stands in the four tables."""
+"""Columns and rows of the four tables."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The topics of the graph, with their rates where they are measured."""
+"""Topics of the graph, with rate, bandwidth and age of those that are measured."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class TopicRow(NamedTuple):
 
 
 class TopicTable:
-    """The graph's topics, some of them measured.
+    """Topics of the graph, some of which are measured by subscribing.
 
     Args:
         node: Node that subscribes to those that are measured.
@@ -56,8 +56,8 @@ class TopicTable:
         self._node = node
         self._meter = TopicMeter(node)
 
-    def look(self, graph: Graph) -> list[TopicRow]:
-        """Return all topics that are not hidden."""
+    def rows(self, graph: Graph) -> list[TopicRow]:
+        """Return rows of all topics that are not hidden, with the latest measurements."""
         own = self._node.get_fully_qualified_name()
         traffic = self._meter.sample()
         rows = []

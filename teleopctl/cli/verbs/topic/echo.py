@@ -110,7 +110,7 @@ def echo(
     if plot is not None:
         from teleopctl.cli.verbs.topic.plot import live_plot
 
-        topics.only()
+        topics.require_single()
         (source,) = topics.sources(raw=False)
         profile = qos.for_subscription(source.compatible_qos(_DEPTH))
         live_plot(source, plot, window, profile, timeout)
@@ -185,8 +185,8 @@ class _Echo:
         if self._done.done():
             return
         if self._losses is not None:
-            self._losses.note(info)
-        values = self._printer.chosen(message)
+            self._losses.add(info)
+        values = self._printer.selected_values(message)
         if self._selected is not None and not self._selected(values[0]):
             return
         self._printer.write(topic, values, info)
@@ -254,8 +254,8 @@ class MessagePrinter:
         }[form]
 
     # Any, here and below: messages of any type, and parts of them.
-    def chosen(self, message: Any) -> list[Any]:
-        """Return the selected fields of a message, or the message.
+    def selected_values(self, message: Any) -> list[Any]:
+        """Return the values of the selected fields of a message, or the message in a list.
 
         Raises:
             InvalidMessageError: It has no such field.
@@ -314,14 +314,14 @@ def _shown(info: "MessageInfo") -> dict[str, int | None]:
 
 
 class LossReport:
-    """Counts the gaps in publishers' sequence numbers and prints them, as ROS 2 does."""
+    """Prints gaps in the sequence numbers of publishers as lost messages, as ROS 2 does."""
 
     def __init__(self) -> None:
         self._last: dict[bytes, int] = {}
         self._lost = 0
 
-    def note(self, info: "MessageInfo") -> None:
-        """Compare a message's sequence number with the last one."""
+    def add(self, info: "MessageInfo") -> None:
+        """Print the number of messages lost between the publisher's last message and this one."""
         publisher, number = info["publisher_gid"], info["publication_sequence_number"]
         last = self._last.pop(publisher, None)
         if len(self._last) >= _MOST_SENDERS:

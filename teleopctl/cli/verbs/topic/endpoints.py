@@ -13,8 +13,8 @@ if TYPE_CHECKING:
     from teleopctl.wire import EndpointQos, EndpointToken
 
 
-def endpoint_block(endpoint: EndpointToken, kind: str, role: str) -> list[str]:
-    """Return the lines of an endpoint in ``info --verbose``.
+def endpoint_lines(endpoint: EndpointToken, kind: str, role: str) -> list[str]:
+    """Return the lines about an endpoint that ``info --verbose`` prints.
 
     Args:
         endpoint: The endpoint.
@@ -34,7 +34,7 @@ def endpoint_block(endpoint: EndpointToken, kind: str, role: str) -> list[str]:
 
 
 def endpoint_record(endpoint: EndpointToken) -> dict[str, console.Json]:
-    """Return an endpoint's properties for ``--json``."""
+    """Return the properties of an endpoint as the JSON object that ``info --json`` prints."""
     return {
         "node": endpoint.node,
         "namespace": endpoint.namespace,
@@ -45,7 +45,7 @@ def endpoint_record(endpoint: EndpointToken) -> dict[str, console.Json]:
     }
 
 
-def warn_of_mismatch(topic: str, endpoints: Sequence[EndpointToken]) -> None:
+def warn_of_type_mismatch(topic: str, endpoints: Sequence[EndpointToken]) -> None:
     """Warn of endpoints with different types or type hashes, which exchange no messages."""
     types = {endpoint.type_name for endpoint in endpoints}
     if len(types) > 1:
@@ -79,7 +79,7 @@ _KEEP_LAST = 1
 
 
 def qos_lines(qos: EndpointQos) -> list[str]:
-    """Return the block ``QoS profile:`` of ``topic info --verbose``."""
+    """Return the lines about a QoS profile that ``topic info --verbose`` prints."""
     history = _name(_HISTORY, qos.history)
     depth = f" ({qos.depth})" if qos.history == _KEEP_LAST else ""
     return [
@@ -142,7 +142,7 @@ class QosPair(NamedTuple):
 def qos_pairs(
     publishers: Iterable[EndpointToken], subscriptions: Iterable[EndpointToken]
 ) -> Iterator[QosPair]:
-    """Yield each publisher with each subscription."""
+    """Yield the QoS compatibility of each publisher with each subscription."""
     from teleopctl.node import QoSProfile, qos_check_compatible
 
     for publisher in publishers:
@@ -153,7 +153,7 @@ def qos_pairs(
             yield QosPair(publisher, subscription, verdict, reason.partition(": ")[2])
 
 
-def warn_of_qos(
+def warn_of_incompatible_qos(
     topic: str, publishers: Iterable[EndpointToken], subscriptions: Iterable[EndpointToken]
 ) -> None:
     """Warn of publishers whose QoS is incompatible with subscriptions."""

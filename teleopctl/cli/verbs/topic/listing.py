@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 from teleopctl.base.typed import TYPE_CHECKING, Annotated
 from teleopctl.cli import console
 from teleopctl.cli.graph_lookup import absolute_name, live_graph
-from teleopctl.cli.listing import of_type, out_names, out_types, types_of
+from teleopctl.cli.listing import names_of_type, out_names, out_types, types_of
 from teleopctl.cli.options import AsJson, CountTopics, HiddenTopics, TopicName
 from teleopctl.cli.verb import Argument, Option
 
@@ -64,8 +64,12 @@ def topic_info(
     ] = False,
     as_json: AsJson = False,
 ) -> None:
-    """Show who publishes and subscribes a topic."""
-    from teleopctl.cli.verbs.topic.endpoints import endpoint_record, warn_of_mismatch, warn_of_qos
+    """Print the types, publishers and subscriptions of a topic."""
+    from teleopctl.cli.verbs.topic.endpoints import (
+        endpoint_record,
+        warn_of_incompatible_qos,
+        warn_of_type_mismatch,
+    )
 
     topic = absolute_name(topic_name)
     graph = live_graph()
@@ -83,8 +87,8 @@ def topic_info(
     else:
         console.out_lines(_lines(types, publishers, subscriptions, verbose=verbose))
     console.flush()
-    warn_of_mismatch(topic, [*publishers, *subscriptions])
-    warn_of_qos(topic, publishers, subscriptions)
+    warn_of_type_mismatch(topic, [*publishers, *subscriptions])
+    warn_of_incompatible_qos(topic, publishers, subscriptions)
 
 
 def _lines(
@@ -94,7 +98,7 @@ def _lines(
     *,
     verbose: bool,
 ) -> Iterator[str]:
-    from teleopctl.cli.verbs.topic.endpoints import endpoint_block
+    from teleopctl.cli.verbs.topic.endpoints import endpoint_lines
 
     end = [""] if verbose else []
     yield from (f"Type: {types[0] if len(types) == 1 else list(types)}", *end)
@@ -102,7 +106,7 @@ def _lines(
         yield from (f"{title} count: {len(endpoints)}", *end)
         if verbose:
             for endpoint in endpoints:
-                yield from endpoint_block(endpoint, "Topic", title.upper())
+                yield from endpoint_lines(endpoint, "Topic", title.upper())
 
 
 def topic_type(topic_name: TopicName, as_json: AsJson = False) -> None:
@@ -121,5 +125,5 @@ def topics_of_type(
 ) -> None:
     """List the topics of a type."""
     topics = live_graph().topic_names_and_types(include_hidden=include_hidden)
-    found = of_type(message_type, topics, kind="msg")
+    found = names_of_type(message_type, topics, kind="msg")
     out_names(found, only_count=count_topics, as_json=as_json)

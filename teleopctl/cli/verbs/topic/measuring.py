@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from teleopctl.base.typed import TYPE_CHECKING, Annotated, Any, Generic, TypeVar
 from teleopctl.cli import console
 from teleopctl.cli.command_node import command_node
-from teleopctl.cli.graph_lookup import expanded, learn_type
+from teleopctl.cli.graph_lookup import expand_patterns, learn_type
 from teleopctl.cli.messages import filter_predicate
 from teleopctl.cli.options import UseSimTime
 from teleopctl.cli.verb import Argument, Option
@@ -17,7 +17,7 @@ from teleopctl.cli.verbs.topic.qos import QosOptions
 from teleopctl.cli.verbs.topic.sources import (
     TopicSource,
     find_source,
-    graph_or_router,
+    graph_or_start_router,
     warn_unpublished,
 )
 from teleopctl.cli.verbs.topic.statistics import (
@@ -48,7 +48,7 @@ Rows = Sequence[tuple[str, ...]]
 
 @contextmanager
 def table_of_topics(topics: Sequence[str], *, as_json: bool) -> Iterator[Callable[[Rows], None]]:
-    """Return a function that prints a table of the topics with new values.
+    """Yield a function that prints a table of topics, which on a terminal replaces the last.
 
     On a terminal it takes the place of the one before, and the others stand in it without figures.
 
@@ -202,7 +202,7 @@ def measure_rate(
     """Measure the rate of topics."""
     listener = TopicListener(
         topic_names or (),
-        every=all_topics,
+        all_topics=all_topics,
         raw=filter_expression is None,
         qos=qos,
         use_sim_time=use_sim_time and not wall_time,
@@ -248,7 +248,7 @@ def measure_bandwidth(
 ) -> None:
     """Measure the bandwidth of topics."""
     listener = TopicListener(
-        topic_names or (), every=all_topics, raw=True, qos=qos, use_sim_time=use_sim_time
+        topic_names or (), all_topics=all_topics, raw=True, qos=qos, use_sim_time=use_sim_time
     )
     if all_topics and not listener.announce_all(as_json=as_json):
         return
@@ -301,11 +301,11 @@ def measure_delay(
 
     listener = TopicListener(
         topic_names,
-        every=False,
+        all_topics=False,
         raw=True,
         qos=qos,
         use_sim_time=use_sim_time,
-        of_day=True,
+        wall_clock=True,
         check=check,
     )
     windows = {topic: DelayWindow(window) for topic in listener.topics}
@@ -365,19 +365,19 @@ PRINT_PERIOD_S = 1.0
 _DEPTH = 10
 
 # Any: bytes, or a message of any type.
-Arrival = Callable[[TopicSource, Any, int], None]
+OnMessage = Callable[[TopicSource, Any, int], None]
 
 
 class TopicListener:
-    """Subscribes to topics until Ctrl-C, also to those that appear later.
+    """Subscriptions of a measuring verb, also to topics that appear later.
 
     Args:
         names: The topics; they may be patterns.
-        every: All topics that there are, in their place.
+        all_topics: All topics that there are, in their place.
         raw: Hand over bytes instead of messages, which spares the decoding.
         qos: The quality of service that was asked for.
         use_sim_time: Measure the time of ``/clock``.
-        of_day: Tell arrivals by the time of day instead of that of a steady clock.
+        wall_clock: Tell arrivals by the time of day instead of that of a steady clock.
         check: Raises what is wrong with a topic that there is, at once or when it comes.
 
     Attributes:
@@ -392,24 +392,24 @@ class TopicListener:
         self,
         names: Sequence[str],
         *,
-        every: bool,
+        all_topics: bool,
         raw: bool,
         qos: "QosOptions",
         use_sim_time: bool,
-        of_day: bool = False,
+        wall_clock: bool = False,
         check: Callable[[TopicSource], None] = lambda _: None,
     ) -> None:
-        if not names and not every:
+        if not names and not all_topics:
             raise UsageError("Name a topic, or measure all of them with --all")
-        if names and every:
+        if names and all_topics:
             raise UsageError("Cannot specify both --all/-a and topic names")
-        graph = graph_or_router()
-        live = [name for name, _ in graph.topic_names_and_types(include_hidden=not every)]
-        self.topics = live if every else expanded(names, live, kind="topic")
+        graph = graph_or_start_router()
+        live = [name for name, _ in graph.topic_names_and_types(include_hidden=not all_topics)]
+        self.topics = live if all_topics else expand_patterns(names, live, kind="topic")
         self._raw = raw
         self._qos = qos
         self._use_sim_time = use_sim_time
-        self._of_node = use_sim_time or of_day
+        self._uses_node_clock = use_sim_time or wall_clock
         self._check = check
         self._sources = [found for topic in self.topics if (found := self._source(topic, graph))]
         self._missing = sorted(set(self.topics) - {source.topic for source in self._sources})
@@ -419,7 +419,7 @@ class TopicListener:
                 console.note(f"  {hint}")
 
     def announce_all(self, *, as_json: bool) -> bool:
-        """Print that all topics are subscribed to; return False if there is none."""
+        """Print the number of topics for ``--all``; return False if it is zero."""
         if not self.topics:
             say = console.note if as_json else console.out
             say("No topics available")
@@ -429,24 +429,24 @@ class TopicListener:
 
     def run(
         self,
-        arrive: Arrival,
-        report: Callable[[int], None],
-        subscribed: Callable[[str], None] = lambda _: None,
+        on_message: OnMessage,
+        on_period: Callable[[int], None],
+        on_subscribed: Callable[[str], None] = lambda _: None,
     ) -> None:
-        """Subscribe, and report once a second.
+        """Subscribe to the topics, and call ``on_period`` once a second until Ctrl-C.
 
         Args:
-            arrive: Called on the transport's thread for each message, with the topic, the message
-                and the time of its arrival in nanoseconds, so that neither decoding of other
+            on_message: Called on the transport's thread for each message, with the topic, the
+                message and the time of its arrival in nanoseconds, so that neither decoding of other
                 messages nor printing falsifies the times.
-            report: Called with the present time of that clock.
-            subscribed: Called with the name of each topic that is listened to from now on.
+            on_period: Called with the present time of that clock.
+            on_subscribed: Called with the name of each topic that is listened to from now on.
         """
         with command_node(use_sim_time=self._use_sim_time) as node:
-            now_ns = node.get_clock().nanoseconds if self._of_node else time.monotonic_ns
+            now_ns = node.get_clock().nanoseconds if self._uses_node_clock else time.monotonic_ns
             for source in self._sources:
-                self._subscribe(node, source, arrive, now_ns)
-                subscribed(source.topic)
+                self._subscribe(node, source, on_message, now_ns)
+                on_subscribed(source.topic)
             console.flush()
             graph_has_changed = threading.Event()
             if self._missing:
@@ -458,13 +458,13 @@ class TopicListener:
                 while (left_s := due_s - time.monotonic()) > 0:
                     if graph_has_changed.wait(left_s):
                         graph_has_changed.clear()
-                        for source in self._found(node):
-                            self._subscribe(node, source, arrive, now_ns)
-                            subscribed(source.topic)
-                report(now_ns())
+                        for source in self._appeared(node):
+                            self._subscribe(node, source, on_message, now_ns)
+                            on_subscribed(source.topic)
+                on_period(now_ns())
                 console.flush()
 
-    def _found(self, node: "Node") -> list[TopicSource]:
+    def _appeared(self, node: "Node") -> list[TopicSource]:
         """The topics that were missing and have come."""
         graph = node.graph()
         sources = [found for topic in self._missing if (found := self._source(topic, graph))]
@@ -481,7 +481,7 @@ class TopicListener:
         return source
 
     def _subscribe(
-        self, node: "Node", source: TopicSource, arrive: Arrival, now_ns: Callable[[], int]
+        self, node: "Node", source: TopicSource, on_message: OnMessage, now_ns: Callable[[], int]
     ) -> None:
         from teleopctl.node import DurabilityPolicy
 
@@ -490,7 +490,7 @@ class TopicListener:
         qos.durability = DurabilityPolicy.VOLATILE
 
         def receive(message: Any) -> None:
-            arrive(source, message, now_ns())
+            on_message(source, message, now_ns())
 
         node.create_subscription(
             source.message_class,

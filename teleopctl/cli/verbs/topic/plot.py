@@ -87,20 +87,20 @@ class Traces:
                     trace = self._traces[path] = _Trace(label)
                 trace.points.append((time_s, number))
 
-    def drawing(self, now_s: float, width: int, height: int, *, colour: bool) -> str:
-        """Return the text plot of the window before ``now_s``."""
+    def plot_text(self, now_s: float, width: int, height: int, *, colour: bool) -> str:
+        """Return a text plot of the values in the window that ends at ``now_s``."""
         since_s = now_s - self.window_s
         with self._lock:
             lines = [
-                (trace.label, *reduced(trace.points, since_s, now_s, width))
+                (trace.label, *reduced_points(trace.points, since_s, now_s, width))
                 for trace in self._traces.values()
             ]
         lines = [(label, [time_s - now_s for time_s in xs], ys) for label, xs, ys in lines]
-        text = drawn_lines(lines, (-self.window_s, 0.0), width, height, colour=colour)
+        text = line_plot_text(lines, (-self.window_s, 0.0), width, height, colour=colour)
         return text or f"No message in the last {self.window_s:g} s"
 
 
-def drawn_lines(
+def line_plot_text(
     lines: Sequence[tuple[str, list[float], list[float]]],
     span_s: tuple[float, float],
     width: int,
@@ -108,10 +108,10 @@ def drawn_lines(
     *,
     colour: bool,
 ) -> str:
-    """Return lines as a text plot; empty without numbers.
+    """Return a text plot of several lines; an empty text if there are no numbers.
 
     Args:
-        lines: The label of each, the seconds and values of its points; see `reduced`.
+        lines: The label of each, the seconds and values of its points; see `reduced_points`.
         span_s: Where the axis begins and ends.
         width: Characters of a line.
         height: Lines.
@@ -164,7 +164,7 @@ def _canvas_width(width: int) -> int:
     return max(_LEAST_WIDTH, width - _OTHER_COLUMNS)
 
 
-def reduced(
+def reduced_points(
     points: Sequence[tuple[float, float]], since_s: float, until_s: float, width: int
 ) -> tuple[list[float], list[float]]:
     """Return a window's points, reduced to the extremes of each half column.
@@ -272,7 +272,7 @@ def _canvas(traces: Traces) -> Iterator[Callable[..., None]]:
 
         def draw_last(*, is_last: bool) -> None:
             if is_last:
-                text = traces.drawing(time.monotonic(), _WIDTH, _HEIGHT, colour=False)
+                text = traces.plot_text(time.monotonic(), _WIDTH, _HEIGHT, colour=False)
                 console.out_lines(text.splitlines())
 
         yield draw_last
@@ -288,7 +288,7 @@ def _canvas(traces: Traces) -> Iterator[Callable[..., None]]:
         def draw(*, is_last: bool) -> None:
             del is_last
             width, lines = shutil.get_terminal_size()
-            text = traces.drawing(time.monotonic(), width, lines - 1, colour=colour)
+            text = traces.plot_text(time.monotonic(), width, lines - 1, colour=colour)
             live.update(Text.from_ansi(text), refresh=True)
 
         yield draw

@@ -9,11 +9,11 @@ from teleopctl.base.typed import TYPE_CHECKING, Annotated, Any
 from teleopctl.cli import console
 from teleopctl.cli.command_node import brief_node, command_node
 from teleopctl.cli.graph_lookup import absolute_name
-from teleopctl.cli.messages import documents_of, message_class_named, message_with
+from teleopctl.cli.messages import message_class_named, message_from_values, yaml_documents
 from teleopctl.cli.options import TopicName, UseSimTime, check_not_negative, check_positive
 from teleopctl.cli.verb import Argument, Option
 from teleopctl.cli.verbs.topic.qos import QosOptions
-from teleopctl.cli.waiting import wait_aloud, wait_for_clock
+from teleopctl.cli.waiting import wait_for_clock, wait_with_notice
 from teleopctl.errors import (
     InvalidFileError,
     RefusedError,
@@ -110,7 +110,7 @@ def publish(
         raise UsageError("The message is given more than once: leave --stdin or the others out")
     profile = qos.applied_to(QoSProfile(depth=_DEPTH))
     file = "-" if stdin else yaml_file
-    documents = documents_of(_read(file) if file else "{}" if values is None else values)
+    documents = yaml_documents(_read(file) if file else "{}" if values is None else values)
     message_class = message_class_named(message_type)
     messages = _Messages(message_class, documents)
     count = 1 if once else times
@@ -187,13 +187,13 @@ class _Messages:
     # Any, here and below: messages of any type.
     def __init__(self, message_class: type[Any], documents: list[object]) -> None:
         self._class = message_class
-        self._messages = [(each, message_with(message_class, each)) for each in documents]
+        self._messages = [(each, message_from_values(message_class, each)) for each in documents]
 
     def at(self, number: int, node: "Node | BareNode") -> Any:
-        """Return the message to publish next, with the present time where it asks for that."""
+        """Return the message to publish at a number, with the present time in ``now`` fields."""
         document, message = self._messages[(number - 1) % len(self._messages)]
         if any(word in str(document) for word in _PRESENT_TIME):
-            return message_with(self._class, document, node.get_clock().now().to_msg())
+            return message_from_values(self._class, document, node.get_clock().now().to_msg())
         return message
 
 
@@ -237,7 +237,7 @@ def _wait_for_subscribers(
         there_is = what_there_is("topics that anybody subscribes", [topic], heard)
         return f"Nobody subscribes '{topic}' yet. {there_is}"
 
-    if not wait_aloud(
+    if not wait_with_notice(
         lambda time_s: node.wait_for_match(EntityKind.MS, topic, type_name, count, time_s),
         longest_wait_s,
         explain,

@@ -6,7 +6,13 @@ from collections.abc import Sequence
 
 from teleopctl.base.typed import TYPE_CHECKING, Any
 from teleopctl.cli import console
-from teleopctl.cli.graph_lookup import absolute_name, fitting, is_pattern, learn_type, live_graph
+from teleopctl.cli.graph_lookup import (
+    absolute_name,
+    is_pattern,
+    learn_type,
+    live_graph,
+    matching_names,
+)
 from teleopctl.cli.messages import message_class_named
 from teleopctl.errors import (
     NotFoundError,
@@ -26,7 +32,7 @@ if TYPE_CHECKING:
 
 
 class TopicSource:
-    """A topic with its type and publishers at the start of the verb."""
+    """A topic to subscribe to: message class, and its publishers when the verb started."""
 
     __slots__ = ("message_class", "publishers", "topic")
 
@@ -39,7 +45,7 @@ class TopicSource:
         self.publishers = publishers
 
     def compatible_qos(self, depth: int) -> QoSProfile:
-        """Return the QoS profile that receives the most from the publishers.
+        """Return a QoS profile that is compatible with all publishers, as reliable as possible.
 
         Where they differ, a line on stderr says what that costs.
         """
@@ -63,8 +69,8 @@ def _note_fallback(have_it: Sequence[bool], policy: str, lesser: str) -> None:
         )
 
 
-def graph_or_router() -> Graph:
-    """Return the graph; if no router runs, start one and return an empty graph."""
+def graph_or_start_router() -> Graph:
+    """Query the graph; if no router runs, start one and return an empty graph."""
     try:
         return live_graph()
     except RouterNotRunning:
@@ -82,7 +88,7 @@ def find_source(
     takes_type: bool = False,
     raw: bool = False,
 ) -> TopicSource:
-    """Return the source of a topic.
+    """Find the message class and publishers of a topic; warn of other types and versions.
 
     Args:
         topic: Its full name.
@@ -98,7 +104,7 @@ def find_source(
     from teleopctl.interfaces import get_message
 
     if graph is None:
-        graph = live_graph() if type_name is None else graph_or_router()
+        graph = live_graph() if type_name is None else graph_or_start_router()
     message_type = (
         message_class_named(type_name, graph).TYPE_NAME
         if type_name
@@ -120,7 +126,7 @@ def find_source(
 def find_sources(
     topics: Sequence[tuple[str, str | None]], graph: Graph, *, raw: bool = False
 ) -> list[TopicSource]:
-    """Return the sources of topics; report and omit those of unknown type.
+    """Find the sources of topics; warn of topics of unknown type and omit them.
 
     Args:
         topics: Their full names, and their types where the person gave them.
@@ -196,7 +202,7 @@ def _warn_of_other_versions(
 
 
 class NamedTopics:
-    """Topics named on a command line.
+    """Topics and patterns given on a command line, some with their types.
 
     Args:
         words: Names of topics, each with its type behind it or not.
@@ -219,8 +225,8 @@ class NamedTopics:
         self.have_types = all(type_name for _, type_name in self._wanted)
         self.are_several = len(self._wanted) > 1 or is_pattern(self._wanted[0][0])
 
-    def only(self) -> str:
-        """Return the single topic, or raise.
+    def require_single(self) -> str:
+        """Return the name of the only topic; raise a UsageError if there are several.
 
         Raises:
             UsageError: There are several.
@@ -230,7 +236,7 @@ class NamedTopics:
         return self._wanted[0][0]
 
     def sources(self, *, raw: bool, graph: Graph | None = None) -> list[TopicSource]:
-        """Return the sources of the topics.
+        """Find the message classes and publishers of the topics, patterns expanded.
 
         Args:
             raw: The verb takes bytes, so that their types may be unknown here.
@@ -240,7 +246,7 @@ class NamedTopics:
             TeleopctlError: The only one, or each of them, cannot be listened to.
         """
         if graph is None:
-            graph = graph_or_router() if self.have_types else live_graph()
+            graph = graph_or_start_router() if self.have_types else live_graph()
         if not self.are_several:
             name, type_name = self._wanted[0]
             topic = absolute_name(name)
@@ -249,7 +255,7 @@ class NamedTopics:
         found = {
             topic: type_name
             for name, type_name in self._wanted
-            for topic in (fitting(name, live, kind="topic") if is_pattern(name) else [name])
+            for topic in (matching_names(name, live, kind="topic") if is_pattern(name) else [name])
         }
         topics = [(absolute_name(topic), type_name) for topic, type_name in found.items()]
         return find_sources(topics, graph, raw=raw)

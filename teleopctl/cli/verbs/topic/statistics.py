@@ -20,7 +20,7 @@ class Summary(NamedTuple):
 
 
 class Window:
-    """Window of the last values.
+    """Sliding window of the last values, with their statistics.
 
     Args:
         size: How many are kept.
@@ -159,22 +159,22 @@ class BandwidthWindow:
 
 
 def rate(intervals: Summary) -> float:
-    """Return the rate in Hz for a summary of intervals in seconds."""
+    """Return the mean rate in Hz from a summary of intervals in seconds."""
     return 1.0 / intervals.mean if intervals.mean > 0 else math.inf
 
 
 def rate_text(summary: Summary) -> str:
-    """Return the two lines of ``ros2 topic hz``."""
+    """Return a summary of intervals as the two lines of ``ros2 topic hz``."""
     return f"average rate: {rate(summary):.3f}\n\t{_spread(summary)}"
 
 
 def delay_text(summary: Summary) -> str:
-    """Return the two lines of ``ros2 topic delay``."""
+    """Return a summary of delays as the two lines of ``ros2 topic delay``."""
     return f"average delay: {summary.mean:.3f}\n\t{_spread(summary)}"
 
 
 def bandwidth_text(bandwidth: Bandwidth) -> str:
-    """Return the two lines of ``ros2 topic bw``."""
+    """Return a bandwidth as the two lines of ``ros2 topic bw``."""
     sizes = (bandwidth.bytes_per_s, bandwidth.mean, bandwidth.minimum, bandwidth.maximum)
     per_s, mean, minimum, maximum = _with_unit(sizes)
     return (

@@ -15,7 +15,7 @@ _EVENTS = ("REQUEST_SENT", "REQUEST_RECEIVED", "RESPONSE_SENT", "RESPONSE_RECEIV
 
 
 class TextStyle:
-    """Text style of ``topic echo``; the names are those of its options.
+    """Format of messages as YAML or CSV, with the settings of ``topic echo``.
 
     Args:
         truncate: Longest list or text to write in full, None for any.
@@ -55,7 +55,7 @@ class TextStyle:
         )
 
     def event(self, message: Any) -> str:
-        """Return a service event as YAML, its kind by name; see `yaml`."""
+        """Return a service event as YAML, with its event type by name."""
         head = "  event_type: "
         lines = self.yaml(message).split("\n")
         return "\n".join(

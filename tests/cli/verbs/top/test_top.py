@@ -10,7 +10,7 @@ from textual.widgets import Static
 
 from teleopctl.cli.command_node import command_node
 from teleopctl.cli.verbs.top.app import Top
-from teleopctl.cli.verbs.top.screens import Ask, Confirm
+from teleopctl.cli.verbs.top.screens import Confirm, TextInput
 from teleopctl.cli.verbs.top.table import LiveTable
 from teleopctl.interfaces import get_message
 from teleopctl.testing import LONGEST_WAIT_S
@@ -165,7 +165,7 @@ def test_g_draws_fields_over_time(ros):
             await screen.press("2")
             await screen.go_to("/cmd_vel")
             await screen.press("g")
-            await screen.opened(Ask)
+            await screen.opened(TextInput)
             await screen.press(*"linear.x, angular.z", "enter")
             await screen.until(lambda: "angular.z" in screen.text("#content"))
             assert "-10 s" in screen.text("#content")
@@ -181,7 +181,7 @@ def test_a_field_that_is_wrong_is_told(ros):
             await screen.press("2")
             await screen.go_to("/cmd_vel")
             await screen.press("g")
-            await screen.opened(Ask)
+            await screen.opened(TextInput)
             await screen.press(*"linear.w", "enter")
             await screen.until(lambda: "no field 'w'" in screen.text("#content"))
 
@@ -198,7 +198,7 @@ def test_p_lists_parameters_and_enter_sets_one(ros):
         names = [str(table.get_row_at(index)[0]) for index in range(table.row_count)]
         table.move_cursor(row=names.index("simple_int_param"))
         await screen.press("enter")
-        await screen.opened(Ask)
+        await screen.opened(TextInput)
         await screen.press("backspace", "backspace", *"99", "enter")
         await screen.until(lambda: shown(table, "simple_int_param") == "99")
 
@@ -264,7 +264,7 @@ def test_slash_narrows_the_rows(ros):
             await screen.press("2")
             await screen.until(lambda: screen.row("/right"))
             await screen.press("slash")
-            await screen.opened(Ask)
+            await screen.opened(TextInput)
             await screen.press(*"left", "enter")
             await screen.until(lambda: not screen.row("/right"))
             assert screen.row("/left")

@@ -37,14 +37,14 @@ def printer(form="yaml", fields=(), *, with_info=False, names_topics=False, clea
 
 
 def written(text, capsys):
-    text.write("/x", text.chosen(String(data="hi")), info(7))
+    text.write("/x", text.selected_values(String(data="hi")), info(7))
     return capsys.readouterr().out
 
 
 def test_lost_messages_are_told_in_the_words_of_ros2(capsys):
     report = LossReport()
     for number, publisher in [(1, b"1"), (9, b"2"), (2, b"1"), (4, b"1"), (12, b"2")]:
-        report.note(info(number, publisher))
+        report.add(info(number, publisher))
     assert capsys.readouterr().err == (
         "A message was lost!!!\n\ttotal count change:1\n\ttotal count: 1---\n"
         "A message was lost!!!\n\ttotal count change:2\n\ttotal count: 3---\n"

@@ -23,7 +23,7 @@ def filled(fields, values, window_s=10.0):
 
 
 def test_axes_say_what_is_drawn():
-    text = filled(["position[0]"], [0.0, 1.0] * 50).drawing(10.0, 80, 20, colour=False)
+    text = filled(["position[0]"], [0.0, 1.0] * 50).plot_text(10.0, 80, 20, colour=False)
     assert "-10 s" in text
     assert " 0" in text
     assert " 1" in text
@@ -34,7 +34,7 @@ def test_axes_say_what_is_drawn():
 def test_a_drawing_fits_its_place():
     traces = filled(["position[0]"], [math.sin(i) * 1e-13 for i in range(100)])
     for width, height in ((80, 24), (120, 40), (45, 14)):
-        lines = traces.drawing(10.0, width, height, colour=False).splitlines()
+        lines = traces.plot_text(10.0, width, height, colour=False).splitlines()
         assert max(map(len, lines)) <= width
         assert len(lines) <= height
 
@@ -43,7 +43,7 @@ def test_an_array_is_a_line_for_each_element_with_its_name():
     traces = Traces(["position"], 10.0)
     traces.add(1.0, joints(0.1, 0.2, names=["shoulder", "elbow"]))
     traces.add(2.0, joints(0.3, 0.4, names=["shoulder", "elbow"]))
-    text = traces.drawing(3.0, 80, 20, colour=False)
+    text = traces.plot_text(3.0, 80, 20, colour=False)
     assert "position[0] shoulder" in text
     assert "position[1] elbow" in text
 
@@ -54,24 +54,26 @@ def test_a_peak_of_one_message_among_thousands_is_seen():
     traces = Traces(["position[0]"], 10.0)
     for index, value in enumerate(values):
         traces.add(index * 0.002, joints(value))
-    assert any(f"│ {number}" in traces.drawing(10.0, 60, 20, colour=False) for number in (5, 6, 7))
+    assert any(
+        f"│ {number}" in traces.plot_text(10.0, 60, 20, colour=False) for number in (5, 6, 7)
+    )
 
 
 def test_what_is_no_number_leaves_a_gap_and_what_is_old_is_gone():
     traces = filled(["position[0]"], [math.nan, math.inf, 1.0, -math.inf])
-    assert "position[0]" in traces.drawing(1.0, 60, 20, colour=False)
-    assert traces.drawing(100.0, 60, 20, colour=False) == "No message in the last 10 s"
+    assert "position[0]" in traces.plot_text(1.0, 60, 20, colour=False)
+    assert traces.plot_text(100.0, 60, 20, colour=False) == "No message in the last 10 s"
 
 
 def test_a_field_without_numbers_is_named():
     traces = Traces(["position"], 10.0)
     traces.add(1.0, joints(0.1, math.nan))
-    assert traces.drawing(2.0, 60, 20, colour=False).endswith("No numbers: position[1]")
+    assert traces.plot_text(2.0, 60, 20, colour=False).endswith("No numbers: position[1]")
 
 
 @pytest.mark.parametrize("values", [[0.0] * 5, [1e300] * 5, [-1e300, 1e300], [5e-324] * 3])
 def test_absurd_numbers_are_drawn(values):
-    assert "position[0]" in filled(["position[0]"], values).drawing(1.0, 60, 20, colour=False)
+    assert "position[0]" in filled(["position[0]"], values).plot_text(1.0, 60, 20, colour=False)
 
 
 def test_a_field_that_is_no_number_is_named():
