@@ -1,4 +1,4 @@
-"""Rules of access that every listening door shares: Host, Origin and token.
+"""Access rules of listening HTTP and WebSocket servers: Host, Origin and token.
 
 A browser runs the scripts of every page that its user visits, and any of them may open a
 connection to this machine. So a request is admitted only if
@@ -70,7 +70,7 @@ class Access:
         self._origins = frozenset(map(parse_origin, origins))
 
     def check(self, path: str, headers: Iterable[tuple[str, str]]) -> Answer | None:
-        """Return the response that refuses a request, or None.
+        """Return the response that refuses or redirects a request; None if access is granted.
 
         Args:
             path: Path and query of the request.
@@ -136,7 +136,7 @@ def is_loopback(host: str) -> bool:
 
 
 def host_in_url(host: str) -> str:
-    """Return the host for URLs of a server that listens on an address."""
+    """Return the host to use in URLs of a server, from the address that it listens on."""
     if is_loopback(host):
         return "localhost"
     if host in ("0.0.0.0", "::"):  # noqa: S104 -- compared, not bound
@@ -164,7 +164,7 @@ def parse_origin(text: str) -> str:
 
 
 def with_token(address: str, token: str) -> str:
-    """Return an address with its access token as query."""
+    """Return a URL with an access token as its query."""
     return f"{address}?token={quote(token, safe='')}"
 
 

@@ -134,11 +134,14 @@ def start(
     with _new_log(name, logs_dir(environment)) as log:
         log_file = Path(log.name)
         environment[LOG_FILE] = str(log_file)
-        environment[progress.VARIABLE] = str(progress.file_of(log_file))
+        environment[progress.VARIABLE] = str(progress.progress_file(log_file))
         known: list[subprocess.Popen[str]] = []
         try:
             # An interrupt before it is known would leave a process that nobody finds again.
-            with interrupts.held_back(), _start_of_python(takes_interrupts=takes_interrupts):
+            with (
+                interrupts.delayed_interrupt(),
+                _start_of_python(takes_interrupts=takes_interrupts),
+            ):
                 known.append(
                     subprocess.Popen(
                         list(argv),
@@ -164,7 +167,7 @@ def start(
             _await_ready(child, name, log_file, until_ready)
         file = runtime_dir(environment) / _RECORDS / f"{child.pid}.json"
         record = ProcessRecord(
-            name, child.pid, start_of(child.pid), tuple(argv), log_file, kind, file
+            name, child.pid, start_time_of(child.pid), tuple(argv), log_file, kind, file
         )
         _write(record, file)
     except BaseException:
@@ -199,7 +202,7 @@ def record_this_process(name: str, command: Sequence[str], log_file: Path, *, ki
         SystemFailureError: It cannot be written.
     """
     file = runtime_dir() / _RECORDS / f"{(pid := os.getpid())}.json"
-    _write(ProcessRecord(name, pid, start_of(pid), tuple(command), log_file, kind), file)
+    _write(ProcessRecord(name, pid, start_time_of(pid), tuple(command), log_file, kind), file)
     return file
 
 
@@ -249,12 +252,12 @@ def foreground_launches(folder: Path | None = None) -> list[ProcessRecord]:
     return [each for each in found if each.kind == FOREGROUND_LAUNCH and is_alive(each)]
 
 
-def ended(folder: Path | None = None) -> list[ProcessRecord]:
+def ended_records(folder: Path | None = None) -> list[ProcessRecord]:
     """Return the records of launches and nodes that died."""
     return [r for _, r in _all_records(folder) if r and _is_kept(r) and not is_alive(r)]
 
 
-def forget(record: ProcessRecord) -> None:
+def remove_record(record: ProcessRecord) -> None:
     """Remove the record and temporary files of an ended process."""
     if record.file is None:
         return
@@ -292,7 +295,7 @@ def _is_recorded(pid: int) -> bool:
     return (runtime_dir() / _RECORDS / f"{pid}.json").exists()
 
 
-def start_of(pid: int) -> StartTime:
+def start_time_of(pid: int) -> StartTime:
     """Return the start time of a process, for its record."""
     import psutil
 
@@ -357,12 +360,12 @@ def stop(record: ProcessRecord, *, patience_s: float = 5.0) -> None:
             raise SystemFailureError(
                 f"{record.name} (pid {record.pid}) may not be ended by this user"
             ) from error
-    forget(record)
+    remove_record(record)
 
 
 def _is_kept(record: ProcessRecord) -> bool:
     """Whether a record outlives its process."""
-    return record.kind in LAUNCHES or progress.died(record.log_file)
+    return record.kind in LAUNCHES or progress.has_failed(record.log_file)
 
 
 def _await_ready(

@@ -1,4 +1,4 @@
-"""What decompressing and expanding may cost: the one budget of all that makes more than it reads.
+"""Limits on the size and work of decompressing and expanding input, shared by all readers.
 
 A few kilobytes can stand for gigabytes: compressed zeros, macros in macros, aliases of aliases, a
 variable that doubles itself. Whatever unpacks or expands asks here before it makes something, so
@@ -99,7 +99,7 @@ MOST_FROM_ALIASES: Final = 100_000
 
 
 def joined(parts: Sequence[str], separator: str = "") -> str:
-    """Join texts; raise if the result is longer than a document may be.
+    """Join texts; raise a BudgetError if the result exceeds the limit of a document.
 
     Raises:
         BudgetError: It would be.
@@ -114,7 +114,7 @@ class BudgetError(ValueError):
 
 
 class Tally:
-    """Counts expanded elements, and raises beyond a limit.
+    """Counter of expanded elements that raises a BudgetError beyond a limit.
 
     Args:
         what: In the plural, for the refusal: ``elements``.
@@ -132,7 +132,7 @@ class Tally:
         self.count = 0
 
     def add(self, count: int = 1) -> None:
-        """Add to the count.
+        """Add to the count; raise a BudgetError beyond the limit.
 
         Raises:
             BudgetError: They are too many.
@@ -143,7 +143,7 @@ class Tally:
 
 
 def unpacked_limit(stored: int, least: int = UNPACKED_BYTES) -> int:
-    """Return the largest allowed unpacked size.
+    """Return the largest allowed unpacked size, in bytes, of stored data.
 
     Args:
         stored: How many bytes it has.
@@ -158,7 +158,7 @@ def may_be_unpacked(claimed: int, stored: int) -> bool:
 
 
 def tally_of_unpacked(stored: int) -> Tally:
-    """Return a tally of the bytes that a file is unpacked to in all its parts.
+    """Return a counter of unpacked bytes, limited by the stored size of a file.
 
     Args:
         stored: How many bytes the file has.
@@ -169,7 +169,7 @@ def tally_of_unpacked(stored: int) -> Tally:
 
 
 def check_unpacked(claimed: int, stored: int) -> None:
-    """Raise if data that claims an unpacked size may not be unpacked.
+    """Raise a BudgetError if the claimed unpacked size exceeds the limit of stored data.
 
     Args:
         claimed: How many bytes it says it becomes.

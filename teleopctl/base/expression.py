@@ -1,4 +1,4 @@
-"""Expressions of data: Python's arithmetic, comparisons and logic, and nothing else.
+"""Evaluation of expressions with Python's arithmetic, comparisons and logic only.
 
 The text of a launch file (``$(eval …)``) or of a robot description that is not trusted is data. It
 is parsed with Python's own grammar, but only literals, operators and a handful of functions are
@@ -146,7 +146,7 @@ class _Evaluation:
         self._names = names
 
     def value(self, node: ast.expr) -> Any:
-        """Return the value of an expression's node."""
+        """Evaluate a node of the expression's syntax tree, and return its value."""
         result = self._value(node)
         if isinstance(result, int) and result.bit_length() > _LARGEST_INTEGER_BITS:
             raise ExpressionError(f"integers beyond {_LARGEST_INTEGER_BITS} bits are not computed")

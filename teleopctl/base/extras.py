@@ -1,4 +1,4 @@
-"""Libraries that come with an extra of the distribution: a missing one is named with its line.
+"""Optional libraries: a missing one is reported with the extra that installs it.
 
 In a module of its own, so that nothing else is loaded by the verbs that look for one.
 """

@@ -1,4 +1,4 @@
-"""Notices when files are saved, in whatever way the editor does it."""
+"""Detection of saved files, in whatever way an editor writes them."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _log = logging.getLogger(__name__)
 
 
 class FileWatch:
-    """Calls back when watched files have changed.
+    """Watches files, and calls a function on a thread after one has changed.
 
     The folders are watched, not the files: many editors write a new file and rename it.
 

@@ -58,8 +58,8 @@ def write_private(path: str | Path, text: str) -> None:
 _POINTER = b"version https://git-lfs.github.com/"
 
 
-def absence(path: Path) -> str:
-    """Return why a file has no real content (a Git LFS pointer), or an empty text.
+def missing_content(path: Path) -> str:
+    """Return the reason why a file lacks its content (a Git LFS pointer); empty if it has it.
 
     In a clone without Git LFS, large files are pointers to what they are.
 
@@ -74,7 +74,7 @@ def absence(path: Path) -> str:
 
 
 def read_text(path: Path) -> str:
-    """Read a text file, or raise an error that names it.
+    """Read a UTF-8 text file; raise an error that names the file.
 
     Raises:
         InvalidFileError: It cannot be read, or is not UTF-8.

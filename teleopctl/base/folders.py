@@ -1,4 +1,4 @@
-"""The user's own folders: of the records of what runs, of the logs, and of what can be made anew.
+"""Folders of the user: process records, logs, persistent state and cache.
 
 The records decide which processes are signalled and which files are shown, so their folder is the
 user's and nobody else's: never one below ``/tmp`` that others could have made first.

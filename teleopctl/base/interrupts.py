@@ -1,4 +1,4 @@
-"""An interrupt that cannot be raised where it comes, or that Python swallows, is raised again.
+"""SIGINT handling: an interrupt that Python would swallow is raised again.
 
 Python reports what is raised in a finalizer or a weak reference's callback, and forgets it. Its
 imports have such callbacks, so that Ctrl-C while a program starts may meet one. Zenoh does the same
@@ -98,7 +98,7 @@ def blocked_for_children() -> Iterator[None]:
 
 
 @contextmanager
-def held_back() -> Iterator[None]:
+def delayed_interrupt() -> Iterator[None]:
     """Delay an interrupt until the end of the block.
 
     For what must be known before it may be given up, such as a process that has just been started.
@@ -153,7 +153,7 @@ def _wake(signals: int, thread: int) -> None:
                 signal.pthread_kill(thread, signal.SIGURG)
 
 
-def come_again(signum: int = signal.SIGINT) -> None:
+def resend_signal(signum: int = signal.SIGINT) -> None:
     """Raise a signal again in the main thread, which must be the caller."""
     # Not a threading.Thread: its start takes a lock, which the interrupted code may be holding.
     _thread.start_new_thread(_signal, (signum, _thread.get_ident()))
@@ -172,7 +172,7 @@ def raise_swallowed() -> None:
         raise KeyboardInterrupt
 
 
-def is_behind(error: BaseException | None) -> bool:
+def is_cause(error: BaseException | None) -> bool:
     """Return whether an exception was caused by an interrupt.
 
     Before 3.12 Python wraps what is raised while a class takes its attributes (``__set_name__``)
@@ -185,7 +185,7 @@ def is_behind(error: BaseException | None) -> bool:
     return False
 
 
-def was_heeded() -> None:
+def clear_exec_interrupt() -> None:
     """Clear Python's mark that an interrupt passed through ``exec`` or ``eval``.
 
     CPython keeps a mark from there on, and whatever the program does then, it kills itself by
@@ -197,7 +197,7 @@ def was_heeded() -> None:
 def _interrupt(signum: int, frame: FrameType | None) -> None:
     global _was_raised
     if in_transport_callback(frame):
-        come_again()
+        resend_signal()
     else:
         _was_raised = True
         signal.default_int_handler(signum, frame)
@@ -208,7 +208,7 @@ def _hook(
 ) -> Callable[[UnraisableHookArgs], None]:
     def hook(unraisable: UnraisableHookArgs) -> None:
         if unraisable.exc_type is KeyboardInterrupt:
-            come_again()
+            resend_signal()
         else:
             before(unraisable)
 

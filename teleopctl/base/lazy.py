@@ -1,4 +1,4 @@
-"""Front doors: a package that names what others may use, and loads it when it is first used."""
+"""Lazily loaded names of packages: a module is imported when one of its names is first used."""
 
 from __future__ import annotations
 

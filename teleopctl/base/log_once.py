@@ -1,4 +1,4 @@
-"""Log lines about what strangers do, whose number is not theirs to choose."""
+"""Log lines about mistakes of other programs, limited in number."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Output that never ends who writes it, and log files that have a bound.
+"""Standard streams whose failure does not end the process, and log files of limited size.
 
 A log that has grown to half of its bound becomes ``FILE.1``, which replaces the one before, and
 begins anew. ``TELEOPCTL_LOG_BYTES`` sets the bound of each process's log, both files together.

@@ -1,4 +1,4 @@
-"""How far a background process has come, told by itself to whoever waits for it or looks later.
+"""Progress files, in which a background process reports its state to the process that waits.
 
 A node stands in the graph before it can do its work: a simulator waits for a robot description,
 builds a model of it, or refuses it. What was started in the background has a log file, and beside
@@ -40,7 +40,7 @@ _state = ""
 
 
 class Progress(NamedTuple):
-    """Last reported progress of a process.
+    """State and detail that a background process has last reported.
 
     Attributes:
         state: One of the words above.
@@ -69,8 +69,8 @@ class Progress(NamedTuple):
         return reason if reason and self.state in (ENDED, FAILED) else None
 
 
-def tell(state: str, detail: str = "") -> None:
-    """Write this process's progress file, if the starting process requested one."""
+def report(state: str, detail: str = "") -> None:
+    """Write this process's state to its progress file, if the starting process requested one."""
     global _file, _failure, _state
     _state = state
     if state == ENDED:
@@ -94,36 +94,36 @@ def doing(text: str) -> None:
     said that it is starting, or that is up.
     """
     if _state == STARTING:
-        tell(STARTING, text)
+        report(STARTING, text)
 
 
-def tell_ready_at(address: Address) -> None:
+def report_ready_at(address: Address) -> None:
     """Report that this process is ready and listens at an address.
 
     The token stands in no file but its own. It is shown to a person who watches: by this process
     on a terminal, else by the command that waits for this process.
     """
-    tell(READY, str(address))
+    report(READY, str(address))
     is_watched = _file is None and sys.stderr is not None and sys.stderr.isatty()
     if is_watched and address.token_file is not None:
         sys.stderr.write(f"With its token: {address.with_token}\n")
         sys.stderr.flush()
 
 
-def died(log_file: Path) -> bool:
-    """Return whether the ended process with a log file failed."""
+def has_failed(log_file: Path) -> bool:
+    """Return whether the process with a log file ended with a failure."""
     said = read(log_file)
     return said is not None and said.exit_status not in (0, EXIT_INTERRUPTED)
 
 
-def file_of(log_file: Path) -> Path:
+def progress_file(log_file: Path) -> Path:
     """Return the progress file that belongs to a log file."""
     return log_file.with_suffix(".progress")
 
 
 def read(log_file: Path) -> Progress | None:
     """Read the last progress of the process with a log file; None if there is none."""
-    file = file_of(log_file)
+    file = progress_file(log_file)
     try:
         state, _, detail = file.read_text(encoding="utf-8").partition(" ")
         return Progress(state, detail.strip(), file.stat().st_mtime)

@@ -1,4 +1,4 @@
-"""YAML as ROS 2 reads it: the safe subset, with its own idea of what a plain word is.
+"""YAML as ROS 2 parses it: the safe subset, with rcl's rules for plain scalars.
 
 PyYAML follows YAML 1.1, for which a float needs a dot; ROS 2's parsers accept ``1e-3`` too, and
 parameter files are full of it. A date, which ROS 2 has no type for, is a text.
@@ -241,7 +241,7 @@ def load_value(text: str) -> Any:
 
 
 def dump(document: Any) -> str:
-    """Return a YAML document with sorted keys."""
+    """Return a value as a YAML document with sorted keys."""
     return yaml.dump(document, Dumper=_RosDumper, allow_unicode=True)
 
 

@@ -1,4 +1,4 @@
-"""Timeouts of a start that follow its progress.
+"""Timeouts of starting processes, which depend on their progress.
 
 A process may take seconds or minutes to start, by its robot and by the machine, so that no fixed
 time tells a slow start from one that hangs. Progress does: reports, output, and the processor time
@@ -21,7 +21,7 @@ _SAMPLE_EVERY_S = 1.0
 
 
 class StartTimeouts(NamedTuple):
-    """Timeouts of a start.
+    """Longest total time of a start, and longest time without progress.
 
     Attributes:
         stall_s: Longest time without any progress, in seconds.
@@ -57,16 +57,16 @@ class ProgressMonitor:
 
     @property
     def has_stalled(self) -> bool:
-        """Return whether there was no progress for too long."""
+        """Return whether the time without progress exceeds its limit."""
         return self._now() - self._progressed >= self._timeouts.stall_s
 
     @property
     def is_over(self) -> bool:
-        """Return whether the start takes too long in total."""
+        """Return whether the total time of the start exceeds its limit."""
         return self.elapsed_s >= self._timeouts.total_s
 
     def update(self, signs: object, pids: Iterable[int]) -> None:
-        """Record the present signs of progress.
+        """Compare signs of progress and processor times with the last ones, and note changes.
 
         Args:
             signs: The reports and output so far; a difference from the last call is progress.

@@ -1,4 +1,4 @@
-"""Temporary folders that do not outlive a process that is killed.
+"""Temporary folders that are removed even if their process was killed.
 
 A process that ends removes its own. One that is killed cannot: so each holds a lock on its folder,
 which the system lets go with the process, and whoever makes the next folder there, or asks for it,
@@ -55,7 +55,7 @@ class TemporaryFolder:
 def remove_abandoned(
     parent: Path, is_needed: Callable[[int], bool] = lambda _: False, *, ended: int = 0
 ) -> None:
-    """Remove the temporary folders of killed processes.
+    """Remove the temporary folders that killed processes left in a folder.
 
     Args:
         parent: What they are in; need not exist.

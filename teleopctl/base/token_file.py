@@ -1,4 +1,4 @@
-"""The token that clients of another machine have to show, in a file of mode 0600.
+"""Access tokens of servers, which clients must send, in files of mode 0600.
 
 It never stands in arguments, logs, parameters or progress, which others can read or which are
 published. What is passed on is the file's path; the token itself is shown to the person who starts
@@ -27,7 +27,7 @@ _LARGEST_FILE = 4096
 
 
 class Address(NamedTuple):
-    """Address of a server, and the file of its token.
+    """URL of a server, and the file of its access token.
 
     Attributes:
         url: What to open, without the token.
@@ -39,7 +39,7 @@ class Address(NamedTuple):
 
     @property
     def with_token(self) -> str:
-        """The address with its token, for the terminal of the person who started the door."""
+        """URL with the token as query, for the terminal of the user who started the server."""
         if self.token_file is None:
             return self.url
         try:
@@ -64,12 +64,12 @@ class Address(NamedTuple):
 
 
 def default_token_file() -> Path:
-    """Return the default token file."""
+    """Return the path of the user's default token file."""
     return state_dir() / "token"
 
 
 def read_or_make_token(file: Path) -> str:
-    """Return the token of a file, which is created if missing.
+    """Return the token in a file; create the file with a new token if it is missing.
 
     Raises:
         InvalidFileError: Others can read the file, or there is no token in it.
@@ -87,7 +87,7 @@ def read_or_make_token(file: Path) -> str:
 
 
 def read_token(file: Path) -> str:
-    """Return the token of a file.
+    """Return the token in an existing file.
 
     Raises:
         InvalidFileError: Others can read the file, or there is no token in it.

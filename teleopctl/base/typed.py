@@ -1,4 +1,4 @@
-"""What classes and verbs take from typing as they are made, without the import of typing.
+"""Stand-ins for names of ``typing`` that are needed at run time, without importing it.
 
 That import takes 6 ms, as long as a query of the graph, for objects that only type checkers read.
 These stand in for the few names that do something when a program runs; type checkers are shown the

@@ -46,7 +46,7 @@ def main() -> NoReturn:
     if "teleopctl.base.interrupts" in sys.modules:
         from teleopctl.base import interrupts
 
-        interrupts.was_heeded()
+        interrupts.clear_exec_interrupt()
     # Python would look through all that there is once more before it ends.
     gc.freeze()
     sys.exit(status)
@@ -118,7 +118,7 @@ def run(
 def _is_interrupt(error: Exception) -> bool:
     from teleopctl.base import interrupts
 
-    return interrupts.is_behind(error)
+    return interrupts.is_cause(error)
 
 
 def _dispatch(words: list[str], before_verb: Callable[[], None] | None) -> int:

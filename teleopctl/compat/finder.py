@@ -45,7 +45,7 @@ class _Loader:
         return InterfaceModule(spec.name) if "." in spec.name else PackageModule(spec.name)
 
     def exec_module(self, module: ModuleType) -> None:
-        """Do nothing: the module's classes are loaded on demand."""
+        """Do nothing: classes of the module are created when they are first used."""
 
 
 class _PackageFinder:

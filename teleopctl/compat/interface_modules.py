@@ -8,7 +8,7 @@ KINDS = ("msg", "srv", "action")
 
 
 class PackageModule(ModuleType):
-    """Module of a package that has only interfaces."""
+    """Module ``<package>`` of a package that has only interfaces."""
 
     __path__: list[str]
 

@@ -12,7 +12,7 @@ _GROUP = "launch.frontend.launch_extension"
 
 
 def load() -> None:
-    """Load the installed distributions that extend ROS 2's launch."""
+    """Import the modules by which installed distributions extend ROS 2's launch; once only."""
     entries = metadata.entry_points(group=_GROUP)
     if entries:
         activate()

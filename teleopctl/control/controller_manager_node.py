@@ -82,7 +82,7 @@ class ControllerManagerNode:
             qos_profile_latched,
         )
         self._reminder = node.create_timer(1.0, self._remind, clock=Clock())
-        progress.tell(progress.WAITING, self._subscription.topic_name)
+        progress.report(progress.WAITING, self._subscription.topic_name)
 
     def _remind(self) -> None:
         self._logger.warning(
@@ -188,7 +188,7 @@ class ControllerManagerNode:
             )
             return
         self._logger.info(DESCRIPTION_RECEIVED)
-        progress.tell(progress.STARTING)
+        progress.report(progress.STARTING)
         self._reminder.cancel()
         try:
             description = RobotDescription.from_urdf(message.data)
@@ -200,7 +200,7 @@ class ControllerManagerNode:
                 + (f" ({error.hint})" if error.hint else "")
             )
             self._logger.info(f"Another description on {self._subscription.topic_name} is taken")
-            progress.tell(progress.FAILED, f"the robot description is refused: {error.message}")
+            progress.report(progress.FAILED, f"the robot description is refused: {error.message}")
             return
         self._description = description
         self._node.destroy_timer(self._reminder)
@@ -214,7 +214,7 @@ class ControllerManagerNode:
         self._services = ControllerManagerServices(self._node, self.manager)
         self._start_cycling()
         self.publish_activity()
-        progress.tell(progress.READY)
+        progress.report(progress.READY)
         StatisticsPublisher(self._node, self.manager, self._cycle)
         DiagnosticsPublisher(self._node, self.manager, self._cycle, self.parameter)
 

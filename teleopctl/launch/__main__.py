@@ -22,7 +22,7 @@ def main() -> int:
         sys.stderr.write(refusal_text(error))
         return error.exit_status
     except Exception as error:
-        if interrupts.is_behind(error):
+        if interrupts.is_cause(error):
             return EXIT_INTERRUPTED
         raise
 

@@ -171,7 +171,7 @@ def run_in_background(request_file: Path) -> int:
     folder = request_file.parent
     try:
         request = load_request(request_file)
-        progress.tell(progress.STARTING, f"evaluating {Path(request.file).name}")
+        progress.report(progress.STARTING, f"evaluating {Path(request.file).name}")
         plan, evaluation = evaluate_request(request, folder)
         _write(folder, plan.write_files)
         _call_latest(folder)

@@ -24,7 +24,7 @@ def main() -> int:
         # A shell starts its background jobs with SIGINT ignored, but the supervisor of this
         # process stops it with SIGINT.
         interrupts.take()
-        progress.tell(progress.STARTED)
+        progress.report(progress.STARTED)
         status = _run()
     except KeyboardInterrupt:
         status = EXIT_INTERRUPTED
@@ -32,8 +32,8 @@ def main() -> int:
         status = ending.code if isinstance(ending.code, int) else int(ending.code is not None)
         raise
     finally:
-        interrupts.was_heeded()
-        progress.tell(progress.ENDED, str(status))
+        interrupts.clear_exec_interrupt()
+        progress.report(progress.ENDED, str(status))
     return status
 
 

@@ -71,7 +71,7 @@ class CameraNode(Node):
     """
 
     def __init__(self) -> None:
-        progress.tell(progress.STARTING)
+        progress.report(progress.STARTING)
         super().__init__("camera")
         at_start = _ParameterDescriptor(read_only=True)
         self.declare_parameter("robot_description", "", at_start)
@@ -109,12 +109,12 @@ class CameraNode(Node):
         given = str(self.get_parameter("robot_description").value)
         if given:
             self._start(given)
-            progress.tell(progress.READY)
+            progress.report(progress.READY)
         else:
             description = self.create_subscription(
                 _String, _DESCRIPTION_TOPIC, self._on_description, qos_profile_latched
             )
-            progress.tell(progress.WAITING, description.topic_name)
+            progress.report(progress.WAITING, description.topic_name)
 
     # --- parameters -----------------------------------------------------------------------
 
@@ -130,9 +130,9 @@ class CameraNode(Node):
 
     def _on_description(self, message: Any) -> None:
         if not self._urdf:
-            progress.tell(progress.STARTING)
+            progress.report(progress.STARTING)
             self._start(message.data)
-            progress.tell(progress.READY)
+            progress.report(progress.READY)
         elif message.data != self._urdf:
             self.get_logger().warning(
                 "Another robot description was published; this camera keeps the first one"

@@ -62,7 +62,7 @@ def _until_the_end() -> Iterator[None]:
 
 def _serve(executor: Executor, node: ComponentManager) -> None:
     executor.add_node(node)
-    progress.tell(progress.READY)
+    progress.report(progress.READY)
     try:
         executor.spin()
     finally:

@@ -41,7 +41,7 @@ def main(args: list[str] | None = None) -> int:
 def _run(arguments: list[str]) -> None:
     from teleopctl.control import ControllerManagerNode
 
-    progress.tell(progress.STARTING)
+    progress.report(progress.STARTING)
     executor = SingleThreadedExecutor()
     node = Node(
         "controller_manager",

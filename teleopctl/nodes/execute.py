@@ -67,7 +67,7 @@ def execute(executable: PackageProgram, args: Sequence[str]) -> int:
     except KeyboardInterrupt:
         return EXIT_INTERRUPTED
     except Exception as error:
-        if interrupts.is_behind(error):
+        if interrupts.is_cause(error):
             return EXIT_INTERRUPTED
         if _is_external_shutdown(error):
             return 0

@@ -46,7 +46,7 @@ class JointStatePublisher(Node):
         name: str = "joint_state_publisher",
         sources: Sequence[str] = (),
     ) -> None:
-        progress.tell(progress.STARTING)
+        progress.report(progress.STARTING)
         super().__init__(
             name,
             allow_undeclared_parameters=True,
@@ -69,7 +69,7 @@ class JointStatePublisher(Node):
         if urdf:
             self._take_description(urdf)
         else:
-            progress.tell(progress.WAITING, self.resolve_topic_name("robot_description"))
+            progress.report(progress.WAITING, self.resolve_topic_name("robot_description"))
             self.get_logger().info(
                 "Waiting for robot_description to be published on the robot_description topic..."
             )
@@ -98,9 +98,9 @@ class JointStatePublisher(Node):
             before, self._joints = self._joints, self._joint_set(description)
         except TeleopctlError as error:
             self.get_logger().error(f"robot_description is not used: {error.message}")
-            progress.tell(progress.FAILED, f"robot_description is not used: {error.message}")
+            progress.report(progress.FAILED, f"robot_description is not used: {error.message}")
             return
-        progress.tell(progress.READY)
+        progress.report(progress.READY)
         if before is not None:
             # a new description of the same robot does not make it jump
             self._joints.update(before.names, before.positions())

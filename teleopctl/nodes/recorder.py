@@ -55,7 +55,7 @@ def main(args: list[str] | None = None) -> int:
         RefusedError: There is something at the place of the bag already.
         SystemFailureError: The bag cannot be written; what was written can be read.
     """
-    progress.tell(progress.STARTING)
+    progress.report(progress.STARTING)
     arguments = parse_ros_arguments(sys.argv if args is None else args)
     name = arguments.node_name(RecorderOptions.node_name) or RecorderOptions.node_name
     values = arguments.parameter_overrides(name, arguments.namespace(name) or "/")
@@ -68,7 +68,7 @@ def main(args: list[str] | None = None) -> int:
         signal.signal(signal.SIGTERM, signal.default_int_handler)
         recorder = Recorder(folder, options, context=context)
         try:
-            progress.tell(progress.READY)
+            progress.report(progress.READY)
             with contextlib.suppress(KeyboardInterrupt):
                 recorder.wait()
         finally:

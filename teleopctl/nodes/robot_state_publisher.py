@@ -107,7 +107,7 @@ class RobotStatePublisher(Node):
     """
 
     def __init__(self, file: Path | None = None) -> None:
-        progress.tell(progress.STARTING)
+        progress.report(progress.STARTING)
         super().__init__("robot_state_publisher")
         urdf = self.declare_parameter("robot_description", "").value
         if not urdf and file is not None:
@@ -144,7 +144,7 @@ class RobotStatePublisher(Node):
             qos_overriding_options=QoSOverridingOptions.with_default_policies(),
         )
         self.get_logger().info("Robot initialized")
-        progress.tell(progress.READY)
+        progress.report(progress.READY)
 
     def _segments(self, urdf: str) -> SegmentTree:
         description = _read(urdf)

@@ -43,7 +43,7 @@ def main(args: list[str] | None = None) -> int:
     parser.add_argument("-d", "--display-config", type=Path, help="an .rviz file to begin with")
     add_page_options(parser)
     options, unserved = parser.parse_known_args(parse_ros_arguments(words).program)
-    progress.tell(progress.STARTING)
+    progress.report(progress.STARTING)
     if hasattr(os, "nice"):
         # Whoever controls the robot comes first.
         os.nice(_NICENESS)
@@ -78,7 +78,7 @@ def _spare_collections() -> None:
 
 def report_address(address: Address, *, open_it: bool) -> None:
     """Report the web page as ready in the progress file, and open it in a browser if requested."""
-    progress.tell_ready_at(address)
+    progress.report_ready_at(address)
     if open_it or os.environ.get(OPEN_VARIABLE):
         open_in_browser(address)
 

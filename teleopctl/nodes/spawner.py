@@ -243,7 +243,7 @@ class Spawner:
                 that is wanted.
             ControllerManagerUnavailableError: The controller manager does not answer.
         """
-        progress.tell(progress.STARTING, f"waiting for {self._client.name}")
+        progress.report(progress.STARTING, f"waiting for {self._client.name}")
         self._client.wait(self._options.controller_manager_timeout, log_waiting=True)
         group: list[str] = []
         failures: list[str] = []
@@ -256,7 +256,7 @@ class Spawner:
                     raise
                 failures.append(str(error))
         if failures:
-            progress.tell(progress.FAILED, "; ".join(failures))
+            progress.report(progress.FAILED, "; ".join(failures))
             raise SpawnError
         if not group:
             return
@@ -280,12 +280,12 @@ class Spawner:
             ControllerManagerUnavailableError: None answers within the time that is given for it.
         """
         while True:
-            progress.tell(progress.STARTING)
+            progress.report(progress.STARTING)
             self._client.wait(self._options.controller_manager_timeout, log_waiting=True)
             served = self._client.sessions()
             try:
                 self.spawn(requests)
-                progress.tell(progress.READY)
+                progress.report(progress.READY)
             except SpawnError:
                 pass  # the reason is in the log, and in the progress file for a launch that waits
             except ControllerManagerUnavailableError as error:
@@ -390,7 +390,7 @@ class Spawner:
             text = f"{text}: {cause}"
         reason = f"{text}: {' '.join(why.split())}" if why else text
         if not self._options.keep_going:
-            progress.tell(progress.FAILED, reason)
+            progress.report(progress.FAILED, reason)
         if fatal:
             self._logger.fatal(text)
         else:
@@ -442,7 +442,7 @@ def spawner(args: list[str] | None = None) -> int:
     given = parse_ros_arguments(words)
     files = [str(file) for file in given.parameters if isinstance(file, Path)]
     options, requests = read_command_line(given.program, files)
-    progress.tell(progress.STARTING)
+    progress.report(progress.STARTING)
     init(args=words, session_mode="client")
     node = Node(f"spawner_{requests[0].name}", start_parameter_services=False)
     process = Spawner(node, options)
@@ -452,7 +452,7 @@ def spawner(args: list[str] | None = None) -> int:
         process.spawn(requests)
         if options.unload_on_kill:
             received = _catch_signals()
-            progress.tell(progress.READY)
+            progress.report(progress.READY)
             node.get_logger().info("Waiting until interrupt to unload controllers")
             _wait_for_signal(received)
             node.get_logger().info("KeyboardInterrupt successfully captured!")
@@ -463,7 +463,7 @@ def spawner(args: list[str] | None = None) -> int:
         return 1
     except TeleopctlError as error:
         node.get_logger().fatal(error.message)
-        progress.tell(progress.FAILED, error.message)
+        progress.report(progress.FAILED, error.message)
         if error.hint:
             node.get_logger().info(error.hint)
         return 1

@@ -1,4 +1,4 @@
-"""ROS packages: which there are, where their files lie and which programs they offer."""
+"""ROS packages: search by name, folders of their files, and their programs."""
 
 from __future__ import annotations
 

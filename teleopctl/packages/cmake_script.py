@@ -1,4 +1,4 @@
-"""What a ``CMakeLists.txt`` installs, read without running CMake.
+"""Files and programs that a ``CMakeLists.txt`` installs, found without running CMake.
 
 ROS 2's packages of descriptions, launch files and scripts install whole folders and lists of files:
 ``install(DIRECTORY description/urdf bringup/launch DESTINATION share/${PROJECT_NAME})``,
@@ -55,7 +55,7 @@ class Installation(NamedTuple):
 
 
 def installation(text: str, folder: Path) -> Installation:
-    """Return what a CMake script installs.
+    """Evaluate a CMake script; return the files and programs that it installs.
 
     Args:
         text: The script.

@@ -22,7 +22,7 @@ GROUP = plugins.COMPONENTS.group
 
 
 class Component(NamedTuple):
-    """A loadable component.
+    """A component: package, class name, and how its class is imported.
 
     Attributes:
         type_name: What it is registered as, such as ``composition::Talker``.
@@ -38,7 +38,7 @@ class Component(NamedTuple):
 
 
 def list_components() -> dict[str, list[Component]]:
-    """Return all components by package."""
+    """Return the components of all packages, by package name."""
     found: dict[str, list[Component]] = {}
     for component in _all():
         known = found.setdefault(component.package, [])

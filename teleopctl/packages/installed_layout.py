@@ -1,4 +1,4 @@
-"""A source package as it would lie below an install prefix.
+"""Folders of links that lay a source package out as if it were installed.
 
 A package is used where it lies, so the folder of its files is its source folder, and mostly that is
 laid out as the installed one would be. Where ``data_files`` puts files elsewhere

@@ -1,4 +1,4 @@
-"""Where the Python modules of packages lie, for imports from one package by another.
+"""Folders of the Python modules of packages, for imports across packages.
 
 After ``source install/setup.bash`` a node imports from every package of the workspace. Here a
 package need not be built, nor its prefix be sourced, so that whoever looks for a module of a

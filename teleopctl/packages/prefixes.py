@@ -1,4 +1,4 @@
-"""Packages that are installed below a prefix, as colcon and ROS's own Debian packages do it.
+"""Packages below install prefixes, as colcon and the Debian packages of ROS install them.
 
 Such a package has a marker ``share/ament_index/resource_index/packages/NAME`` below its prefix, its
 files in ``share/NAME``, its programs in ``lib/NAME`` and its Python modules in

@@ -1,4 +1,4 @@
-"""Finds programs: by package and name, by the name alone, or by the path of a file."""
+"""Search for programs by package and name, by name alone, or by the path of a file."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a package is, and what a program of one."""
+"""Records of ROS packages and their programs."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class PackageProgram(NamedTuple):
 
 
 class Package:
-    """A ROS package.
+    """A ROS package: name, folder, kind, and how it was found.
 
     Args:
         name: Its name.

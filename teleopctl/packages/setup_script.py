@@ -1,4 +1,4 @@
-"""What a ``setup.py`` passes to ``setup``, read without running it.
+"""Arguments that a ``setup.py`` passes to ``setup``, found without running it.
 
 A ``setup.py`` is a program, and a package is found wherever a folder is cloned: looking for one
 must not execute what lies in it. So its text is evaluated: assignments, lists, ``+``, f-strings,

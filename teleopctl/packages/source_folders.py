@@ -1,4 +1,4 @@
-"""Folders of source packages: which there are below a folder, and what they are called."""
+"""Search for folders of source packages by their ``package.xml``."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which programs a source package offers.
+"""Programs of source packages, from their setup and CMake scripts.
 
 Nothing is built and nothing is executed: ``setup.py``, ``setup.cfg``, ``pyproject.toml`` and
 ``CMakeLists.txt`` are read as text.

@@ -21,7 +21,7 @@ from teleopctl.plugins.lookup import (
     Plugin as Plugin,
     available as available,
     find as find,
-    imported as imported,
+    import_object as import_object,
     load as load,
 )
 from teleopctl.plugins.reloading import reload as reload

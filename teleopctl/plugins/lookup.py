@@ -21,7 +21,7 @@ _MARKS = ("[teleopctl.", "[rclpy_components]")
 
 # Every command loads this module, and making a named tuple takes half a millisecond.
 class Kind:
-    """A kind of plug-in.
+    """A kind of plug-in: entry-point group, built-in plug-ins and required base classes.
 
     Attributes:
         noun: What one is called in messages.
@@ -56,7 +56,7 @@ class Kind:
 
 
 class Plugin:
-    """A plug-in that is not yet imported.
+    """Name, import path and distribution of a plug-in that may not be imported yet.
 
     Attributes:
         name: What it is asked for by.
@@ -93,7 +93,7 @@ def available(kind: Kind) -> dict[str, Plugin]:
 
 # Any: what a plug-in is depends on its kind.
 def load(kind: Kind, name: str) -> Any:
-    """Import a plug-in.
+    """Import the plug-in of a kind with a name, check it, and return its class or object.
 
     Returns:
         The class or object; what it is depends on the kind, so the caller names the type.
@@ -112,12 +112,12 @@ def load(kind: Kind, name: str) -> Any:
             hint=did_you_mean(name, names),
         )
     if name in kind.ours:
-        return imported(plugin.target)
+        return import_object(plugin.target)
     whose = f" of {plugin.distribution}" if plugin.distribution else ""
     what = f"{kind.noun} '{name}'{whose}"
     before = set(sys.modules)
     try:
-        found = imported(plugin.target)
+        found = import_object(plugin.target)
     except (Exception, SystemExit) as error:
         from teleopctl.base.exception_origin import origin_of  # every command loads this module
 
@@ -137,8 +137,8 @@ def load(kind: Kind, name: str) -> Any:
 
 
 # Any: whatever stands there.
-def imported(target: str) -> Any:
-    """Return the object ``module:name``."""
+def import_object(target: str) -> Any:
+    """Import a module, and return the object that ``module:name`` names."""
     module, _, attribute = target.partition(":")
     return getattr(import_module(module), attribute)
 
@@ -157,7 +157,7 @@ def _forget_imports(since: set[str]) -> None:
 
 
 def _is_one(found: object, kind: Kind) -> bool:
-    bases = tuple(imported(base) for base in kind.bases)
+    bases = tuple(import_object(base) for base in kind.bases)
     if kind.classes:
         return isinstance(found, type) and issubclass(found, bases)
     return isinstance(found, bases)

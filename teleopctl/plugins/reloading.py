@@ -1,4 +1,4 @@
-"""Reads the code of plug-ins again while the process goes on, all of it or none."""
+"""Reloading of plug-ins in a running process, all of them or none."""
 
 from __future__ import annotations
 

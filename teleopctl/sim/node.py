@@ -53,7 +53,7 @@ class MujocoSim(Node):
     """Node ``mujoco_sim``; physics runs on a thread of its own, services on the executor's."""
 
     def __init__(self) -> None:
-        progress.tell(progress.STARTING)
+        progress.report(progress.STARTING)
         super().__init__("mujoco_sim")
         self._loop: LockstepLoop | None = None
         self._thread: threading.Thread | None = None
@@ -80,7 +80,7 @@ class MujocoSim(Node):
             )
             topic = self._description.topic_name
             self.get_logger().info(f"Waiting for the robot description on {topic}")
-            progress.tell(progress.WAITING, topic)
+            progress.report(progress.WAITING, topic)
 
     def _on_mujoco_warning(self, text: str) -> None:
         # What is unstable is so at each step.
@@ -137,7 +137,7 @@ class MujocoSim(Node):
 
     def _start(self, urdf: str) -> None:
         logger = self.get_logger()
-        progress.tell(progress.STARTING)
+        progress.report(progress.STARTING)
         logger.info("Received the robot description, parsing...")
         self._urdf = urdf
         robot = build_robot(self, urdf)
@@ -180,7 +180,7 @@ class MujocoSim(Node):
         logger.info("Simulation is paused" if self._loop.paused else "Simulation is running")
         self._thread = threading.Thread(target=self._run, name="physics", daemon=True)
         self._thread.start()
-        progress.tell(progress.READY)
+        progress.report(progress.READY)
 
     def _run(self) -> None:
         assert self._loop is not None

@@ -244,7 +244,9 @@ class RosGraph:
         """The launches whose record stands, running or not."""
         folder = self.folder / _RUNTIME
         # One that ends between the two questions is in both answers.
-        records = {r.file: r for r in (*background.records(folder), *background.ended(folder))}
+        records = {
+            r.file: r for r in (*background.records(folder), *background.ended_records(folder))
+        }
         return [record for record in records.values() if record.kind == background.LAUNCH]
 
     @property

@@ -51,7 +51,7 @@ import signal, time
 from teleopctl.base import interrupts
 
 interrupts.take()
-interrupts.come_again()
+interrupts.resend_signal()
 signal.signal(signal.SIGINT, signal.SIG_DFL)
 time.sleep(0.05)  # longer than it takes to come
 """
@@ -133,7 +133,7 @@ def test_an_interrupt_that_comes_while_python_starts_is_raised_when_it_is_taken(
 def test_an_interrupt_that_is_held_back_comes_at_the_end_of_the_block():
     done = []
     with pytest.raises(KeyboardInterrupt):  # noqa: SIM117 -- what is raised at the inner one's end
-        with interrupts.held_back():
+        with interrupts.delayed_interrupt():
             signal.raise_signal(signal.SIGINT)
             done.append("the whole block")
     assert done == ["the whole block"]
@@ -143,7 +143,7 @@ def test_nothing_is_held_back_on_another_thread():
     done = []
 
     def work():
-        with interrupts.held_back():
+        with interrupts.delayed_interrupt():
             done.append("the whole block")
 
     thread = threading.Thread(target=work)

@@ -7,13 +7,13 @@ import pytest
 
 from teleopctl.base import progress
 
-TELLER = "from teleopctl.base import progress; progress.tell({state!r}, {detail!r})"
+TELLER = "from teleopctl.base import progress; progress.report({state!r}, {detail!r})"
 
 
 def told(log_file, state, detail=""):
     subprocess.run(
         [sys.executable, "-c", TELLER.format(state=state, detail=detail)],
-        env={progress.VARIABLE: str(progress.file_of(log_file))},
+        env={progress.VARIABLE: str(progress.progress_file(log_file))},
         check=True,
     )
     return progress.read(log_file)
@@ -31,14 +31,14 @@ def test_what_a_process_does_is_reported_while_it_starts_and_not_later(tmp_path)
     program = (
         "import sys; from teleopctl.base import progress\n"
         "for state in sys.argv[1:]:\n"
-        "    progress.tell(state)\n"
+        "    progress.report(state)\n"
         "    progress.doing('compiling the model')\n"
     )
 
     def said_after(*states):
         subprocess.run(
             [sys.executable, "-c", program, *states],
-            env={progress.VARIABLE: str(progress.file_of(log_file))},
+            env={progress.VARIABLE: str(progress.progress_file(log_file))},
             check=True,
         )
         said = progress.read(log_file)
@@ -54,21 +54,21 @@ def test_who_ends_well_has_not_died(tmp_path, status, died):
     log_file = tmp_path / "a.log"
     said = told(log_file, progress.ENDED, status)
     assert said.exit_status == int(status)
-    assert progress.died(log_file) is died
+    assert progress.has_failed(log_file) is died
 
 
 def test_who_was_killed_has_died_and_who_said_nothing_is_not_known(tmp_path):
     log_file = tmp_path / "a.log"
-    assert not progress.died(log_file)
+    assert not progress.has_failed(log_file)
     assert told(log_file, progress.READY).exit_status is None
-    assert progress.died(log_file)
+    assert progress.has_failed(log_file)
 
 
 def test_nothing_is_written_where_nobody_asked(tmp_path, monkeypatch):
     monkeypatch.delenv(progress.VARIABLE, raising=False)
     monkeypatch.setattr(progress, "_file", None)
     monkeypatch.chdir(tmp_path)
-    progress.tell(progress.READY)
+    progress.report(progress.READY)
     assert list(tmp_path.iterdir()) == []
 
 

@@ -28,7 +28,7 @@ from teleopctl.bag.storage.compression import (
     unpack_file,
     unpack_messages,
 )
-from teleopctl.base.files import absence
+from teleopctl.base.files import missing_content
 from teleopctl.base.temporary import TemporaryFolder
 from teleopctl.errors import InvalidFileError, NotFoundError
 
@@ -159,7 +159,7 @@ def _open_file(file: Path, storage: str | None, recovery: ChunkRecovery | None) 
 
 def _absence(file: Path) -> str:
     try:
-        return absence(file)
+        return missing_content(file)
     except OSError:
         return ""  # the reader of its form says what is wrong
 

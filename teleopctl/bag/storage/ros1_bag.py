@@ -24,7 +24,7 @@ from teleopctl.base.budget import (
     tally_of_unpacked,
     unpacked_limit,
 )
-from teleopctl.base.files import absence
+from teleopctl.base.files import missing_content
 from teleopctl.errors import InvalidFileError
 from teleopctl.interfaces import hash_of_text
 from teleopctl.wire import EndpointQos
@@ -59,7 +59,7 @@ class Ros1Bag(Bag):
         self.remarks: list[str] = []
         self._converters: dict[str, _Converter] = {}
         try:
-            if why := absence(path):
+            if why := missing_content(path):
                 raise InvalidFileError(f"{path} {why}")
             self._reader = AnyReader([path])
             self._reader.open()

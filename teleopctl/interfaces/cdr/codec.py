@@ -125,7 +125,7 @@ def _compile(key: _Key, source: str, constants: dict[str, Any]) -> Any:
     except KeyboardInterrupt:
         from teleopctl.base import interrupts
 
-        interrupts.was_heeded()
+        interrupts.clear_exec_interrupt()
         raise
     function: Any = namespace[key.direction.partition("_")[0]]
     function.__code__ = _in_file(function.__code__, f"{name}.py")

@@ -171,7 +171,7 @@ class Child:
         plan = self.plan
         self._signals_sent.clear()
         # What its predecessor has said is not true of it.
-        progress.file_of(self.log_file).unlink(missing_ok=True)
+        progress.progress_file(self.log_file).unlink(missing_ok=True)
         runs_our_main = plan.is_node and plan.command[0] == sys.executable
         emulate = plan.emulate_tty and sys.platform != "win32"
         with (
@@ -259,7 +259,7 @@ def _environment(plan: ProcessPlan, log_file: Path) -> dict[str, str]:
     wanted = {
         **os.environ,
         "PYTHONUNBUFFERED": "1",
-        progress.VARIABLE: str(progress.file_of(log_file)),
+        progress.VARIABLE: str(progress.progress_file(log_file)),
         **plan.environment,
     }
     if plan.is_node:

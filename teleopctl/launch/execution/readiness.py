@@ -190,7 +190,7 @@ def wait_for_node(
         if ending == 0:
             return []
         if ending is not None:
-            background.forget(record)  # it is reported here
+            background.remove_record(record)  # it is reported here
             raise LaunchError(f"{record.name} ended before it was up:\n{log_tail(record.log_file)}")
         said = progress.read(record.log_file)
         state = progress.STARTED if said is None else said.state
@@ -293,12 +293,12 @@ def _forget_refused(record: ProcessRecord, refusal: TeleopctlError) -> None:
 
     Else its log would be taken for that of the launch of the same name that ran before.
     """
-    background.forget(record)
+    background.remove_record(record)
     shutil.rmtree(status.folder_of(record), ignore_errors=True)
     with contextlib.suppress(OSError):
         if record.log_file.read_text(encoding="utf-8", errors="replace") == refusal_text(refusal):
             record.log_file.unlink()
-            progress.file_of(record.log_file).unlink(missing_ok=True)
+            progress.progress_file(record.log_file).unlink(missing_ok=True)
 
 
 def _signs(

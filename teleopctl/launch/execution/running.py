@@ -77,11 +77,11 @@ def died(folder: Path | None = None) -> list[Running]:
     """
     found = [
         Running(record, is_alive=False, ending=_ending_of(record))
-        for record in background.ended(folder)
+        for record in background.ended_records(folder)
         if record.kind not in background.LAUNCHES
     ]
     # One that ends between the two questions is in both answers.
-    listed = [*background.records(folder), *background.ended(folder)]
+    listed = [*background.records(folder), *background.ended_records(folder)]
     launches = {record.pid: record for record in listed if record.kind == background.LAUNCH}
     return found + [
         Running(
@@ -102,7 +102,7 @@ def forget_died(entry: Running) -> None:
     """Remove the record of an ended process, or of its launch if that has ended too."""
     record = entry.launch or entry.record
     if not background.is_alive(record):
-        background.forget(record)
+        background.remove_record(record)
 
 
 def _ending_of(record: ProcessRecord) -> str:
@@ -128,7 +128,7 @@ def duration(seconds: float) -> str:
 def _orphans(folder: Path | None) -> list[Running]:
     """Return what still runs of launches that were killed."""
     found: list[Running] = []
-    for launch in background.ended(folder):
+    for launch in background.ended_records(folder):
         if launch.kind not in background.LAUNCHES:
             continue
         statuses = status.read(status.folder_of(launch)) or ()
@@ -142,7 +142,7 @@ def _orphans(folder: Path | None) -> list[Running]:
         if not alive and (
             is_death_shown or not any(process.state == "died" for process in statuses)
         ):
-            background.forget(launch)
+            background.remove_record(launch)
         found.extend(alive)
     return found
 
@@ -213,7 +213,7 @@ def started_in_background(start: Callable[[], ProcessRecord]) -> Iterator[Proces
     """
     record = None
     try:
-        with interrupts.held_back():
+        with interrupts.delayed_interrupt():
             record = start()
         yield record
     except KeyboardInterrupt:

@@ -11,7 +11,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 
-from teleopctl.base.background import StartTime, start_of
+from teleopctl.base.background import StartTime, start_time_of
 from teleopctl.errors import TeleopctlError
 from teleopctl.launch.execution import status
 from teleopctl.launch.execution.child import Child, start_error_text
@@ -240,7 +240,7 @@ class Supervisor:
             child.relay_output()
             self._live.add(index)
             assert child.pid is not None
-            self._starts[index] = start_of(child.pid)
+            self._starts[index] = start_time_of(child.pid)
             self._respond(ProcessStarted(child.plan, child.pid, was_saved))
         self._published.publish()
 

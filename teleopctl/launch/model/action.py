@@ -303,4 +303,4 @@ def load_launch_extensions() -> None:
 
     It takes tens of milliseconds to look for them, so that is done when a name is not known.
     """
-    plugins.imported(plugins.LAUNCH_EXTENSIONS)()
+    plugins.import_object(plugins.LAUNCH_EXTENSIONS)()

@@ -10,7 +10,7 @@ import enum
 import threading
 from types import FrameType
 
-from teleopctl.base.interrupts import come_again, end_waits, in_transport_callback
+from teleopctl.base.interrupts import end_waits, in_transport_callback, resend_signal
 from teleopctl.base.typed import TYPE_CHECKING, Protocol
 
 if TYPE_CHECKING:
@@ -86,7 +86,7 @@ def get_current_signal_handlers_options() -> SignalHandlerOptions:
 def _end_contexts(signum: int, frame: FrameType | None) -> None:
     if in_transport_callback(frame):
         # An exception raised here would be lost: send the signal again after the call.
-        come_again(signum)
+        resend_signal(signum)
         return
     previous = _previous[signum]
     running = [context for context in tuple(_contexts[signum]) if context.ok()]

@@ -71,7 +71,7 @@ class FoxgloveBridge(Node):
     """
 
     def __init__(self) -> None:
-        progress.tell(progress.STARTING)
+        progress.report(progress.STARTING)
         super().__init__("foxglove_bridge")
         self._settings = settings = BridgeSettings(self)
         context = Context()
@@ -147,7 +147,7 @@ class FoxgloveBridge(Node):
         url = f"{scheme}://{host}:{self._gate.port}"
         self.get_logger().info(f"Server listening on {url}")
         if settings.token_file is None:
-            progress.tell(progress.READY)
+            progress.report(progress.READY)
             return
         name = host_in_url(settings.address)
         address = Address(f"{scheme}://{name}:{self._gate.port}/", settings.token_file)
@@ -156,7 +156,7 @@ class FoxgloveBridge(Node):
             self.get_logger().warning(
                 "Neither messages nor the token are encrypted: give a certificate, or use a tunnel"
             )
-        progress.tell_ready_at(address)
+        progress.report_ready_at(address)
 
     def _on_graph_change(self) -> None:
         self._graph_changed = True

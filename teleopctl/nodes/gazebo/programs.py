@@ -198,7 +198,7 @@ class ChildPrograms:
         for program in programs:
             if program.ends:
                 self._may_end.add(program.name)
-            said = progress.file_of(self._log(program.name))
+            said = progress.progress_file(self._log(program.name))
             self._processes[program.name] = subprocess.Popen(
                 program.command,
                 env={**os.environ, progress.VARIABLE: str(said)},
@@ -214,7 +214,7 @@ class ChildPrograms:
         """End all child processes, the simulator last, and forget them."""
         self._end(at_once=True)
         for name in self._processes:
-            progress.file_of(self._log(name)).unlink(missing_ok=True)
+            progress.progress_file(self._log(name)).unlink(missing_ok=True)
         self._processes.clear()
 
     def ended(self) -> tuple[str, int] | None:

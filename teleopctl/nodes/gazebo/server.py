@@ -89,7 +89,7 @@ class GazeboServer(Node):
         logger.info("Waiting for a robot: `create` or `spawn_entity.py` spawns one")
         if request.verbosity:
             logger.set_level(LoggingSeverity[request.verbosity])
-        progress.tell(progress.READY)
+        progress.report(progress.READY)
 
     def destroy_node(self) -> None:
         """Destroy this node and the node that calls the simulator."""
@@ -206,11 +206,11 @@ class GazeboServer(Node):
 
     def _wait_for_the_simulator(self) -> str:
         # Who spawned the robot waits for this node, which hands on what the simulator does.
-        progress.tell(progress.STARTING, "starting the simulation")
+        progress.report(progress.STARTING, "starting the simulation")
         try:
             return self._watch_the_simulator_start()
         finally:
-            progress.tell(progress.READY)
+            progress.report(progress.READY)
 
     def _watch_the_simulator_start(self) -> str:
         shown = ""

@@ -182,7 +182,7 @@ def _words() -> Sequence[str]:
 
 @contextlib.contextmanager
 def _node(name: str) -> Any:
-    progress.tell(progress.STARTING)
+    progress.report(progress.STARTING)
     with (
         contextlib.suppress(KeyboardInterrupt, ExternalShutdownException),
         init(),

@@ -1,4 +1,4 @@
-"""Makes a new package, as ``ros2 pkg create`` does."""
+"""Creation of a new package, as by ``ros2 pkg create``."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from teleopctl.packages.new.package import (
     NewPackage,
     Note,
     Step,
-    check,
-    joined,
+    check_names,
+    join_path,
     license_text,
     package_xml,
 )
@@ -37,9 +37,9 @@ def create_package(package: NewPackage, folder: str, tell: Callable[[str], objec
         SystemFailureError: The files cannot be written.
     """
     check_package(package, folder)
-    place = joined(folder, package.name)
+    path = join_path(folder, package.name)
     try:
-        for step in _steps(package, place):
+        for step in _steps(package, path):
             _take(step, tell)
     except OSError as error:
         raise SystemFailureError(f"{error.filename}: {error.strerror}") from error
@@ -52,33 +52,33 @@ def check_package(package: NewPackage, folder: str) -> None:
         UsageError: A name cannot be used.
         RefusedError: There is a folder of that name.
     """
-    check(package)
-    place = joined(folder, package.name)
-    if Path(place).exists():
+    check_names(package)
+    path = join_path(folder, package.name)
+    if Path(path).exists():
         raise RefusedError(
-            f"Aborted! The directory already exists: {place}",
+            f"Aborted! The directory already exists: {path}",
             hint="Either remove the directory or choose a different destination directory or "
             "package name.",
         )
 
 
-def _steps(package: NewPackage, place: str) -> Iterator[Step]:
-    yield Folder(place)
-    yield File(joined(place, "package.xml"), package_xml(package))
+def _steps(package: NewPackage, path: str) -> Iterator[Step]:
+    yield Folder(path)
+    yield File(join_path(path, "package.xml"), package_xml(package))
     if package.build_type == AMENT_PYTHON:
-        yield from python_files(package, place)
+        yield from python_files(package, path)
     elif package.build_type == AMENT_CARGO:
-        yield from cargo_files(package, place)
+        yield from cargo_files(package, path)
     else:
-        source, include = joined(place, "src"), joined(place, "include", package.name)
+        source, include = join_path(path, "src"), join_path(path, "include", package.name)
         yield Note("creating source and include folder")
         yield Folder(source)
         yield Folder(include)
-        yield from cmake_files(package, place)
+        yield from cmake_files(package, path)
         yield from cpp_files(package, source, include)
     text = license_text(package.license, package.maintainer_name, date.today().year)
     if text is not None:
-        yield File(joined(place, "LICENSE"), text, is_told=False)
+        yield File(join_path(path, "LICENSE"), text, is_told=False)
 
 
 def _take(step: Step, tell: Callable[[str], object]) -> None:

@@ -47,8 +47,8 @@ class NewPackage(NamedTuple):
     library_name: str | None = None
 
 
-def check(package: NewPackage) -> None:
-    """Raise for invalid names.
+def check_names(package: NewPackage) -> None:
+    """Raise a UsageError if the package's, node's or library's name is invalid.
 
     Raises:
         UsageError: A name is none, or not one in the package's language.
@@ -88,19 +88,19 @@ def _check_module(name: str, kind: str) -> None:
 
 
 class Note(NamedTuple):
-    """A line to print."""
+    """Step of creating a package: print a line."""
 
     text: str
 
 
 class Folder(NamedTuple):
-    """A folder to create."""
+    """Step of creating a package: create a folder."""
 
     path: str
 
 
 class File(NamedTuple):
-    """A file to write.
+    """Step of creating a package: write a file.
 
     Attributes:
         path: Its path.
@@ -116,7 +116,7 @@ class File(NamedTuple):
 Step = Note | Folder | File
 
 
-def joined(*parts: str) -> str:
+def join_path(*parts: str) -> str:
     """Join the parts of a path, keeping a leading ``./``."""
     return os.path.join(*parts)  # noqa: PTH118 -- a Path would drop the ./
 
@@ -143,7 +143,7 @@ def license_names() -> list[str]:
 
 
 def license_text(name: str, holder: str, year: int) -> str | None:
-    """Return the text of a license, or None.
+    """Return the text of a license with its holder and year; None for an unknown license.
 
     Args:
         name: Its SPDX identifier.
@@ -163,7 +163,7 @@ _TEST_DEPENDENCIES: Final = {
 
 
 def package_xml(package: NewPackage) -> str:
-    """Return the text of ``package.xml``."""
+    """Return the text of a new package's ``package.xml``."""
     from xml.sax.saxutils import escape, quoteattr
 
     schema = f"http://download.ros.org/schema/package_format{package.package_format}.xsd"

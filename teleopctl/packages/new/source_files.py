@@ -5,7 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Final
 
-from teleopctl.packages.new.package import AMENT_CMAKE, File, Folder, NewPackage, Note, Step, joined
+from teleopctl.packages.new.package import (
+    AMENT_CMAKE,
+    File,
+    Folder,
+    NewPackage,
+    Note,
+    Step,
+    join_path,
+)
 
 _SETUP_PY: Final = """\
 from setuptools import find_packages, setup
@@ -72,28 +80,28 @@ status, errors = main_with_errors(argv=[])
 
 def python_files(package: NewPackage, folder: str) -> Iterator[Step]:
     """Yield the files of a Python package."""
-    source = joined(folder, package.name)
+    source = join_path(folder, package.name)
     yield Note("creating source folder")
     yield Folder(source)
-    yield File(joined(folder, "setup.py"), _setup_py(package))
-    yield File(joined(folder, "setup.cfg"), _SETUP_CFG.format(name=package.name))
-    yield Folder(joined(folder, "resource"))
-    yield File(joined(folder, "resource", package.name), "")
-    yield File(joined(source, "__init__.py"), "")
-    yield Folder(joined(folder, "test"))
+    yield File(join_path(folder, "setup.py"), _setup_py(package))
+    yield File(join_path(folder, "setup.cfg"), _SETUP_CFG.format(name=package.name))
+    yield Folder(join_path(folder, "resource"))
+    yield File(join_path(folder, "resource", package.name), "")
+    yield File(join_path(source, "__init__.py"), "")
+    yield Folder(join_path(folder, "test"))
     for linter, main, skip, check in (
         ("copyright", "main", _SKIP, _CHECK),
         ("flake8", "main_with_errors", "", _CHECK_FLAKE8),
         ("pep257", "main", "", _CHECK),
     ):
         text = _LINTER_TEST.format(linter=linter, main=main, skip=skip, check=check)
-        yield File(joined(folder, "test", f"test_{linter}.py"), text)
+        yield File(join_path(folder, "test", f"test_{linter}.py"), text)
     if package.node_name:
         text = _PYTHON_MAIN.format(name=package.name)
-        yield File(joined(source, f"{package.node_name}.py"), text)
+        yield File(join_path(source, f"{package.node_name}.py"), text)
     if package.library_name:
-        yield Folder(joined(source, package.library_name))
-        yield File(joined(source, package.library_name, "__init__.py"), "")
+        yield Folder(join_path(source, package.library_name))
+        yield File(join_path(source, package.library_name, "__init__.py"), "")
 
 
 def _setup_py(package: NewPackage) -> str:
@@ -194,11 +202,11 @@ def cpp_files(package: NewPackage, source: str, include: str) -> Iterator[Step]:
         "class_name": _identifier(library).replace("_", " ").title().replace(" ", ""),
     }
     if package.node_name:
-        yield File(joined(source, f"{package.node_name}.cpp"), _CPP_MAIN.format(**names))
+        yield File(join_path(source, f"{package.node_name}.cpp"), _CPP_MAIN.format(**names))
     if library:
-        yield File(joined(include, f"{library}.hpp"), _HEADER.format(**names))
-        yield File(joined(source, f"{library}.cpp"), _SOURCE.format(**names))
-        yield File(joined(include, "visibility_control.h"), _VISIBILITY.format(**names))
+        yield File(join_path(include, f"{library}.hpp"), _HEADER.format(**names))
+        yield File(join_path(source, f"{library}.cpp"), _SOURCE.format(**names))
+        yield File(join_path(include, "visibility_control.h"), _VISIBILITY.format(**names))
 
 
 def _identifier(name: str) -> str:
@@ -282,7 +290,7 @@ endif()
 
 def cmake_files(package: NewPackage, folder: str) -> Iterator[Step]:
     """Yield the build files of a CMake package."""
-    yield File(joined(folder, "CMakeLists.txt"), _cmake_lists(package))
+    yield File(join_path(folder, "CMakeLists.txt"), _cmake_lists(package))
     if package.build_type == AMENT_CMAKE:
         return
     name = package.name
@@ -291,9 +299,9 @@ def cmake_files(package: NewPackage, folder: str) -> Iterator[Step]:
         config += f"set({name}_LIBRARIES {package.library_name})\n"
     if package.node_name:
         config += f"set({name}_EXECUTABLE {package.node_name})\n"
-    yield File(joined(folder, f"{name}Config.cmake.in"), config)
+    yield File(join_path(folder, f"{name}Config.cmake.in"), config)
     version = _CONFIG_VERSION.format(name=name)
-    yield File(joined(folder, f"{name}ConfigVersion.cmake.in"), version)
+    yield File(join_path(folder, f"{name}ConfigVersion.cmake.in"), version)
 
 
 def _cmake_lists(package: NewPackage) -> str:
@@ -412,19 +420,19 @@ mod tests {{
 """
 
 
-def cargo_files(package: NewPackage, place: str) -> Iterator[Step]:
-    """Return the steps that make a Rust package's files.
+def cargo_files(package: NewPackage, path: str) -> Iterator[Step]:
+    """Yield the files of a Rust package.
 
     Cargo wants a target: a package without node and library gets a program of its own name.
     """
-    source = joined(place, "src")
+    source = join_path(path, "src")
     yield Note("creating source folder")
     yield Folder(source)
-    yield File(joined(place, "Cargo.toml"), _cargo_toml(package))
+    yield File(join_path(path, "Cargo.toml"), _cargo_toml(package))
     if package.node_name or not package.library_name:
-        yield File(joined(source, "main.rs"), _RUST_MAIN.format(name=package.name))
+        yield File(join_path(source, "main.rs"), _RUST_MAIN.format(name=package.name))
     if package.library_name:
-        yield File(joined(source, "lib.rs"), _LIBRARY.format(name=package.name))
+        yield File(join_path(source, "lib.rs"), _LIBRARY.format(name=package.name))
 
 
 def _cargo_toml(package: NewPackage) -> str:

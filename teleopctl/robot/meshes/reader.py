@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from teleopctl.base.files import absence
+from teleopctl.base.files import missing_content
 from teleopctl.errors import TeleopctlError
 
 if TYPE_CHECKING:
@@ -122,7 +122,7 @@ def check_mesh_file(path: Path, size: int | None = None) -> None:
             raise InvalidMeshError(f"cannot be read: {reason}") from error
         if not is_file:
             raise InvalidMeshError("is no file")
-        if why := absence(path):
+        if why := missing_content(path):
             raise InvalidMeshError(why)
     most = _MOST_BYTES.get(suffix, _MOST_BYTES_OF_OTHERS)
     if size > most:

@@ -59,7 +59,7 @@ from teleopctl.base import progress
 ended = threading.Event()
 signal.signal(signal.SIGINT, lambda *_: ended.set())
 print("here", os.path.exists("worked"), flush=True)
-progress.tell(progress.READY)
+progress.report(progress.READY)
 ended.wait()
 print("gone", os.path.exists("worked"), flush=True)
 """

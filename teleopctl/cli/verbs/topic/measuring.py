@@ -437,8 +437,8 @@ class TopicListener:
 
         Args:
             on_message: Called on the transport's thread for each message, with the topic, the
-                message and the time of its arrival in nanoseconds, so that neither decoding of other
-                messages nor printing falsifies the times.
+                message and the time of its arrival in nanoseconds, so that neither decoding nor
+                printing of other messages falsifies the times.
             on_period: Called with the present time of that clock.
             on_subscribed: Called with the name of each topic that is listened to from now on.
         """

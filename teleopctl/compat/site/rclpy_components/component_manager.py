@@ -104,7 +104,7 @@ class ComponentManager(Node):
             response.unique_id = self._last_id
             response.full_node_name = node.get_fully_qualified_name()
         # A component may have told how far it has come, as if the process were its own.
-        progress.tell(progress.READY)
+        progress.report(progress.READY)
         return response
 
     def on_unload_node(
