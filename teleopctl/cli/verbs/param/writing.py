@@ -90,7 +90,7 @@ def set_parameter(
     words = [parameter_name, value, *(more or ())]
     if len(words) % 2:
         raise UsageError(
-            "GraphParameters must be provided as name/value pairs: name value [name value ...]. "
+            "Parameters must be provided as name/value pairs: name value [name value ...]. "
             f"Got {len(words)} argument(s).",
             hint=f"'{words[-1]}' has no value.",
         )
