@@ -12,8 +12,7 @@ from hypothesis import given, strategies as st
 
 from teleopctl.mujoco_model.model import build_model
 from teleopctl.robot.description import RobotDescription
-from teleopctl.robot.free_joints import JointSet
-from teleopctl.robot.joints import Joints
+from teleopctl.robot.joints import Joints, JointSet
 from teleopctl.robot.kinematics import SegmentTree
 from teleopctl.sim.simulation import Simulation
 from teleopctl.testing import ControlStack

@@ -23,7 +23,7 @@ from teleopctl.robot import (
     RobotDescription,
     SegmentTree,
     read_model,
-    with_mesh_paths,
+    with_absolute_mesh_paths,
     xacro_arguments,
 )
 from teleopctl.tf import Transform, matrix_from_quaternion, quaternion_from_rpy
@@ -254,7 +254,7 @@ def load_robot(path: Path | str, **arguments: str) -> Robot:
                 f"{file} takes no argument '{name}'",
                 hint=f"It takes {', '.join(taken) or 'none'}.",
             )
-    return Robot(with_mesh_paths(read.text, file.parent))
+    return Robot(with_absolute_mesh_paths(read.text, file.parent))
 
 
 def _robot_joint(name: str, model: JointModel) -> RobotJoint:

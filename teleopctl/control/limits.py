@@ -19,7 +19,7 @@ from teleopctl.control.handles import (
     StateInterface,
 )
 from teleopctl.interfaces import is_since
-from teleopctl.robot import cut_command
+from teleopctl.robot import clamped_command_text
 
 if TYPE_CHECKING:
     from teleopctl.robot import JointLimits
@@ -117,7 +117,7 @@ class JointLimiter:
                 self._reported.add(command.interface_name)
                 by = self._cutting_limit(command.interface_name, wanted)
                 self._report(
-                    cut_command(
+                    clamped_command_text(
                         self._joint, command.interface_name, wanted, limited, self._limits, by
                     )
                 )

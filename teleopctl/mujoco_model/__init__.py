@@ -11,39 +11,44 @@ if TYPE_CHECKING:
     from teleopctl.mujoco_model.base import (
         FixedBase as FixedBase,
         FixedBy as FixedBy,
+        FreeBody as FreeBody,
+        free_root as free_root,
         quaternion as quaternion,
     )
-    from teleopctl.mujoco_model.cameras import CameraModel as CameraModel
+    from teleopctl.mujoco_model.cameras import (
+        CAMERA_TYPES as CAMERA_TYPES,
+        CameraModel as CameraModel,
+    )
     from teleopctl.mujoco_model.contacts import DirectedFriction as DirectedFriction
     from teleopctl.mujoco_model.drives import (
         DRIVE_RAD_S as DRIVE_RAD_S,
+        assumed_rotors_text as assumed_rotors_text,
         compensated_bodies as compensated_bodies,
         drive_name as drive_name,
-        lifting_efforts as lifting_efforts,
+        gravity_efforts as gravity_efforts,
         motor_name as motor_name,
-        rotors_told as rotors_told,
     )
-    from teleopctl.mujoco_model.free_bodies import FreeBody as FreeBody, free_root as free_root
     from teleopctl.mujoco_model.joints import JointSpec as JointSpec
     from teleopctl.mujoco_model.model import (
         RobotModel as RobotModel,
         build_model as build_model,
         initial_positions as initial_positions,
     )
-    from teleopctl.mujoco_model.sensors.camera_topics import CAMERA_TYPES as CAMERA_TYPES
-    from teleopctl.mujoco_model.surroundings.carrying import carry_over as carry_over
-    from teleopctl.mujoco_model.surroundings.surfaces import retime as retime
-    from teleopctl.mujoco_model.surroundings.thing import Thing as Thing
+    from teleopctl.mujoco_model.surroundings.state_transfer import copy_state as copy_state
+    from teleopctl.mujoco_model.surroundings.surfaces import set_timestep as set_timestep
     from teleopctl.mujoco_model.surroundings.things import (
-        Coming as Coming,
-        in_world as in_world,
-        with_things as with_things,
-        without_things as without_things,
+        NewObject as NewObject,
+        with_objects as with_objects,
+        with_world as with_world,
+        without_objects as without_objects,
     )
-    from teleopctl.mujoco_model.surroundings.world import WORLD_PREFIX as WORLD_PREFIX
-    from teleopctl.mujoco_model.unserved import (
-        gazebos_own_tags as gazebos_own_tags,
-        unserved_tags as unserved_tags,
+    from teleopctl.mujoco_model.surroundings.world import (
+        WORLD_PREFIX as WORLD_PREFIX,
+        WorldObject as WorldObject,
+    )
+    from teleopctl.mujoco_model.tag_support import (
+        gazebo_only_tags as gazebo_only_tags,
+        unsupported_tags as unsupported_tags,
     )
 else:
     from teleopctl.base.lazy import attach

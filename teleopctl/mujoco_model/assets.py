@@ -13,10 +13,16 @@ from typing import Any
 import mujoco
 
 from teleopctl.errors import TeleopctlError
-from teleopctl.mujoco_model.convex import can_decompose, convex_pieces, hull_of, split, touching
-from teleopctl.mujoco_model.cutting import cut_ahead
+from teleopctl.mujoco_model.convex import (
+    can_decompose,
+    collision_geoms,
+    convex_pieces,
+    decompose_files,
+    measure_hull,
+    replace_collisions,
+)
 from teleopctl.mujoco_model.mesh_content import load_mesh_content
-from teleopctl.mujoco_model.paint import MeshTexture, add_pictures, drawn_by, paint
+from teleopctl.mujoco_model.paint import MeshTexture, add_textures, replace_visuals, visual_geoms
 from teleopctl.packages import resolve_uri
 from teleopctl.robot import InvalidMeshError, check_mesh_file
 
@@ -47,7 +53,7 @@ def resolve_meshes(
             continue  # it has its corners
         reason = _use_file(spec, mesh, folder or Path(), pictures, warnings, try_each=try_each)
         if reason is None:
-            if touching(spec, mesh):
+            if collision_geoms(spec, mesh):
                 usable.append((mesh, uri, (folder or Path()) / resolve_uri(uri)))
             continue
         if uri not in complained:
@@ -56,11 +62,11 @@ def resolve_meshes(
         _drop_mesh(spec, mesh)
     may_cut = not try_each and can_decompose()
     if may_cut:
-        cut_ahead([path for _, _, path in usable])
+        decompose_files([path for _, _, path in usable])
     for mesh, uri, path in usable:
         if words := _touch(spec, mesh, path, may_cut=may_cut):
             warnings.append(f"Mesh '{uri}' {words}")
-    add_pictures(spec, pictures)
+    add_textures(spec, pictures)
     return warnings
 
 
@@ -73,8 +79,8 @@ def _touch(spec: mujoco.MjSpec, mesh: Any, path: Path, *, may_cut: bool) -> str:
     """
     pieces = convex_pieces(path) if may_cut else []
     if not pieces:
-        return hull_of(path).fault
-    split(spec, mesh, pieces)
+        return measure_hull(path).fault
+    replace_collisions(spec, mesh, pieces)
     return f"is hollow: it touches as {len(pieces)} convex pieces"
 
 
@@ -110,7 +116,7 @@ def _use_file(
         mesh.file = str(path.absolute())
         refusal = _refusal(mesh) if try_each else None
         is_read = refusal is None
-        if is_read and not (drawn_by(spec, mesh) and _names_materials(path)):
+        if is_read and not (visual_geoms(spec, mesh) and _names_materials(path)):
             return None
     try:
         content = load_mesh_content(path)
@@ -124,8 +130,10 @@ def _use_file(
         if fault is not None:
             return refusal or fault
     warnings += [f"Mesh '{uri}': {path} {fault}" for fault in content.faults]
-    if content.parts and drawn_by(spec, mesh):
-        pictures += paint(spec, mesh, content.parts, lambda part: not (try_each and _refusal(part)))
+    if content.parts and visual_geoms(spec, mesh):
+        pictures += replace_visuals(
+            spec, mesh, content.parts, lambda part: not (try_each and _refusal(part))
+        )
     return None
 
 

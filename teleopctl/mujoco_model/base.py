@@ -1,11 +1,4 @@
-"""The root link of a robot: free and resting on the ground, or fixed to the world.
-
-A root link named ``world`` stands still, as in Gazebo, and so does any other one that ``<static>``
-or the user holds. Where nobody says, `locomotion` decides: Gazebo frees every other root link, so
-that arms topple whose authors never tried them there. Unlike there, a free robot that is put
-nowhere in particular starts with its lowest point on the ground instead of its root link: half of
-all wheeled robots have theirs at the height of the axles.
-"""
+"""Bases: whether a robot's root link moves freely or is fixed to the world, and why."""
 
 from __future__ import annotations
 
@@ -18,12 +11,61 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
-from teleopctl.mujoco_model.free_bodies import FreeBody
-from teleopctl.mujoco_model.locomotion import RobotShapes, is_free_by_itself, moves_about_by
+from teleopctl.errors import InvalidDescriptionError
+from teleopctl.mujoco_model.locomotion import RobotShapes, is_free_by_design, locomotion_of
 from teleopctl.robot import Pose
 
 if TYPE_CHECKING:
     from teleopctl.robot import RobotDescription
+
+
+@dataclass(frozen=True)
+class FreeBody:
+    """A link on a floating joint.
+
+    Attributes:
+        link: The link, whose pose is that of the joint.
+        joint: The joint.
+        parent: The frame that the joint starts at, which stands still at the world's origin.
+    """
+
+    link: str
+    joint: str
+    parent: str
+
+
+def free_bodies(description: RobotDescription) -> list[FreeBody]:
+    """Return the bodies on floating joints, in the order of the URDF.
+
+    Raises:
+        InvalidDescriptionError: If a floating joint starts at a link that is not ``world``.
+    """
+    found = [
+        FreeBody(joint.child, joint.name, joint.parent)
+        for joint in description.joints.values()
+        if joint.type == "floating"
+    ]
+    for body in found:
+        if body.parent != "world":
+            raise InvalidDescriptionError(
+                f"Joint '{body.joint}' is floating but starts at link '{body.parent}'",
+                hint="What moves freely starts at a root link named 'world'.",
+            )
+    return found
+
+
+def free_root(model: mujoco.MjModel, body: int) -> int:
+    """Return the free body that carries a body; 0 for the world.
+
+    Args:
+        model: The ``mujoco.MjModel``.
+        body: Number of the body.
+    """
+    # MuJoCo takes a free joint below the world only.
+    root = int(model.body_rootid[body])
+    first, count = model.body_jntadr[root], model.body_jntnum[root]
+    return root if count and model.jnt_type[first] == mujoco.mjtJoint.mjJNT_FREE else 0
+
 
 WORLD = "world"
 
@@ -133,10 +175,10 @@ def fixed_base(
     static = description.gazebo.static
     if static:
         return FixedBase(link, FixedBy.STATIC, placed)
-    if asked is False or static is False or is_free_by_itself(description):
+    if asked is False or static is False or is_free_by_design(description):
         return None
     shapes = RobotShapes(spec, start)
-    if moves_about_by(shapes, description):
+    if locomotion_of(shapes, description):
         return None
     below = -shapes.lowest_that_moves
     if below > _SUNK_M and (placed is None or not any((placed.xyz[2], *placed.rpy))):
@@ -226,7 +268,7 @@ def _drags(model: Any, data: Any, root: int, wheels: Iterable[str]) -> bool:
     )
 
 
-def borne_inertias(
+def supported_inertias(
     bare: mujoco.MjModel, base: FreeBase, positions: np.ndarray, joints: Iterable[str]
 ) -> dict[str, float]:
     """Return the inertias that wheels' and legs' drives move while the robot stands on them.

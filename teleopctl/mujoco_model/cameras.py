@@ -1,7 +1,7 @@
-"""Pinhole cameras: from ``<gazebo>`` camera sensors to MuJoCo cameras and ``camera_info``.
+"""Cameras of a robot for the simulation: topics, frames, image size, lens and noise.
 
-A sensor looks along the x axis of its link, with y to the left and z up. MuJoCo's cameras look
-along their negative z axis, with x to the right and y up.
+A plug-in of Gazebo classic publishes below the camera's name, and its remappings hold. A camera of
+gz has its ``<topic>``, and the other topics beside it or below it, by its kind.
 """
 
 from __future__ import annotations
@@ -15,17 +15,178 @@ from typing import TYPE_CHECKING
 import mujoco
 import numpy as np
 
-from teleopctl.mujoco_model.sensors.camera_topics import CAMERA_TYPES, camera_topics
-from teleopctl.mujoco_model.sensors.optical_frames import (
-    optical_frame,
-    optical_rotation,
-    own_frame,
-)
 from teleopctl.robot import Lens, Noise, Pose, RosNames, ros_topic
-from teleopctl.tf import Quaternion
+from teleopctl.tf import Quaternion, Transform, multiply, quaternion_from_rpy
 
 if TYPE_CHECKING:
-    from teleopctl.robot import CameraTag, RobotDescription, SensorTag
+    from teleopctl.robot import CameraTag, Pose, RobotDescription, SensorTag
+
+_KINDS = {
+    "camera": "camera",
+    "depth": "depth",
+    "depth_camera": "depth",
+    "rgbd": "rgbd",
+    "rgbd_camera": "rgbd",
+    "segmentation": "segmentation",
+    "segmentation_camera": "segmentation",
+    "wide_angle_camera": "camera",
+    "wideanglecamera": "camera",
+    "boundingbox": "boxes",
+    "boundingbox_camera": "boxes",
+}
+CAMERA_TYPES = frozenset(_KINDS)
+
+# What a plug-in of Gazebo classic calls its topics, and the tags of older ones that rename them.
+_OF_PLUGIN = {
+    "image": ("image_raw", "imageTopicName"),
+    "info": ("camera_info", "cameraInfoTopicName"),
+    "depth": ("depth/image_raw", "depthImageTopicName"),
+    "depth_info": ("depth/camera_info", "depthImageCameraInfoTopicName"),
+    "points": ("points", "pointCloudTopicName"),
+}
+PLUGIN_TOPIC_TAGS = frozenset(tag for _, tag in _OF_PLUGIN.values())
+
+
+def camera_topics(sensor: SensorTag, name: str, *, alone: bool) -> dict[str, str]:
+    """Return the topics of a camera.
+
+    Args:
+        sensor: What the description says.
+        name: The camera's name.
+        alone: Whether it is the robot's only camera, whose topics need no name.
+
+    Returns:
+        Topics by what is published: see `CameraModel`.
+    """
+    kind, names = _KINDS[sensor.type], RosNames(sensor)
+    if not names.topic_decides:
+        seen = ("image", "info") if kind == "camera" else tuple(_OF_PLUGIN)
+        if kind not in ("segmentation", "boxes"):
+            return {what: _of_plugin(names, sensor, what) for what in seen}
+    info = sensor.texts.get("camera/camera_info_topic", "")
+    topic = names.topic
+    if kind == "camera":
+        topic = topic or ("image_raw" if alone else f"{name}/image_raw")
+        return {"image": topic, "info": info or _beside(topic, "camera_info")}
+    if kind == "depth":
+        topic = topic or f"{name}/depth_image"
+        return {
+            "depth": topic,
+            "points": f"{topic}/points",
+            "depth_info": info or _beside(topic, "camera_info"),
+        }
+    topic = topic or name
+    if kind == "boxes":
+        info = info or _beside(topic, "camera_info")
+        return {"boxes": topic, "boxed_image": f"{topic}_image", "info": info}
+    inside = {"info": info or f"{topic}/camera_info"}
+    if kind == "rgbd":
+        return inside | {
+            "image": f"{topic}/image",
+            "depth": f"{topic}/depth_image",
+            "points": f"{topic}/points",
+        }
+    return inside | {"labels": f"{topic}/labels_map", "coloured": f"{topic}/colored_map"}
+
+
+def _of_plugin(names: RosNames, sensor: SensorTag, what: str) -> str:
+    default, tag = _OF_PLUGIN[what]
+    camera = names.setting("camera_name", "cameraName") or sensor.name
+    # In ROS 2 it is `CAMERA/image_raw` that is remapped; many descriptions write the others.
+    for name in (f"{camera}/{default}", f"~/{default}", default):
+        if target := names.remapped(name):
+            return target
+    renamed = names.setting(tag, f"ros/{tag}") or default
+    return names.of_plugin(renamed if renamed.startswith("/") else f"{camera}/{renamed}")
+
+
+def _beside(topic: str, name: str) -> str:
+    """A name in the same namespace as a topic."""
+    above, slash, _ = topic.rpartition("/")
+    return f"{above}{slash}{name}"
+
+
+# The optical frame in the sensor's frame, x y z w.
+OPTICAL_ROTATION = (-0.5, 0.5, -0.5, 0.5)
+# Descriptions write a quarter of a turn with two digits: 1.57.
+_TURNED_ALIKE_RAD = 0.01
+# A picture from a place further away shows what is 1 m ahead a pixel elsewhere.
+_IN_ONE_PLACE_M = 0.001
+
+
+def optical_frame(sensor: SensorTag, description: RobotDescription) -> tuple[str, str]:
+    """Return the name of a camera's optical frame.
+
+    Returns:
+        The frame, and a sentence for the log if the description names another, else empty.
+    """
+    if sensor.optical_frame:
+        return sensor.optical_frame, ""
+    named = RosNames(sensor).setting("frame_name", "frameName") or sensor.frame
+    if named and (named not in description.links or _is_optical(named, sensor, description)):
+        return named, ""
+    found = [
+        link
+        for link in description.links
+        if "optical" in link
+        and _is_optical(link, sensor, description)
+        and _offset(link, sensor, description) < _IN_ONE_PLACE_M
+    ]
+    frame = next(iter(found), own_frame(sensor.link, sensor.name, description))
+    if named in ("", sensor.link):
+        return frame, ""
+    return frame, (
+        f"The frame '{named}' of camera '{sensor.name}' does not look where the camera does: its "
+        f"images are in '{frame}'"
+    )
+
+
+def own_frame(link: str, name: str, description: RobotDescription) -> str:
+    """Return a default name for a camera's optical frame, after its link or the camera."""
+    return next(
+        (f"{base}_optical" for base in (link, name) if f"{base}_optical" not in description.links),
+        f"{link}_{name}_optical",
+    )
+
+
+def optical_rotation(pose: Pose) -> Quaternion:
+    """Return the optical frame's rotation in the camera's link, x y z w."""
+    return multiply(quaternion_from_rpy(*pose.rpy), OPTICAL_ROTATION)
+
+
+def _is_optical(link: str, sensor: SensorTag, description: RobotDescription) -> bool:
+    """Whether a link is fixed to a sensor's and turned as its images are."""
+    between = _between(sensor.link, link, description)
+    if between is None:
+        return False
+    wanted = optical_rotation(sensor.pose)
+    alike = abs(sum(a * b for a, b in zip(wanted, between.rotation, strict=True)))
+    return 2.0 * math.acos(min(1.0, alike)) < _TURNED_ALIKE_RAD
+
+
+def _offset(link: str, sensor: SensorTag, description: RobotDescription) -> float:
+    between = _between(sensor.link, link, description)
+    return math.inf if between is None else math.dist(between.translation, sensor.pose.xyz)
+
+
+def _between(source: str, target: str, description: RobotDescription) -> Transform | None:
+    """The target's frame in the source's, where nothing moves between them."""
+    first, second = _in_rigid_root(source, description), _in_rigid_root(target, description)
+    if first[0] != second[0]:
+        return None
+    return first[1].inverse() @ second[1]
+
+
+def _in_rigid_root(link: str, description: RobotDescription) -> tuple[str, Transform]:
+    """The first link upwards that moves, and this one's frame in it."""
+    above = {joint.child: joint for joint in description.joints.values()}
+    pose = Transform((0.0, 0.0, 0.0))
+    while link in above and above[link].type == "fixed":
+        joint = above[link]
+        pose = Transform(joint.origin.xyz, quaternion_from_rpy(*joint.origin.rpy)) @ pose
+        link = joint.parent
+    return link, pose
+
 
 _DEFAULT_RATE_HZ = 30.0
 # SDF's words for boxes around what is seen of a thing, not what is behind another.

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 import mujoco
 import numpy as np
 
-from teleopctl.mujoco_model.free_bodies import free_root
+from teleopctl.mujoco_model.base import free_root
 
 if TYPE_CHECKING:
     from teleopctl.robot import RobotDescription
@@ -35,7 +35,7 @@ _ROUGHEST = 1000.0
 _PLANE = mujoco.mjtGeom.mjGEOM_PLANE
 
 
-def hold_by_friction(spec: mujoco.MjSpec) -> None:
+def set_friction_solver(spec: mujoco.MjSpec) -> None:
     """Set the solver's options for firm friction grips.
 
     Args:
@@ -47,7 +47,7 @@ def hold_by_friction(spec: mujoco.MjSpec) -> None:
 
 
 # Any stands for MuJoCo's shapes, whose class has no types.
-def give_friction(geom: Any, coefficient: float, usual: float) -> None:
+def set_friction(geom: Any, coefficient: float, usual: float) -> None:
     """Set the friction coefficient of a shape.
 
     Of two that touch the smoother one decides, as in Gazebo; MuJoCo would take the larger

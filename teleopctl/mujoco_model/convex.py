@@ -11,8 +11,11 @@ from __future__ import annotations
 
 import hashlib
 import io
+import logging
 import os
-from collections.abc import Sequence
+import subprocess
+import sys
+from collections.abc import Collection, Sequence
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -21,6 +24,7 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
+from teleopctl.base import progress
 from teleopctl.base.folders import cache_dir
 from teleopctl.mujoco_model.mesh_content import load_mesh_content
 from teleopctl.robot import InvalidMeshError
@@ -87,7 +91,7 @@ class Hull(NamedTuple):
         return f"touches as its convex hull, which has {self.ratio:.1f} times its volume{cure}"
 
 
-def hull_of(path: Path) -> Hull:
+def measure_hull(path: Path) -> Hull:
     """Return the measures of a mesh file's convex hull, cached by the file's content."""
     kept = _kept_at(path, ".volumes")
     try:
@@ -100,15 +104,15 @@ def hull_of(path: Path) -> Hull:
     return hull
 
 
-def is_to_cut(path: Path) -> bool:
+def needs_decomposition(path: Path) -> bool:
     """Return whether a mesh must be decomposed and is not yet cached."""
-    hull = hull_of(path)
+    hull = measure_hull(path)
     return not hull.is_open and hull.ratio > _HOLLOW and not _kept_at(path, _PIECES).is_file()
 
 
 def convex_pieces(path: Path) -> list[Piece]:
     """Return the convex pieces of a mesh; empty if its hull is good enough or it is open."""
-    hull = hull_of(path)
+    hull = measure_hull(path)
     if hull.is_open or hull.ratio <= _HOLLOW:
         return []
     kept = _kept_at(path, _PIECES)
@@ -127,7 +131,7 @@ def convex_pieces(path: Path) -> list[Piece]:
     return pieces
 
 
-def slabs(path: Path, scale: Sequence[float]) -> list[npt.NDArray[np.float64]]:
+def surface_slabs(path: Path, scale: Sequence[float]) -> list[npt.NDArray[np.float64]]:
     """Return the surface of a hollow mesh as convex slabs.
 
     Args:
@@ -142,7 +146,7 @@ def slabs(path: Path, scale: Sequence[float]) -> list[npt.NDArray[np.float64]]:
     if mesh is None or not 0 < len(mesh.faces) <= _MOST_SLABS:
         return []
     mesh.apply_transform(np.diag([*scale, 1.0]))
-    if not mesh.is_watertight or hull_of(path).ratio <= _HOLLOW:
+    if not mesh.is_watertight or measure_hull(path).ratio <= _HOLLOW:
         return []
     # Half as thick as the mesh is on average, so that no slab comes out on the other side.
     depth = min(abs(mesh.volume) / mesh.area, _SLAB_M)
@@ -155,7 +159,7 @@ def slabs(path: Path, scale: Sequence[float]) -> list[npt.NDArray[np.float64]]:
 
 
 # Any stands for MuJoCo's elements, which have no types.
-def split(spec: mujoco.MjSpec, mesh: Any, pieces: Sequence[Piece]) -> None:
+def replace_collisions(spec: mujoco.MjSpec, mesh: Any, pieces: Sequence[Piece]) -> None:
     """Replace the collision shape of a mesh by convex pieces; its visual shape stays.
 
     Args:
@@ -168,7 +172,7 @@ def split(spec: mujoco.MjSpec, mesh: Any, pieces: Sequence[Piece]) -> None:
         piece = spec.add_mesh(name=f"{mesh.name}/convex{number}", scale=mesh.scale)
         piece.uservert, piece.userface = vertices.ravel().tolist(), faces.ravel().tolist()
         names.append(piece.name)
-    for geom in touching(spec, mesh):
+    for geom in collision_geoms(spec, mesh):
         for name in names:
             geom.parent.add_geom(
                 type=mujoco.mjtGeom.mjGEOM_MESH,
@@ -180,7 +184,7 @@ def split(spec: mujoco.MjSpec, mesh: Any, pieces: Sequence[Piece]) -> None:
         spec.delete(mesh)
 
 
-def touching(spec: mujoco.MjSpec, mesh: Any) -> list[Any]:
+def collision_geoms(spec: mujoco.MjSpec, mesh: Any) -> list[Any]:
     """Return the collision shapes of a mesh."""
     return [geom for geom in spec.geoms if geom.meshname == mesh.name and geom.contype]
 
@@ -274,3 +278,64 @@ def _loaded(file: Path) -> list[Piece]:
             (arrays[f"vertices{number}"], arrays[f"faces{number}"])
             for number in range(int(arrays["count"]))
         ]
+
+
+_log = logging.getLogger(__name__)
+
+_CUTTING = "cutting hollow meshes into convex pieces"
+# Each process writes this line after each of its meshes.
+_DONE = b"done\n"
+
+
+def decompose_files(files: Collection[Path]) -> None:
+    """Decompose hollow mesh files in parallel, and cache the pieces.
+
+    What cannot be cut so, because no process can be started or the folder cannot be written, is
+    left to `convex_pieces`.
+    """
+    missing = sorted({file for file in files if needs_decomposition(file)}, key=_size, reverse=True)
+    if not missing:
+        return
+    _log.warning(
+        "Cutting hollow meshes into convex pieces, up to half a minute for each: %s. They are kept "
+        "for the next time",
+        ", ".join(file.name for file in missing),
+    )
+    count = min(len(missing), os.cpu_count() or 1)
+    progress.doing(_CUTTING)
+    processes: list[subprocess.Popen[bytes]] = []
+    read, write = os.pipe()
+    try:
+        for number in range(count):
+            # The largest first, and the others dealt out: none waits long for the last.
+            share = [str(file.absolute()) for file in missing[number::count]]
+            command = [sys.executable, "-P", "-m", __name__, *share]
+            # Ctrl-C comes to them too, and each would say so.
+            nowhere = subprocess.DEVNULL
+            processes.append(subprocess.Popen(command, stdin=nowhere, stdout=write, stderr=nowhere))
+        os.close(write)
+        write = -1
+        with open(read, "rb", closefd=False) as lines:
+            for done, _ in enumerate((line for line in lines if line == _DONE), 1):
+                progress.doing(f"{_CUTTING}: {done} of {len(missing)}")
+        for process in processes:
+            process.wait()
+    except OSError:
+        pass  # convex_pieces will do it
+    finally:
+        os.close(read)
+        if write != -1:
+            os.close(write)
+        for process in processes:
+            process.kill()
+            process.wait()
+
+
+def _size(file: Path) -> int:
+    return file.stat().st_size
+
+
+if __name__ == "__main__":
+    for argument in sys.argv[1:]:
+        convex_pieces(Path(argument))
+        os.write(1, _DONE)

@@ -63,7 +63,7 @@ def motor_name(joint: str) -> str:
     return f"{joint}_motor"
 
 
-def rotors_told(rotors: Mapping[str, float]) -> str:
+def assumed_rotors_text(rotors: Mapping[str, float]) -> str:
     """Return a sentence about assumed rotor inertias.
 
     Args:
@@ -250,7 +250,7 @@ def compensated_bodies(model: mujoco.MjModel, unsupported_dofs: np.ndarray) -> n
     return carried
 
 
-def lifting_efforts(
+def gravity_efforts(
     model: mujoco.MjModel, data: mujoco.MjData, bodies: npt.NDArray[np.int_]
 ) -> npt.NDArray[np.float64]:
     """Return the generalised forces that lift bodies against gravity: -J^T m g, summed.

@@ -58,7 +58,7 @@ _CORNERS = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]
 _SIDES = [0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3]
 
 
-def is_free_by_itself(description: RobotDescription) -> bool:
+def is_free_by_design(description: RobotDescription) -> bool:
     """Return whether a robot has no joints, or plug-ins that move it as a whole.
 
     Raises:
@@ -74,7 +74,7 @@ def is_free_by_itself(description: RobotDescription) -> bool:
     return named or motion_plugins(description).drive_the_base
 
 
-def moves_about_by(shapes: RobotShapes, description: RobotDescription) -> str:
+def locomotion_of(shapes: RobotShapes, description: RobotDescription) -> str:
     """Return the wheels or legs of a robot; empty if its base must be fixed.
 
     Args:

@@ -17,10 +17,12 @@ from teleopctl.mujoco_model.base import (
     WORLD,
     FixedBase,
     FreeBase,
-    borne_inertias,
+    FreeBody,
     fixed_base as decide_base,
     free_base,
+    free_bodies,
     place_base,
+    supported_inertias,
 )
 from teleopctl.mujoco_model.cameras import CameraModel, add_camera, camera_models
 from teleopctl.mujoco_model.contacts import (
@@ -28,22 +30,23 @@ from teleopctl.mujoco_model.contacts import (
     directed_friction,
     exclude_adjacent,
     exclude_links,
-    hold_by_friction,
     overlaps,
+    set_friction_solver,
 )
 from teleopctl.mujoco_model.drives import add_drives, prepare_joints
-from teleopctl.mujoco_model.free_bodies import FreeBody, free_bodies
 from teleopctl.mujoco_model.inertia import repair_inertias
 from teleopctl.mujoco_model.joints import JointSpec, close_loops, joint_specs
-from teleopctl.mujoco_model.mjcf.draft import MjcfDraft, draft_mjcf
-from teleopctl.mujoco_model.mjcf.start import MjcfStart
-from teleopctl.mujoco_model.shapes import drop_impossible_shapes
+from teleopctl.mujoco_model.mjcf import MjcfDraft, MjcfStart, draft_mjcf
 from teleopctl.mujoco_model.surroundings.scene import add_scene
 from teleopctl.mujoco_model.surroundings.surfaces import pair_surfaces
-from teleopctl.mujoco_model.surroundings.thing import Thing, things_since
-from teleopctl.mujoco_model.surroundings.world import add_world, world_geoms
-from teleopctl.mujoco_model.unserved import unserved_tags
-from teleopctl.mujoco_model.urdf_import import apply_gazebo, import_urdf
+from teleopctl.mujoco_model.surroundings.world import (
+    WorldObject,
+    add_world,
+    objects_since,
+    world_geoms,
+)
+from teleopctl.mujoco_model.tag_support import unsupported_tags
+from teleopctl.mujoco_model.urdf_import import apply_gazebo, drop_impossible_shapes, import_urdf
 from teleopctl.robot import unknown_tags
 
 if TYPE_CHECKING:
@@ -83,7 +86,7 @@ class RobotModel:
     joints: tuple[JointSpec, ...]
     cameras: tuple[CameraModel, ...]
     free_bodies: tuple[FreeBody, ...]
-    things: tuple[Thing, ...]
+    things: tuple[WorldObject, ...]
     base: FreeBase | None
     fixed: FixedBase | None
     world_geoms: tuple[int, ...]
@@ -213,7 +216,7 @@ def build_model(
     borne: dict[str, float] = {}
     if base is not None:
         start, names = initial_positions(bare, joints), [joint.name for joint in joints]
-        borne = borne_inertias(bare, base, start, names)
+        borne = supported_inertias(bare, base, start, names)
     add_drives(spec, bare, joints, borne)
     directed, told = directed_friction(description)
     warnings += [*told, *pair_surfaces(spec)]
@@ -285,7 +288,7 @@ class _Draft:
     joints: list[JointSpec]
     cameras: list[CameraModel]
     free_bodies: list[FreeBody]
-    things: tuple[Thing, ...]
+    things: tuple[WorldObject, ...]
     base: FreeBase | None
     fixed: FixedBase | None
     warnings: list[str]
@@ -304,7 +307,7 @@ def _draft(
     spec = import_urdf(description.urdf)
     spec.option.timestep = _TIMESTEP_S
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
-    hold_by_friction(spec)
+    set_friction_solver(spec)
     warnings = [*description.repairs, *resolve_meshes(spec, try_each=try_each_mesh)]
     warnings += drop_impossible_shapes(spec)
     start = {joint.name: joint.initial_position for joint in joints}
@@ -316,7 +319,7 @@ def _draft(
         base = free_base(spec, description)
         bodies.insert(0, base.body)
     warnings += repair_inertias(spec)
-    warnings += unserved_tags(description.urdf) + unknown_tags(description.urdf)
+    warnings += unsupported_tags(description.urdf) + unknown_tags(description.urdf)
     warnings += [
         f"Planar joint '{joint.name}' moves freely: nothing drives it, and its state is not told"
         for joint in description.joints.values()
@@ -337,14 +340,14 @@ def _draft(
         if physics.self_collide is False and link in description.links
     ]
     exclude_links(spec, alone, list(description.links))
-    things: tuple[Thing, ...] = ()
+    things: tuple[WorldObject, ...] = ()
     if world is not None:
         before = {body.name for body in spec.worldbody.bodies}
         frame = WORLD if fixed is None else fixed.world_frame
         moving, complaints = add_world(spec, world, frame)
         bodies += moving
         warnings += complaints
-        things = things_since(before, spec, moving)
+        things = objects_since(before, spec, moving)
     add_scene(spec)
     bare = _compile(spec)
     return _Draft(spec, bare, joints, cameras, bodies, things, base, fixed, warnings)

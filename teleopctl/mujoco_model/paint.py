@@ -82,12 +82,12 @@ def parts_of(scene: Any, *, is_gltf: bool) -> list[Part]:
     return parts if any(part.rgba is not None for part in parts) else []
 
 
-def drawn_by(spec: mujoco.MjSpec, mesh: Any) -> list[Any]:
+def visual_geoms(spec: mujoco.MjSpec, mesh: Any) -> list[Any]:
     """Return the visual shapes of a mesh."""
     return [geom for geom in spec.geoms if geom.meshname == mesh.name and not geom.contype]
 
 
-def paint(
+def replace_visuals(
     spec: mujoco.MjSpec, mesh: Any, parts: Sequence[Part], is_taken: Callable[[Any], bool]
 ) -> list[MeshTexture]:
     """Draw the parts of a mesh in place of its visual shape, unless MuJoCo refuses one.
@@ -99,7 +99,7 @@ def paint(
         is_taken: Whether MuJoCo takes a mesh.
 
     Returns:
-        The pictures that `add_pictures` is to bring, once nothing more is taken out of the spec:
+        The pictures that `add_textures` is to bring, once nothing more is taken out of the spec:
         MuJoCo copies all of them each time.
     """
     meshes = [_add_mesh(spec, mesh, f"{mesh.name}/{number}", p) for number, p in enumerate(parts)]
@@ -107,7 +107,7 @@ def paint(
         for added in meshes:
             spec.delete(added)
         return []
-    for geom in drawn_by(spec, mesh):
+    for geom in visual_geoms(spec, mesh):
         for part, added in zip(parts, meshes, strict=True):
             _add_geom(geom, part, added.name)
         body = geom.parent
@@ -127,7 +127,7 @@ def paint(
     return pictures
 
 
-def add_pictures(spec: mujoco.MjSpec, pictures: Iterable[MeshTexture]) -> None:
+def add_textures(spec: mujoco.MjSpec, pictures: Iterable[MeshTexture]) -> None:
     """Add the textures of meshes, reduced if they are many."""
     added, side = list(pictures), _LARGEST_PICTURE
     while side > 1 and sum(picture.pixels.nbytes for picture in added) > _MOST_OF_PICTURES:

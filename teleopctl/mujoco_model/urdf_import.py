@@ -1,25 +1,65 @@
-"""From the robot description's URDF text to a MuJoCo spec that can be edited.
+"""Changes of a URDF before MuJoCo compiles it, among them invalid shapes.
 
-MuJoCo reads URDF itself; what it would drop on the way (visual geometry, links behind fixed
-joints, the text of mesh URIs) is kept by its own extension element, which is added here. Mimic
-joints are taken out, because the description knows them in more forms than MuJoCo does; they
-come back in `teleopctl.mujoco_model.drives`.
+Descriptions of real robots have them as placeholders. MuJoCo refuses the whole robot for one.
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import mujoco
+import numpy as np
 from lxml import etree
 
 from teleopctl.errors import InvalidDescriptionError
-from teleopctl.mujoco_model.contacts import give_friction
-from teleopctl.mujoco_model.surroundings.surfaces import give_surface
+from teleopctl.mujoco_model.contacts import set_friction
+from teleopctl.mujoco_model.surroundings.surfaces import store_surface
 from teleopctl.robot import repair_urdf
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from teleopctl.robot import RobotDescription
+
+_GEOM = mujoco.mjtGeom
+# What each is called, and how many of MuJoCo's three sizes it has.
+_SIZED = {
+    _GEOM.mjGEOM_BOX: ("box", 3),
+    _GEOM.mjGEOM_SPHERE: ("sphere", 1),
+    _GEOM.mjGEOM_CYLINDER: ("cylinder", 2),
+    _GEOM.mjGEOM_CAPSULE: ("capsule", 2),
+}
+
+
+def drop_impossible_shapes(spec: mujoco.MjSpec) -> list[str]:
+    """Remove shapes with invalid sizes.
+
+    Returns:
+        One warning for each link that has some.
+    """
+    warnings: list[str] = []
+    for body in spec.bodies:
+        impossible = list(_impossible(body))
+        if not impossible:
+            continue
+        kinds = ", ".join(dict.fromkeys(_SIZED[geom.type][0] for geom in impossible))
+        warnings.append(
+            f"Shapes of link '{body.name}' ({kinds}) are left out: "
+            "their sizes must be positive, finite numbers"
+        )
+        for geom in impossible:
+            spec.delete(geom)
+    return warnings
+
+
+# Any stands for MuJoCo's bodies and geoms, whose classes have no types.
+def _impossible(body: Any) -> Iterator[Any]:
+    for geom in body.geoms:
+        _, count = _SIZED.get(geom.type, ("", 0))
+        sizes = np.asarray(geom.size)[:count]
+        if not (np.isfinite(sizes).all() and (sizes > 0.0).all()):
+            yield geom
+
 
 # Ground and robot visuals are drawn, collision shapes only when a viewer asks for group 3.
 VISUAL_GROUP = 1
@@ -76,9 +116,9 @@ def apply_gazebo(spec: mujoco.MjSpec, description: RobotDescription) -> None:
             if properties.rgba is not None:
                 geom.rgba[:3] = properties.rgba[:3]
             if properties.mu1 is not None:
-                give_friction(geom, properties.mu1, default)
+                set_friction(geom, properties.mu1, default)
             if properties.surface is not None:
-                give_surface(geom, properties.surface)
+                store_surface(geom, properties.surface)
     for name, spring in description.gazebo.springs.items():
         joint = spec.joint(name)
         if joint is not None:

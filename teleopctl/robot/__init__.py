@@ -7,49 +7,47 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from teleopctl.robot.any_robot import (
         ChosenControllers as ChosenControllers,
-        controllers_for as controllers_for,
-        described_controllers as described_controllers,
-        described_namespace as described_namespace,
-        described_remappings as described_remappings,
-        in_words as in_words,
-        with_mesh_paths as with_mesh_paths,
+        arguments_text as arguments_text,
+        controller_namespace as controller_namespace,
+        controller_parameter_files as controller_parameter_files,
+        controller_remappings as controller_remappings,
+        default_controllers as default_controllers,
+        with_absolute_mesh_paths as with_absolute_mesh_paths,
         xacro_arguments as xacro_arguments,
     )
     from teleopctl.robot.description import RobotDescription as RobotDescription
-    from teleopctl.robot.free_joints import JointSet as JointSet
-    from teleopctl.robot.gazebo_colours import gazebo_colour as gazebo_colour
-    from teleopctl.robot.gazebo_plugins.effects import GroundTruth as GroundTruth
+    from teleopctl.robot.gazebo_plugins.plugin_reader import GroundTruth as GroundTruth
     from teleopctl.robot.gazebo_plugins.table import (
         MotionPlugins as MotionPlugins,
         motion_plugins as motion_plugins,
         tags_of_plugin as tags_of_plugin,
     )
+    from teleopctl.robot.gazebo_tag import gazebo_colour as gazebo_colour
     from teleopctl.robot.joint_rules import (
         JointLimits as JointLimits,
-        cut_command as cut_command,
+        clamped_command_text as clamped_command_text,
     )
-    from teleopctl.robot.joints import JointModel as JointModel, Joints as Joints
+    from teleopctl.robot.joints import (
+        JointModel as JointModel,
+        Joints as Joints,
+        JointSet as JointSet,
+    )
     from teleopctl.robot.kinematics import SegmentTree as SegmentTree
-    from teleopctl.robot.lockstep_topics import (
-        COMMANDS_TOPIC as COMMANDS_TOPIC,
-        RESET_FRAME as RESET_FRAME,
-        STATES_TOPIC as STATES_TOPIC,
+    from teleopctl.robot.mesh_textures import (
+        MOST_TEXTURE_BYTES as MOST_TEXTURE_BYTES,
+        check_picture as check_picture,
     )
-    from teleopctl.robot.meshes.reader import (
+    from teleopctl.robot.meshes import (
         MESH_SUFFIXES as MESH_SUFFIXES,
         InvalidMeshError as InvalidMeshError,
         check_mesh_file as check_mesh_file,
         read_mesh as read_mesh,
     )
-    from teleopctl.robot.meshes.textures import (
-        MOST_TEXTURE_BYTES as MOST_TEXTURE_BYTES,
-        check_picture as check_picture,
-    )
     from teleopctl.robot.mjcf.actuators import (
         JointActuator as JointActuator,
         joint_actuators as joint_actuators,
     )
-    from teleopctl.robot.mjcf.mjcf_as_urdf import ball_turns as ball_turns
+    from teleopctl.robot.mjcf.mjcf_as_urdf import ball_joint_names as ball_joint_names
     from teleopctl.robot.mjcf.mjcf_file import Mjcf as Mjcf, load_mjcf as load_mjcf
     from teleopctl.robot.mjcf.sensors import sensor_tags as sensor_tags
     from teleopctl.robot.mjcf.size_limits import (
@@ -84,20 +82,23 @@ if TYPE_CHECKING:
     )
     from teleopctl.robot.scene.surface import Surface as Surface
     from teleopctl.robot.sdf.includes import gazebo_models as gazebo_models
-    from teleopctl.robot.sensors.lens_tag import Lens as Lens
-    from teleopctl.robot.sensors.plugin_tag import PluginTag as PluginTag
-    from teleopctl.robot.sensors.sensor_names import (
+    from teleopctl.robot.sensor_names import (
         RosNames as RosNames,
         ros_topic as ros_topic,
     )
-    from teleopctl.robot.sensors.sensor_tag import (
+    from teleopctl.robot.sensor_tag import (
         CameraTag as CameraTag,
+        Lens as Lens,
         Noise as Noise,
+        PluginTag as PluginTag,
         Rays as Rays,
         RaySweep as RaySweep,
         SensorTag as SensorTag,
     )
     from teleopctl.robot.simulated_hardware import (
+        COMMANDS_TOPIC as COMMANDS_TOPIC,
+        RESET_FRAME as RESET_FRAME,
+        STATES_TOPIC as STATES_TOPIC,
         SimulatedDescription as SimulatedDescription,
         simulated as simulated,
         with_plugin_joints as with_plugin_joints,
@@ -111,10 +112,10 @@ if TYPE_CHECKING:
     from teleopctl.robot.tags.table import (
         Table as Table,
         TagFinding as TagFinding,
-        gazebos_own as gazebos_own,
+        gazebo_only_text as gazebo_only_text,
         is_default as is_default,
-        plain as plain,
-        value_of as value_of,
+        local_name as local_name,
+        tag_value as tag_value,
     )
     from teleopctl.robot.tags.urdf import unknown_tags as unknown_tags
     from teleopctl.robot.urdf import (
@@ -144,7 +145,7 @@ if TYPE_CHECKING:
         over_budget as over_budget,
         read_xacro as read_xacro,
     )
-    from teleopctl.robot.xacro.source_lines import in_files as in_files
+    from teleopctl.robot.xacro.source_lines import with_source_places as with_source_places
 else:
     from teleopctl.base.lazy import attach
 

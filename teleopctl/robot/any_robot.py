@@ -1,4 +1,4 @@
-"""What can be told of anybody's description: its arguments, its meshes, and what may move it."""
+"""Facts about any description: xacro arguments, mesh paths, controllers and their parameters."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ _USE = re.compile(r"\$\(arg\s+(\w+)\s*\)")
 
 
 class ChosenControllers(NamedTuple):
-    """Chosen controllers of a robot, with their parameters.
+    """The controllers that a launch file starts for a robot.
 
     Attributes:
-        file: Parameters of the controller manager and of them.
-        namespace: Where they run; empty for the root.
-        names: In the order in which they are activated.
-        own: Whether a file or the description has any of them, and not all are made for it.
+        file: Parameter file of the controller manager and the controllers.
+        namespace: Namespace of the controller manager; empty for the root.
+        names: Names of the controllers in the order of their activation.
+        own: Whether any is from the user's file or the description, instead of a default.
     """
 
     file: Path
@@ -36,10 +36,10 @@ class ChosenControllers(NamedTuple):
 
 
 def xacro_arguments(files: Iterable[Path]) -> dict[str, str | None]:
-    """Return the xacro arguments of a description, with their defaults.
+    """Return the xacro arguments of a description with their defaults; None for required ones.
 
     Args:
-        files: The description's file and those that it includes; what cannot be read has none.
+        files: The description's file and those that it includes; unreadable ones are skipped.
     """
     declared: dict[str, str | None] = {}
     used: dict[str, None] = {}
@@ -57,18 +57,18 @@ def xacro_arguments(files: Iterable[Path]) -> dict[str, str | None]:
     return {**{name: None for name in used if name not in declared}, **declared}
 
 
-def in_words(arguments: dict[str, str | None]) -> str:
-    """Return arguments and defaults in words, required ones first."""
+def arguments_text(arguments: dict[str, str | None]) -> str:
+    """Return xacro arguments as text, required ones first: "model, prefix (left_)"."""
     ordered = sorted(arguments.items(), key=lambda item: item[1] is not None)
     return ", ".join(
         name if default is None else f"{name} ({default})" for name, default in ordered
     )
 
 
-def with_mesh_paths(urdf: str, folder: Path) -> str:
-    """Return a description with relative mesh paths made absolute.
+def with_absolute_mesh_paths(urdf: str, folder: Path) -> str:
+    """Return a description whose relative mesh paths are file:// URIs, if the files exist.
 
-    Whoever reads the description from a topic does not know where its file was.
+    Nodes that receive the description by topic do not know the folder of its file.
 
     Args:
         urdf: The description.
@@ -88,18 +88,18 @@ def with_mesh_paths(urdf: str, folder: Path) -> str:
     return _MESH.sub(whole, urdf)
 
 
-def described_controllers(description: RobotDescription) -> list[str]:
-    """Return the controllers' parameter files that a description names, as written there.
+def controller_parameter_files(description: RobotDescription) -> list[str]:
+    """Return the paths of controller parameter files in a description, as written there.
 
-    They stand at Gazebo's plug-in of ros2_control.
+    They are the ``<parameters>`` of Gazebo's ros2_control plug-in.
     """
-    return _said_by_plugin(description, "parameters")
+    return _plugin_parameters(description, "parameters")
 
 
-def described_namespace(description: RobotDescription) -> str:
+def controller_namespace(description: RobotDescription) -> str:
     """Return the namespace of a description's controller manager, such as ``/arm``.
 
-    It stands at Gazebo's plug-in of ros2_control; empty where that is not, or the root's.
+    It is the ``<namespace>`` of Gazebo's ros2_control plug-in; empty for none or the root.
     """
     for plugin in description.gazebo.plugins:
         if plugin.runs_controllers:
@@ -108,16 +108,16 @@ def described_namespace(description: RobotDescription) -> str:
     return ""
 
 
-def described_remappings(description: RobotDescription) -> list[str]:
-    """Return the remappings that a description's controllers ask for.
+def controller_remappings(description: RobotDescription) -> list[str]:
+    """Return the remappings for a description's controllers, as ``from:=to``.
 
-    They stand at Gazebo's plug-in of ros2_control.
+    They are the ``<remapping>``s of Gazebo's ros2_control plug-in.
     """
-    return _said_by_plugin(description, "ros/remapping")
+    return _plugin_parameters(description, "ros/remapping")
 
 
-def _said_by_plugin(description: RobotDescription, parameter: str) -> list[str]:
-    """What a parameter of Gazebo's plug-in of ros2_control says, each time that it stands there."""
+def _plugin_parameters(description: RobotDescription, parameter: str) -> list[str]:
+    """Return all values of a parameter of Gazebo's ros2_control plug-ins."""
     return [
         text
         for plugin in description.gazebo.plugins
@@ -128,16 +128,17 @@ def _said_by_plugin(description: RobotDescription, parameter: str) -> list[str]:
 
 
 # Any: parameters as they stand in YAML.
-def controllers_for(
+def default_controllers(
     description: RobotDescription, plugins: MotionPlugins | None = None
 ) -> dict[str, Any]:
-    """Return parameters of controllers that move every joint of ``<ros2_control>``.
+    """Return parameters of default controllers that move every joint of ``<ros2_control>``.
 
-    Joints that take positions follow trajectories; of the others each group takes its values.
+    Joints with a position interface get a joint trajectory controller, the others a group
+    controller for velocities or efforts.
 
     Args:
         description: The robot.
-        plugins: What moves some of them already, and perhaps tells of all.
+        plugins: Gazebo plug-ins, whose joints are left out.
     """
     moved = {} if plugins is None else plugins.commands
     joints = [

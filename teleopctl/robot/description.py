@@ -1,7 +1,7 @@
-"""The robot description: one object for all that a URDF says.
+"""The robot description: links, joints and extensions of a URDF as one object.
 
-Links and joints are read at once. ``<ros2_control>`` and ``<gazebo>`` are read when somebody asks
-for them, so that a mistake in the one stops only those who need it.
+Links and joints are read at once, ``<ros2_control>`` and ``<gazebo>`` at the first access, so that
+a mistake in one of them is an error only for its readers.
 """
 
 from __future__ import annotations
@@ -33,9 +33,9 @@ class RobotDescription:
         name: The robot's name.
         links: Links by name, in the order of the URDF.
         joints: Joints by name, in the order of the URDF.
-        root: The link that no joint moves.
-        urdf: The text that all this was read from.
-        repairs: What had to be repaired in it, or left out, one sentence each.
+        root: Name of the root link.
+        urdf: The URDF text.
+        repairs: Sentences about what was repaired or left out.
     """
 
     name: str
@@ -47,7 +47,7 @@ class RobotDescription:
 
     @classmethod
     def from_urdf(cls, text: str) -> RobotDescription:
-        """Parse URDF text.
+        """Return the description of a URDF text, repaired where urdfdom would accept it.
 
         Raises:
             InvalidDescriptionError: When it is not XML, is not a robot, its links form no tree, or
@@ -62,7 +62,7 @@ class RobotDescription:
 
     @cached_property
     def child_joints(self) -> Mapping[str, tuple[Joint, ...]]:
-        """Child joints of each link."""
+        """Joints whose parent is a link, by link."""
         found: dict[str, list[Joint]] = {name: [] for name in self.links}
         for joint in self.joints.values():
             found[joint.parent].append(joint)
@@ -70,7 +70,7 @@ class RobotDescription:
 
     @cached_property
     def tree(self) -> tuple[Joint, ...]:
-        """Every joint, parents before children."""
+        """All joints, each before the joints of its child link."""
         order: list[Joint] = []
         pending = [self.root]
         while pending:

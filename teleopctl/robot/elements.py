@@ -1,6 +1,6 @@
-"""Reading XML elements: attributes, numbers and vectors, with errors that say where.
+"""Readers of XML elements' attributes, numbers and vectors, whose errors name element and line.
 
-Floor 3's readers of URDF and of its extensions share these; nothing here knows what a robot is.
+The readers of URDF and of its extensions share them.
 """
 
 import math
@@ -17,7 +17,7 @@ Vector3 = tuple[float, float, float]
 
 _LATE_DECLARATION = re.compile(rb"\A\s+<\?xml[^>]*\?>")
 
-# What Gazebo's reader of XML lets pass, and files have: a prefix such as gz: that is not declared,
+# What Gazebo's XML parser accepts, and files have: a prefix such as gz: that is not declared,
 # two hyphens in a comment, a declaration behind a comment.
 _LET_PASS = (
     etree.ErrorTypes.NS_ERR_UNDEFINED_NAMESPACE,
@@ -28,14 +28,14 @@ _LET_PASS = (
 
 
 class XmlElement(Protocol):
-    """Interface of lxml's elements."""
+    """Interface of an XML element, as lxml has it."""
 
     tag: str
     text: str | None
     sourceline: int | None
 
     def get(self, key: str) -> str | None:
-        """Return an attribute, or None."""
+        """Return the value of an attribute, or None."""
         ...
 
     def find(self, path: str) -> "XmlElement | None":
@@ -58,7 +58,7 @@ class XmlElement(Protocol):
 
 
 def parse(text: str) -> XmlElement:
-    """Parse a URDF document.
+    """Parse the text of a URDF; return its root element, without comments.
 
     Raises:
         InvalidDescriptionError: When it is empty or not XML, with ros2_control's message.
@@ -80,14 +80,14 @@ def parse(text: str) -> XmlElement:
 
 
 def parse_file(path: Path, content: bytes) -> XmlElement:
-    """Parse the content of a robot's or world's file.
+    """Parse a robot's or world's file as leniently as Gazebo does; return its root element.
 
-    Blank lines may stand before its XML declaration, as Gazebo and MuJoCo have it, prefixes may be
-    undeclared, and comments may hold two hyphens.
+    Blank lines before the XML declaration, undeclared prefixes and two hyphens in a comment are
+    accepted.
 
     Args:
         path: The file, for errors.
-        content: What stands in it.
+        content: Its content.
 
     Raises:
         InvalidDescriptionError: When it is empty or not XML, with file and line.
@@ -114,14 +114,14 @@ def parse_file(path: Path, content: bytes) -> XmlElement:
 
 
 def describe(element: XmlElement) -> str:
-    """Return an element's tag, name and line, for error messages."""
+    """Return an element's tag, name and line as text: "<joint> 'elbow' (line 7)"."""
     name = element.get("name")
     named = f" '{name}'" if name else ""
     return f"<{element.tag}>{named}{line_of(element.sourceline)}"
 
 
 def line_of(number: int | None) -> str:
-    """Return a line number in words, or an empty text if it is unknown."""
+    """Return " (line 7)" for a line number, or an empty text for None or 0."""
     return f" (line {number})" if number else ""
 
 
@@ -149,7 +149,7 @@ def child_text(element: XmlElement, tag: str, default: str = "") -> str:
 
 
 def to_number(text: str) -> float | None:
-    """Parse a number as URDF has them; None for other texts."""
+    """Return a text as a float, with infinity and without NaN; None for other texts."""
     try:
         value = float(text)
     except ValueError:
@@ -167,7 +167,7 @@ def number(
         element: The element.
         attribute: The attribute's name.
         default: What a missing attribute means, or None when it is required.
-        finite: Whether infinity is none.
+        finite: Whether infinity is an error.
 
     Raises:
         InvalidDescriptionError: When it is required and missing, or is no number.

@@ -1,24 +1,49 @@
-"""``<gazebo>``: what a description tells a simulator beyond URDF.
+"""``<gazebo>``: settings of a description for simulators, beyond URDF.
 
 Lengths in metres, angles in radians, rates in Hz.
 """
+
+from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from teleopctl.errors import InvalidDescriptionError
 from teleopctl.robot.elements import XmlElement, child_text, describe, to_number
-from teleopctl.robot.gazebo_colours import gazebo_colour
 from teleopctl.robot.scene.loops import Loop, read_loops
 from teleopctl.robot.scene.surface import Across, Surface, expressed_in, read_surface
-from teleopctl.robot.sensors.plugin_tag import PluginTag, read_plugin
-from teleopctl.robot.sensors.sensor_tag import (
+from teleopctl.robot.sensor_tag import (
+    PluginTag,
     SensorTag,
     flag,
     number_in,
+    read_plugin,
     read_sensor,
     sensor_of_plugin,
 )
+
+_GAZEBO_COLOURS = {
+    "black": (0.05, 0.05, 0.05),
+    "blue": (0.1, 0.2, 0.85),
+    "darkgray": (0.25, 0.25, 0.25),
+    "darkgrey": (0.25, 0.25, 0.25),
+    "gray": (0.6, 0.6, 0.6),
+    "green": (0.1, 0.7, 0.15),
+    "grey": (0.6, 0.6, 0.6),
+    "indigo": (0.33, 0.0, 0.5),
+    "orange": (0.95, 0.45, 0.05),
+    "purple": (0.6, 0.1, 0.7),
+    "red": (0.85, 0.1, 0.1),
+    "turquoise": (0.1, 0.8, 0.75),
+    "white": (0.95, 0.95, 0.95),
+    "yellow": (0.95, 0.85, 0.1),
+}
+
+
+def gazebo_colour(material: str) -> tuple[float, float, float] | None:
+    """Return the colour (0 to 1) of a Gazebo material such as ``Gazebo/Orange``."""
+    return _GAZEBO_COLOURS.get(material.rpartition("/")[2].lower())
+
 
 _SURFACE = "collision/surface"
 _OF_SHAPES = f"{_SURFACE}/friction/ode/mu"
@@ -28,15 +53,15 @@ _AXES = "xyz"
 
 @dataclass(frozen=True, slots=True)
 class LinkPhysics:
-    """Colour, friction and other properties of a link; None where unset.
+    """Colour, friction and other properties of a link in ``<gazebo>``; None where unset.
 
     Attributes:
-        rgba: Its colour.
-        mu1: Its coefficient of friction.
-        self_collide: Whether it touches other links of the robot.
-        gravity: Whether it has a weight.
-        surface: How it bounces, spins and rolls.
-        across: Its friction in other directions, where that is another one.
+        rgba: Colour.
+        mu1: Coefficient of friction.
+        self_collide: Whether it collides with other links of the robot.
+        gravity: Whether gravity acts on it.
+        surface: Restitution, torsional and rolling friction.
+        across: Friction across ``<fdir1>``, if that differs from ``mu1``.
     """
 
     rgba: tuple[float, float, float, float] | None = None
@@ -49,11 +74,11 @@ class LinkPhysics:
 
 @dataclass(frozen=True, slots=True)
 class Spring:
-    """Spring of a joint.
+    """Spring of a joint (``<springStiffness>``).
 
     Attributes:
         stiffness: In N m/rad or N/m.
-        relaxed: Where it pulls to, in rad or m.
+        relaxed: Position without force, in rad or m.
     """
 
     stiffness: float
@@ -65,12 +90,12 @@ class GazeboTag:
     """Content of the ``<gazebo>`` elements of a robot.
 
     Attributes:
-        links: Per-link settings, by link.
-        springs: By joint.
-        static: Whether the robot's root link stands still; None where nothing is said.
-        sensors: The sensors of all links.
-        plugins: Plug-ins of the whole robot.
-        loops: Joints that Gazebo adds to the robot's own.
+        links: Properties by link.
+        springs: Springs by joint.
+        static: Value of ``<static>``; None if missing.
+        sensors: Sensors of all links.
+        plugins: Plug-ins of the robot as a whole.
+        loops: Joints that close loops.
     """
 
     links: Mapping[str, LinkPhysics] = field(default_factory=dict)
@@ -82,7 +107,7 @@ class GazeboTag:
 
 
 def read_gazebo(robot: XmlElement) -> GazeboTag:
-    """Read every ``<gazebo>`` of a ``<robot>``.
+    """Return the content of all ``<gazebo>`` elements of a ``<robot>``.
 
     Raises:
         InvalidDescriptionError: When a value is no number, or a camera has no image.
@@ -98,7 +123,7 @@ def read_gazebo(robot: XmlElement) -> GazeboTag:
     for element in robot.findall("gazebo"):
         link = element.get("reference")
         if not link:
-            if _said(element, "static"):
+            if _value(element, "static"):
                 static = _flag(element, "static", default=False)
             found = [read_plugin(child) for child in element.findall("plugin")]
             plugins += found
@@ -127,7 +152,7 @@ def _read_physics(element: XmlElement, before: LinkPhysics) -> LinkPhysics:
     weighs = _flag(element, "gravity", default=before.gravity)
     collides = before.self_collide
     for tag in ("selfCollide", "self_collide"):
-        if _said(element, tag):
+        if _value(element, tag):
             collides = _flag(element, tag, default=True)
     surface = read_surface(lambda path, usual: number_in(element, f"{_SURFACE}/{path}", usual))
     return LinkPhysics(
@@ -141,7 +166,7 @@ def _read_physics(element: XmlElement, before: LinkPhysics) -> LinkPhysics:
 
 
 def _across(element: XmlElement, friction: float | None) -> Across | None:
-    """The friction across ``<fdir1>``, None where it is that along it, or no direction is said."""
+    """Return the friction across ``<fdir1>``; None without direction, or if equal to ``mu1``."""
     across = number_in(element, f"{_OF_SHAPES}2", None, finite=False)
     across = number_in(element, "mu2", across, finite=False)
     if across is None or across == (_USUAL_FRICTION if friction is None else friction):
@@ -157,8 +182,8 @@ def _across(element: XmlElement, friction: float | None) -> Across | None:
 
 
 def _colour(element: XmlElement) -> tuple[float, float, float, float] | None:
-    """What a ``<material>`` says, by Gazebo's name or in numbers."""
-    named = _said(element, "material")
+    """Return the colour of ``<material>``, by Gazebo's name or in numbers, or None."""
+    named = _value(element, "material")
     for material in (element.find("material"), element.find("visual/material")):
         if material is None:
             continue
@@ -178,18 +203,18 @@ def _colour(element: XmlElement) -> tuple[float, float, float, float] | None:
 
 
 def _flag(element: XmlElement, tag: str, *, default: bool) -> bool:
-    text = _said(element, tag)
+    text = _value(element, tag)
     return flag(element, text) if text else default
 
 
-def _said(element: XmlElement, tag: str) -> str:
-    """What a child says, as text or as the attribute ``value``; empty where there is none."""
+def _value(element: XmlElement, tag: str) -> str:
+    """Return a child's text or attribute ``value``; empty without child."""
     child = element.find(tag)
     return "" if child is None else (child.text or "").strip() or child.get("value") or ""
 
 
 def _children_of_joints(robot: XmlElement) -> dict[str, str]:
-    """The child link of each joint, but of those that have the name of a link."""
+    """Return the child link of each joint whose name is not that of a link too."""
     children = {
         joint.get("name") or "": child.get("link") or ""
         for joint in robot.findall("joint")

@@ -1,4 +1,4 @@
-"""The rules by which limits and mimics combine, for `joints` and for those who read the tags.
+"""Rules by which the limits and mimic relations of a joint's tags combine.
 
 A URDF limits a joint by ``<limit>`` and ``<safety_controller>``, and ties it to another one by
 ``<mimic>``; ``<ros2_control>`` narrows the limits, switches them off, adds or drops a mimic.
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 class Bounds(NamedTuple):
-    """``min`` and ``max`` of a command interface (None if missing), and the line."""
+    """``min`` and ``max`` of a command interface, None if missing, and their line."""
 
     low: float | None = None
     high: float | None = None
@@ -47,9 +47,9 @@ class JointLimits:
         jerk: Largest jerk, rad/s³ or m/s³.
         stops: Positions of the mechanical stops, which are the URDF's limits.
         top_speed: The largest speed that the joint itself can have, which is the URDF's limit.
-        line: Where the URDF's limits stand; 0 where that is not known.
-        lines: Where those of ``position``, ``velocity``, ``effort`` and ``acceleration`` stand that
-            are narrower than the URDF's, by these names.
+        line: Line of the URDF's limits; 0 if unknown.
+        lines: Lines of the limits of ``position``, ``velocity``, ``effort`` and ``acceleration``
+            that are narrower than the URDF's, by these names.
     """
 
     lower: float = -math.inf
@@ -79,18 +79,19 @@ class JointLimits:
 UNLIMITED = JointLimits()
 
 
-def cut_command(
+def clamped_command_text(
     joint: str, interface: str, asked: float, given: float, limits: JointLimits, by: str
 ) -> str:
-    """Return the sentence about a limited command, for control and simulation.
+    """Return the log message about a command that was clamped to a joint's limits.
 
     Args:
-        joint: The joint.
-        interface: What is commanded: ``position``, ``velocity``, ``effort`` or ``acceleration``.
+        joint: Name of the joint.
+        interface: The command interface: ``position``, ``velocity``, ``effort`` or
+            ``acceleration``.
         asked: The command.
-        given: What becomes of it.
+        given: The clamped command.
         limits: The joint's limits.
-        by: Which of them cuts it, by the same names.
+        by: Name of the limit that clamps it; the same names.
     """
     if by == "position":
         rule = f"position limits [{limits.lower:g}, {limits.upper:g}]"
@@ -105,7 +106,7 @@ def cut_command(
 
 
 def rest_within(lower: float, upper: float) -> float:
-    """Return zero, or the nearest sensible position of a range without zero."""
+    """Return a joint's resting position: 0, or the middle (else the finite end) of its range."""
     if lower <= 0.0 <= upper:
         return 0.0
     if math.isinf(lower) or math.isinf(upper):
@@ -116,7 +117,7 @@ def rest_within(lower: float, upper: float) -> float:
 def joint_limits(
     joint: Joint, commands: Mapping[str, Bounds | None], warnings: list[str]
 ) -> JointLimits:
-    """Combine the limits of a joint with those of its command interfaces.
+    """Return the limits of a joint: those of the URDF combined with its command interfaces'.
 
     A velocity, effort or acceleration of zero, which many descriptions have for want of a number,
     limits nothing; nor do ``lower`` and ``upper``, or two soft limits, that are both zero. Nor does
@@ -158,7 +159,7 @@ def joint_limits(
 
 
 def _lines(joint: Joint, bounds: Mapping[str, Bounds], band: tuple[float, float]) -> dict[str, int]:
-    """Where limits are written that are narrower than the URDF's own."""
+    """Return the lines of limits that are narrower than the URDF's."""
     own = joint.limit or Limit()
     lines = {}
     for name, size in (("velocity", own.velocity), ("effort", own.effort), ("acceleration", 0.0)):
@@ -206,7 +207,7 @@ def _position(
 
 
 def _meet(band: tuple[float, float], lower: float, upper: float) -> tuple[float, float] | None:
-    """The part of a band between two positions, or None."""
+    """Return the part of a range between two positions, or None if empty."""
     lower, upper = max(band[0], lower), min(band[1], upper)
     return (lower, upper) if lower <= upper else None
 
@@ -223,7 +224,7 @@ def _smallest(*values: float | None) -> float:
 def mimic_in_control(
     joint: Joint, enabled: bool | None, parameters: Mapping[str, str], warnings: list[str]
 ) -> Mimic | None:
-    """Return the mimic relation for control: that of URDF, else of parameters.
+    """Return a joint's mimic relation for control: the URDF's, else that of older parameters.
 
     Args:
         joint: The joint of the URDF.

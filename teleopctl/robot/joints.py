@@ -1,17 +1,18 @@
-"""What the joints of a robot may do and which follow others: the only place to ask.
+"""Joints of a robot with their limits and mimic relations, and the state of joints moved by hand.
 
-Whoever limits, moves, simulates or shows joints takes them from here; `joint_rules` decides.
+Control, simulation and display take limits and mimics from here; `joint_rules` has the rules.
 Radians or metres, and their derivatives; effort in N m or N.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+import math
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from teleopctl.errors import InvalidDescriptionError
-from teleopctl.robot.joint_rules import JointLimits, joint_limits, resolve_mimics
+from teleopctl.robot.joint_rules import JointLimits, joint_limits, resolve_mimics, rest_within
 from teleopctl.robot.urdf import Mimic
 
 if TYPE_CHECKING:
@@ -21,11 +22,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class JointModel:
-    """A joint that moves along or about one axis.
+    """A joint with one axis, its limits and the joints that it mimics.
 
     Attributes:
-        joint: How the URDF has it.
-        limits: What it may be commanded to.
+        joint: The joint in the URDF.
+        limits: Limits of its commands.
         leaders: Joints that it follows, as `resolve_mimics` returns them; none for most.
     """
 
@@ -35,17 +36,17 @@ class JointModel:
 
     @property
     def mimic(self) -> Mimic | None:
-        """Mimic relation to the independent joint that the joint follows in the end."""
+        """Mimic relation to the independent joint at the end of its chain of leaders, or None."""
         return self.leaders[-1] if self.leaders else None
 
 
 class Joints(Mapping[str, JointModel]):
-    """Joints of a robot that move along or about one axis, in the URDF's order.
+    """Joints of a robot with one axis, by name, in the URDF's order.
 
     Args:
         joints: All joints of the URDF by name.
-        limits: What has been decided for joints in ``<ros2_control>``; the URDF says the rest.
-        mimics: What each following joint follows directly.
+        limits: Limits of the joints in ``<ros2_control>``; others have those of the URDF.
+        mimics: Mimic relation of each mimic joint to its direct leader.
 
     Raises:
         InvalidDescriptionError: As `resolve_mimics` does.
@@ -96,15 +97,15 @@ class Joints(Mapping[str, JointModel]):
 
     @classmethod
     def for_display(cls, description: RobotDescription, warn: Callable[[str], object]) -> Joints:
-        """Return the joints for display, which ignores faults of ``<ros2_control>``.
+        """Return the joints for display, which has no use for ``<ros2_control>``.
 
-        They differ from `of` in two points: an unusable ``<ros2_control>`` is reported and passed
-        over, and a ``<mimic>`` holds even where ``mimic="false"`` switches it off in control,
+        They differ from `of` in two points: a faulty ``<ros2_control>`` is reported and ignored,
+        and a ``<mimic>`` holds even where ``mimic="false"`` switches it off in control,
         which is how ``robot_state_publisher`` and ``joint_state_publisher`` have it in ROS 2.
 
         Args:
             description: The robot.
-            warn: Receives a sentence about what is passed over.
+            warn: Called with a sentence about a faulty ``<ros2_control>``.
         """
         own = {
             name: joint.mimic
@@ -120,11 +121,11 @@ class Joints(Mapping[str, JointModel]):
 
     @property
     def mimics(self) -> dict[str, Mimic]:
-        """Return the direct mimic relation of each mimic joint."""
+        """Mimic relation of each mimic joint to its direct leader."""
         return {name: leaders[0] for name, leaders in self._followers}
 
     def with_mimics(self, mimics: Mapping[str, Mimic]) -> Joints:
-        """Return the same joints with these mimic relations.
+        """Return the joints with other mimic relations.
 
         Raises:
             InvalidDescriptionError: As `resolve_mimics` does.
@@ -133,13 +134,13 @@ class Joints(Mapping[str, JointModel]):
         return Joints(self._joints, limits, mimics)
 
     def positions(self, given: Mapping[str, float]) -> dict[str, float]:
-        """Return positions completed by those of mimic joints.
+        """Return positions with those of mimic joints added.
 
-        A position that is given stays, because it was measured. Any other following joint stands
-        where its nearest leader with a position puts it. Nothing is said of the rest.
+        Given positions stay, since they were measured. Any other mimic joint gets the position
+        that its nearest leader with a position sets.
 
         Args:
-            given: Positions by joint; for every independent joint, the result has all joints.
+            given: Positions by joint; if it has all independent joints, the result has all.
         """
         complete = dict(given)
         for name, leaders in self._followers:
@@ -155,7 +156,7 @@ class Joints(Mapping[str, JointModel]):
 
 
 def _in_control(description: RobotDescription) -> tuple[dict[str, JointLimits], dict[str, Mimic]]:
-    """Limits of the joints in ``<ros2_control>``, and what those follow that follow another."""
+    """Return limits and mimic relations of the joints in ``<ros2_control>``."""
     limits: dict[str, JointLimits] = {}
     mimics: dict[str, Mimic] = {}
     for component in description.ros2_control:
@@ -164,3 +165,117 @@ def _in_control(description: RobotDescription) -> tuple[dict[str, JointLimits], 
             if part.leaders:
                 mimics[part.name] = part.leaders[0]
     return limits, mimics
+
+
+@dataclass(slots=True)
+class FreeJoint:
+    """State of an independent joint, which moves within its range; rad or m."""
+
+    name: str
+    minimum: float
+    maximum: float
+    zero: float
+    position: float
+    velocity: float = 0.0
+    effort: float = 0.0
+    rising: bool = True
+
+    def advance(self, step: float) -> None:
+        """Move the position by a step, back and forth between the limits."""
+        position = self.position + (step if self.rising else -step)
+        if position >= self.maximum:
+            position, self.rising = self.maximum, False
+        elif position <= self.minimum:
+            position, self.rising = self.minimum, True
+        self.position = position
+
+
+class JointSet:
+    """Positions of a robot's joints moved by hand, as ``joint_state_publisher`` publishes them.
+
+    Attributes:
+        names: Names of all joints, in the order of the description.
+        free: Independent joints by name.
+
+    Args:
+        joints: The robot's joints.
+        zeros: Initial positions by joint; by default `rest_within` the range.
+        dependents: Mimic relations in addition to those of ``<mimic>``.
+        use_mimic_tags: Whether ``<mimic>`` counts.
+        use_smallest_limits: Whether the range is that of the most restrictive limits, instead of
+            the mechanical stops.
+
+    Raises:
+        InvalidDescriptionError: When a joint follows an unknown one or, in the end, itself.
+    """
+
+    def __init__(
+        self,
+        joints: Joints,
+        *,
+        zeros: Mapping[str, float] | None = None,
+        dependents: Mapping[str, Mimic] | None = None,
+        use_mimic_tags: bool = True,
+        use_smallest_limits: bool = True,
+    ) -> None:
+        own = joints.mimics if use_mimic_tags else {}
+        self._joints = joints.with_mimics({**own, **(dependents or {})})
+        self.names = list(self._joints)
+        self.free = {
+            name: _free_joint(name, model, zeros or {}, use_smallest_limits)
+            for name, model in self._joints.items()
+            if model.mimic is None
+        }
+
+    def positions(self) -> list[float]:
+        """Return the position of each joint of ``names``."""
+        free = {name: joint.position for name, joint in self.free.items()}
+        complete = self._joints.positions(free)
+        return [complete[name] for name in self.names]
+
+    def derivatives(self, quantity: str) -> list[float]:
+        """Return ``velocity`` or ``effort`` of each joint of ``names``."""
+        return [self._derivative(name, quantity) for name in self.names]
+
+    def update(
+        self,
+        names: Iterable[str],
+        positions: Iterable[float] = (),
+        velocities: Iterable[float] = (),
+        efforts: Iterable[float] = (),
+    ) -> None:
+        """Set the states of independent joints; other names are ignored.
+
+        Each sequence may be shorter than ``names``, or empty.
+        """
+        names = list(names)
+        for attribute, values in (
+            ("position", positions),
+            ("velocity", velocities),
+            ("effort", efforts),
+        ):
+            for name, value in zip(names, values, strict=False):
+                if name in self.free:
+                    setattr(self.free[name], attribute, float(value))
+
+    def advance(self, step: float) -> None:
+        """Move every independent joint by a step, back and forth between its limits."""
+        for joint in self.free.values():
+            joint.advance(step)
+
+    def _derivative(self, name: str, quantity: str) -> float:
+        mimic = self._joints[name].mimic or Mimic(name)
+        leader = self.free.get(mimic.joint)
+        return 0.0 if leader is None else mimic.multiplier * float(getattr(leader, quantity))
+
+
+def _free_joint(
+    name: str, model: JointModel, zeros: Mapping[str, float], use_smallest: bool
+) -> FreeJoint:
+    limits = model.limits
+    lower, upper = (limits.lower, limits.upper) if use_smallest else limits.stops
+    zero = zeros.get(name, rest_within(lower, upper))
+    # a joint without an end can still be moved: half a turn, or as many metres
+    minimum = min(-math.pi, upper) if math.isinf(lower) else lower
+    maximum = max(math.pi, lower) if math.isinf(upper) else upper
+    return FreeJoint(name, minimum, maximum, zero, zero)

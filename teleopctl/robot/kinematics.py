@@ -1,6 +1,6 @@
-"""Forward kinematics: a robot's joints as transforms between frames.
+"""Forward kinematics: transforms between links from joint positions.
 
-Plain floats throughout: a state message means a handful of rotations, for which arrays are slow.
+Plain floats throughout, since arrays are slower for a few rotations per message.
 """
 
 from collections.abc import Mapping
@@ -19,7 +19,7 @@ from teleopctl.tf import (
 
 @dataclass(frozen=True, slots=True)
 class Segment:
-    """Transform from a parent link to a child link, by joint position."""
+    """A joint as transform from its parent link to its child link, by its position."""
 
     joint: Joint
     origin: Transform
@@ -30,7 +30,7 @@ class Segment:
         return cls(joint, Transform(joint.origin.xyz, quaternion_from_rpy(*joint.origin.rpy)))
 
     def at(self, position: float) -> Transform:
-        """Return the child's frame in the parent's.
+        """Return the pose of the child link in the parent link's frame.
 
         Args:
             position: Radians, or metres for prismatic joints.
@@ -39,24 +39,23 @@ class Segment:
         if joint.type == "prismatic":
             x, y, z = joint.axis
             return self.origin @ Transform((x * position, y * position, z * position))
-        # It turns where it stands.
         turn = quaternion_from_axis_angle(joint.axis, position)
         return Transform(self.origin.translation, multiply(self.origin.rotation, turn))
 
 
 class SegmentTree:
-    """Fixed and moving segments of a robot.
+    """Segments of all joints of a robot, as robot_state_publisher needs them.
 
-    A planar joint stands at its origin. A floating joint is left out: the state of a joint says
-    nothing about it, and somebody else publishes where it is.
+    A planar joint is at its origin. A floating joint is left out: joint states have no room for it,
+    and another node publishes its transform.
 
     Args:
         description: The robot.
-        joints: Its joints, with what they follow.
+        joints: Its joints.
 
     Attributes:
-        names: The links, in alphabetical order.
-        fixed: The segments that do not move.
+        names: Names of the links, sorted.
+        fixed: Segments of fixed and planar joints.
     """
 
     def __init__(self, description: RobotDescription, joints: Joints) -> None:
@@ -70,15 +69,14 @@ class SegmentTree:
 
     @property
     def moving(self) -> list[Joint]:
-        """Joints of the moving segments."""
+        """The joints with one axis."""
         return [segment.joint for segment in self._moving.values()]
 
     def transforms(self, positions: Mapping[str, float]) -> list[tuple[Joint, Transform]]:
-        """Yield the transforms of the moving segments with known positions.
+        """Return the transform of each joint with a known position, from parent to child link.
 
         Args:
-            positions: Radians or metres by joint, completed by those of joints that follow them;
-                unknown joints are ignored.
+            positions: Positions by joint, rad or m; mimic joints follow, unknown names are ignored.
         """
         return [
             (segment.joint, segment.at(position))

@@ -1,6 +1,6 @@
-"""A robot's file of any kind: told apart by its root element, and read as URDF.
+"""Robot files of any format (URDF, xacro, SDF, MJCF), read as URDF.
 
-Whoever takes a robot's file takes it from here, so that each kind works wherever one does.
+All robot files are read from here, so that each format works everywhere.
 """
 
 from __future__ import annotations
@@ -25,9 +25,9 @@ _KINDS: dict[str, ModelKind] = {"robot": "urdf", "mujoco": "mjcf", "sdf": "sdf",
 
 
 def model_kind(path: Path | str) -> ModelKind:
-    """Return the kind of a robot's file by its root element.
+    """Return the format of a robot's file by its root element.
 
-    What cannot be read, and what has another root, counts as URDF: its reader says what is wrong.
+    An unreadable file, or one with another root, counts as URDF, whose reader reports the fault.
     """
     try:
         with Path(path).open("rb") as file:
@@ -51,17 +51,17 @@ def read_model(
     safe: bool | None = None,
     places: bool = False,
 ) -> ExpandedXacro:
-    """Read a robot's file of any kind, and the files that it includes.
+    """Return a robot's file of any format as URDF, and the files that it includes.
 
     Args:
-        path: URDF, xacro, SDF or MJCF, told apart by the root element.
+        path: The file: URDF, xacro, SDF or MJCF.
         mappings: Values of a xacro file's ``<xacro:arg>`` by name; the others take none.
         safe: See `expand_xacro`.
-        places: Whether to note where each line was written.
+        places: Whether to record the source file and line of each line.
 
     Returns:
-        URDF as text. That of an MJCF file says which file it is of (`RobotDescription.mjcf`),
-        which is what a simulator simulates.
+        The URDF. That of an MJCF file names the file (`RobotDescription.mjcf`), which simulators
+        use instead of the URDF.
 
     Raises:
         InvalidDescriptionError: When it cannot be read.
@@ -83,9 +83,9 @@ def read_model(
 
 
 def _plain_urdf(path: Path) -> str | None:
-    """The text of a URDF file in which nothing is to be expanded, so that its lines stay its own.
+    """Return the text of a URDF file without xacro, which keeps its lines.
 
-    None for any other, and for what is not XML: xacro says what is wrong.
+    None for a file with xacro, and for invalid XML, which xacro reports.
     """
     try:
         text = path.read_text(encoding="utf-8")

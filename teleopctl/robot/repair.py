@@ -1,8 +1,8 @@
-"""What urdfdom lets pass in a URDF, brought into the form that our readers and MuJoCo's take.
+"""Repair of URDFs that urdfdom accepts, into the form that our readers and MuJoCo's accept.
 
-Robots that people have were written against urdfdom: a shape that it cannot read costs that shape,
-of what may stand once it takes the first, and only a joint or a tree that makes no sense costs the
-robot. Nothing is repaired silently.
+Many robots were written for urdfdom, which leaves out a shape that it cannot read, takes the first
+of elements that may appear once, and rejects a robot only for its joints or tree. Each repair is
+reported.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ _PARTS: dict[str, Callable[[XmlElement], object]] = {
 
 
 def repair_urdf(robot: XmlElement) -> list[str]:
-    """Repair a ``<robot>`` in place.
+    """Repair a ``<robot>`` element in place, as leniently as urdfdom.
 
     Returns:
         One sentence for each kind of repair, with its lines.
@@ -70,7 +70,7 @@ def repair_urdf(robot: XmlElement) -> list[str]:
 
 
 class _Notes:
-    """What was repaired, with the lines where it was."""
+    """Sentences about repairs, each with its lines."""
 
     def __init__(self) -> None:
         self._lines: dict[str, list[int]] = {}
@@ -88,7 +88,7 @@ class _Notes:
 
 
 def _repair_tree(element: XmlElement, notes: _Notes) -> None:
-    """Repair what stands in an element, and in what stands in that."""
+    """Repair an element and all elements in it."""
     for tag in _ONCE.get(element.tag, ()):
         for more in element.findall(tag)[1:]:
             notes.add(f"Of several <{tag}> in one <{element.tag}> the first is taken", more)

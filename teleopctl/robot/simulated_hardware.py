@@ -1,13 +1,19 @@
-"""A robot description as a simulator takes it: the simulator is the hardware of all of its joints.
+"""A description for simulation: the simulator is the hardware of all joints.
 
 Descriptions name the hardware that their authors have: a vendor's driver, a mock, another
-simulator. In simulation all of that is this one, whatever it was; a robot without any
-``<ros2_control>`` has a system that holds each joint, and a planar joint is three. Joints that
-Gazebo's own plug-ins move take what the controllers command that stand for these here.
+simulator. In simulation all of them are replaced by the simulator; a robot without any
+``<ros2_control>`` gets a system that holds each joint. Joints that Gazebo's own plug-ins move take
+the commands of the controllers that replace those plug-ins.
+
+The state of a planar joint is three numbers, for which ``sensor_msgs/JointState`` and ros2_control
+have no room. So it becomes three joints, two that slide in the plane and one that turns in it,
+under the names that MoveIt gives its variables, with two links of next to no mass between.
 """
 
 from __future__ import annotations
 
+import copy
+from collections.abc import Mapping
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -17,8 +23,111 @@ from teleopctl.robot.description import RobotDescription
 from teleopctl.robot.elements import parse, to_number
 from teleopctl.robot.gazebo_plugins.table import MotionPlugins, motion_plugins
 from teleopctl.robot.joints import Joints
-from teleopctl.robot.planar_joints import split_planar_joints
 from teleopctl.robot.scene.loops import loops_path
+from teleopctl.robot.urdf import Joint
+from teleopctl.robot.urdf_text import numbers, rotation_from_z
+from teleopctl.tf import rotate
+
+STATES_TOPIC = "/robot_joint_states"
+COMMANDS_TOPIC = "/robot_joint_commands"
+
+RESET_FRAME = "reset"
+"""The ``frame_id`` of a state before which the robot was put elsewhere; others have none.
+
+It stands in the state itself, so that it cannot come too early or too late.
+"""
+
+
+# What is felt by nothing, and MuJoCo does not take for zero.
+_NO_MASS, _NO_MOMENT = "1e-9", "1e-12"
+
+
+def split_planar_joints(
+    robot: etree._Element, joints: Mapping[str, Joint]
+) -> tuple[list[str], list[str]]:
+    """Replace each planar joint of a ``<robot>`` by two prismatic joints and a continuous one.
+
+    Args:
+        robot: The element.
+        joints: Its joints by name.
+
+    Returns:
+        The names of the new joints, and a sentence about each planar joint.
+    """
+    names: list[str] = []
+    remarks = []
+    for element in robot.findall("joint"):
+        joint = joints[element.get("name") or ""]
+        if joint.type != "planar":
+            continue
+        parts = _parts(element, joint)
+        for part in reversed(parts):
+            element.addnext(part)
+        robot.remove(element)
+        x, y, theta = (str(part.get("name")) for part in parts if part.tag == "joint")
+        names += [x, y, theta]
+        remarks.append(
+            f"The planar joint '{joint.name}' is three here: '{x}' and '{y}' slide, "
+            f"'{theta}' turns{_without(robot, element)}"
+        )
+    return names, remarks
+
+
+def _parts(element: etree._Element, joint: Joint) -> list[etree._Element]:
+    """Return the three joints that replace a planar one, and the links between them."""
+    turn = rotation_from_z(joint.axis).rotation
+    along = [rotate(turn, axis) for axis in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0))]
+    motions = [
+        ("x", "prismatic", along[0]),
+        ("y", "prismatic", along[1]),
+        ("theta", "continuous", joint.axis),
+    ]
+    parts: list[etree._Element] = []
+    parent = joint.parent
+    for suffix, kind, axis in motions:
+        name = f"{joint.name}_{suffix}"
+        child = joint.child if suffix == "theta" else f"{name}_link"
+        if child != joint.child:
+            parts.append(_link(child))
+        part = etree.Element("joint", name=name, type=kind)
+        origin = element.find("origin")
+        if parent == joint.parent and origin is not None:
+            part.append(copy.deepcopy(origin))
+        etree.SubElement(part, "parent", link=parent)
+        etree.SubElement(part, "child", link=child)
+        etree.SubElement(part, "axis", xyz=numbers(*axis))
+        effort, velocity = (joint.limit.effort, joint.limit.velocity) if joint.limit else (0, 0)
+        etree.SubElement(part, "limit", effort=numbers(effort), velocity=numbers(velocity))
+        dynamics = element.find("dynamics")
+        if dynamics is not None:
+            part.append(copy.deepcopy(dynamics))
+        parts.append(part)
+        parent = child
+    return parts
+
+
+def _link(name: str) -> etree._Element:
+    link = etree.Element("link", name=name)
+    inertial = etree.SubElement(link, "inertial")
+    etree.SubElement(inertial, "mass", value=_NO_MASS)
+    etree.SubElement(inertial, "inertia", ixx=_NO_MOMENT, iyy=_NO_MOMENT, izz=_NO_MOMENT)
+    return link
+
+
+def _without(robot: etree._Element, planar: etree._Element) -> str:
+    """Remove what no longer applies to a planar joint; return it as text for the sentence."""
+    limit = planar.find("limit")
+    lost = [
+        f"the {end} limit"
+        for end in ("lower", "upper")
+        if limit is not None and limit.get(end, "0").strip("0. -+")
+    ]
+    lost += ["<mimic>" for _ in planar.findall("mimic")]
+    for part in robot.xpath("ros2_control/joint[@name=$name]", name=planar.get("name")):
+        part.getparent().remove(part)
+        lost.append("its interfaces in <ros2_control>")
+    return f", without {', '.join(lost)}" if lost else ""
+
 
 SIMULATOR = "gz_ros2_control/GazeboSimSystem"
 _SIMULATORS = (

@@ -1,4 +1,4 @@
-"""Places and names of MuJoCo's, and of others, as URDF and ROS write them."""
+"""Poses, numbers and topic names as texts of URDF and ROS, for converters to URDF."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from teleopctl.tf import Transform, quaternion_from_axis_angle, rpy_from_quatern
 
 
 def transform(position: Sequence[float], quaternion: Sequence[float]) -> Transform:
-    """Return the transform of a position and a quaternion w x y z, as MuJoCo has them."""
+    """Return the transform of a position and a quaternion w x y z, MuJoCo's order."""
     x, y, z = (float(value) for value in position)
     w, i, j, k = (float(value) for value in quaternion)
     return Transform((x, y, z), (i, j, k, w))
 
 
-def towards(direction: Sequence[float]) -> Transform:
-    """Return the shortest rotation of z into a direction; the identity for length 0."""
+def rotation_from_z(direction: Sequence[float]) -> Transform:
+    """Return the shortest rotation that turns z into a direction; the identity for length 0."""
     x, y, z = direction
     length = math.sqrt(x * x + y * y + z * z)
     if length == 0.0:
@@ -39,17 +39,17 @@ def add_origin(element: etree._Element, place: Transform) -> None:
 
 
 def pose_text(place: Transform) -> str:
-    """Return a pose as text, in the order x y z roll pitch yaw."""
+    """Return a pose as text "x y z roll pitch yaw", as SDF has it."""
     return numbers(*place.translation, *rpy_from_quaternion(place.rotation))
 
 
 def topic_name(name: str) -> str:
-    """Return a valid topic name: letters, digits and underscores, no leading digit."""
+    """Return a name as a valid topic name: other characters become underscores."""
     parts = (re.sub(r"\W", "_", part, flags=re.ASCII) for part in name.split("/") if part)
     return "/".join(f"_{part}" if part[0].isdigit() else part for part in parts)
 
 
 def numbers(*values: float) -> str:
-    """Return numbers as text, with full precision."""
+    """Return numbers as text separated by blanks, with full precision."""
     # Adding zero makes -0.0 a plain one.
     return " ".join(repr(float(value) + 0.0) for value in values)

@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from teleopctl.mujoco_model import DRIVE_RAD_S, compensated_bodies, drive_name, motor_name
-from teleopctl.robot import cut_command
+from teleopctl.robot import clamped_command_text
 from teleopctl.sim.state.set_points import (
     feedforward_speed,
     lag_distance,
@@ -252,7 +252,9 @@ class Drives:
         if joint not in self._told:
             self._told.add(joint)
             limits = self._limits[row]
-            self.cut.append(cut_command(joint, interface, commanded, possible, limits, interface))
+            self.cut.append(
+                clamped_command_text(joint, interface, commanded, possible, limits, interface)
+            )
 
     def hold(self) -> None:
         """Switch all drives to position mode at the present or last commanded position."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Protocol
 
 from teleopctl.interfaces import get_message, set_stamp
-from teleopctl.mujoco_model import FixedBy, rotors_told
+from teleopctl.mujoco_model import FixedBy, assumed_rotors_text
 from teleopctl.node import Clock
 
 if TYPE_CHECKING:
@@ -62,7 +62,7 @@ def report_robot(logger: Logger, description: RobotDescription, model: RobotMode
             logger.info(f"{step} hardware '{component.name}'")
             logger.info(f"Successful {done} of hardware '{component.name}'")
     if rotors := model.rotors():
-        logger.info(rotors_told(rotors))
+        logger.info(assumed_rotors_text(rotors))
     _report_base(logger, description, model)
     if not description.ros2_control:
         logger.warning("No <ros2_control> in the robot description: nothing holds its joints")

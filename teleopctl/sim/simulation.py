@@ -15,7 +15,7 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
-from teleopctl.mujoco_model import RobotModel, carry_over, retime
+from teleopctl.mujoco_model import RobotModel, copy_state, set_timestep
 from teleopctl.sim.drives import Drives
 from teleopctl.sim.entities.pushes import Push, Pushes, read_pushes
 from teleopctl.sim.free_bodies import FreeBodies, LinkPose
@@ -93,7 +93,7 @@ class Simulation:
         self.model = model
         # Gains, gravity compensation and what may touch change while running: on a copy of its own.
         self._m: Any = copy.copy(model.mj_model)
-        retime(self._m, self.control_period_ns * 1e-9 / self.steps_per_period)
+        set_timestep(self._m, self.control_period_ns * 1e-9 / self.steps_per_period)
         scale_model(self._m, *self._scales)
         self._d: Any = mujoco.MjData(self._m)
         directions = FrictionDirections(self._m, model.directed, self._scales[1])
@@ -114,7 +114,7 @@ class Simulation:
         """
         m, d, physics = self._m, self._d, self._physics
         self._bind(model)
-        carry_over(m, d, self._m, self._d)
+        copy_state(m, d, self._m, self._d)
         self._physics.restore(physics.save())
         self._drives = self._drives.transferred_to(self._m, self._d, self._others)
         self._file_actuators = FileActuators(self._m, self._d, model.joints)

@@ -13,15 +13,14 @@ if TYPE_CHECKING:
         Stage as Stage,
     )
     from teleopctl.viewer.displays.properties import Property as Property
-    from teleopctl.viewer.page.page import Page as Page
-    from teleopctl.viewer.page.server import (
+    from teleopctl.viewer.page_server import (
         DEFAULT_PORT as DEFAULT_PORT,
         PageError as PageError,
         open_server as open_server,
         page_address as page_address,
     )
-    from teleopctl.viewer.panels.base import Panel as Panel
-    from teleopctl.viewer.remote.joint_targets import SLIDERS_TOPIC as SLIDERS_TOPIC
+    from teleopctl.viewer.panels.base import Page as Page, Panel as Panel
+    from teleopctl.viewer.panels.joint_movers import SLIDERS_TOPIC as SLIDERS_TOPIC
     from teleopctl.viewer.viewer import Viewer as Viewer, open_viewer as open_viewer
 else:
     from teleopctl.base.lazy import attach

@@ -1,7 +1,7 @@
-"""Texts of others in HTML and Markdown: shown as they are, and never obeyed.
+"""Escaped HTML and Markdown for texts from the network, and the page's short notes.
 
-Names and messages come over the wire and may hold anything. The page puts HTML into the document
-as it is, and its Markdown lets HTML through, so every text that is not ours passes here first.
+Names and messages from the wire may hold anything. The page inserts HTML as it is, and its Markdown
+allows HTML, so every text that is not our own is escaped here first.
 """
 
 from __future__ import annotations
@@ -13,17 +13,17 @@ from teleopctl.base.printable import printable_line, printable_text
 _LONGEST = 400
 
 
-def escaped(text: str, longest: int = _LONGEST) -> str:
-    """Return a text as one line of escaped HTML.
+def escaped_html(text: str, longest: int = _LONGEST) -> str:
+    """Return a text as one line of escaped HTML, cut to a length.
 
     Args:
-        text: Anything.
-        longest: How many characters are shown.
+        text: Any text.
+        longest: Largest number of characters.
     """
     return html.escape(printable_line(_cut(text, longest)))
 
 
-def escaped_lines(text: str, longest: int = _LONGEST) -> str:
+def escaped_html_lines(text: str, longest: int = _LONGEST) -> str:
     """Return a text of several lines as escaped HTML, for ``white-space: pre``."""
     return html.escape(printable_text(_cut(text, longest)))
 
@@ -38,8 +38,19 @@ def _cut(text: str, longest: int) -> str:
     return text if len(text) <= longest else f"{text[:longest]}…"
 
 
-def ago(age_s: float) -> str:
-    """Return an age in words, coarsely, so that the text seldom changes."""
+def age_text(age_s: float) -> str:
+    """Return an age in whole seconds or minutes as text: "now", "5 s ago", "2 min ago"."""
     if age_s < 1.0:
         return "now"
     return f"{age_s:.0f} s ago" if age_s < 60.0 else f"{age_s / 60.0:.0f} min ago"
+
+
+def note_html(content: str, line_height: float = 1.4) -> str:
+    """Return HTML of a paragraph in a panel.
+
+    Args:
+        content: The paragraph's HTML; texts of others escaped.
+        line_height: Height of a line, in font sizes.
+    """
+    style = f"padding:0 .75em .5em;font-size:14px;line-height:{line_height:g}"
+    return f'<div style="{style}">{content}</div>'

@@ -1,9 +1,8 @@
-"""Reloads the robot when its description or one of its meshes is saved.
+"""Reload of the robot when its description file or one of its meshes is saved.
 
-Whoever launches the page tells it the file that the description was made from. When that file,
-one that it includes or a mesh is saved, the description is expanded anew and given to the node
-that publishes it, so that everybody sees the new robot. A description with a mistake is told on
-the page, and the old robot stays.
+The launch file passes the path of the description's file as a parameter. When that file, a file
+that it includes or a mesh is saved, the description is expanded again and set as parameter of the
+node that publishes it. A faulty description is reported on the page, and the old robot stays.
 """
 
 from __future__ import annotations
@@ -17,36 +16,35 @@ from teleopctl.errors import TeleopctlError
 from teleopctl.node import Parameter
 from teleopctl.packages import resolve_uri
 from teleopctl.robot import RobotDescription, read_model
-from teleopctl.viewer.displays.robot_model import RobotModelDisplay
-from teleopctl.viewer.displays.robot_parts import shapes_of
-from teleopctl.viewer.html import escaped
-from teleopctl.viewer.remote.service_calls import ServiceCalls
-from teleopctl.viewer.scene.mesh_files import file_of
+from teleopctl.viewer.displays.robot_model import RobotModelDisplay, shapes_of
+from teleopctl.viewer.html import escaped_html
+from teleopctl.viewer.scene.assets import path_of_uri
 from teleopctl.viewer.scene.shapes import mesh_uris
+from teleopctl.viewer.service_calls import ServiceCalls
 
 if TYPE_CHECKING:
-    from teleopctl.viewer.page.page import Page
+    from teleopctl.viewer.panels.base import Page
 
 FILE_PARAMETER = "robot_description_file"
 ARGUMENTS_PARAMETER = "robot_description_arguments"
 _TOPIC = "robot_description"
 
 
-class _Read(NamedTuple):
-    """A description, and the files that it was made from and names."""
+class _Expanded(NamedTuple):
+    """An expanded description, and the files that it depends on, meshes among them."""
 
     text: str
     files: tuple[Path, ...]
 
 
 class RobotFile:
-    """Watches the robot's description file, and reloads it when it is saved.
+    """Watch on the robot's description file, which reloads the robot when a file is saved.
 
     Args:
-        page: The viewer; its parameters name the file and the values of its arguments.
+        page: The viewer's node; its parameters have the path and the xacro arguments.
 
     Attributes:
-        path: The file; None where nobody told it.
+        path: The description's file; None without the parameter.
     """
 
     def __init__(self, page: Page) -> None:
@@ -58,16 +56,16 @@ class RobotFile:
         self._arguments = _mappings(arguments)
         self._text = ""
         self._files: tuple[Path, ...] = ()
-        self._told = ""
+        self._reported = ""
         self._turn = 0
         self._calls = ServiceCalls(page)
-        self._watch = FileWatch(page.on(lambda _: self._read()))
+        self._watch = FileWatch(page.on_node_thread(lambda _: self._read()))
         self._note: Any = page.gui.add_html("", visible=False)
         if self.path is not None:
             self._read()
 
     def close(self) -> None:
-        """Stop watching."""
+        """Stop watching the files, and drop pending calls."""
         self._watch.close()
         self._calls.close()
 
@@ -76,18 +74,18 @@ class RobotFile:
         assert path is not None
         self._turn += 1
         turn = self._turn
-        self._page.stage.work(
-            lambda: _read(path, self._arguments), lambda result: self._have(turn, result)
+        self._page.stage.run_in_background(
+            lambda: _read(path, self._arguments), lambda result: self._apply(turn, result)
         )
 
     # Any: a task's result, or its exception.
-    def _have(self, turn: int, result: Any) -> None:
+    def _apply(self, turn: int, result: Any) -> None:
         if turn != self._turn:
             return
         if isinstance(result, TeleopctlError):
             # what it includes is as it was known before
             self._watch.watch(self._files or ((self.path,) if self.path else ()))
-            self._tell(f"The robot is not reloaded: {result.message}")
+            self._report(f"The robot is not reloaded: {result.message}")
             return
         if isinstance(result, BaseException):
             raise result
@@ -95,25 +93,25 @@ class RobotFile:
         self._text, self._files = result
         self._watch.watch(self._files)
         if first or result.text == before:
-            self._tell("")
+            self._report("")
             if not first:
                 self._reload_meshes()
         elif self._page.node.get_parameter("use_sim_time").value:
-            self._tell("The description has changed; the simulation keeps its robot until the end.")
+            self._report("The description has changed; the running simulation keeps the old robot.")
         else:
             self._publish()
 
     def _reload_meshes(self) -> None:
-        for display in self._page.picture.displays:
+        for display in self._page.scene_view.displays:
             if isinstance(display, RobotModelDisplay):
                 display.reload()
 
     def _publish(self) -> None:
-        """Give the new description to whoever publishes the robot's."""
+        """Set the new description as parameter of the node that publishes robot_description."""
         node = self._page.node
         publishers = node.get_publishers_info_by_topic(node.resolve_topic_name(_TOPIC))
         if not publishers:
-            self._tell("The robot is not reloaded: nobody publishes robot_description")
+            self._report("The robot is not reloaded: no node publishes robot_description")
             return
         owner = f"{publishers[0].node_namespace.rstrip('/')}/{publishers[0].node_name}"
         parameter = Parameter(_TOPIC, Parameter.Type.STRING, self._text)
@@ -121,7 +119,7 @@ class RobotFile:
             f"{owner}/set_parameters",
             "rcl_interfaces/srv/SetParameters",
             lambda response: self._answered(owner, response),
-            lambda why: self._tell(f"The robot is not reloaded: {why}"),
+            lambda why: self._report(f"The robot is not reloaded: {why}"),
             parameters=[parameter.to_parameter_msg()],
         )
 
@@ -129,18 +127,20 @@ class RobotFile:
     def _answered(self, owner: str, response: Any) -> None:
         result = response.results[0] if response.results else None
         if result is not None and result.successful:
-            self._tell("")
+            self._report("")
             self._reload_meshes()
         else:
-            why = result.reason if result is not None else "no answer"
-            self._tell(f"The robot is not reloaded: {owner} refuses it: {why}")
+            why = result.reason if result is not None else "no result"
+            self._report(f"The robot is not reloaded: {owner} rejects it: {why}")
 
-    def _tell(self, text: str) -> None:
-        """Show a sentence above the tabs until the next save; nothing for none."""
-        if text and text != self._told:
+    def _report(self, text: str) -> None:
+        """Show a sentence above the tabs, and log it; remove the last one for an empty text."""
+        if text and text != self._reported:
             self._page.node.get_logger().warning(text)
-        self._told = text
-        self._note.content = f'<div style="color:#fa5252;padding:0.5em 1em">{escaped(text)}</div>'
+        self._reported = text
+        self._note.content = (
+            f'<div style="color:#fa5252;padding:0.5em 1em">{escaped_html(text)}</div>'
+        )
         self._note.visible = bool(text)
 
 
@@ -149,11 +149,11 @@ def _mappings(arguments: Any) -> dict[str, str]:
     return {name: value for name, separator, value in pairs if separator}
 
 
-def _read(path: Path, arguments: dict[str, str]) -> _Read:
+def _read(path: Path, arguments: dict[str, str]) -> _Expanded:
     expanded = read_model(path, arguments)
     description = RobotDescription.from_urdf(expanded.text)
     files = list(expanded.files)
     for uri in mesh_uris(shapes_of(description)):
         with contextlib.suppress(TeleopctlError):  # the display says so
-            files.append(file_of(uri, path.parent))
-    return _Read(expanded.text, tuple(dict.fromkeys(files)))
+            files.append(path_of_uri(uri, path.parent))
+    return _Expanded(expanded.text, tuple(dict.fromkeys(files)))

@@ -1,20 +1,22 @@
-"""``.rviz`` files: displays, fixed frame and view, read and written as RViz has them.
+"""``.rviz`` files: displays, fixed frame and view, as RViz reads and writes them.
 
-Nothing that stands in a file is lost: what is not understood stays where it is and is written back.
-A display's properties are a part of the document, so that setting one changes what is saved.
+Nothing in a file is lost: unknown parts stay in the document and are written back. A display's
+properties are a part of the document, so setting one changes what is saved.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from teleopctl.base.files import read_text
+from teleopctl.base.printable import printable_line
 from teleopctl.base.ros_yaml import RosLoader, faults_of, load
 from teleopctl.errors import TeleopctlError
 from teleopctl.tf import Vector3
+from teleopctl.viewer.displays.base import Display
 
 _MANAGER = "Visualization Manager"
 _GROUP = "rviz_common/Group"
@@ -42,11 +44,11 @@ class RvizFileError(TeleopctlError):
 
 
 class View(NamedTuple):
-    """Position and focal point of the camera, in the view's target frame; metres.
+    """Position and focal point of a camera, in metres.
 
     Attributes:
-        eye: Where the camera is.
-        focus: What it looks at.
+        eye: Position of the camera.
+        focus: Focal point.
     """
 
     eye: Vector3
@@ -58,9 +60,9 @@ class DisplayEntry(NamedTuple):
 
     Attributes:
         rviz_class: Its class without the package.
-        name: What the user calls it.
-        given: Its part of the document, which is changed in place.
-        in_shown_group: Whether the groups that it is in are shown.
+        name: Its name in the list of displays.
+        given: Its mapping in the document, which is changed in place.
+        in_shown_group: Whether all groups that it is in are enabled.
     """
 
     rviz_class: str
@@ -70,11 +72,11 @@ class DisplayEntry(NamedTuple):
 
 
 class RvizFile:
-    """An ``.rviz`` file.
+    """Content of an ``.rviz`` file.
 
     Args:
-        document: What the file holds; None for a new one.
-        lines: The lines of its keys; see `line_of`.
+        document: The parsed YAML; None for a new file.
+        lines: Lines of its keys; see `line_of`.
     """
 
     def __init__(self, document: dict[str, Any] | None = None, lines: Lines | None = None) -> None:
@@ -84,7 +86,7 @@ class RvizFile:
 
     @classmethod
     def load(cls, path: Path) -> RvizFile:
-        """Read an ``.rviz`` file.
+        """Read and parse an ``.rviz`` file.
 
         Raises:
             TeleopctlError: It cannot be read, or is no ``.rviz`` file.
@@ -103,19 +105,19 @@ class RvizFile:
         return cls(document, lines)
 
     def text(self) -> str:
-        """Return the file's YAML, as RViz reads it."""
+        """Return the document as YAML text, which RViz can read."""
         import yaml
 
         return yaml.safe_dump(self.document, sort_keys=False, allow_unicode=True)
 
     def line_of(self, mapping: dict[str, Any], key: str) -> int | None:
-        """Return the line of a key in one of the file's mappings, or None."""
+        """Return the line of a key in a mapping of the document; None if unknown."""
         return self._lines.get((id(mapping), key))
 
     # --- displays -----------------------------------------------------------------------------
 
     def displays(self) -> list[DisplayEntry]:
-        """Return the displays, also those in groups, in their order."""
+        """Return the displays in their order, with those in groups."""
         return list(_entries(self._displays(), shown=True))
 
     def add(self, rviz_class: str, name: str, given: dict[str, Any]) -> None:
@@ -127,7 +129,7 @@ class RvizFile:
         self._displays().append(given)
 
     def remove(self, given: dict[str, Any]) -> None:
-        """Remove a display from the file, in whatever group it is."""
+        """Remove a display from the document by its mapping, also from a group."""
         _remove(self._displays(), given)
 
     def _displays(self) -> list[Any]:
@@ -136,7 +138,7 @@ class RvizFile:
             displays = self._manager["Displays"] = []
         return displays
 
-    # --- the whole ----------------------------------------------------------------------------
+    # --- global options and view --------------------------------------------------------------
 
     @property
     def fixed_frame(self) -> str:
@@ -150,7 +152,7 @@ class RvizFile:
 
     @property
     def background(self) -> tuple[int, int, int] | None:
-        """Background colour, each part from 0 to 255."""
+        """Background colour, each part from 0 to 255; None if the file has none."""
         text = str(_inner(self._manager, "Global Options").get("Background Color", ""))
         try:
             red, green, blue = (min(max(int(part), 0), 255) for part in text.split(";"))
@@ -159,19 +161,19 @@ class RvizFile:
         return red, green, blue
 
     def tools(self) -> list[dict[str, Any]]:
-        """Return the tools of the file."""
+        """Return the mappings of the document's tools."""
         tools = self._manager.get("Tools")
         return [one for one in tools if isinstance(one, dict)] if isinstance(tools, list) else []
 
     @property
     def current_view(self) -> dict[str, Any]:
-        """The current view of the file, as a mapping."""
+        """Mapping of the document's current view; empty if it has none."""
         current = _inner(self._manager, "Views").get("Current")
         return current if isinstance(current, dict) else {}
 
     @property
     def view(self) -> View | None:
-        """Return the camera's position and focal point; None if the file has no view."""
+        """Camera of the current view; None if the file has none."""
         return _view(self.current_view) if self.current_view else None
 
     @view.setter
@@ -193,13 +195,13 @@ class RvizFile:
         current.setdefault("Name", "Current View")
 
 
-def plain_class(name: str) -> str:
-    """Return a class's name without its package, such as TF for ``rviz/TF``."""
+def class_without_package(name: str) -> str:
+    """Return the name of an RViz class without its package: ``TF`` for ``rviz/TF``."""
     return name.rpartition("/")[2]
 
 
 def _find_lines(value: Any, node: Any, found: Lines) -> None:
-    """Note the lines of all keys of what has been made from a node of PyYAML."""
+    """Add the lines of all keys of a parsed value to a dict, from its PyYAML node."""
     # A key that is there twice, or merged from elsewhere, leaves the two different.
     if isinstance(value, dict) and len(value) == len(node.value):
         for key, (key_node, inner) in zip(value, node.value, strict=True):
@@ -221,9 +223,9 @@ def _entries(displays: list[Any], *, shown: bool) -> Iterator[DisplayEntry]:
     for given in displays:
         if not isinstance(given, dict) or not isinstance(given.get("Class"), str):
             continue
-        rviz_class = plain_class(given["Class"])
+        rviz_class = class_without_package(given["Class"])
         inner = given.get("Displays")
-        if rviz_class == plain_class(_GROUP):
+        if rviz_class == class_without_package(_GROUP):
             enabled = shown and given.get("Enabled", True) is not False
             yield from _entries(inner if isinstance(inner, list) else [], shown=enabled)
         else:
@@ -249,7 +251,7 @@ def _view(current: dict[str, Any]) -> View:
         math.cos(pitch) * math.sin(yaw),
         math.sin(pitch),
     )
-    kind = plain_class(str(current.get("Class")))
+    kind = class_without_package(str(current.get("Class")))
     if kind == "TopDownOrtho":
         x, y = _number(current, "X", 0.0), _number(current, "Y", 0.0)
         scale = _number(current, "Scale", 10.0) or 10.0
@@ -277,3 +279,152 @@ def _number(mapping: dict[str, Any], key: str, default: float) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
         return default
     return float(value)
+
+
+# RViz's defaults, as far as they are neither zero nor empty nor false.
+_DEFAULTS: Mapping[str, Any] = {
+    "Accept NaN Values": False,
+    "Binary threshold": 100,
+    "Enable Transparency": True,
+    "Far Plane Distance": 100,
+    "Image Rendering": "background and overlay",
+    "Occlusion Compensation": {"Occlusion Time-Out": 30, "Value": False},
+    "Line Style": {"Line Width": 0.03, "Value": "Lines"},
+    "Overlay Alpha": 0.5,
+    "Show Robot Visual": True,
+    "Zoom Factor": 1,
+}
+# Properties with an equivalent, of RViz's windows, or of MoveIt's own window.
+_IGNORED = frozenset(
+    {
+        *("Class", "Enabled", "Name", "Value", "Topic", "Links", "Namespaces", "Tree"),
+        *("Position Transformer", "Queue Size", "Selectable", "Transport Hint", "Unreliable"),
+        *("Marker Topic", "Image Topic", "Description Topic", "Robot Description", "Update Topic"),
+        *("Update Interval", "Trajectory Topic", "Planning Group", "Planning Metrics"),
+        *("Acceleration_Scaling_Factor", "Velocity_Scaling_Factor", "Use Sim Time"),
+        *("Voxel Coloring", "Voxel Rendering", "Scene Display Time", "Show Workspace"),
+        *("Reliability Policy", "Topic Filter"),
+        *("Colliding Link Color", "Joint Violation Color", "Interactive Marker Size"),
+        *("Show Arrows", "Start State Alpha", "Start State Color", "Frames"),
+    }
+)
+_MOVEIT_WINDOW = ("MoveIt_", "JointsTab_")
+_PANELS = frozenset({"Displays", "Help", "Selection", "Time", "Tool Properties", "Views"})
+_TOOLS = frozenset(
+    {
+        *("FocusCamera", "Interact", "Measure", "MoveCamera", "Select"),
+        *("PublishPoint", "SetGoal", "SetInitialPose"),
+    }
+)
+_VIEWS = frozenset({"FPS", "Orbit", "ThirdPersonFollower", "TopDownOrtho", "XYOrbit"})
+_RVIZ = ("rviz_common/", "rviz_default_plugins/", "rviz/")
+# More of them make the line unreadable.
+_MOST_LISTED = 12
+
+
+def unsupported_text(file: RvizFile, path: Path, displays: Sequence[Display]) -> str:
+    """Return one line about the parts of an ``.rviz`` file that have no effect; empty for none.
+
+    RViz writes every property of every display: those at their defaults are left out of the line.
+
+    Args:
+        file: The file's content.
+        path: Its path.
+        displays: The displays that were made from it.
+    """
+    parts = [
+        *_unknown_displays(file, displays),
+        *(part for display in displays for part in _unknown_properties(file, display)),
+        *_unknown_classes("panel", file.document.get("Panels"), _PANELS),
+        *_unknown_classes("tool", file.tools(), _TOOLS),
+        *_unknown_view(file.current_view),
+    ]
+    if not parts:
+        return ""
+    more = f"; and {len(parts) - _MOST_LISTED} more" if len(parts) > _MOST_LISTED else ""
+    return f"{path}: not shown, and kept when it is saved: {'; '.join(parts[:_MOST_LISTED])}{more}"
+
+
+def _unknown_displays(file: RvizFile, displays: Sequence[Display]) -> Iterator[str]:
+    known = {id(display.values.given) for display in displays}
+    first: dict[str, int | None] = {}
+    for entry in file.displays():
+        if id(entry.given) not in known:
+            first.setdefault(entry.rviz_class, file.line_of(entry.given, "Class"))
+    if first:
+        named = ", ".join(f"{name}{_line_text(line)}" for name, line in first.items())
+        yield f"displays of class {printable_line(named)}"
+
+
+def _unknown_properties(file: RvizFile, display: Display) -> Iterator[str]:
+    known = {property_.name for property_ in display.properties} | {display.topic_key}
+    found = list(_unsupported(file, display.values.given, known, ""))
+    if found:
+        names = ", ".join(name for name, _ in found)
+        yield printable_line(f"{names} of '{display.name}'{_line_text(found[0][1])}")
+
+
+def _unsupported(
+    file: RvizFile, given: dict[str, Any], known: set[str], above: str
+) -> Iterator[tuple[str, int | None]]:
+    """Yield the unknown properties that are not at their default, each with its line."""
+    for key, value in given.items():
+        name = f"{above}{key}"
+        if key in _IGNORED or name in known or str(key).startswith(_MOVEIT_WINDOW):
+            continue
+        if isinstance(value, dict) and any(one.startswith(f"{name}/") for one in known):
+            yield from _unsupported(file, value, known, f"{name}/")
+        elif _has_effect(str(key), value):
+            yield name, file.line_of(given, key)
+
+
+def _has_effect(key: str, value: Any) -> bool:
+    """Return whether a property has another value than RViz's default."""
+    if key == "Visibility":
+        # A list of what RViz has seen, in which only what is switched off asks for something.
+        return _has_false(value)
+    if key in _DEFAULTS:
+        return not _same(value, _DEFAULTS[key])
+    if isinstance(value, dict):
+        return any(_has_effect(str(inner), one) for inner, one in value.items())
+    return bool(value)
+
+
+def _has_false(value: Any) -> bool:
+    if isinstance(value, dict):
+        return any(_has_false(one) for one in value.values())
+    return value is False
+
+
+def _same(one: Any, other: Any) -> bool:
+    if isinstance(one, dict) and isinstance(other, dict):
+        return one.keys() == other.keys() and all(_same(one[key], other[key]) for key in one)
+    if isinstance(one, int | float) and isinstance(other, int | float):
+        # RViz's numbers have 32 bits.
+        return math.isclose(one, other, rel_tol=1e-6)
+    return bool(one == other)
+
+
+def _unknown_classes(what: str, listed: Any, known: frozenset[str]) -> Iterator[str]:
+    """Yield a text about the classes of a list that have no equivalent."""
+    entries: Iterable[Any] = listed if isinstance(listed, list) else ()
+    names = [str(one.get("Class", "")) for one in entries if isinstance(one, dict)]
+    unknown = dict.fromkeys(name for name in names if name and not _is_rviz(name, known))
+    if unknown:
+        many = "s" if len(unknown) > 1 else ""
+        yield printable_line(f"{what}{many} {', '.join(unknown)}")
+
+
+def _is_rviz(name: str, known: frozenset[str]) -> bool:
+    return name.startswith(_RVIZ) and class_without_package(name) in known
+
+
+def _unknown_view(current: dict[str, Any]) -> Iterator[str]:
+    yield from _unknown_classes("view controller", [current], _VIEWS)
+    target = current.get("Target Frame")
+    if isinstance(target, str) and target not in ("", "<Fixed Frame>"):
+        yield printable_line(f"target frame '{target}' of the view")
+
+
+def _line_text(line: int | None) -> str:
+    return "" if line is None else f" (line {line})"

@@ -1,8 +1,8 @@
-"""The viewer: a node whose picture and panels are a page in the browser.
+"""The viewer: a node that serves a page with the 3D view and the panels.
 
-Everything that knows the graph runs on the node's thread: messages arrive there, what users do on
-the page is handed over to it, and a timer moves the picture on, thirty times a second while
-somebody looks. Nobody looks: the timer stands still, and displays and panels listen to nothing.
+Displays and panels run on the node's thread: messages are received there, events of the page are
+passed to it, and a timer updates the scene 30 times a second while a browser shows the page. While
+none does, the timer is stopped, and displays and panels are unsubscribed.
 """
 
 from __future__ import annotations
@@ -20,36 +20,40 @@ from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces import get_message, get_service, known_types
 from teleopctl.node import Clock, ClockType, Node, QoSProfile
 from teleopctl.tf import NamedTransformListener, Transform
-from teleopctl.viewer.page.server import close_server, open_server, page_address
-from teleopctl.viewer.page.tidying import EVERY_S, MemoryCleanup
+from teleopctl.viewer.page_server import (
+    CLEANUP_PERIOD_S,
+    MemoryCleanup,
+    close_server,
+    open_server,
+    page_address,
+)
 from teleopctl.viewer.panels.base import Panel
-from teleopctl.viewer.picture import SceneView
 from teleopctl.viewer.robot_file import RobotFile
-from teleopctl.viewer.scene.frame_buffer import FrameBuffer
-from teleopctl.viewer.scene.frames import SceneFrames
-from teleopctl.viewer.unknown_types import UnknownTypes
+from teleopctl.viewer.scene.frames import FrameBuffer, SceneFrames
+from teleopctl.viewer.scene_view import SceneView
+from teleopctl.viewer.subscriptions import UnknownTypes
 
 if TYPE_CHECKING:
     import viser
 
-    from teleopctl.viewer.page.page_server import PageServer
+    from teleopctl.viewer.client_tracker import PageServer
 
-_PICTURES_PER_S = 30.0
-# Panels are read, not watched: every third picture is enough.
-_PICTURES_PER_PANEL_TICK = 3
-_COMPLAINS_EVERY_S = 5.0
-# A page that is loaded anew, or whose connection broke, is back by then.
-_BACK_WITHIN_S = 5.0
+_UPDATES_PER_S = 30.0
+# Panels are updated with every third update of the scene.
+_UPDATES_PER_PANEL_TICK = 3
+_ERROR_PERIOD_S = 5.0
+# A page that is reloaded, or whose connection broke, is back by then.
+_HIDDEN_AFTER_S = 5.0
 
 
 class Viewer(Node):
-    """The viewer: a node with the page that it serves.
+    """Node ``rviz`` that serves a page with the 3D view and the panels.
 
     Args:
-        server: The page.
-        view: The ``.rviz`` file to begin with.
-        panels: The panels by name, in their order; None is all that there are.
-        cli_args: The node's own ROS arguments; those of the process count besides.
+        server: The page's server.
+        view: The ``.rviz`` file to load; None for the default displays.
+        panels: Names of the panels in their order; None for all default ones.
+        cli_args: ROS arguments for this node, in addition to those of the process.
     """
 
     def __init__(
@@ -63,36 +67,36 @@ class Viewer(Node):
         self.node = self
         self.stage = self
         self.server = server
-        server.mistakes.log = self.get_logger().warning
+        server.client_errors.log = self.get_logger().warning
         self.scene = server.scene
         self.gui = server.gui
         self._watched = False
-        self._pictures = 0
+        self._updates = 0
         self._last_time_ns = 0
-        self._errands: deque[Callable[[], object]] = deque()
-        self._errand = self.create_guard_condition(self._run_errands)
-        self._types = UnknownTypes(self, self.work)
+        self._queue: deque[Callable[[], object]] = deque()
+        self._queued = self.create_guard_condition(self._run_queued)
+        self._types = UnknownTypes(self, self.run_in_background)
         self._workers = ThreadPoolExecutor(2, thread_name_prefix="work")
         self.buffer = FrameBuffer(self)
         self.frames = SceneFrames(server.scene, self.buffer)
         self._listener: NamedTransformListener | None = None
         steady = Clock(clock_type=ClockType.STEADY_TIME)
-        self._timer = self.create_timer(1.0 / _PICTURES_PER_S, self._tick, clock=steady)
+        self._timer = self.create_timer(1.0 / _UPDATES_PER_S, self._tick, clock=steady)
         self._timer.cancel()
-        self._patience = self.create_timer(
-            _BACK_WITHIN_S, lambda: self._do(self._end_showing), clock=steady
+        self._hide_timer = self.create_timer(
+            _HIDDEN_AFTER_S, lambda: self._guarded(self._end_showing), clock=steady
         )
-        self._patience.cancel()
-        self.create_timer(EVERY_S, MemoryCleanup(server).tidy, clock=steady)
+        self._hide_timer.cancel()
+        self.create_timer(CLEANUP_PERIOD_S, MemoryCleanup(server).run, clock=steady)
         simulated = bool(self.get_parameter("use_sim_time").value)
-        self.picture = SceneView(server, self, view, simulated=simulated)
+        self.scene_view = SceneView(server, self, view, simulated=simulated)
         self.robot_file = RobotFile(self)
         self.create_service(get_service("std_srvs/srv/Empty"), "~/reset_time", self._reset_time)
         self.panels = self._make_panels(panels)
-        self.add_graph_callback(lambda: self.soon(self._tell_of_graph))
-        server.on_client_connect(self.on(lambda _client: self._look()))
-        server.on_client_disconnect(self.on(lambda _client: self._look()))
-        server.audience.on_change(self.on(self._look))
+        self.add_graph_callback(lambda: self.call_on_node_thread(self._on_graph_change))
+        server.on_client_connect(self.on_node_thread(lambda _client: self._update_visibility()))
+        server.on_client_disconnect(self.on_node_thread(lambda _client: self._update_visibility()))
+        server.clients.on_change(self.on_node_thread(self._update_visibility))
 
     def _make_panels(self, names: list[str] | None) -> list[Panel]:
         made: list[Panel] = []
@@ -107,7 +111,7 @@ class Viewer(Node):
             made.append(panel)
         return made
 
-    # --- what displays and panels use ---------------------------------------------------------
+    # --- for displays and panels --------------------------------------------------------------
 
     # Any, here and below: messages of any type, results of any task, and what YAML holds.
     def subscribe(
@@ -115,12 +119,12 @@ class Viewer(Node):
     ) -> Callable[[], None]:
         """Subscribe to a topic; return a function that ends the subscription.
 
-        A type that is not known on this machine is learned first; see `Stage.knows`.
+        The definition of an unknown type is requested first; see `Stage.knows_type`.
         """
 
         def begin() -> Callable[[], None]:
             subscription = self.create_subscription(
-                get_message(type_name), topic, lambda message: self._do(callback, message), qos
+                get_message(type_name), topic, lambda message: self._guarded(callback, message), qos
             )
 
             def end() -> None:
@@ -128,10 +132,12 @@ class Viewer(Node):
 
             return end
 
-        return begin() if self.knows(type_name) else self._types.when_known(type_name, begin)
+        return (
+            begin() if self.knows_type(type_name) else self._types.call_when_known(type_name, begin)
+        )
 
-    def knows(self, type_name: str) -> bool:
-        """Return whether a type is known on this machine; see `Stage.knows`."""
+    def knows_type(self, type_name: str) -> bool:
+        """Return whether a message type is known; see `Stage.knows_type`."""
         return known_types().find(type_name) is not None
 
     @property
@@ -142,37 +148,37 @@ class Viewer(Node):
 
     def camera(self) -> Transform | None:
         """Return the camera's pose; see `Stage.camera`."""
-        return self.picture.camera()
+        return self.scene_view.camera()
 
-    def work(self, task: Callable[[], Any], then: Callable[[Any], object]) -> None:
-        """Run a long task in another thread; see `Stage.work`."""
+    def run_in_background(self, task: Callable[[], Any], then: Callable[[Any], object]) -> None:
+        """Run a task in another thread, then ``then``; see `Stage.run_in_background`."""
 
         def run() -> None:
             try:
                 result = task()
-            except Exception as error:  # noqa: BLE001 -- it is whose task it is that decides
+            except Exception as error:  # noqa: BLE001 -- passed to the caller
                 result = error
-            self.soon(lambda: then(result))
+            self.call_on_node_thread(lambda: then(result))
 
         self._workers.submit(run)
 
-    def soon(self, errand: Callable[[], object]) -> None:
-        """Run a function on the node's thread; may be called on any thread."""
-        self._errands.append(errand)
-        self._errand.trigger()
+    def call_on_node_thread(self, function: Callable[[], object]) -> None:
+        """Call a function soon on the node's thread; may be called from any thread."""
+        self._queue.append(function)
+        self._queued.trigger()
 
-    def on(self, function: Callable[..., object]) -> Callable[..., None]:
-        """Wrap a function for viser's callbacks, so that it runs on the node's thread."""
+    def on_node_thread(self, function: Callable[..., object]) -> Callable[..., None]:
+        """Wrap a function, such as a viser callback, so that it runs on the node's thread."""
 
         def hand_over(*arguments: Any) -> None:
-            self.soon(lambda: function(*arguments))
+            self.call_on_node_thread(lambda: function(*arguments))
 
         return hand_over
 
     def reset(self) -> None:
-        """Clear transforms and displays, as RViz's Reset does."""
+        """Clear the tf buffer and all displays, as RViz's Reset does."""
         self.buffer.clear()
-        self.picture.reset()
+        self.scene_view.reset()
 
     def notify(self, title: str, text: str = "", *, wrong: bool = False) -> None:
         """Show a notification in all browsers, for some seconds."""
@@ -181,71 +187,71 @@ class Viewer(Node):
                 title, text, color="red" if wrong else None, auto_close_seconds=8.0
             )
 
-    # --- the picture --------------------------------------------------------------------------
+    # --- updates ------------------------------------------------------------------------------
 
-    def _look(self) -> None:
-        """Find out whether anybody looks.
+    def _update_visibility(self) -> None:
+        """Start or stop updates by whether a browser shows the page, stopping after 5 s only.
 
-        Who is back at once has not been away: plots go on, and nothing is listened to anew. Zenoh
-        would keep some memory for each time, in every process (docs/robustness.md, Soak).
+        A browser that is back within that time finds all subscriptions: plots go on. Zenoh would
+        keep some memory for each new one, in every process (docs/robustness.md, Soak).
         """
-        if not any(map(self.server.audience.looks, self.server.get_clients())):
+        if not any(map(self.server.clients.is_visible, self.server.get_clients())):
             if self._watched:
-                self._patience.reset()
+                self._hide_timer.reset()
             return
-        self._patience.cancel()
+        self._hide_timer.cancel()
         if not self._watched:
             self._begin_showing()
 
     def _begin_showing(self) -> None:
         self._watched = True
         self._listener = NamedTransformListener(self.buffer, self)
-        self.picture.begin()
+        self.scene_view.begin()
         for panel in self.panels:
-            self._do(panel.began)
+            self._guarded(panel.began)
         self._timer.reset()
 
     def _end_showing(self) -> None:
-        self._patience.cancel()
+        self._hide_timer.cancel()
         self._watched = False
         self._timer.cancel()
         if self._listener is not None:
             self._listener.unregister()
             self._listener = None
-        self.picture.end()
+        self.scene_view.end()
         for panel in self.panels:
-            self._do(panel.ended)
+            self._guarded(panel.ended)
 
     # Any: request and response of RViz's service for its Reset.
     def _reset_time(self, _request: Any, response: Any) -> Any:
-        self._do(self.reset)
+        self._guarded(self.reset)
         return response
 
-    def _tell_of_graph(self) -> None:
-        self._types.look()
+    def _on_graph_change(self) -> None:
+        self._types.request_missing()
         for panel in self.panels:
-            self._do(panel.graph_changed)
+            self._guarded(panel.graph_changed)
 
     def _tick(self) -> None:
-        self._pictures += 1
+        self._updates += 1
         now_ns = self.get_clock().now().nanoseconds
         jumped_back, self._last_time_ns = now_ns < self._last_time_ns, now_ns
         with self.server.atomic():
-            self._do(self.frames.update)
-            self._do(lambda: self.picture.tick(jumped_back=jumped_back))
-        if self._pictures % _PICTURES_PER_PANEL_TICK == 0:
+            self._guarded(self.frames.update)
+            self._guarded(lambda: self.scene_view.tick(jumped_back=jumped_back))
+        if self._updates % _UPDATES_PER_PANEL_TICK == 0:
             for panel in self.panels:
-                self._do(panel.tick)
+                self._guarded(panel.tick)
 
-    def _run_errands(self) -> None:
-        # What is added meanwhile triggers anew, so that messages get their turn.
-        for _ in range(len(self._errands)):
-            failure = self._do(self._errands.popleft())
+    def _run_queued(self) -> None:
+        # Functions queued meanwhile trigger again, so that messages get their turn.
+        for _ in range(len(self._queue)):
+            failure = self._guarded(self._queue.popleft())
             if failure:
-                self.notify("That did not work", failure, wrong=True)
+                self.notify("Error", failure, wrong=True)
 
-    def _do(self, function: Callable[..., object], *arguments: object) -> str:
-        """Do something whose failure must not end the page; returns what went wrong."""
+    def _guarded(self, function: Callable[..., object], *arguments: object) -> str:
+        """Call a function; log its exception, and return its message, empty for none."""
         try:
             function(*arguments)
         except TeleopctlError as error:
@@ -254,11 +260,11 @@ class Viewer(Node):
             failure = f"{type(error).__name__}: {error}"
         else:
             return ""
-        self.get_logger().error(f"The page: {failure}", throttle_duration_sec=_COMPLAINS_EVERY_S)
+        self.get_logger().error(f"The page: {failure}", throttle_duration_sec=_ERROR_PERIOD_S)
         return failure
 
     def destroy_node(self) -> None:
-        """Close the page, then the node."""
+        """Close the panels and the server of the page, then destroy the node."""
         for panel in self.panels:
             panel.close()
         self.robot_file.close()
@@ -276,19 +282,19 @@ def open_viewer(
     panels: list[str] | None = None,
     cli_args: Sequence[str] | None = None,
 ) -> tuple[Viewer, Address]:
-    """Open the page's server and make the node that serves it.
+    """Open the page's server, and return the viewer's node that serves it.
 
     Args:
-        host: See `open_server`, as for ``port``.
-        port: See there.
-        token_file: The file of the page's token, made where it is missing; by default that of
-            `default_token_file` beyond loopback, and none there.
-        view: See `Viewer`, as for ``panels`` and ``cli_args``.
-        panels: See there.
-        cli_args: See there.
+        host: Address to listen on.
+        port: Port to listen on; see `open_server`.
+        token_file: File of the page's token, made if missing. By default `default_token_file` for
+            a host beyond loopback, else no token.
+        view: See `Viewer`.
+        panels: See `Viewer`.
+        cli_args: See `Viewer`.
 
     Returns:
-        The node, and the page's address.
+        The node, and the page's URL.
 
     Raises:
         TeleopctlError: The page cannot be opened, or the token or the view not be read.

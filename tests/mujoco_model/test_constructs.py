@@ -12,7 +12,7 @@ import pytest
 import trimesh
 
 from teleopctl.mujoco_model import RobotModel, build_model, convex, mesh_content
-from teleopctl.mujoco_model.cutting import cut_ahead
+from teleopctl.mujoco_model.convex import decompose_files
 from teleopctl.mujoco_model.mesh_content import load_mesh_content
 from teleopctl.robot import InvalidMeshError, RobotDescription, simulated, unknown_tags
 from teleopctl.sim import Simulation
@@ -279,7 +279,7 @@ def test_a_ring_lets_a_ball_through_where_it_can_be_cut(
     )
 
     monkeypatch.setattr("teleopctl.mujoco_model.assets.can_decompose", lambda: True)
-    monkeypatch.setattr("teleopctl.mujoco_model.assets.cut_ahead", lambda files: None)
+    monkeypatch.setattr("teleopctl.mujoco_model.assets.decompose_files", lambda files: None)
     monkeypatch.setattr(convex, "_cut", sectors)
     cut = build_model(robot(*parts))
     monkeypatch.setattr(convex, "_cut", lambda path: pytest.fail("it was cut again"))
@@ -363,13 +363,13 @@ def test_coacd_cuts_an_angle_into_its_two_legs_and_leaves_a_box_whole(
     legs[0].export(tmp_path / "box.stl")
 
     with caplog.at_level(logging.WARNING):
-        cut_ahead([tmp_path / "angle.stl", tmp_path / "box.stl"])
+        decompose_files([tmp_path / "angle.stl", tmp_path / "box.stl"])
     assert [record.message.partition(":")[0] for record in caplog.records] == [
         "Cutting hollow meshes into convex pieces, up to half a minute for each"
     ]
     assert "angle.stl" in caplog.text and "box.stl" not in caplog.text
     caplog.clear()
-    cut_ahead([tmp_path / "angle.stl", tmp_path / "box.stl"])
+    decompose_files([tmp_path / "angle.stl", tmp_path / "box.stl"])
     assert not caplog.records
     monkeypatch.setattr(convex, "_cut", lambda path: pytest.fail("it was not cut ahead"))
     pieces = convex.convex_pieces(tmp_path / "angle.stl")

@@ -7,7 +7,7 @@ import trimesh
 
 from teleopctl.mujoco_model import build_model
 from teleopctl.robot import RobotDescription
-from teleopctl.viewer.scene.mesh_files import MeshError, load_mesh
+from teleopctl.viewer.scene.assets import MeshError, load_mesh
 
 ROBOT = """
 <robot name="r"><link name="world"/><link name="part">

@@ -11,7 +11,7 @@ from trimesh.visual import TextureVisuals
 from trimesh.visual.material import PBRMaterial, SimpleMaterial
 
 from teleopctl.mujoco_model import RobotModel
-from teleopctl.mujoco_model.paint import MeshTexture, add_pictures
+from teleopctl.mujoco_model.paint import MeshTexture, add_textures
 from tests.sim.robots import INERTIAL, box, link, model
 
 RED, GREEN = (255, 0, 0, 255), (0, 255, 0, 255)
@@ -134,7 +134,7 @@ def test_many_pictures_are_smaller_ones() -> None:
     spec = mujoco.MjSpec()
     spec.worldbody.add_geom(size=[1.0, 0.0, 0.0])
     pixels = np.full((1024, 512, 3), 7, np.uint8)
-    add_pictures(spec, [MeshTexture(f"p{n}", pixels, (1.0, 1.0, 1.0, 1.0)) for n in range(60)])
+    add_textures(spec, [MeshTexture(f"p{n}", pixels, (1.0, 1.0, 1.0, 1.0)) for n in range(60)])
     m = spec.compile()
     assert m.ntex == 60
     assert m.ntexdata < 64_000_000

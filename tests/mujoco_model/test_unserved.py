@@ -2,7 +2,7 @@
 
 import pytest
 
-from teleopctl.mujoco_model import gazebos_own_tags, unserved_tags
+from teleopctl.mujoco_model import gazebo_only_tags, unsupported_tags
 from teleopctl.mujoco_model.model import build_model
 from teleopctl.robot import RobotDescription
 from tests.sim.robots import link, model, robot
@@ -237,8 +237,8 @@ def test_what_a_plugin_says_that_stands_for_what_there_is_is_told_by_the_check_a
     engine = "<render_engine>ogre2</render_engine>"
     tags = f'<gazebo><plugin name="p" filename="gz-sim-sensors-system">{engine}</plugin></gazebo>'
     urdf = robot(link("base", ""), tags).urdf
-    assert unserved_tags(urdf) == []
-    assert gazebos_own_tags(urdf) == [
+    assert unsupported_tags(urdf) == []
+    assert gazebo_only_tags(urdf) == [
         "Without meaning outside of Gazebo's window, drawing and solver: <render_engine> (line 1)"
     ]
 
@@ -247,7 +247,7 @@ def test_what_the_ros_of_a_plugin_does_not_do_is_told() -> None:
     ros = "<ros><namespace>a</namespace><qos><topic name='x'/></qos></ros><gain>3</gain>"
     for filename in ("libgazebo_ros_diff_drive.so", "libgazebo_ros_ft_sensor.so"):
         plugin = f'<gazebo><plugin name="p" filename="{filename}">{ros}</plugin></gazebo>'
-        assert unserved_tags(robot(link("base", ""), plugin).urdf) == [
+        assert unsupported_tags(robot(link("base", ""), plugin).urdf) == [
             "<gain> of plug-in 'p' (line 1) has no effect",
             "<qos> of plug-in 'p' (line 1) has no effect",
         ]
@@ -270,7 +270,7 @@ def test_bullets_resistance_to_rolling_beside_odes_friction_does_not_brake_wheel
 
     beside = robot(link("base"), wheel("<ode><mu>0.3</mu><mu2>0.3</mu2></ode>"))
     assert beside.gazebo.links["base"].surface is None
-    assert unserved_tags(beside.urdf) == [
+    assert unsupported_tags(beside.urdf) == [
         "<rolling_friction> of 'base' (line 3) has no effect beside <ode>: of Gazebo's engines "
         "Bullet alone reads it"
     ]

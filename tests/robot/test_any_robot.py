@@ -1,6 +1,6 @@
 """What can be told of anybody's description."""
 
-from teleopctl.robot import with_mesh_paths, xacro_arguments
+from teleopctl.robot import with_absolute_mesh_paths, xacro_arguments
 
 XACRO = """<robot xmlns:xacro="http://www.ros.org/wiki/xacro" name="$(arg name)">
   <xacro:arg name="tall" default="1.5"/>
@@ -26,6 +26,6 @@ def test_meshes_beside_the_file_are_named_by_their_whole_paths(tmp_path):
     )
     text = f"<robot>{kept}<mesh scale='1 1 1' filename='meshes/a b.stl'/></robot>"
     uri = (tmp_path / "meshes" / "a b.stl").resolve().as_uri()
-    assert with_mesh_paths(text, tmp_path) == (
+    assert with_absolute_mesh_paths(text, tmp_path) == (
         f"<robot>{kept}<mesh scale='1 1 1' filename='{uri}'/></robot>"
     )

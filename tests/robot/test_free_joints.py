@@ -6,8 +6,7 @@ import pytest
 
 from teleopctl.errors import TeleopctlError
 from teleopctl.robot.description import RobotDescription
-from teleopctl.robot.free_joints import JointSet
-from teleopctl.robot.joints import Joints
+from teleopctl.robot.joints import Joints, JointSet
 from teleopctl.robot.urdf import Mimic
 
 

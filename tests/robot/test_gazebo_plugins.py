@@ -5,7 +5,7 @@ import pytest
 from teleopctl.robot import (
     MotionPlugins,
     RobotDescription,
-    controllers_for,
+    default_controllers,
     motion_plugins,
     simulated,
     with_plugin_joints,
@@ -172,7 +172,7 @@ def test_joint_states_trajectories_and_gazebos_other_bases_have_their_controller
     ]
     reach = "kinematics.sum_of_robot_center_projection_on_X_Y_axis"
     assert plugins.controllers[2].parameters[reach] == 0.75
-    assert "joint_state_broadcaster" not in controllers_for(
+    assert "joint_state_broadcaster" not in default_controllers(
         RobotDescription.from_urdf(simulated(cart()).urdf), plugins
     )
     steered = "".join(
@@ -206,7 +206,7 @@ def test_in_simulation_plugins_command_their_joints_casters_roll_and_others_are_
     efforts = [limit.effort for name in ("left", "right") if (limit := joints[name].limit)]
     assert efforts == [4.0, 4.0]  # the plug-in's torque
     plugins = read(CLASSIC.format(ros="", more=""))
-    parameters = controllers_for(RobotDescription.from_urdf(urdf), plugins)
+    parameters = default_controllers(RobotDescription.from_urdf(urdf), plugins)
     assert list(parameters) == ["controller_manager", "joint_trajectory_controller"]
 
 

@@ -3,7 +3,7 @@
 import pytest
 
 from teleopctl.errors import InvalidDescriptionError
-from teleopctl.robot import RobotDescription, controllers_for, simulated
+from teleopctl.robot import RobotDescription, default_controllers, simulated
 
 SIMULATOR = "gz_ros2_control/GazeboSimSystem"
 LIMIT = '<axis xyz="0 0 1"/><limit lower="-1" upper="1" effort="1" velocity="1"/>'
@@ -101,7 +101,7 @@ def test_without_any_system_joints_are_held_those_that_go_round_turned_and_follo
         "No <ros2_control> in the description; "
         "commanded are position of a, rail and velocity of wheel",
     )
-    parameters = controllers_for(description)
+    parameters = default_controllers(description)
     manager = parameters["controller_manager"]["ros__parameters"]
     assert [name for name in manager if name != "update_rate"] == [
         "joint_state_broadcaster", "joint_trajectory_controller", "velocity_controller",

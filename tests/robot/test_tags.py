@@ -20,10 +20,10 @@ from hypothesis import given, strategies as st
 from lxml import etree
 
 from teleopctl.errors import TeleopctlError
-from teleopctl.mujoco_model import build_model, gazebos_own_tags, unserved_tags
+from teleopctl.mujoco_model import build_model, gazebo_only_tags, unsupported_tags
 from teleopctl.mujoco_model.surroundings.scene_spec import scene_spec
 from teleopctl.robot import RobotDescription, read_world, unknown_tags
-from teleopctl.robot.sensors.sensor_tag import read_sensor
+from teleopctl.robot.sensor_tag import read_sensor
 from teleopctl.robot.tags import gazebo, sdf
 from teleopctl.robot.tags.table import Table, TagEntry, is_default
 
@@ -267,7 +267,7 @@ def robot(*parts: str) -> str:
 
 
 def told_of(urdf: str) -> list[str]:
-    return [*unserved_tags(urdf), *gazebos_own_tags(urdf), *unknown_tags(urdf)]
+    return [*unsupported_tags(urdf), *gazebo_only_tags(urdf), *unknown_tags(urdf)]
 
 
 @pytest.mark.parametrize("kind", SPOTS)

@@ -10,7 +10,7 @@ import pytest
 
 from teleopctl.errors import NotFoundError
 from teleopctl.interfaces import get_service
-from teleopctl.mujoco_model import Coming, build_model, with_things
+from teleopctl.mujoco_model import NewObject, build_model, with_objects
 from teleopctl.robot import read_world_text
 from teleopctl.sim.entities.entity import find, move
 from teleopctl.sim.entities.running_simulation import RunningSimulation
@@ -37,10 +37,10 @@ def simulation() -> Simulation:
     things = [(BLOCK, "turned", 10.0, LEFT), (BLOCK, "other", 11.0, [1.0, 0, 0, 0])]
     things.append((CHAIN, "chain", 20.0, [1.0, 0, 0, 0]))
     made.replace_model(
-        with_things(
+        with_objects(
             made.model,
             [
-                Coming(read_world_text(text, name), name, np.array([x, 0, 5.0]), np.array(turn))
+                NewObject(read_world_text(text, name), name, np.array([x, 0, 5.0]), np.array(turn))
                 for text, name, x, turn in things
             ],
         )

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from teleopctl.interfaces.store import get_message
-from teleopctl.mujoco_model import Coming, with_things, without_things
+from teleopctl.mujoco_model import NewObject, with_objects, without_objects
 from teleopctl.robot import Noise, read_world_text
 from teleopctl.sim.sensors.noise import NoiseSource
 from tests.sim.robots import box, joint, link
@@ -71,14 +71,14 @@ def test_what_comes_is_seen_where_it_is_and_no_more_when_it_has_left(kind: str) 
     for x in (1.0, 0.6):
         place, turn = np.array([x, 0.0, 1.0]), np.array([1.0, 0.0, 0.0, 0.0])
         simulation.replace_model(
-            with_things(simulation.model, [Coming(post, f"post{x}", place, turn)])
+            with_objects(simulation.model, [NewObject(post, f"post{x}", place, turn)])
         )
         assert list(read(measured).ranges)[1] == pytest.approx(x - 0.1, abs=1e-6)
     # What stood there is put elsewhere, out of its way.
     simulation.set_static_pose("post0.6", np.array([-4.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0]))
     simulation.refresh()
     assert list(read(measured).ranges)[1] == pytest.approx(0.9, abs=1e-6)
-    simulation.replace_model(without_things(simulation.model, ["post1.0", "post0.6"]))
+    simulation.replace_model(without_objects(simulation.model, ["post1.0", "post0.6"]))
     assert list(read(measured).ranges)[1] == pytest.approx(2.0, abs=1e-6)
 
 

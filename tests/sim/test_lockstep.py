@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Sequence
 
 import pytest
 
-from teleopctl.mujoco_model import in_world
+from teleopctl.mujoco_model import with_world
 from teleopctl.robot import read_world_text
 from teleopctl.sim.lockstep import Command, LockstepLoop
 from teleopctl.sim.simulation import Simulation
@@ -352,7 +352,7 @@ def test_a_thing_that_breaks_down_is_reported_and_set_back_alone(make) -> None:
     ball = read_world_text(
         "things: {ball: {shape: sphere, radius: 0.1, at: [3, 0, 1], mass: 1}}", ""
     )
-    bench.simulation.replace_model(in_world(bench.simulation.model, ball))
+    bench.simulation.replace_model(with_world(bench.simulation.model, ball))
     bench.start()
     bench.answer(0.5)
     bench.loop.set_controller_present(True)

@@ -13,7 +13,7 @@ from teleopctl.robot import (
     Pose,
     RobotDescription,
     SegmentTree,
-    controllers_for,
+    default_controllers,
     model_kind,
     read_model,
     simulated,
@@ -220,7 +220,7 @@ def test_without_actuators_nothing_drives_a_joint_and_a_line_says_so(tmp_path: P
     file = of(tmp_path, f"{floor}{weightless}{chain(*joints)}")
     remark = "robot.xml has no &lt;actuator&gt;: nothing drives its joints, which take no commands"
     assert remark in read_model(file).text
-    assert [*controllers_for(described(file))] == ["controller_manager"]
+    assert [*default_controllers(described(file))] == ["controller_manager"]
     simulation = simulated_robot(file).simulation
     assert not any(simulation.commandable(name) for name in simulation.joint_names)
     simulation.apply(["pan"], [0.5], [0.5], [0.5])
@@ -240,7 +240,7 @@ def test_a_joint_beside_actuated_ones_is_as_free_as_the_file_has_it(tmp_path: Pa
     both = chain('<joint name="hinge" axis="0 1 0"/>', '<joint name="loose" axis="0 1 0"/>')
     file = of(tmp_path, both, '<actuator><motor joint="hinge"/></actuator>')
 
-    parameters = controllers_for(described(file))
+    parameters = default_controllers(described(file))
 
     assert parameters["effort_controller"]["ros__parameters"]["joints"] == ["hinge"]
     assert not simulated_robot(file).simulation.commandable("loose")

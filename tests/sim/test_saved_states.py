@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from teleopctl.errors import InvalidFileError, RefusedError
-from teleopctl.mujoco_model import Coming, RobotModel, build_model, with_things
+from teleopctl.mujoco_model import NewObject, RobotModel, build_model, with_objects
 from teleopctl.robot import read_model, read_world, read_world_text
 from teleopctl.sim.building import simulate
 from teleopctl.sim.entities.pushes import Push
@@ -101,8 +101,8 @@ def test_a_state_of_another_model_is_refused_and_changes_nothing(
 ) -> None:
     alone, joined = moving(model), begun(model)
     block = read_world_text("things: {block: {shape: box, size: [1, 1, 1], mass: 1}}", "text")
-    coming = Coming(block, "block", np.array([4.0, 0, 1]), np.array([1.0, 0, 0, 0]))
-    joined.replace_model(with_things(model, [coming]))
+    coming = NewObject(block, "block", np.array([4.0, 0, 1]), np.array([1.0, 0, 0, 0]))
+    joined.replace_model(with_objects(model, [coming]))
     before = after(alone, 0)
     with pytest.raises(RefusedError, match="another model: it has the body 'block'"):
         SavedState.of(joined).put(alone)

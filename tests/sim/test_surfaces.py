@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from teleopctl.mujoco_model import Coming, RobotModel, build_model, with_things
+from teleopctl.mujoco_model import NewObject, RobotModel, build_model, with_objects
 from teleopctl.robot import RobotDescription, read_model, read_world
 from teleopctl.robot.urdf import Pose
 from teleopctl.sim.simulation import Simulation
@@ -128,9 +128,11 @@ def test_a_robots_link_bounces_on_what_was_spawned(tmp_path: Path) -> None:
     file = tmp_path / "block.sdf"
     block = thing("block", BOX, bounce(1.0))
     file.write_text(f"<sdf version='1.9'>{block}</sdf>")
-    coming = Coming(read_world(file), "block", np.array([0.0, 0.0, 0.1]), np.array([1.0, 0, 0, 0]))
+    coming = NewObject(
+        read_world(file), "block", np.array([0.0, 0.0, 0.1]), np.array([1.0, 0, 0, 0])
+    )
     simulation = Simulation(built, control_period_ns=1_000_000)
-    simulation.replace_model(with_things(built, [coming]))
+    simulation.replace_model(with_objects(built, [coming]))
     found = [height - 2 * RADIUS for height in heights(simulation, "ball", 0.8)]
     assert rises(found) == pytest.approx(0.49, rel=0.01, abs=5e-3)
 

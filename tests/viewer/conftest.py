@@ -13,8 +13,7 @@ from teleopctl.node import QoSProfile, Time
 from teleopctl.node.values.names import validate_name
 from teleopctl.tf import Transform
 from teleopctl.viewer import open_server
-from teleopctl.viewer.scene.frame_buffer import FrameBuffer
-from teleopctl.viewer.scene.frames import SceneFrames
+from teleopctl.viewer.scene.frames import FrameBuffer, SceneFrames
 
 
 class FakeClient:
@@ -80,7 +79,7 @@ class FakePage:
     Attributes:
         subscribed: The callbacks of what is listened to, by topic.
         told: What everybody who looks was told.
-        seen_from: From where somebody looks.
+        last_camera_pose: From where somebody looks.
         resets: How often Reset was asked for.
     """
 
@@ -93,11 +92,11 @@ class FakePage:
         self.frames = SceneFrames(server.scene, FrameBuffer())
         self.robot_folder: Any = None
         self.displays: list[Any] = []
-        self.picture: Any = None
+        self.scene_view: Any = None
         self.client = FakeClient()
         self.subscribed: dict[str, list[Callable[[Any], object]]] = {}
         self.told: list[tuple[str, str]] = []
-        self.seen_from: Transform | None = None
+        self.last_camera_pose: Transform | None = None
         self.resets = 0
 
     def subscribe(
@@ -112,11 +111,11 @@ class FakePage:
 
         return end
 
-    def knows(self, type_name: str) -> bool:
+    def knows_type(self, type_name: str) -> bool:
         return bool(type_name)
 
     def camera(self) -> Transform | None:
-        return self.seen_from
+        return self.last_camera_pose
 
     def publish(self, topic: str, message: object) -> None:
         """Hand a message to whoever listens."""
@@ -126,14 +125,14 @@ class FakePage:
     def listens_to(self, topic: str) -> bool:
         return bool(self.subscribed.get(topic))
 
-    def work(self, task: Callable[[], Any], then: Callable[[Any], object]) -> None:
+    def run_in_background(self, task: Callable[[], Any], then: Callable[[Any], object]) -> None:
         try:
             result = task()
         except Exception as error:  # noqa: BLE001 -- as the viewer does
             result = error
         then(result)
 
-    def on(self, function: Callable[..., object]) -> Callable[..., None]:
+    def on_node_thread(self, function: Callable[..., object]) -> Callable[..., None]:
         def call(*arguments: Any) -> None:
             function(*arguments)
 

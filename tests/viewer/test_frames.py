@@ -13,8 +13,7 @@ from teleopctl.tf import (
     transform_stamped,
 )
 from teleopctl.viewer import open_server
-from teleopctl.viewer.scene.frame_buffer import FrameBuffer
-from teleopctl.viewer.scene.frames import SceneFrames
+from teleopctl.viewer.scene.frames import FrameBuffer, SceneFrames
 
 NAMES = ("a", "b", "c", "d/e", "f", "g")
 
@@ -61,7 +60,7 @@ def test_what_stands_on_a_frame_moves_with_it(frames):
 def test_another_fixed_frame_turns_everything_round(frames):
     quarter = quaternion_from_rpy(0.0, 0.0, math.pi / 2)
     put(frames, "arm", "base", Transform((1.0, 0.0, 0.0), quarter))
-    frames.fix("/arm")
+    frames.set_fixed_frame("/arm")
     frames.update()
     assert frames.fixed == "arm"
     pose = shown(frames, "base")
@@ -73,7 +72,7 @@ def test_another_fixed_frame_turns_everything_round(frames):
 def test_a_frame_that_nothing_joins_to_the_fixed_one_is_not_shown(frames):
     put(frames, "arm", "base", Transform())
     put(frames, "wheel", "truck", Transform())
-    frames.fix("base")
+    frames.set_fixed_frame("base")
     frames.update()
     assert shown(frames, "wheel") is None
     put(frames, "truck", "base", Transform((0.0, 3.0, 0.0)), static=True)
@@ -82,7 +81,7 @@ def test_a_frame_that_nothing_joins_to_the_fixed_one_is_not_shown(frames):
 
 
 def test_a_frame_of_which_nobody_has_spoken_is_not_shown(frames):
-    path = frames.node_of("ghost")
+    path = frames.node_path("ghost")
     put(frames, "arm", "base", Transform())
     frames.update()
     assert path == "/frames/ghost"
@@ -111,12 +110,12 @@ def test_every_frame_stands_where_tf2_says(server, tree, fixed):
             NAMES[min(parent, number)],
             Transform(xyz, quaternion_from_rpy(*rpy)),
         )
-    frames.fix(fixed)
+    frames.set_fixed_frame(fixed)
     frames.update()
     for name in frames.by_name:
         pose = shown(frames, name)
         try:
-            expected = frames.pose_in_fixed(name)
+            expected = frames.pose_in_fixed_frame(name)
         except TransformException:
             assert pose is None
         else:
@@ -130,7 +129,7 @@ def test_frames_that_tf_never_knows_do_not_fill_the_memory(server, frames, monke
     monkeypatch.setattr("teleopctl.viewer.scene.frames.MOST_UNKNOWN", 10)
     put(frames, "arm", "base", Transform())
     for number in range(100):
-        frames.node_of(f"object_{number}")
+        frames.node_path(f"object_{number}")
         frames.update()
     assert sorted(frames.by_name, key=str) == sorted(
         ["arm", "base", *(f"object_{number}" for number in range(90, 100))]
@@ -141,7 +140,7 @@ def test_frames_that_tf_never_knows_do_not_fill_the_memory(server, frames, monke
 def test_a_frame_that_was_forgotten_is_one_again_when_tf_knows_it(frames, monkeypatch):
     monkeypatch.setattr("teleopctl.viewer.scene.frames.MOST_UNKNOWN", 0)
     put(frames, "arm", "base", Transform())
-    frames.node_of("late")
+    frames.node_path("late")
     frames.update()
     put(frames, "late", "base", Transform((1.0, 0.0, 0.0)))
     frames.update()

@@ -10,9 +10,9 @@ from hypothesis import given, strategies
 from teleopctl.packages import package_share
 from teleopctl.robot import RobotDescription, expand_xacro
 from teleopctl.tf import Transform
-from teleopctl.viewer.framing import round_number, seen_from, view_of
-from teleopctl.viewer.scene.mesh_files import load_mesh
+from teleopctl.viewer.scene.assets import load_mesh
 from teleopctl.viewer.scene.shapes import mesh_uris
+from teleopctl.viewer.scene_view import last_camera_pose, robot_view, round_down
 
 
 def chain(length):
@@ -31,7 +31,7 @@ def chain(length):
 
 @given(strategies.floats(0.1, 100))
 def test_the_view_is_as_far_away_as_the_robot_is_large(length):
-    view, radius = view_of(chain(length), {})
+    view, radius = robot_view(chain(length), {})
     assert view.focus == pytest.approx((length / 2, 0, 0))
     assert radius == pytest.approx(length / 2, rel=1e-3)
     assert math.dist(view.eye, view.focus) == pytest.approx(2.0 * radius, rel=0.05)
@@ -39,7 +39,7 @@ def test_the_view_is_as_far_away_as_the_robot_is_large(length):
 
 
 def test_a_robot_without_size_is_seen_too():
-    view, radius = view_of(
+    view, radius = robot_view(
         RobotDescription.from_urdf('<robot name="x"><link name="l"/></robot>'), {}
     )
     assert radius > 0
@@ -50,7 +50,7 @@ def test_the_teleop_arm_is_in_the_middle():
     file = package_share("teleop_description") / "urdf" / "teleop.urdf.xacro"
     description = RobotDescription.from_urdf(expand_xacro(file))
     uris = mesh_uris([v.geometry for link in description.links.values() for v in link.visuals])
-    view, radius = view_of(description, {uri: load_mesh(uri) for uri in uris})
+    view, radius = robot_view(description, {uri: load_mesh(uri) for uri in uris})
     # It stands on the ground, is about a metre and a half high, and reaches as far forward.
     assert 0.5 < view.focus[2] < 0.9
     assert 0.7 < radius < 1.5
@@ -58,7 +58,7 @@ def test_the_teleop_arm_is_in_the_middle():
 
 @given(strategies.floats(1e-6, 1e6))
 def test_a_round_number_is_the_next_lower_one(number):
-    rounded = round_number(number)
+    rounded = round_down(number)
     assert rounded <= number * (1 + 1e-6) < 2.5 * rounded * (1 + 1e-6)
     digits = f"{rounded:.6e}"
     assert digits[0] in "125"
@@ -71,8 +71,8 @@ def test_of_several_who_look_the_one_who_moved_last_is_the_one_seen_from():
         turn = (0.5, -0.5, 0.5, -0.5)
         return SimpleNamespace(update_timestamp=stamp, position=place, wxyz=turn)
 
-    assert seen_from([]) is None
-    seen = seen_from([camera(8.0, (1.0, 0.0, 0.0)), camera(7.0, (2.0, 0.0, 0.0))])
+    assert last_camera_pose([]) is None
+    seen = last_camera_pose([camera(8.0, (1.0, 0.0, 0.0)), camera(7.0, (2.0, 0.0, 0.0))])
     assert seen is not None
     assert seen.translation == (1.0, 0.0, 0.0)
     assert (seen @ Transform((1.0, 0.0, 0.0))).translation == (2.0, 0.0, 0.0)

@@ -6,7 +6,7 @@ from html.parser import HTMLParser
 from hypothesis import given, strategies
 
 from teleopctl.base.printable import printable_line
-from teleopctl.viewer.html import escaped, escaped_markdown
+from teleopctl.viewer.html import escaped_html, escaped_markdown
 
 
 class Reader(HTMLParser):
@@ -25,7 +25,7 @@ class Reader(HTMLParser):
 @given(strategies.text(max_size=100))
 def test_a_browser_reads_the_text_and_no_element(text):
     reader = Reader()
-    reader.feed(f"<p>{escaped(text)}</p>")
+    reader.feed(f"<p>{escaped_html(text)}</p>")
     reader.close()
     assert reader.tags == ["p"]
     assert reader.text == printable_line(text)
@@ -39,4 +39,4 @@ def test_no_sign_has_a_meaning_in_markdown(text):
 
 
 def test_long_texts_are_cut():
-    assert escaped("x" * 1000, 10) == "x" * 10 + "…"
+    assert escaped_html("x" * 1000, 10) == "x" * 10 + "…"

@@ -6,8 +6,8 @@ from typing import Any
 import pytest
 from hypothesis import HealthCheck, given, settings
 
-from teleopctl.viewer.picture import SceneView
 from teleopctl.viewer.rviz_file import RvizFile
+from teleopctl.viewer.scene_view import SceneView
 from tests.viewer.conftest import FakePage
 from tests.viewer.test_rviz_file import anything
 

@@ -18,8 +18,7 @@ from websockets.sync.client import connect
 from websockets.typing import Origin, Subprotocol
 
 from teleopctl.testing import LONGEST_WAIT_S, eventually
-from teleopctl.viewer import PageError, open_server, page_address
-from teleopctl.viewer.page import server as page_server
+from teleopctl.viewer import PageError, open_server, page_address, page_server as page_server
 from tests.benchmarks.page_client import PageClient
 from tests.system.page_garbage import send_garbage
 
@@ -94,8 +93,8 @@ def test_a_browser_tells_whether_it_shows_the_page_and_no_foreign_page_does(page
     client = PageClient(page.get_port())
     eventually(page.get_clients)
     (browser,) = page.get_clients()
-    page.audience.on_change(lambda: changes.append(page.audience.looks(browser)))
-    assert page.audience.looks(browser)
+    page.clients.on_change(lambda: changes.append(page.clients.is_visible(browser)))
+    assert page.clients.is_visible(browser)
     assert tell_visibility(page.get_port(), browser, "hidden").status == 200
     assert tell_visibility(page.get_port(), browser + 1, "visible").status == 200
     assert tell_visibility(page.get_port(), browser, "visible").status == 200
@@ -106,7 +105,7 @@ def test_a_browser_tells_whether_it_shows_the_page_and_no_foreign_page_does(page
     # So browsers ask whether a foreign page may send them.
     with pytest.raises((http.client.HTTPException, ConnectionError)):
         preflight(page.get_port())
-    assert page.audience.looks(browser)
+    assert page.clients.is_visible(browser)
     client.close()
 
 
@@ -134,7 +133,7 @@ def test_a_page_of_another_version_is_refused_in_the_handshake(page, capfd):
 def test_garbage_is_logged_once_for_each_kind_and_then_counted(capfd):
     server = open_server(port=0)
     lines: list[str] = []
-    server.mistakes.log = lines.append
+    server.client_errors.log = lines.append
     try:
         send_garbage(server.get_port(), 100)
         below = server._websock_server
@@ -146,7 +145,10 @@ def test_garbage_is_logged_once_for_each_kind_and_then_counted(capfd):
         client.close()
     finally:
         server.stop()
-    assert all(re.fullmatch(r"A browser sent .* \(\w+\)( \(1\d* times .*)?", x) for x in lines)
+    assert all(
+        re.fullmatch(r"Invalid message from a browser.* \(\w+\)( \(1\d* times .*)?", x)
+        for x in lines
+    )
     assert len(lines) < 20
     assert "Traceback" not in "".join(capfd.readouterr())
 

@@ -9,7 +9,7 @@ import pytest
 from teleopctl.interfaces import get_message
 from teleopctl.node import Context, Node, SingleThreadedExecutor
 from teleopctl.testing import eventually
-from teleopctl.viewer.unknown_types import UnknownTypes
+from teleopctl.viewer.subscriptions import UnknownTypes
 from tests import ROOT
 
 GOALS = "strange_msgs/msg/Goals"
@@ -49,7 +49,7 @@ def start_stranger(ros, folder):
 def test_a_type_is_learned_when_somebody_comes_who_knows_it(ros, node, tmp_path):
     errands: deque[Any] = deque()
 
-    def work(task, then):
+    def run_in_background(task, then):
         def run():
             task()
             errands.append(lambda: then(None))
@@ -61,8 +61,8 @@ def test_a_type_is_learned_when_somebody_comes_who_knows_it(ros, node, tmp_path)
         while errands:
             errands.popleft()()
 
-    types = UnknownTypes(node, work)
-    node.add_graph_callback(lambda: errands.append(types.look))
+    types = UnknownTypes(node, run_in_background)
+    node.add_graph_callback(lambda: errands.append(types.request_missing))
     heard: list[Any] = []
     ended = []
 
@@ -70,8 +70,8 @@ def test_a_type_is_learned_when_somebody_comes_who_knows_it(ros, node, tmp_path)
         subscription = node.create_subscription(get_message(GOALS), "/goals", heard.append, 1)
         return lambda: ended.append(node.destroy_subscription(subscription))
 
-    end = types.when_known(GOALS, begin)
-    given_up = types.when_known(GOALS, lambda: pytest.fail("nobody waits for it any more"))
+    end = types.call_when_known(GOALS, begin)
+    given_up = types.call_when_known(GOALS, lambda: pytest.fail("nobody waits for it any more"))
     given_up()
     start_stranger(ros, tmp_path)
     eventually(lambda: turn() or heard)

@@ -87,7 +87,7 @@ class Attentive(Panel):
 
 def test_a_browser_that_is_back_at_once_has_not_been_away(ros, monkeypatch):
     del ros  # this process is in it
-    monkeypatch.setattr(viewer_module, "_BACK_WITHIN_S", 3600.0)
+    monkeypatch.setattr(viewer_module, "_HIDDEN_AFTER_S", 3600.0)
     load = plugins.load
     monkeypatch.setattr(
         plugins,
@@ -110,16 +110,16 @@ def test_a_browser_that_is_back_at_once_has_not_been_away(ros, monkeypatch):
 
         for _ in range(2):
             client = PageClient(server.get_port())
-            spin_until(lambda: node._patience.is_canceled() and Attentive.noted)
+            spin_until(lambda: node._hide_timer.is_canceled() and Attentive.noted)
             client.close()
-            spin_until(lambda: not node._patience.is_canceled())
+            spin_until(lambda: not node._hide_timer.is_canceled())
         assert Attentive.noted == ["began"]
         executor.shutdown()
 
 
 def test_a_browser_that_hides_the_page_does_not_look(ros, monkeypatch):
     del ros  # this process is in it
-    monkeypatch.setattr(viewer_module, "_BACK_WITHIN_S", 0.1)
+    monkeypatch.setattr(viewer_module, "_HIDDEN_AFTER_S", 0.1)
     load = plugins.load
     monkeypatch.setattr(
         plugins,

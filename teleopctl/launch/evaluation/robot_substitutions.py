@@ -68,11 +68,13 @@ def expand(words: Sequence[str], context: LaunchContext) -> str:
 
 
 def _robot(words: Sequence[str], context: LaunchContext) -> str:
-    from teleopctl.robot import with_mesh_paths
+    from teleopctl.robot import with_absolute_mesh_paths
 
     file, mappings = file_and_mappings(words)
     given = context.arguments_for_robot(file, mappings)
-    return with_mesh_paths(context.robot_description(file, {**given, **mappings}), file.parent)
+    return with_absolute_mesh_paths(
+        context.robot_description(file, {**given, **mappings}), file.parent
+    )
 
 
 def _robot_arguments(words: Sequence[str], context: LaunchContext) -> str:
@@ -123,7 +125,7 @@ def _robot_remappings(words: Sequence[str], context: LaunchContext) -> str:
     Behind NAMESPACE names may follow, as controllers know them: then those arguments by which
     another node, there or in no namespace, finds these, whatever they have become.
     """
-    from teleopctl.robot import RobotDescription, described_remappings
+    from teleopctl.robot import RobotDescription, controller_remappings
 
     file, hardware, namespace, *names = words
     text, _ = with_hardware([file, hardware], context)
@@ -131,7 +133,7 @@ def _robot_remappings(words: Sequence[str], context: LaunchContext) -> str:
         return ""
     kept: list[str] = []
     remarks: list[str] = []
-    for rule in described_remappings(RobotDescription.from_urdf(text)):
+    for rule in controller_remappings(RobotDescription.from_urdf(text)):
         try:
             source, target = _ends(rule, namespace)
         except TeleopctlError as error:
@@ -201,11 +203,11 @@ def _say(context: LaunchContext, *sentences: str) -> None:
 
 def _robot_controllers(words: Sequence[str], context: LaunchContext) -> str:
     """The file that the description names, else the last argument, else a file made for it."""
-    from teleopctl.robot import described_controllers
+    from teleopctl.robot import controller_parameter_files
 
     *robot, otherwise = words
     description, plugins = _described(robot, context)
-    named = described_controllers(description)
+    named = controller_parameter_files(description)
     if not named:
         return otherwise or str(_made_for(description, plugins, context))
     for path in named:
@@ -342,13 +344,13 @@ def _robot_namespace(words: Sequence[str], context: LaunchContext) -> str:
 
     The file counts where it has nothing for the plug-in's.
     """
-    from teleopctl.robot import described_namespace
+    from teleopctl.robot import controller_namespace
 
     *robot, controllers_file = words
     file = read_parameters(controllers_file)
     described = ""
     if "<namespace>" in with_hardware(robot, context)[0]:
-        described = described_namespace(_described(robot, context)[0])
+        described = controller_namespace(_described(robot, context)[0])
     in_file = namespaces_of_managers(file)
     if described and (not in_file or file.for_node(f"{described}/controller_manager")):
         _say(context, f"Controllers run in {described}, as <plugin> of ros2_control has it")
@@ -381,12 +383,14 @@ def _made_for(
     """
     import yaml
 
-    from teleopctl.robot import controllers_for
+    from teleopctl.robot import default_controllers
 
     file = context.log_directory / "controllers.yaml"
     file.parent.mkdir(parents=True, exist_ok=True)
     # In whatever namespace they run.
-    sections = {f"/**/{n}": values for n, values in controllers_for(description, plugins).items()}
+    sections = {
+        f"/**/{n}": values for n, values in default_controllers(description, plugins).items()
+    }
     because, before = "No controllers_file is given or described", ""
     if own is not None:
         because, before = f"{own} configures none", f"{own.read_text('utf-8')}\n"

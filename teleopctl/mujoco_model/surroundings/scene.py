@@ -37,10 +37,10 @@ def add_scene(spec: mujoco.MjSpec) -> None:
     if all(texture.type != mujoco.mjtTexture.mjTEXTURE_SKYBOX for texture in spec.textures):
         _add_sky(spec)
     add_ground(spec)
-    light_up(spec)
+    add_default_sun(spec)
 
 
-def light_up(spec: mujoco.MjSpec, *, lit: bool = False) -> None:
+def add_default_sun(spec: mujoco.MjSpec, *, lit: bool = False) -> None:
     """Add the default sun, unless the world has a directional light.
 
     Two of them would show everything that is light as white.
@@ -64,7 +64,7 @@ def add_ground(spec: mujoco.MjSpec) -> None:
         _add_ground(spec, _free_name(GROUND_NAME, {body.name for body in spec.bodies}))
 
 
-def drop_ground(spec: mujoco.MjSpec) -> None:
+def remove_ground(spec: mujoco.MjSpec) -> None:
     """Remove the ground."""
     geom = spec.geom(_GROUND_GEOM)
     if geom is not None:

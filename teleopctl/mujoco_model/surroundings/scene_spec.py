@@ -9,12 +9,12 @@ import mujoco
 import numpy as np
 
 from teleopctl.mujoco_model.assets import resolve_meshes
-from teleopctl.mujoco_model.contacts import give_friction
-from teleopctl.mujoco_model.convex import slabs
+from teleopctl.mujoco_model.contacts import set_friction
+from teleopctl.mujoco_model.convex import surface_slabs
 from teleopctl.mujoco_model.drives import add_mimic, finite_range
 from teleopctl.mujoco_model.inertia import repair_inertias
 from teleopctl.mujoco_model.joints import close_loop
-from teleopctl.mujoco_model.surroundings.surfaces import give_surface
+from teleopctl.mujoco_model.surroundings.surfaces import store_surface
 from teleopctl.mujoco_model.urdf_import import (
     COLLISION_GROUP,
     VISUAL_GROUP,
@@ -259,11 +259,11 @@ class _Builder:
             geom.density = 0.0
         else:
             if shape.friction is not None:
-                give_friction(geom, shape.friction, self._friction)
+                set_friction(geom, shape.friction, self._friction)
             if shape.across is not None:
                 self.warnings.append(ACROSS_LEFT_OUT.format(body.name))
             if shape.surface is not None:
-                give_surface(geom, shape.surface)
+                store_surface(geom, shape.surface)
             if shape.mass is not None:
                 geom.mass = shape.mass
             if shape.density is not None:
@@ -285,7 +285,7 @@ class _Builder:
         if key not in self._parts:
             number = len(self._parts)
             names: list[str] = []
-            for corners in slabs(shape.file, shape.size):
+            for corners in surface_slabs(shape.file, shape.size):
                 names.append(f"slab{number}_{len(names)}")
                 self.spec.add_mesh(name=names[-1], uservert=corners.ravel().tolist())
             self._parts[key] = names

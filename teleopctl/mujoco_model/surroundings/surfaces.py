@@ -61,7 +61,7 @@ class _Contact(NamedTuple):
 
 
 # Any stands for MuJoCo's elements, here and below: their classes have no types.
-def give_surface(geom: Any, surface: Surface) -> None:
+def store_surface(geom: Any, surface: Surface) -> None:
     """Store the surface properties of a shape, for `pair_surfaces`."""
     geom.userdata = [_OURS, *surface.values]
 
@@ -116,7 +116,7 @@ def pair_surfaces(spec: mujoco.MjSpec) -> list[str]:
     return []
 
 
-def retime(model: mujoco.MjModel, timestep_s: float) -> None:
+def set_timestep(model: mujoco.MjModel, timestep_s: float) -> None:
     """Change a model's physics step, keeping the restitution of contacts.
 
     Args:

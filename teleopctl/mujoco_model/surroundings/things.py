@@ -15,19 +15,20 @@ import mujoco
 import numpy as np
 
 from teleopctl.errors import InvalidDescriptionError, NotFoundError
-from teleopctl.mujoco_model.surroundings.scene import add_ground, drop_ground, light_up
+from teleopctl.mujoco_model.surroundings.scene import add_default_sun, add_ground, remove_ground
 from teleopctl.mujoco_model.surroundings.surfaces import pair_surfaces
-from teleopctl.mujoco_model.surroundings.thing import Thing, things_since
 from teleopctl.mujoco_model.surroundings.world import (
     WORLD_PREFIX,
+    WorldObject,
     add_world,
-    attach_things,
-    read_things,
+    attach_objects,
+    objects_since,
+    read_objects,
     world_geoms,
 )
 
 if TYPE_CHECKING:
-    from teleopctl.mujoco_model.free_bodies import FreeBody
+    from teleopctl.mujoco_model.base import FreeBody
     from teleopctl.mujoco_model.model import RobotModel
     from teleopctl.robot import World
 
@@ -36,7 +37,7 @@ _ASSETS = ("meshes", "textures", "materials", "hfields")
 _IN_THE_WORLD = ("geoms", "lights", "sites", "cameras")
 
 
-class Coming:
+class NewObject:
     """An object to be added to a model.
 
     It moves freely unless its file makes it part of the world: by a root link named ``world``, or,
@@ -70,7 +71,7 @@ class Coming:
         own_pose: bool = False,
     ) -> None:
         self.name, self._where = name, str(world.path)
-        self._things, warnings = read_things(world)
+        self._things, warnings = read_objects(world)
         self._place, self._turn = place, turn
         self._parts_are_placed = self._held = False
         names = [name]
@@ -115,12 +116,12 @@ class Coming:
             _put(holder, self._place, self._turn)
         if self._parts_are_placed:
             origin = self._place, self._turn
-        return attach_things(
+        return attach_objects(
             spec, self._things, self._where, frame, prefix=prefix, holder=holder, origin=origin
         )
 
 
-def with_things(model: RobotModel, coming: Sequence[Coming]) -> RobotModel:
+def with_objects(model: RobotModel, coming: Sequence[NewObject]) -> RobotModel:
     """Return a model with additional objects; many at once take little longer than one.
 
     MuJoCo compiles the whole model anew, in a time that grows with the square of what moves
@@ -143,7 +144,9 @@ def with_things(model: RobotModel, coming: Sequence[Coming]) -> RobotModel:
         bodies = each.add_to(spec, prefix, model.world_frame)
         joints = {body.link: body.joint for body in bodies}
         moving += bodies
-        things += [Thing(name, joints.get(name, ""), prefix, spawned=True) for name in each.names]
+        things += [
+            WorldObject(name, joints.get(name, ""), prefix, spawned=True) for name in each.names
+        ]
     where = ", ".join(each.name for each in coming)
     made = _compiled(model, spec, where)
     told = [warning for each in coming for warning in each.warnings]
@@ -155,7 +158,7 @@ def with_things(model: RobotModel, coming: Sequence[Coming]) -> RobotModel:
     )
 
 
-def without_things(model: RobotModel, names: Iterable[str]) -> RobotModel:
+def without_objects(model: RobotModel, names: Iterable[str]) -> RobotModel:
     """Return a model without some objects.
 
     Raises:
@@ -184,7 +187,7 @@ def without_things(model: RobotModel, names: Iterable[str]) -> RobotModel:
     )
 
 
-def in_world(model: RobotModel, world: World | None) -> RobotModel:
+def with_world(model: RobotModel, world: World | None) -> RobotModel:
     """Return a model in another world, without spawned objects.
 
     What stands in the robot's own file stays.
@@ -197,18 +200,18 @@ def in_world(model: RobotModel, world: World | None) -> RobotModel:
         InvalidDescriptionError: MuJoCo cannot simulate it, or a link of the robot has the name of
             one of its links.
     """
-    bare = without_things(model, [thing.name for thing in model.things if thing.prefix])
+    bare = without_objects(model, [thing.name for thing in model.things if thing.prefix])
     spec = bare.spec
     _clear(spec, WORLD_PREFIX)  # a world of lights and places alone has no things
-    drop_ground(spec)
+    remove_ground(spec)
     before = {body.name for body in spec.worldbody.bodies}
     free: list[FreeBody] = []
     warnings: list[str] = []
     if world is not None:
         free, warnings = add_world(spec, world, model.world_frame)
-    things = things_since(before, spec, free)
+    things = objects_since(before, spec, free)
     add_ground(spec)
-    light_up(spec, lit=model.start is not None)
+    add_default_sun(spec, lit=model.start is not None)
     made = _compiled(model, spec, str(world.path) if world is not None else "the empty world")
     return replace(
         made,

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Container
+from collections.abc import Container, Iterable
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import mujoco
@@ -10,13 +11,13 @@ import numpy as np
 
 from teleopctl.errors import InvalidDescriptionError
 from teleopctl.mujoco_model.assets import resolve_meshes
+from teleopctl.mujoco_model.base import FreeBody
 from teleopctl.mujoco_model.drives import add_mimic
-from teleopctl.mujoco_model.free_bodies import FreeBody
 from teleopctl.mujoco_model.inertia import repair_inertias
 from teleopctl.mujoco_model.surroundings.scene_spec import ACROSS_LEFT_OUT, scene_spec
-from teleopctl.mujoco_model.unserved import unserved_tags
+from teleopctl.mujoco_model.tag_support import unsupported_tags
 from teleopctl.mujoco_model.urdf_import import apply_gazebo, import_urdf
-from teleopctl.robot import Joints, check_mjcf, check_mjcf_text, in_files, unknown_tags
+from teleopctl.robot import Joints, check_mjcf, check_mjcf_text, unknown_tags, with_source_places
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -55,17 +56,17 @@ def add_world(spec: mujoco.MjSpec, world: World, frame: str) -> tuple[list[FreeB
         InvalidDescriptionError: MuJoCo cannot simulate it, or a link of the robot has the name of
             one of its links.
     """
-    things, warnings = read_things(world)
+    things, warnings = read_objects(world)
     spec.option.gravity = things.option.gravity
     if things.option.magnetic.tolist() != mujoco.MjOption().magnetic.tolist():
         spec.option.magnetic = things.option.magnetic
-    bodies = attach_things(spec, things, str(world.path), frame)
+    bodies = attach_objects(spec, things, str(world.path), frame)
     # What SDF leaves out is told with its file and line.
     told = () if world.scene is None else world.scene.remarks
     return bodies, [*told, *(f"{world.path.name}: {warning}" for warning in warnings)]
 
 
-def read_things(world: World) -> tuple[mujoco.MjSpec, list[str]]:
+def read_objects(world: World) -> tuple[mujoco.MjSpec, list[str]]:
     """Return the ``mujoco.MjSpec`` of a world, and its warnings.
 
     Raises:
@@ -75,14 +76,14 @@ def read_things(world: World) -> tuple[mujoco.MjSpec, list[str]]:
         return _build(world.path, world.scene)
     if world.description is not None:
         things, warnings = _read_urdf(world.path, world.description)
-        return things, [in_files(warning, world.places) for warning in warnings]
+        return things, [with_source_places(warning, world.places) for warning in warnings]
     things = _read_scene(world)
     warnings = _only_things(things)
     _see_that_it_compiles(things, world.path)
     return things, warnings
 
 
-def attach_things(
+def attach_objects(
     spec: mujoco.MjSpec,
     things: mujoco.MjSpec,
     where: str,
@@ -204,7 +205,7 @@ def _import(
         raise error.at(str(path)) from error
     warnings = [*description.repairs]
     warnings += resolve_meshes(things, path.parent, try_each=try_each_mesh)
-    warnings += repair_inertias(things) + unserved_tags(description.urdf)
+    warnings += repair_inertias(things) + unsupported_tags(description.urdf)
     warnings += unknown_tags(description.urdf)
     warnings += [
         f"<ros2_control> '{system.name}' is left out: what is on joints in a world moves as it is "
@@ -287,3 +288,43 @@ def _name_parts(things: mujoco.MjSpec) -> list[tuple[str, str]]:
             if joint.type == mujoco.mjtJoint.mjJNT_FREE:
                 free.append((body.name, joint.name))
     return free
+
+
+@dataclass(frozen=True)
+class WorldObject:
+    """An object of the world besides the robot.
+
+    Attributes:
+        name: Its topmost body.
+        joint: The free joint that it moves on; empty where it stands still.
+        prefix: In front of the names of its parts; empty for what is of the robot's own file.
+        spawned: Whether it came in while the simulation ran.
+    """
+
+    name: str
+    joint: str
+    prefix: str
+    spawned: bool = False
+
+
+def objects_since(
+    before: Container[str],
+    spec: mujoco.MjSpec,
+    free: Iterable[FreeBody],
+    *,
+    prefix: str = WORLD_PREFIX,
+) -> tuple[WorldObject, ...]:
+    """Return the objects that were added to a spec since a list of its bodies was made.
+
+    Args:
+        before: The topmost bodies that it had before.
+        spec: The ``mujoco.MjSpec``.
+        free: What moves freely of the world.
+        prefix: In front of the names of their parts.
+    """
+    joints = {body.link: body.joint for body in free}
+    return tuple(
+        WorldObject(body.name, joints.get(body.name, ""), prefix)
+        for body in spec.worldbody.bodies
+        if body.name not in before
+    )

@@ -19,16 +19,16 @@ from teleopctl.packages import package_share, resolve_uri
 from teleopctl.robot import (
     Mesh,
     RobotDescription,
-    described_controllers,
-    in_files,
-    in_words,
+    arguments_text,
+    controller_parameter_files,
     is_world,
     model_kind,
     read_model,
     read_world,
     simulated,
     unknown_tags,
-    with_mesh_paths,
+    with_absolute_mesh_paths,
+    with_source_places,
     xacro_arguments,
 )
 
@@ -187,7 +187,7 @@ def check_robot(
         read = read_model(file, own, places=True)
         report.places = read.places
         taken = xacro_arguments(read.files) if own else {}
-        text = with_mesh_paths(read.text, file.absolute().parent)
+        text = with_absolute_mesh_paths(read.text, file.absolute().parent)
         try:
             report.description = description = RobotDescription.from_urdf(text)
             _see_files(report, description)
@@ -198,12 +198,12 @@ def check_robot(
             raise error.at(str(file)) from error
     except TeleopctlError as error:
         message = f"{error.message} ({error.hint})" if error.hint else error.message
-        report.error = in_files(message, report.places)
+        report.error = with_source_places(message, report.places)
         return report
     report.repaired = list(description.repairs)
     report.guessed += remarks
     report.unknown = [] if description.mjcf else unknown_tags(text)
-    takes = f"it takes {in_words(taken)}" if taken else "it takes none"
+    takes = f"it takes {arguments_text(taken)}" if taken else "it takes none"
     report.unknown += [
         f"Argument '{name}' is unknown to the description: {takes}"
         for name in own
@@ -212,11 +212,11 @@ def check_robot(
     try:
         robot = _see_model(report, urdf, arguments.get("fixed_base", "auto"))
     except TeleopctlError as error:
-        report.refusal = in_files(error.message, report.places)
+        report.refusal = with_source_places(error.message, report.places)
         return report
     finally:
         for sentences in (report.repaired, report.guessed, report.without_effect, report.unknown):
-            sentences[:] = [in_files(sentence, report.places) for sentence in sentences]
+            sentences[:] = [with_source_places(sentence, report.places) for sentence in sentences]
     if simulate_s:
         report.trial = check_stability(robot, simulate_s)
         _see_motion(report, robot, arguments, choose)
@@ -270,12 +270,12 @@ def _see_motion(
 def _see_model(report: RobotReport, urdf: str, fixed_base: str) -> SimulatedRobot:
     import mujoco
 
-    from teleopctl.mujoco_model import gazebos_own_tags, rotors_told, unserved_tags
+    from teleopctl.mujoco_model import assumed_rotors_text, gazebo_only_tags, unsupported_tags
     from teleopctl.sim import read_fixed_base, simulate
 
     assert report.description is not None
-    report.without_effect = unserved_tags(report.description.urdf)
-    report.without_effect += gazebos_own_tags(report.description.urdf)
+    report.without_effect = unsupported_tags(report.description.urdf)
+    report.without_effect += gazebo_only_tags(report.description.urdf)
     said = [
         warning
         for part in RobotDescription.from_urdf(urdf).ros2_control
@@ -293,10 +293,10 @@ def _see_model(report: RobotReport, urdf: str, fixed_base: str) -> SimulatedRobo
     links = robot.description.links
     masses = (float(m.body_mass[n]) for n in range(m.nbody) if m.body(n).name in links)
     report.mass_kg = round(sum(masses), 6)
-    known = {*report.repaired, *unserved_tags(urdf), *unknown_tags(urdf)}
+    known = {*report.repaired, *unsupported_tags(urdf), *unknown_tags(urdf)}
     report.guessed += [sentence for sentence in said if sentence not in known]
     if rotors := robot.model.rotors():
-        report.guessed.append(rotors_told(rotors))
+        report.guessed.append(assumed_rotors_text(rotors))
     return robot
 
 
@@ -331,7 +331,7 @@ def _see_controllers(report: RobotReport, description: RobotDescription) -> None
 
     from teleopctl.base.ros_yaml import load_merged
 
-    for path in described_controllers(description):
+    for path in controller_parameter_files(description):
         try:
             content = load_merged(resolve_uri(path).read_text(encoding="utf-8"))
         except (TeleopctlError, OSError, UnicodeDecodeError, YAMLError) as error:

@@ -1,4 +1,4 @@
-"""Which plug-ins of Gazebo move a robot or tell of it here, and those of a robot."""
+"""The supported Gazebo plug-ins that move a robot or publish its state, and a robot's ones."""
 
 from __future__ import annotations
 
@@ -7,46 +7,60 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from teleopctl.errors import InvalidDescriptionError
-from teleopctl.robot.gazebo_plugins import diff_drive, other_controllers as other, truth
-from teleopctl.robot.gazebo_plugins.effects import GroundTruth, PluginController, PluginEffect
-from teleopctl.robot.gazebo_plugins.reading import PluginReader, kind_of
+from teleopctl.robot.gazebo_plugins import controllers, odometry
+from teleopctl.robot.gazebo_plugins.controllers import BROADCASTER
+from teleopctl.robot.gazebo_plugins.plugin_reader import (
+    GroundTruth,
+    PluginController,
+    PluginEffect,
+    PluginReader,
+    plugin_kind,
+)
 
 if TYPE_CHECKING:
     from teleopctl.robot.description import RobotDescription
 
 
 class _Kind(NamedTuple):
-    """How a kind of plug-in is read, and which of its tags have their effect."""
+    """Converter of a kind of plug-in, and its supported tags."""
 
     read: Callable[[PluginReader], PluginEffect]
     tags: frozenset[str]
 
 
 _KINDS = {
-    "gazebo_ros_diff_drive": _Kind(diff_drive.classic_diff_drive, diff_drive.CLASSIC_TAGS),
-    "gazebo_ros_joint_pose_trajectory": _Kind(other.joint_pose_trajectory, other.TRAJECTORY_TAGS),
-    "gazebo_ros_joint_state_publisher": _Kind(other.joint_states, other.JOINT_STATE_TAGS),
-    "gazebo_ros_p3d": _Kind(truth.p3d, truth.P3D_TAGS),
-    "gazebo_ros_planar_move": _Kind(truth.planar_move, truth.PLANAR_MOVE_TAGS),
-    "gz-sim-ackermann-steering-system": _Kind(other.ackermann, other.ACKERMANN_TAGS),
-    "gz-sim-diff-drive-system": _Kind(diff_drive.diff_drive, diff_drive.TAGS),
-    "gz-sim-joint-state-publisher-system": _Kind(other.gz_joint_states, other.JOINT_STATE_TAGS),
-    "gz-sim-joint-trajectory-controller-system": _Kind(
-        other.gz_joint_trajectory, other.GZ_TRAJECTORY_TAGS
+    "gazebo_ros_diff_drive": _Kind(
+        controllers.classic_diff_drive, controllers.CLASSIC_DIFF_DRIVE_TAGS
     ),
-    "gz-sim-mecanum-drive-system": _Kind(other.mecanum, other.MECANUM_TAGS),
-    "gz-sim-odometry-publisher-system": _Kind(truth.odometry_publisher, truth.ODOMETRY_TAGS),
+    "gazebo_ros_joint_pose_trajectory": _Kind(
+        controllers.joint_pose_trajectory, controllers.TRAJECTORY_TAGS
+    ),
+    "gazebo_ros_joint_state_publisher": _Kind(
+        controllers.joint_states, controllers.JOINT_STATE_TAGS
+    ),
+    "gazebo_ros_p3d": _Kind(odometry.p3d, odometry.P3D_TAGS),
+    "gazebo_ros_planar_move": _Kind(odometry.planar_move, odometry.PLANAR_MOVE_TAGS),
+    "gz-sim-ackermann-steering-system": _Kind(controllers.ackermann, controllers.ACKERMANN_TAGS),
+    "gz-sim-diff-drive-system": _Kind(controllers.diff_drive, controllers.DIFF_DRIVE_TAGS),
+    "gz-sim-joint-state-publisher-system": _Kind(
+        controllers.gz_joint_states, controllers.JOINT_STATE_TAGS
+    ),
+    "gz-sim-joint-trajectory-controller-system": _Kind(
+        controllers.gz_joint_trajectory, controllers.GZ_TRAJECTORY_TAGS
+    ),
+    "gz-sim-mecanum-drive-system": _Kind(controllers.mecanum, controllers.MECANUM_TAGS),
+    "gz-sim-odometry-publisher-system": _Kind(odometry.odometry_publisher, odometry.ODOMETRY_TAGS),
 }
 
 
 class MotionPlugins(NamedTuple):
-    """Controllers, odometry and topics that a robot's Gazebo plug-ins stand for.
+    """Equivalents of a robot's Gazebo plug-ins: controllers, odometry and topics.
 
     Attributes:
         controllers: Controllers, in the order of the plug-ins.
-        truths: Odometry that the simulator publishes.
-        planar_topics: Topics by whose velocities the simulator moves the base.
-        remarks: One sentence for each plug-in.
+        truths: Odometry for the simulator to publish.
+        planar_topics: Topics of velocities by which the simulator moves the base.
+        remarks: A sentence for each plug-in.
     """
 
     controllers: tuple[PluginController, ...] = ()
@@ -56,10 +70,10 @@ class MotionPlugins(NamedTuple):
 
     # Any: parameters have one of nine types.
     def as_parameters(self, manager: str = "controller_manager") -> dict[str, Any]:
-        """Return the controllers as the content of a parameter file.
+        """Return the content of a parameter file for the controllers.
 
         Args:
-            manager: The controller manager's node, which may be in any namespace.
+            manager: Node name of the controller manager, in any namespace.
         """
         of_manager = {
             controller.name: {
@@ -78,32 +92,32 @@ class MotionPlugins(NamedTuple):
 
     @property
     def commands(self) -> dict[str, str]:
-        """Return the joints and the interface by which plug-ins command each."""
+        """Command interface of each joint that plug-ins move."""
         return {name: kind for one in self.controllers for name, kind in one.joints.items()}
 
     @property
     def drive_the_base(self) -> bool:
-        """Return whether a plug-in drives the base, so that other wheels are casters."""
+        """Whether a plug-in drives the base, so that other wheels are casters."""
         return bool(self.planar_topics) or "velocity" in self.commands.values()
 
     @property
     def publish_joint_states(self) -> bool:
-        """Return whether a plug-in publishes joint states."""
-        return any(controller.type == other.BROADCASTER for controller in self.controllers)
+        """Whether a plug-in publishes joint states."""
+        return any(controller.type == BROADCASTER for controller in self.controllers)
 
 
 def tags_of_plugin(filename: str) -> frozenset[str] | None:
-    """Return the tags of a plug-in that have an effect; None for an unknown plug-in.
+    """Return the supported tags of a plug-in; None for an unsupported plug-in.
 
     Args:
-        filename: Of the plug-in, as the description has it.
+        filename: File name of the plug-in in the description.
     """
-    kind = _KINDS.get(kind_of(filename))
+    kind = _KINDS.get(plugin_kind(filename))
     return kind and kind.tags
 
 
 def motion_plugins(description: RobotDescription) -> MotionPlugins:
-    """Return the controllers, odometry and topics that the robot's plug-ins stand for.
+    """Return the equivalents of a description's Gazebo plug-ins; faulty ones are left out.
 
     Args:
         description: The robot.
@@ -113,7 +127,7 @@ def motion_plugins(description: RobotDescription) -> MotionPlugins:
     planar_topics: list[str] = []
     remarks: list[str] = []
     for plugin in description.gazebo.plugins:
-        kind = _KINDS.get(kind_of(plugin.filename))
+        kind = _KINDS.get(plugin_kind(plugin.filename))
         if kind is None:
             continue
         who = f"Plug-in '{plugin.name}' ({plugin.filename}, line {plugin.line})"

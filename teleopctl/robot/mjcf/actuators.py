@@ -1,4 +1,4 @@
-"""What the actuators of an MJCF file make of a joint: commands in radians, and what to put in.
+"""Actuators of an MJCF file as command interfaces of joints: units, offsets and limits.
 
 MuJoCo computes an actuator's force from its control u, the length l that it acts along and the
 rate of that, as gain * u + b0 + b1 * l + b2 * dl/dt. Where b1 < 0 that is a spring towards a
@@ -32,18 +32,18 @@ _PLAIN_BIASES = frozenset(map(int, (mujoco.mjtBias.mjBIAS_NONE, mujoco.mjtBias.m
 
 @dataclass(frozen=True, slots=True)
 class JointActuator:
-    """Actuator of an MJCF file that commands a joint.
+    """Actuator of an MJCF file as command interface of one joint.
 
-    Its control is ``scale * command + offset``.
+    Its control (``ctrl``) is ``scale * command + offset``.
 
     Attributes:
-        name: Its name.
+        name: Name of the actuator.
         joint: The joint.
-        interface: What is commanded: ``position``, ``velocity`` or ``effort``.
+        interface: The command interface: ``position``, ``velocity`` or ``effort``.
         scale: See above.
         offset: See above.
-        most: The largest command that it takes, in size; 0 where that is not limited.
-        effort: The largest effort that it gives the joint, N m or N; 0 where it is not limited.
+        most: Largest absolute command; 0 for no limit.
+        effort: Largest effort on the joint, N m or N; 0 for no limit.
     """
 
     name: str
@@ -56,10 +56,10 @@ class JointActuator:
 
 
 # Any stands for MuJoCo's model, here and below: it has no static type.
-def file_mimics(model: Any) -> dict[str, Mimic]:
-    """Return the mimic relations that linear joint equalities of MJCF stand for.
+def equality_mimics(model: Any) -> dict[str, Mimic]:
+    """Return the active linear joint equalities of an MJCF model as mimic relations, by joint.
 
-    MuJoCo counts both from where they are at the start (``ref``).
+    In MuJoCo both positions are relative to ``qpos0``.
     """
     found: dict[str, Mimic] = {}
     for number in range(model.neq):
@@ -78,14 +78,14 @@ def file_mimics(model: Any) -> dict[str, Mimic]:
 
 # Any: as above.
 def joint_actuators(model: Any) -> tuple[list[JointActuator], list[str]]:
-    """Return the actuators that can command joints.
+    """Return the actuators that can be command interfaces of joints.
 
     Returns:
-        The actuators, at most one for each interface of a joint, and a sentence for each other.
+        At most one actuator for each interface of a joint, and a sentence about each other one.
     """
     found: dict[tuple[str, str], JointActuator] = {}
     remarks = []
-    mimics = file_mimics(model)
+    mimics = equality_mimics(model)
     for number in range(model.nu):
         name = model.actuator(number).name
         moved = _moved(model, number, mimics)
@@ -108,7 +108,7 @@ def joint_actuators(model: Any) -> tuple[list[JointActuator], list[str]]:
 
 
 def _moved(model: Any, number: int, mimics: dict[str, Mimic]) -> tuple[str, float, float] | None:
-    """The joint q that an actuator moves, and its length as slope * q + offset."""
+    """Return the joint q that an actuator moves, and its length as slope * q + offset."""
     target = int(model.actuator_trnid[number][0])
     gear = float(model.actuator_gear[number][0])
     kind = int(model.actuator_trntype[number])
@@ -136,7 +136,7 @@ def _moved(model: Any, number: int, mimics: dict[str, Mimic]) -> tuple[str, floa
 
 
 def _joints_of_tendon(model: Any, tendon: int) -> Iterator[tuple[int, float]]:
-    """The joints of a fixed tendon, with their coefficients; none of a spatial one."""
+    """Yield the joints of a fixed tendon with their coefficients; none for a spatial one."""
     first = int(model.tendon_adr[tendon])
     for wrap in range(first, first + int(model.tendon_num[tendon])):
         if model.wrap_type[wrap] == mujoco.mjtWrap.mjWRAP_JOINT:

@@ -1,10 +1,10 @@
-"""An MJCF file as URDF: its links and joints, for frames, pictures and controllers.
+"""Conversion of an MJCF file to URDF: links and joints for tf, display and controllers.
 
-Physics does not come from this text but from the file, which the text names. So what URDF has no
-words for, such as tendons, contact pairs and springs, is lost to nobody.
+Physics uses the MJCF file itself, which the URDF names, so what URDF cannot express, such as
+tendons and contact pairs, is not lost.
 
-A body of MuJoCo's may hang on several joints, each with its own place in it: each but the last
-gets a link of its own, and where the last does not turn about the body's origin, so does that.
+A MuJoCo body may have several joints: each but the last gets a link of its own, and so does the
+last if it does not turn about the body's origin.
 """
 
 from __future__ import annotations
@@ -13,23 +13,133 @@ from pathlib import Path
 from typing import Any
 
 import mujoco
+import numpy as np
 from lxml import etree
 
+from teleopctl.robot.meshes import cached_stl, unit_sphere_stl
 from teleopctl.robot.mjcf.actuators import (
     SINGLE_AXIS,
     JointActuator,
-    file_mimics,
+    equality_mimics,
     joint_actuators,
 )
 from teleopctl.robot.mjcf.mjcf_file import WORLD, Mjcf, free_joint, joints_of, load_mjcf
 from teleopctl.robot.mjcf.sensors import sensor_tags
-from teleopctl.robot.mjcf.shapes import add_shapes
 from teleopctl.robot.repair import REMARK
 from teleopctl.robot.simulated_hardware import SIMULATOR
 from teleopctl.robot.urdf import Mimic
 from teleopctl.robot.urdf_text import add_origin, numbers, transform
 from teleopctl.robot.xacro.expansion import ExpandedXacro
 from teleopctl.tf import Transform, quaternion_from_axis_angle
+
+_Kind = mujoco.mjtGeom
+# Shapes that MuJoCo's own viewer leaves out: mostly those that touch.
+_FIRST_HIDDEN_GROUP = 3
+# What MuJoCo gives to a shape that nobody gave a colour: then its material's counts.
+_UNSET_RGBA = np.array([0.5, 0.5, 0.5, 1.0], np.float32)
+_READ_BY_ALL = (".stl", ".obj")
+
+
+def add_shapes(link: etree._Element, mjcf: Mjcf, body: int) -> list[str]:
+    """Add the visual and collision geometry of a MuJoCo body to its URDF link.
+
+    Returns:
+        A sentence for each geom that URDF cannot express.
+    """
+    m = mjcf.model
+    remarks = []
+    first = int(m.body_geomadr[body])
+    for geom in range(first, first + int(m.body_geomnum[body])):
+        touches = bool(m.geom_contype[geom] or m.geom_conaffinity[geom])
+        drawn = int(m.geom_group[geom]) < _FIRST_HIDDEN_GROUP and _color(m, geom)[3] > 0.0
+        shape = _shape(mjcf, geom) if drawn or touches else None
+        if shape is None:
+            if drawn or touches:
+                kind = _Kind(int(m.geom_type[geom])).name.removeprefix("mjGEOM_").lower()
+                remarks.append(f"A {kind} of link '{link.get('name')}' is simulated, not shown")
+            continue
+        for tag, wanted in (("visual", drawn), ("collision", touches)):
+            if not wanted:
+                continue
+            element = etree.SubElement(link, tag)
+            place, attributes = shape
+            add_origin(element, place)
+            geometry = etree.SubElement(element, "geometry")
+            etree.SubElement(geometry, attributes[0], attributes[1])
+            if tag == "visual":
+                rgba = _color(m, geom)
+                # One name for one colour, since a name means one material.
+                material = etree.SubElement(element, "material", name=f"rgba {numbers(*rgba)}")
+                etree.SubElement(material, "color", rgba=numbers(*rgba))
+    return remarks
+
+
+_Shape = tuple[Transform, tuple[str, dict[str, str]]]
+
+
+def _shape(mjcf: Mjcf, geom: int) -> _Shape | None:
+    """Return a geom's pose, and tag and attributes of its URDF geometry; None if URDF has none."""
+    m = mjcf.model
+    place = transform(m.geom_pos[geom], m.geom_quat[geom])
+    a, b, c = (float(size) for size in m.geom_size[geom])
+    match m.geom_type[geom]:
+        case _Kind.mjGEOM_BOX:
+            return place, ("box", {"size": numbers(2 * a, 2 * b, 2 * c)})
+        case _Kind.mjGEOM_SPHERE:
+            return place, ("sphere", {"radius": numbers(a)})
+        case _Kind.mjGEOM_CYLINDER:
+            return place, ("cylinder", {"radius": numbers(a), "length": numbers(2 * b)})
+        case _Kind.mjGEOM_CAPSULE:
+            return place, ("capsule", {"radius": numbers(a), "length": numbers(2 * b)})
+        case _Kind.mjGEOM_ELLIPSOID:
+            return place, (
+                "mesh",
+                {"filename": unit_sphere_stl().as_uri(), "scale": numbers(a, b, c)},
+            )
+        case _Kind.mjGEOM_MESH | _Kind.mjGEOM_SDF if m.geom_dataid[geom] >= 0:
+            return _mesh(mjcf, int(m.geom_dataid[geom]), place)
+        case _:
+            return None
+
+
+def _mesh(mjcf: Mjcf, mesh: int, place: Transform) -> _Shape:
+    """Return a mesh geometry with the mesh's own file, or with a converted STL if needed."""
+    m = mjcf.model
+    element = mjcf.spec.mesh(m.mesh(mesh).name)
+    file = _file_of(mjcf, element)
+    if file is not None and _is_plain(element):
+        # MuJoCo turns a mesh into the axes of its inertia, and the shape back.
+        own = transform(m.mesh_pos[mesh], m.mesh_quat[mesh])
+        scale = numbers(*(float(value) for value in element.scale))
+        return place @ own.inverse(), ("mesh", {"filename": file.as_uri(), "scale": scale})
+    first, count = int(m.mesh_vertadr[mesh]), int(m.mesh_vertnum[mesh])
+    start, faces = int(m.mesh_faceadr[mesh]), int(m.mesh_facenum[mesh])
+    made = cached_stl(m.mesh_vert[first : first + count], m.mesh_face[start : start + faces])
+    return place, ("mesh", {"filename": made.as_uri()})
+
+
+def _file_of(mjcf: Mjcf, mesh: Any) -> Path | None:
+    """Return the path of a mesh's file, or None if it has none or the file is missing."""
+    if not mesh.file:
+        return None
+    spec = mjcf.spec
+    name = Path(mesh.file).name if spec.strippath else mesh.file
+    file = mjcf.path.parent / (spec.meshdir or "") / name
+    return file.resolve() if file.is_file() else None
+
+
+def _is_plain(mesh: Any) -> bool:
+    """Return whether a mesh is its file's content, scaled only, in a format that all read."""
+    still = not np.any(mesh.refpos) and np.allclose(mesh.refquat, [1.0, 0.0, 0.0, 0.0])
+    return still and Path(mesh.file).suffix.lower() in _READ_BY_ALL
+
+
+def _color(m: Any, geom: int) -> tuple[float, ...]:
+    rgba, material = m.geom_rgba[geom], int(m.geom_matid[geom])
+    if material >= 0 and np.array_equal(rgba, _UNSET_RGBA):
+        rgba = m.mat_rgba[material]
+    return tuple(round(float(part), 4) for part in rgba)
+
 
 _SYSTEM = "MjcfSystem"
 # What MuJoCo calls a model that has no name.
@@ -41,7 +151,7 @@ _NOWHERE = Transform()
 
 
 def mjcf_as_urdf(path: Path) -> ExpandedXacro:
-    """Read an MJCF file as URDF.
+    """Return the URDF of an MJCF file, and the files that were read.
 
     Raises:
         InvalidDescriptionError: See `load_mjcf`.
@@ -70,7 +180,7 @@ def mjcf_as_urdf(path: Path) -> ExpandedXacro:
 
 
 def _included(path: Path) -> list[Path]:
-    """The files that an MJCF file includes, which are there: MuJoCo has read them."""
+    """Return the files that an MJCF file includes, also indirectly."""
     found = []
     # MuJoCo reads what XML forbids, such as two hyphens in a comment.
     parser = etree.XMLParser(recover=True, resolve_entities=False)
@@ -82,7 +192,7 @@ def _included(path: Path) -> list[Path]:
 
 
 def _add_links(robot: etree._Element, mjcf: Mjcf) -> list[str]:
-    """Add the links; returns what of them URDF has no form for."""
+    """Add the links; return sentences about geoms that URDF cannot express."""
     m, remarks = mjcf.model, list[str]()
     if mjcf.root == WORLD:
         etree.SubElement(robot, "link", name=WORLD)
@@ -103,7 +213,7 @@ def _add_links(robot: etree._Element, mjcf: Mjcf) -> list[str]:
 def _add_joints(robot: etree._Element, mjcf: Mjcf, actuators: list[JointActuator]) -> None:
     m, start = mjcf.model, mjcf.start()
     commanded = {actuator.joint for actuator in actuators}
-    mimics = {name: mimic for name, mimic in file_mimics(m).items() if name not in commanded}
+    mimics = {name: mimic for name, mimic in equality_mimics(m).items() if name not in commanded}
     for body in mjcf.bodies():
         name, parent = m.body(body).name, m.body(int(m.body_parentid[body])).name
         place = transform(m.body_pos[body], m.body_quat[body])
@@ -145,7 +255,7 @@ def _add_joint(
 def _add_ball(robot: etree._Element, name: str, links: tuple[str, str], place: Transform) -> None:
     """Add a ball joint, which URDF does not have, as turns about x, then y, then z."""
     parent, child = links
-    for turn, axis in zip(ball_turns(name), _AXES.values(), strict=True):
+    for turn, axis in zip(ball_joint_names(name), _AXES.values(), strict=True):
         link = child if axis[2] else f"{turn}_link"
         if link != child:
             etree.SubElement(robot, "link", name=link)
@@ -154,8 +264,8 @@ def _add_ball(robot: etree._Element, name: str, links: tuple[str, str], place: T
         parent, place = link, _NOWHERE
 
 
-def ball_turns(name: str) -> tuple[str, ...]:
-    """Return the names of the three joints that replace a ball joint in URDF."""
+def ball_joint_names(name: str) -> tuple[str, ...]:
+    """Return the names of the three URDF joints that replace a ball joint, about x, y and z."""
     return tuple(f"{name}_{axis}" for axis in _AXES)
 
 
@@ -222,7 +332,7 @@ def _add_control(robot: etree._Element, mjcf: Mjcf, actuators: list[JointActuato
     for number in range(m.njnt):
         name = m.joint(number).name
         if m.jnt_type[number] == _BALL:
-            for turn in ball_turns(name):
+            for turn in ball_joint_names(name):
                 joint = etree.SubElement(system, "joint", name=turn)
                 for state in ("position", "velocity"):
                     etree.SubElement(joint, "state_interface", name=state)

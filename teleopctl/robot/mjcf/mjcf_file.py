@@ -1,7 +1,6 @@
-"""MJCF files: MuJoCo's own models, read by MuJoCo, with names for all that ROS has to name.
+"""MJCF files, read by MuJoCo, with a name for each part that ROS has to name.
 
-Whoever draws such a robot, controls it or simulates it reads it through here, so that all of them
-call its parts by the same names.
+Display, control and simulation read an MJCF robot from here, so that all use the same names.
 """
 
 from __future__ import annotations
@@ -32,10 +31,10 @@ class Mjcf:
 
     Attributes:
         path: The file.
-        spec: The ``mujoco.MjSpec``, every body, joint and actuator with a name.
-        model: The same, compiled.
-        tops: The bodies on the world that are the robot; the others are what stands around it.
-        home: Number of the keyframe that it starts in; -1 for none.
+        spec: Its ``mujoco.MjSpec``, in which every body, joint and actuator has a name.
+        model: Its compiled ``mujoco.MjModel``.
+        tops: The bodies on the world that are the robot; others are its surroundings.
+        home: Index of the keyframe ``home``; -1 for none.
     """
 
     path: Path
@@ -52,14 +51,15 @@ class Mjcf:
         return WORLD
 
     def bodies(self) -> list[int]:
-        """Bodies of the robot, parents before children."""
+        """Return the indices of the robot's bodies, parents before children."""
         m = self.model
         return [body for body in range(1, m.nbody) if int(m.body_rootid[body]) in self.tops]
 
     def place(self, body: int) -> tuple[str, Transform] | None:
-        """Return the link that carries a body and the body's pose in it; None outside the robot.
+        """Return the link that a body is fixed to, and the body's pose in that link's frame.
 
-        None for what moves and is not of the robot.
+        A body of the robot is a link itself; another one that cannot move is fixed to the world.
+        None for a moving body that is not of the robot.
         """
         m = self.model
         top = int(m.body_rootid[body])
@@ -71,7 +71,7 @@ class Mjcf:
         return WORLD, transform(data.xpos[body], data.xquat[body])
 
     def start(self) -> Any:
-        """Return MuJoCo's data in the initial state: keyframe ``home``, else zero positions."""
+        """Return a new ``mujoco.MjData`` at the keyframe ``home``, or else at ``qpos0``."""
         data = mujoco.MjData(self.model)
         if self.home >= 0:
             mujoco.mj_resetDataKeyframe(self.model, data, self.home)
@@ -79,7 +79,7 @@ class Mjcf:
         return data
 
     def keyframes(self) -> dict[str, Any]:
-        """Return MuJoCo's data in each named keyframe."""
+        """Return a new ``mujoco.MjData`` for each named keyframe, by name."""
         found = {}
         for number in range(self.model.nkey):
             if name := self.model.key(number).name:
@@ -89,11 +89,11 @@ class Mjcf:
 
 
 def load_mjcf(path: Path) -> Mjcf:
-    """Read an MJCF file and its includes.
+    """Read and compile an MJCF file with its includes.
 
     Raises:
-        InvalidDescriptionError: MuJoCo does not accept it or would take too much for it, or there
-            is no robot in it.
+        InvalidDescriptionError: MuJoCo rejects it or would need too much memory, or it has no
+            bodies.
     """
     path = path.absolute()
     check_mjcf(path)
@@ -116,7 +116,7 @@ def load_mjcf(path: Path) -> Mjcf:
 
 
 def free_joint(model: Any, body: int) -> int | None:
-    """Return the index of a body's free joint, or None."""
+    """Return the index of a MuJoCo body's free joint, or None."""
     first = int(model.body_jntadr[body])
     has_one = int(model.body_jntnum[body]) == 1 and model.jnt_type[first] == _FREE
     return first if has_one else None
@@ -124,19 +124,19 @@ def free_joint(model: Any, body: int) -> int | None:
 
 # Any: MuJoCo's number for it.
 def sensor_type(kind: Any) -> str:
-    """Return the MJCF name of a sensor type."""
+    """Return the MJCF tag of a sensor type, such as ``gyro``, from MuJoCo's number."""
     name = str(mujoco.mjtSensor(int(kind)).name).removeprefix("mjSENS_").lower()
     return name.replace("actfrc", "actuatorfrc")
 
 
 def joints_of(model: Any, body: int) -> range:
-    """Return the indices of the joints between a body and its parent."""
+    """Return the indices of a MuJoCo body's joints."""
     first = int(model.body_jntadr[body])
     return range(first, first + int(model.body_jntnum[body]))
 
 
 def _robot_of(model: Any) -> tuple[int, ...]:
-    """What has joints is the robot; without any what moves freely, else all bodies."""
+    """Return the top bodies of the robot: those with joints, else the free ones, else all."""
     on_world = [body for body in range(1, model.nbody) if model.body_parentid[body] == 0]
     jointed = {
         int(model.body_rootid[model.jnt_bodyid[joint]])
@@ -165,7 +165,7 @@ def _name_parts(spec: Any) -> None:
 
 
 def _names_for(kind: str, element: Any) -> Iterator[str]:
-    """What an element without a name may be called: by what it belongs to, else by a number."""
+    """Yield names for an element without one, by its owner or a number."""
     owner = {
         "joint": lambda: element.parent.name,
         "actuator": lambda: element.target,

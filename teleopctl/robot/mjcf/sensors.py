@@ -1,21 +1,113 @@
-"""The sensors of an MJCF file, as the tags that sensors of a robot have.
+"""Cameras and sensors of an MJCF file as ``<sensor>`` tags of a URDF.
 
-What ROS has one message for stands in several sensors of MuJoCo's, on one site: a gyro and an
-accelerometer are an IMU, a force and a torque a wrench. Joints and actuators are told as joints.
-What is left is told as it is: a number, a vector, a point or a rotation.
+A MuJoCo camera looks along its negative z axis, with x to the right and y up; a ``<sensor>`` looks
+along its x axis, with y to the left and z up.
+
+Several MuJoCo sensors on one site become one: a gyro and an accelerometer are an IMU, a force and a
+torque a wrench. Those of joints and actuators are joint states. Each other one is published by
+itself, as a number, a vector, a point or a rotation.
 """
 
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import mujoco
 from lxml import etree
 
-from teleopctl.robot.mjcf.cameras import camera_tags
 from teleopctl.robot.mjcf.mjcf_file import WORLD, Mjcf, sensor_type
 from teleopctl.robot.urdf_text import add_origin, numbers, pose_text, topic_name, transform
 from teleopctl.tf import Transform, quaternion_from_rpy
+
+# The sensor's axes in the camera's, x y z w.
+_SENSOR_IN_CAMERA = Transform(rotation=(-0.5, 0.5, 0.5, 0.5))
+_RATE_HZ = 30
+_FIXED = int(mujoco.mjtCamLight.mjCAMLIGHT_FIXED)
+_PERSPECTIVE = int(mujoco.mjtProjection.mjPROJ_PERSPECTIVE)
+_COLOURS = int(mujoco.mjtCamOutBit.mjCAMOUT_RGB)
+
+
+def camera_tags(mjcf: Mjcf) -> tuple[list[etree._Element], list[str]]:
+    """Return the fixed perspective cameras of an MJCF file as ``<sensor>`` tags.
+
+    Returns:
+        A ``<gazebo>`` with each camera, and a sentence for each one that is left out.
+    """
+    m = mjcf.model
+    tags, remarks = [], []
+    for number in range(m.ncam):
+        name, body = m.camera(number).name, int(m.cam_bodyid[number])
+        place = mjcf.place(body)
+        if m.cam_mode[number] != _FIXED:
+            why = "it follows something, and only what is fixed has a frame"
+        elif m.cam_projection[number] != _PERSPECTIVE:
+            why = "its projection is orthographic, which camera_info cannot say"
+        elif place is None:
+            why = f"'{m.body(body).name}' is not of the robot, and moves"
+        else:
+            tags.append(_tag(m, number, *place))
+            if m.cam_output[number] != _COLOURS:
+                remarks.append(f"Camera '{name}' shows colours, and no other output")
+            continue
+        remarks.append(f"Camera '{name}' is left out: {why}")
+    return tags, remarks
+
+
+# Any: MuJoCo's model.
+def _tag(m: Any, number: int, link: str, place: Transform) -> etree._Element:
+    name = m.camera(number).name
+    width, height = _size(m, number)
+    fx, fy, cx, cy = _pinhole(m, number, width, height)
+    gazebo = etree.Element("gazebo", reference=link)
+    sensor = etree.SubElement(gazebo, "sensor", name=name, type="camera")
+    own = place @ transform(m.cam_pos[number], m.cam_quat[number]) @ _SENSOR_IN_CAMERA
+    topic = topic_name(name)
+    for tag, text in (
+        ("topic", f"{topic}/image_raw"),
+        ("optical_frame_id", f"{topic}_optical"),
+        ("update_rate", str(_RATE_HZ)),
+        ("pose", pose_text(own)),
+    ):
+        etree.SubElement(sensor, tag).text = text
+    lens = etree.SubElement(sensor, "camera")
+    angle = 2.0 * math.atan(width / 2.0 / fx)
+    etree.SubElement(lens, "horizontal_fov").text = numbers(angle)
+    image = etree.SubElement(lens, "image")
+    etree.SubElement(image, "width").text = str(width)
+    etree.SubElement(image, "height").text = str(height)
+    clip = etree.SubElement(lens, "clip")
+    extent = float(m.stat.extent)
+    etree.SubElement(clip, "near").text = numbers(extent * float(m.vis.map.znear))
+    etree.SubElement(clip, "far").text = numbers(extent * float(m.vis.map.zfar))
+    intrinsics = etree.SubElement(etree.SubElement(lens, "lens"), "intrinsics")
+    for tag, value in (("fx", fx), ("fy", fy), ("cx", cx), ("cy", cy)):
+        etree.SubElement(intrinsics, tag).text = numbers(value)
+    return gazebo
+
+
+# Any: as above.
+def _size(m: Any, number: int) -> tuple[int, int]:
+    """The image's, which is that of MuJoCo's own pictures where the camera says none (1 x 1)."""
+    width, height = (int(side) for side in m.cam_resolution[number])
+    if width > 1 and height > 1:
+        return width, height
+    return int(m.vis.global_.offwidth), int(m.vis.global_.offheight)
+
+
+# Any: as above.
+def _pinhole(m: Any, number: int, width: int, height: int) -> tuple[float, float, float, float]:
+    """Focal lengths and principal point in pixels; (0, 0) is the centre of the upper left one."""
+    across, down = (float(side) for side in m.cam_sensorsize[number])
+    if not (across and down):
+        f = height / 2.0 / math.tan(math.radians(float(m.cam_fovy[number])) / 2.0)
+        return f, f, (width - 1) / 2.0, (height - 1) / 2.0
+    fx, fy, left, up = (float(length) for length in m.cam_intrinsic[number])
+    # As MuJoCo draws it: the principal point is that far to the left of the middle, and above it.
+    cx = width * (0.5 - left / across) - 0.5
+    cy = height * (0.5 - up / down) - 0.5
+    return fx * width / across, fy * height / down, cx, cy
+
 
 _Kind = mujoco.mjtSensor
 _GYRO, _ACCELEROMETER = int(_Kind.mjSENS_GYRO), int(_Kind.mjSENS_ACCELEROMETER)
@@ -74,8 +166,8 @@ def sensor_tags(mjcf: Mjcf) -> tuple[list[etree._Element], list[str]]:
     """Return the cameras and sensors of an MJCF file as ``<sensor>`` tags.
 
     Returns:
-        The elements of a URDF that they are, links of their frames among them, and a sentence for
-        each thing of theirs that has no effect.
+        URDF elements for them, with links for their frames, and a sentence for each sensor or
+        property without effect.
     """
     cameras, remarks = camera_tags(mjcf)
     sensors = _Sensors(mjcf)
@@ -83,7 +175,7 @@ def sensor_tags(mjcf: Mjcf) -> tuple[list[etree._Element], list[str]]:
 
 
 class _Sensors:
-    """Makes the tags of a file's sensors."""
+    """Builder of the tags of an MJCF file's sensors."""
 
     def __init__(self, mjcf: Mjcf) -> None:
         self._mjcf = mjcf
@@ -95,16 +187,16 @@ class _Sensors:
         self._links |= {f"{self._m.joint(n).name}_link" for n in range(self._m.njnt)}
         self._topics: set[str] = set()
         self._weak: list[str] = []
-        self._left = [n for n in range(self._m.nsensor) if not self._is_told_anyway(n)]
-        self._told_alone = [n for n in range(self._m.nsensor) if n not in self._left]
+        self._left = [n for n in range(self._m.nsensor) if not self._is_joint_state(n)]
+        self._in_joint_states = [n for n in range(self._m.nsensor) if n not in self._left]
         self._add_all()
 
     # Any: numpy's scalars.
     def _kind(self, number: int) -> int:
         return int(self._m.sensor_type[number])
 
-    def _is_told_anyway(self, number: int) -> bool:
-        """Whether it is one of a joint or its drive, and as exact as those are told."""
+    def _is_joint_state(self, number: int) -> bool:
+        """Return whether a sensor's value is, without noise, in joint states or /clock."""
         m, kind = self._m, self._kind(number)
         if kind == _CLOCK:
             return True
@@ -133,9 +225,9 @@ class _Sensors:
             if kind == _MAGNETOMETER:
                 self._add(site, "magnetometer", m.sensor(number).name, [number])
             elif kind == _TOUCH:
-                self._add_of_file(site, "touch", number)
+                self._add_mujoco_sensor(site, "touch", number)
             elif kind == _RANGE and m.sensor_dim[number] == 1:
-                self._add_of_file(site, "rangefinder", number, _Z_FORWARD)
+                self._add_mujoco_sensor(site, "rangefinder", number, _Z_FORWARD)
         odometries: dict[str, list[int]] = {}
         for number in self._left:
             link = self._link_of_frame(number)
@@ -145,13 +237,15 @@ class _Sensors:
             self._add_odometry(link, parts)
         for number in list(self._left):
             if self._kind(number) not in _UNMEASURED:
-                self._add_as_it_is(number)
+                self._add_by_itself(number)
         if self._left:
             told = ", ".join(
                 f"'{m.sensor(n).name}' ({sensor_type(self._kind(n))})" for n in self._left
             )
-            self.remarks.append(f"Sensors of the file that no topic tells: {told}")
-        self._weak += [f"noise of '{m.sensor(n).name}'" for n in self._told_alone if self._noise(n)]
+            self.remarks.append(f"Sensors of the file without a topic: {told}")
+        self._weak += [
+            f"noise of '{m.sensor(n).name}'" for n in self._in_joint_states if self._noise(n)
+        ]
         if self._weak:
             self.remarks.append(f"Without effect on topics: {', '.join(self._weak)}")
 
@@ -176,10 +270,10 @@ class _Sensors:
             _descend(tag, "force_torque/frame").text = "site"
             _descend(tag, "force_torque/measure_direction").text = "parent_to_child"
 
-    def _add_of_file(
+    def _add_mujoco_sensor(
         self, site: int, kind: str, number: int, turn: Transform | None = None
     ) -> None:
-        """Add a sensor that MuJoCo reads as the file has it, with its zone and its cutoff."""
+        """Add a touch or range sensor, whose value MuJoCo computes, with zone and cutoff."""
         name = self._m.sensor(number).name
         tag = self._add(site, kind, name, [number], turn)
         if tag is not None:
@@ -190,7 +284,7 @@ class _Sensors:
     def _add(
         self, site: int, kind: str, name: str, parts: list[int], turn: Transform | None = None
     ) -> etree._Element | None:
-        """Add a sensor that stands for these of the file; None where nothing has its frame."""
+        """Add a sensor for some of the file's on a site; None if no link has the site."""
         m = self._m
         place = self._mjcf.place(int(m.site_bodyid[site]))
         if place is None or (place[0] == WORLD and self._mjcf.root != WORLD):
@@ -203,7 +297,7 @@ class _Sensors:
         return tag
 
     def _tag(self, link: str, kind: str, name: str, frame: str, parts: list[int]) -> etree._Element:
-        """Add the tag of a sensor that stands for these of the file."""
+        """Add the tag of a sensor for some of the file's sensors."""
         m, gazebo = self._m, etree.Element("gazebo", reference=link)
         tag = etree.SubElement(gazebo, "sensor", name=name, type=kind)
         etree.SubElement(tag, "topic").text = self._topic(name, kind)
@@ -218,8 +312,8 @@ class _Sensors:
         self.tags.append(gazebo)
         return tag
 
-    def _add_as_it_is(self, number: int) -> None:
-        """Add a sensor that MuJoCo reads, in the message that has just its numbers."""
+    def _add_by_itself(self, number: int) -> None:
+        """Add a sensor that is published by itself, in a message of its dimension."""
         m, kind = self._m, self._kind(number)
         message, frame = _message(kind, int(m.sensor_dim[number])), ""
         if message in (_POINT, _ROTATION, _VECTOR):
@@ -232,7 +326,7 @@ class _Sensors:
             _add_noise(_descend(tag, "mujoco"), self._noise(number))
 
     def _frame_of(self, number: int) -> str:
-        """The frame that a sensor's vector is in; where ROS has none, what it is that of."""
+        """Return the frame of a sensor's vector, which is added to the robot if needed."""
         m = self._m
         kind, of = int(m.sensor_reftype[number]), int(m.sensor_refid[number])
         if self._kind(number) in _IN_THEIR_SITE:
@@ -256,7 +350,7 @@ class _Sensors:
         return self._frame((kind, of), found[0], found[1] @ place, str(name))
 
     def _link_of_frame(self, number: int) -> str:
-        """The link of the robot whose frame a sensor tells in the world, or nothing."""
+        """Return the link whose pose or velocity in the world a sensor measures, else ""."""
         m, of = self._m, int(self._m.sensor_objid[number])
         kind = int(m.sensor_objtype[number])
         if self._kind(number) not in _OF_ODOMETRY or m.sensor_refid[number] >= 0:
@@ -274,7 +368,7 @@ class _Sensors:
         return name if is_link and place == Transform() else ""
 
     def _add_odometry(self, link: str, parts: list[int]) -> None:
-        """Add Gazebo classic's plug-in that publishes where a link is."""
+        """Add Gazebo Classic's plug-in that publishes the odometry of a link."""
         gazebo = etree.Element("gazebo")
         plugin = etree.SubElement(
             gazebo, "plugin", name=f"{link}_odometry", filename="libgazebo_ros_p3d.so"
@@ -306,7 +400,7 @@ class _Sensors:
             self._weak.append(f"delay of '{name}'")
 
     def _frame(self, of: tuple[int, int], link: str, pose: Transform, wanted: str) -> str:
-        """A frame with the axes of a sensor: its link's where they are the same."""
+        """Return a frame at a pose in a link: the link itself, or a link added for it."""
         if not any((*pose.translation, *pose.rotation[:3])):
             return link
         known = self._frames.get((*of, wanted))
@@ -326,7 +420,7 @@ class _Sensors:
 
 
 def _message(kind: int, count: int) -> str:
-    """The message of a sensor that is told as it is, by its kind and how many numbers it has."""
+    """Return the message type of a sensor that is published by itself."""
     if kind in _POINTS:
         return _POINT
     if kind in _ROTATIONS:
@@ -337,12 +431,12 @@ def _message(kind: int, count: int) -> str:
 
 
 def _is_exact(kind: int, message: str) -> bool:
-    """Whether a sensor that is told as it is has no noise: one would make no sense."""
+    """Return whether noise on a sensor's value would be invalid, as on a rotation."""
     return kind in _DIRECTIONS or message in (_ROTATION, _NUMBERS)
 
 
 def _free(name: str, suffix: str, taken: set[str]) -> str:
-    """A name that nobody has yet, which is taken then."""
+    """Return a name that is not taken, and add it to the taken ones."""
     wanted = (name, *(f"{name}_{suffix}{number or ''}" for number in range(len(taken) + 1)))
     found = next(candidate for candidate in wanted if candidate not in taken)
     taken.add(found)
@@ -350,7 +444,7 @@ def _free(name: str, suffix: str, taken: set[str]) -> str:
 
 
 def _descend(tag: etree._Element, path: str) -> etree._Element:
-    """The element at a path, which is there afterwards."""
+    """Return the element at a path, adding those that are missing."""
     for name in path.split("/"):
         found = tag.find(name)
         tag = etree.SubElement(tag, name) if found is None else found

@@ -1,7 +1,7 @@
-"""Numbers in MJCF files that would fill the memory, or keep MuJoCo's parser busy for hours.
+"""Checks of the sizes in MJCF files, before MuJoCo allocates memory for them.
 
-A few characters ask for a height field of 40 GB, or for ten million copies of a body, and MuJoCo
-cannot be interrupted in making them. So the text is looked at before, with what it includes.
+A few characters can mean a height field of 40 GB, or ten million copies of a body, and MuJoCo
+cannot be interrupted. So the text is checked first, with its includes.
 """
 
 from __future__ import annotations
@@ -41,34 +41,34 @@ _MOST_USER_NUMBERS = 1_000_000
 
 
 def check_mjcf(path: Path) -> None:
-    """Check that MuJoCo can read a file and its includes within limits of time and memory.
+    """Check that the sizes in an MJCF file and its includes are within the limits.
 
-    What is wrong otherwise, and what cannot be read, MuJoCo tells.
+    Other faults are left to MuJoCo.
 
     Raises:
-        InvalidDescriptionError: It cannot.
+        InvalidDescriptionError: A size is too large.
     """
-    _Reading(path.absolute().parent).check(path.absolute())
+    _SizeCheck(path.absolute().parent).check(path.absolute())
 
 
 def check_mjcf_text(text: str, path: Path) -> None:
     """Check MJCF text as `check_mjcf` checks a file.
 
     Args:
-        text: What would stand in a file; what it includes is taken from the current folder.
-        path: What to call it.
+        text: The MJCF text; includes are relative to the current folder.
+        path: Name of the text for errors.
     """
-    reading = _Reading(Path.cwd())
+    reading = _SizeCheck(Path.cwd())
     root = _parsed(text.encode())
     if root is not None:
-        reading.look(root, path)
+        reading.check_root(root, path)
 
 
-class _Reading:
-    """Looks at a file and at what it includes.
+class _SizeCheck:
+    """Check of a file and its includes.
 
     Args:
-        folder: Where included files are.
+        folder: Folder that includes are relative to.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -86,9 +86,9 @@ class _Reading:
             root = _parsed(path.read_bytes())
         except OSError:
             return 0.0
-        return 0.0 if root is None else self.look(root, path)
+        return 0.0 if root is None else self.check_root(root, path)
 
-    def look(self, root: etree._Element, path: Path) -> float:
+    def check_root(self, root: etree._Element, path: Path) -> float:
         """Check a document; return its number of elements, with all copies."""
         for model in root.iter("model"):
             if file := model.get("file"):
@@ -98,7 +98,7 @@ class _Reading:
         return self._count(root, path)
 
     def _count(self, element: etree._Element, path: Path) -> float:
-        """How many elements there are in and with an element; from the leaves up."""
+        """Return the number of elements of a tree, with all copies of ``<replicate>``."""
         counts: dict[etree._Element, float] = {}
         for _, one in etree.iterwalk(element, events=("end",), tag="*"):
             inner = sum(counts.pop(child, 0.0) for child in one)
@@ -147,7 +147,7 @@ def _refusal(element: etree._Element, path: Path, words: str, most: int) -> Inva
 
 
 def _numbers(text: str | None) -> Iterator[float]:
-    """The numbers of an attribute that are larger than one, which are as many as it says."""
+    """Yield the numbers above 1 of an attribute."""
     for word in (text or "").split():
         try:
             number = float(word)

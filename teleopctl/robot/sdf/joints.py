@@ -22,8 +22,7 @@ from teleopctl.robot.scene.scene import (
     SceneSensor,
     Vector3,
 )
-from teleopctl.robot.sdf.frames import MODEL, SdfFrames
-from teleopctl.robot.sdf.reading import SdfFile, relative_to
+from teleopctl.robot.sdf.reading import MODEL, SdfFile, SdfFrames, relative_to
 from teleopctl.robot.tags import sdf as tags
 from teleopctl.robot.urdf import Mimic
 from teleopctl.tf import Transform, conjugate, rotate
@@ -56,13 +55,13 @@ _ALONG = 0.999
 # Any, here and below: elements of lxml, whose class has no types.
 @dataclass
 class SdfJoints:
-    """Reads the joints of an SDF model.
+    """Reader of the joints of an SDF model; one with two axes becomes two joints with a link.
 
     Attributes:
         file: The file.
-        frames: The model's frames.
-        joints: Those that were read, without those of models within.
-        between: Links between joints that stand for one of SDF.
+        frames: Frames of the model.
+        joints: The joints that were read, without those of nested models.
+        between: The links added between two joints that replace one.
     """
 
     file: SdfFile
@@ -88,7 +87,7 @@ class SdfJoints:
             if one.get("type") != "gearbox"
         }
         for one in elements:
-            self.file.account(one, _TABLES.get(one.get("type") or "", tags.JOINT))
+            self.file.check_tags(one, _TABLES.get(one.get("type") or "", tags.JOINT))
             child = (one.findtext("child") or "").strip()
             if one.get("type") != "gearbox" or child not in held:
                 self._add(one, links, of_two)
@@ -112,7 +111,7 @@ class SdfJoints:
             kind,
             parent,
             child,
-            self.frames.find(frame_of_joint(element), element),
+            self.frames.pose_of(frame_of_joint(element), element),
             sensors=read_sensors(file, element, self.frames),
             place=file.place(element),
         )
@@ -168,7 +167,7 @@ class SdfJoints:
         self.joints += [slide, replace(turning, parent=link, part_of=said)]
 
     def _between(self, joint: SceneJoint) -> str:
-        """A link of next to no mass where a joint is; returns its name."""
+        """Add a link of next to no mass at a joint; return its name."""
         name = f"{joint.name}_link"
         self.between.append(SceneBody(name, joint.pose, (), _NO_MASS))
         return name
@@ -177,7 +176,7 @@ class SdfJoints:
 def with_gearboxes(
     file: SdfFile, model: Any, frames: SdfFrames, joints: Iterable[SceneJoint]
 ) -> list[SceneJoint]:
-    """Return the joints with the mimic relations that the model's gearboxes stand for.
+    """Return a model's joints, with its gearboxes as mimic relations.
 
     The angle of the child about ``<axis2>`` is minus ``<gearbox_ratio>`` times that of the parent
     about ``<axis>``, both against the reference body.
@@ -186,7 +185,7 @@ def with_gearboxes(
         file: The file.
         model: The ``<model>``.
         frames: Its frames.
-        joints: All of its joints, also those of models within.
+        joints: All of its joints, with those of nested models.
     """
     found = {joint.name: joint for joint in joints}
     for element in model.findall("joint"):
@@ -196,7 +195,7 @@ def with_gearboxes(
             frames.link_of((element.findtext(tag) or "").strip())
             for tag in ("gearbox_reference_body", "parent", "child")
         )
-        place = frames.find(frame_of_joint(element), element)
+        place = frames.pose_of(frame_of_joint(element), element)
         ends = []
         for tag, link in (("axis", parent), ("axis2", child)):
             axis = element.find(tag)
@@ -252,20 +251,20 @@ def _along(
     )
 
 
-def within(file: SdfFile, element: Any, name: str, frames: SdfFrames) -> Transform:
+def pose_in(file: SdfFile, element: Any, name: str, frames: SdfFrames) -> Transform:
     """Return the pose of an element in the frame of the link or joint that holds it."""
     pose = element.find("pose")
     here, relative = file.pose(pose), relative_to(pose)
     if relative in ("", name):
         return here
-    return frames.find(name, element).inverse() @ frames.find(relative, element) @ here
+    return frames.pose_of(name, element).inverse() @ frames.pose_of(relative, element) @ here
 
 
 def read_sensors(file: SdfFile, holder: Any, frames: SdfFrames) -> tuple[SceneSensor, ...]:
     """Return the sensors of a link or a joint, with their poses."""
     name = holder.get("name") or ""
     return tuple(
-        SceneSensor(sensor, within(file, sensor, name, frames))
+        SceneSensor(sensor, pose_in(file, sensor, name, frames))
         for sensor in holder.iterfind("sensor")
     )
 
@@ -317,7 +316,7 @@ def _axis(file: SdfFile, axis: Any, frames: SdfFrames, place: Transform) -> Vect
         frame = MODEL
     if frame is None:
         return vector
-    in_model = rotate(frames.find(frame, axis).rotation, vector)
+    in_model = rotate(frames.pose_of(frame, axis).rotation, vector)
     return rotate(conjugate(place.rotation), in_model)
 
 
@@ -326,13 +325,13 @@ def _most(value: float) -> float:
     return math.inf if value < 0.0 or value >= _NO_LIMIT else value
 
 
-def moved(joint: SceneJoint, prefix: str, place: Transform) -> SceneJoint:
+def in_outer_model(joint: SceneJoint, prefix: str, place: Transform) -> SceneJoint:
     """Return a joint of a nested model as a joint of the outer model.
 
     Args:
         joint: The joint.
-        prefix: In front of the names of the inner model.
-        place: Where that is.
+        prefix: Prefix of the nested model's names.
+        place: Pose of the nested model.
     """
     parent = joint.parent if joint.parent == "world" else f"{prefix}{joint.parent}"
     mimic = joint.mimic and replace(joint.mimic, joint=f"{prefix}{joint.mimic.joint}")

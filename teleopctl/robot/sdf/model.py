@@ -11,17 +11,16 @@ from teleopctl.robot.scene.scene import (
     SceneBody,
     SceneModel,
 )
-from teleopctl.robot.sdf.frames import MODEL, SdfFrames
 from teleopctl.robot.sdf.includes import find_file, model_file
 from teleopctl.robot.sdf.joints import (
     SdfJoints,
     frame_of_joint,
-    moved,
+    in_outer_model,
+    pose_in,
     read_sensors,
     with_gearboxes,
-    within,
 )
-from teleopctl.robot.sdf.reading import Remarks, SdfFile, parse_sdf
+from teleopctl.robot.sdf.reading import MODEL, Remarks, SdfFile, SdfFrames, parse_sdf
 from teleopctl.robot.sdf.shapes import read_inertial, read_shape
 from teleopctl.robot.tags import sdf as tags
 from teleopctl.tf import Transform
@@ -34,13 +33,13 @@ _NO_PLUGIN = "__default__"
 
 # Any, here and below: elements of lxml, whose class has no types.
 @dataclass
-class Reading:
-    """Reads an SDF file with its includes.
+class SdfReader:
+    """Reader of models in an SDF file and its includes.
 
     Attributes:
-        remarks: What is left out.
+        remarks: What was left out.
         files: The files that were read.
-        models: How many models were met.
+        models: Number of models that were read.
     """
 
     remarks: Remarks = field(default_factory=Remarks)
@@ -48,12 +47,12 @@ class Reading:
     models: int = 0
 
     def include(self, file: SdfFile, element: Any, depth: int) -> SceneModel | None:
-        """Read an ``<include>``; None, and a remark, if it cannot be found.
+        """Return the model of an ``<include>``; None, with a remark, if it cannot be found.
 
         Raises:
             InvalidDescriptionError: It is broken, or includes itself.
         """
-        file.account(element, tags.INCLUDE)
+        file.check_tags(element, tags.INCLUDE)
         uri = (element.findtext("uri") or "").strip()
         if not uri:
             file.leave_out(element, "is left out: it has no <uri>")
@@ -67,7 +66,7 @@ class Reading:
             raise InvalidDescriptionError(
                 f"{file.place(element)}: {_DEEPEST} files include one another"
             )
-        root, inner = self.open(path)
+        root, inner = self.parse_file(path)
         top = root.find("model")
         if top is None:
             file.leave_out(element, f"is left out: there is no model in {path}")
@@ -88,8 +87,8 @@ class Reading:
             plugins=(*model.plugins, *element.findall("plugin")),
         )
 
-    def open(self, path: Path) -> tuple[Any, SdfFile]:
-        """Parse an included file.
+    def parse_file(self, path: Path) -> tuple[Any, SdfFile]:
+        """Parse an SDF file; return its root element and its reader.
 
         Raises:
             InvalidDescriptionError: It cannot be read, or is no SDF.
@@ -128,20 +127,20 @@ class Reading:
             raise InvalidDescriptionError(
                 f"{file.place(element)}: more than {_MOST_MODELS} models in one another"
             )
-        file.account(element, tags.MODEL)
+        file.check_tags(element, tags.MODEL)
         for tag in ("link", "joint", "frame"):
             _see_names(file, element.findall(tag))
         frames = SdfFrames(file)
         for link in element.findall("link"):
-            frames.put(link.get("name") or "", link)
+            frames.add(link.get("name") or "", link)
         for frame in element.findall("frame"):
             name, holder = frame.get("name") or "", frame.get("attached_to") or MODEL
-            frames.put(name, frame, holder)
+            frames.add(name, frame, holder)
             frames.attached[name] = holder
         for joint in element.findall("joint"):
             child = (joint.findtext("child") or "").strip()
             name = frame_of_joint(joint)
-            frames.put(name, joint, child)
+            frames.add(name, joint, child)
             frames.attached[name] = child
         parts = self._nested(file, element, frames, depth)
         still = file.flag(element, "static")
@@ -164,7 +163,7 @@ class Reading:
         own.read(element, bodies.keys())
         bodies |= {body.name: body for body in own.between}
         for prefix, place, part in parts:
-            own.joints += [moved(joint, prefix, place) for joint in part.joints]
+            own.joints += [in_outer_model(joint, prefix, place) for joint in part.joints]
         joints = with_gearboxes(file, element, frames, own.joints)
         plugins = [p for p in element.findall("plugin") if p.get("filename") != _NO_PLUGIN]
         for _, _, part in parts:
@@ -174,7 +173,7 @@ class Reading:
         )
         where = file.pose(element.find("pose")) if pose is None else pose
         if placed := placement or element.get("placement_frame"):
-            where = where @ frames.find(placed, element).inverse()
+            where = where @ frames.pose_of(placed, element).inverse()
         return SceneModel(
             element.get("name") or "",
             where,
@@ -182,7 +181,7 @@ class Reading:
             tuple(joints),
             static,
             tuple(plugins),
-            {name: (frames.link_of(name), frames.find(name, element)) for name in frames},
+            {name: (frames.link_of(name), frames.pose_of(name, element)) for name in frames},
         )
 
     def _nested(
@@ -200,9 +199,9 @@ class Reading:
         parts = []
         for child, part in found:
             prefix = "" if child.get("merge") == "true" else f"{part.name}::"
-            frames.put_model(part, child, prefix)
+            frames.add_model(part, child, prefix)
             parts.append((prefix, part, child))
-        return [(prefix, frames.find(part.name, child), part) for prefix, part, child in parts]
+        return [(prefix, frames.pose_of(part.name, child), part) for prefix, part, child in parts]
 
 
 def _see_names(file: SdfFile, elements: list[Any]) -> None:
@@ -219,17 +218,17 @@ def _see_names(file: SdfFile, elements: list[Any]) -> None:
 def _body(
     file: SdfFile, link: Any, frames: SdfFrames, *, weighs: bool, collides: bool
 ) -> SceneBody:
-    file.account(link, tags.LINK)
+    file.check_tags(link, tags.LINK)
     name = link.get("name") or ""
     shapes = [
-        read_shape(file, element, within(file, element, name, frames))
+        read_shape(file, element, pose_in(file, element, name, frames))
         for element in (*link.findall("visual"), *link.findall("collision"))
     ]
     inertial = link.find("inertial")
-    at = Transform() if inertial is None else within(file, inertial, name, frames)
+    at = Transform() if inertial is None else pose_in(file, inertial, name, frames)
     return SceneBody(
         name,
-        frames.find(name, link),
+        frames.pose_of(name, link),
         tuple(shape for shape in shapes if shape is not None),
         read_inertial(file, link, at) if weighs else None,
         file.flag(link, "gravity", default=True),

@@ -1,18 +1,116 @@
-"""Elements of an SDF file: numbers, vectors and poses, with errors and remarks that say where."""
+"""Readers of an SDF file's elements: numbers, poses and frames, with errors that name the line."""
 
 from __future__ import annotations
 
 import math
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from teleopctl.errors import InvalidDescriptionError
 from teleopctl.robot.elements import parse_file, to_number
-from teleopctl.robot.scene.scene import NOWHERE, Vector3
-from teleopctl.robot.tags.table import Table, TagFinding, gazebos_own, in_words, plain
+from teleopctl.robot.scene.scene import NOWHERE, SceneModel, Vector3
+from teleopctl.robot.tags.table import Table, TagFinding, gazebo_only_text, lines_text, local_name
 from teleopctl.tf import Transform, quaternion_from_rpy
+
+MODEL = "__model__"
+_ORIGINS = (MODEL, "world", "")
+
+
+class _Placed(NamedTuple):
+    """Pose of a frame relative to another one, and the element that sets it."""
+
+    relative: str
+    pose: Transform
+    # Any: an element of lxml.
+    element: Any
+
+
+@dataclass
+class SdfFrames:
+    """Frames of an SDF model or world, by name, and their poses in it.
+
+    Attributes:
+        file: The file.
+        attached: Link or frame that each frame is attached to.
+    """
+
+    file: SdfFile
+    attached: dict[str, str] = field(default_factory=dict)
+    _placed: dict[str, _Placed] = field(default_factory=dict)
+    _known: dict[str, Transform] = field(default_factory=dict)
+
+    # Any, here and below: elements of lxml.
+    def add(self, name: str, element: Any, default: str = MODEL) -> None:
+        """Add the frame of an element with a ``<pose>``.
+
+        Args:
+            name: Name of the frame.
+            element: A link, joint or frame.
+            default: Frame that its pose is relative to without ``relative_to``.
+        """
+        pose = element.find("pose")
+        self.add_at(name, relative_to(pose) or default, self.file.pose(pose), element)
+
+    def add_at(self, name: str, relative: str, pose: Transform, element: Any) -> None:
+        """Add a frame by its pose relative to another one."""
+        self._placed[name] = _Placed(relative, pose, element)
+
+    def add_model(self, model: SceneModel, element: Any, prefix: str) -> None:
+        """Add the frames of a nested model.
+
+        Args:
+            model: The model.
+            element: Its ``<model>`` or ``<include>``.
+            prefix: Prefix of its frames' names.
+        """
+        self.add_at(model.name, relative_to(element.find("pose")) or MODEL, model.pose, element)
+        self.attached[model.name] = f"{prefix}{next(iter(model.bodies), '')}"
+        for name, (link, pose) in model.frames.items():
+            self.add_at(f"{prefix}{name}", model.name, pose, element)
+            if link != name:
+                self.attached[f"{prefix}{name}"] = f"{prefix}{link}"
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._placed)
+
+    def pose_of(self, name: str, element: Any) -> Transform:
+        """Return the pose of a frame in the model.
+
+        Args:
+            name: Name of the frame.
+            element: The element that names the frame, for errors.
+
+        Raises:
+            InvalidDescriptionError: There is no such frame, or it is relative to itself.
+        """
+        path: dict[str, None] = {}
+        while name not in self._known and name not in _ORIGINS:
+            if name in path:
+                raise InvalidDescriptionError(
+                    f"{self.file.place(element)}: frame '{name}' is, in the end, relative to itself"
+                )
+            if name not in self._placed:
+                raise InvalidDescriptionError(
+                    f"{self.file.place(element)}: there is no frame '{name}'"
+                )
+            path[name] = None
+            name, _, element = self._placed[name]
+        place = self._known.get(name, NOWHERE)
+        for name in reversed(path):
+            place = place @ self._placed[name].pose
+            self._known[name] = place
+        return place
+
+    def link_of(self, name: str) -> str:
+        """Return the link that a frame is attached to."""
+        met = {name}
+        while (name := self.attached.get(name, name)) not in met:
+            met.add(name)
+        return name
+
 
 # Until SDF 1.2 it was <gazebo>.
 SDF_ROOTS = ("sdf", "gazebo")
@@ -44,8 +142,10 @@ class Remarks:
 
     def sentences(self) -> tuple[str, ...]:
         """Return a sentence for each kind of element left out of each file."""
-        told = [f"{path}:{in_words(lines)}: {words}" for (path, words), lines in self.lines.items()]
-        return *told, *(f"{path}: {gazebos_own(tags)}" for path, tags in self.own.items())
+        told = [
+            f"{path}:{lines_text(lines)}: {words}" for (path, words), lines in self.lines.items()
+        ]
+        return *told, *(f"{path}: {gazebo_only_text(tags)}" for path, tags in self.own.items())
 
 
 def _is_a_value(found: TagFinding) -> bool:
@@ -61,8 +161,8 @@ class SdfFile:
 
     Attributes:
         path: The file.
-        version: Of SDF, as it says.
-        remarks: Where to note what is left out.
+        version: Version of SDF.
+        remarks: Collects what is left out.
     """
 
     path: Path
@@ -70,7 +170,7 @@ class SdfFile:
     remarks: Remarks
 
     def place(self, element: Any) -> str:
-        """Return the file and line of an element, for messages."""
+        """Return "FILE:LINE" of an element, for messages."""
         return f"{self.path}:{element.sourceline}"
 
     def leave_out(self, element: Any, words: str = "is left out") -> None:
@@ -78,21 +178,21 @@ class SdfFile:
         name = element.get("name")
         named = f" '{name}'" if name and element.tag not in ("visual", "collision") else ""
         self.remarks.add(
-            self.path, element.sourceline or 0, f"<{plain(element.tag)}>{named} {words}"
+            self.path, element.sourceline or 0, f"<{local_name(element.tag)}>{named} {words}"
         )
 
-    def account(self, element: Any, table: Table, path: str = "") -> None:
-        """Record which attributes and children of an element have no effect.
+    def check_tags(self, element: Any, table: Table, path: str = "") -> None:
+        """Record the attributes and children of an element that are unknown or have no effect.
 
         Args:
             element: The element.
-            table: What there is of it.
-            path: Where the table has it.
+            table: The known tags.
+            path: Path of the element in the table.
         """
         for found in table.findings(element, path):
             line = found.element.sourceline or 0
             if found.entry is not None and found.entry.fate == "gazebo's own":
-                self.remarks.add_own(self.path, line, str(plain(found.element.tag)))
+                self.remarks.add_own(self.path, line, str(local_name(found.element.tag)))
             elif "@" in found.path or _is_a_value(found):
                 self.remarks.add(self.path, line, found.sentence)
             else:

@@ -19,7 +19,7 @@ from typing import Any
 from lxml import etree
 
 from teleopctl.errors import InvalidDescriptionError
-from teleopctl.robot.meshes.export import unit_ball
+from teleopctl.robot.meshes import unit_sphere_stl
 from teleopctl.robot.repair import REMARK
 from teleopctl.robot.scene.loops import add_loop, loop_of, tree_and_loops
 from teleopctl.robot.scene.scene import (
@@ -34,7 +34,7 @@ from teleopctl.robot.sdf.sdf_file import read_sdf
 from teleopctl.robot.urdf import UNLIMITED
 from teleopctl.robot.urdf_text import add_origin, numbers, pose_text
 from teleopctl.robot.xacro.expansion import ExpandedXacro
-from teleopctl.robot.xacro.source_lines import places_in
+from teleopctl.robot.xacro.source_lines import line_places
 from teleopctl.tf import Transform, rotate
 
 _NO_FORM = frozenset({"plane", "heightmap"})
@@ -98,7 +98,7 @@ def sdf_as_urdf(path: Path) -> ExpandedXacro:
         for e in robot.iter("*")
     ]
     text: str = etree.tostring(robot, encoding="unicode")
-    return ExpandedXacro(text, scene.files, places_in(text, written))
+    return ExpandedXacro(text, scene.files, line_places(text, written))
 
 
 def _without_form(model: SceneModel) -> Iterator[str]:
@@ -186,7 +186,7 @@ def _geometry(shape: SceneShape) -> tuple[str, dict[str, str]] | None:
         case "cylinder" | "capsule":
             return shape.kind, {"radius": numbers(a), "length": numbers(b)}
         case "ellipsoid":
-            return "mesh", {"filename": unit_ball().as_uri(), "scale": numbers(*shape.size)}
+            return "mesh", {"filename": unit_sphere_stl().as_uri(), "scale": numbers(*shape.size)}
         case "mesh" if shape.file is not None:
             return "mesh", {"filename": shape.file.as_uri(), "scale": numbers(*shape.size)}
     return None

@@ -19,11 +19,10 @@ from teleopctl.robot.scene.scene import (
     SceneShape,
     Vector3,
 )
-from teleopctl.robot.sdf.frames import MODEL, SdfFrames
-from teleopctl.robot.sdf.model import Reading
-from teleopctl.robot.sdf.reading import SdfFile, parse_sdf, relative_to
+from teleopctl.robot.sdf.model import SdfReader
+from teleopctl.robot.sdf.reading import MODEL, SdfFile, SdfFrames, parse_sdf, relative_to
 from teleopctl.robot.tags import sdf as tags
-from teleopctl.robot.tags.table import plain
+from teleopctl.robot.tags.table import local_name
 from teleopctl.tf import Transform
 
 _LIGHTS: dict[str, LightKind] = {"directional": "directional", "point": "point", "spot": "spot"}
@@ -51,8 +50,8 @@ def read_sdf(path: Path) -> Scene:
         InvalidDescriptionError: It cannot be read, is no SDF, or means nothing somewhere; the
             message names file and line.
     """
-    reading = Reading()
-    root, file = reading.open(path.absolute())
+    reading = SdfReader()
+    root, file = reading.parse_file(path.absolute())
     return _scene(reading, root, file)
 
 
@@ -66,16 +65,16 @@ def read_sdf_text(text: str, path: Path) -> Scene:
     Raises:
         InvalidDescriptionError: As of `read_sdf`.
     """
-    reading = Reading()
+    reading = SdfReader()
     root, file = parse_sdf(path, text.encode(errors="surrogatepass"), reading.remarks)
     return _scene(reading, root, file)
 
 
 # Any, here and below: elements of lxml, whose class has no types.
-def _scene(reading: Reading, root: Any, file: SdfFile) -> Scene:
+def _scene(reading: SdfReader, root: Any, file: SdfFile) -> Scene:
     world = root.find("world")
     if world is None:
-        file.account(root, tags.ROOT)
+        file.check_tags(root, tags.ROOT)
         models: list[SceneModel] = []
         for element in root.findall("model"):
             model = reading.model(file, element)
@@ -95,10 +94,10 @@ def _scene(reading: Reading, root: Any, file: SdfFile) -> Scene:
             tuple(reading.files),
             is_model=len(models) == 1,
         )
-    file.account(root, tags.ROOT)
+    file.check_tags(root, tags.ROOT)
     for other in root.findall("world")[1:]:
         file.leave_out(other, "is left out: of several worlds the first is taken")
-    file.account(world, tags.WORLD)
+    file.check_tags(world, tags.WORLD)
     for joint in world.findall("joint"):
         file.leave_out(joint, "is left out: joints are within models")
     for plugin in world.findall("plugin"):
@@ -107,12 +106,12 @@ def _scene(reading: Reading, root: Any, file: SdfFile) -> Scene:
             file.leave_out(plugin, f"({filename}) is left out")
             continue
         for setting in plugin:
-            file.remarks.add_own(file.path, setting.sourceline or 0, plain(setting.tag))
+            file.remarks.add_own(file.path, setting.sourceline or 0, local_name(setting.tag))
     frames, suns = SdfFrames(file), list[SceneLight]()
     models = _models(reading, file, world, suns, frames)
     lights = _lights(file, world, frames)
     poses = [
-        ScenePose(name, frames.find(name, element))
+        ScenePose(name, frames.pose_of(name, element))
         for element in world.findall("frame")
         if (name := element.get("name") or "")
     ]
@@ -155,7 +154,7 @@ def _is_zero(text: str) -> bool:
 
 
 def _models(
-    reading: Reading, file: SdfFile, world: Any, suns: list[SceneLight], frames: SdfFrames
+    reading: SdfReader, file: SdfFile, world: Any, suns: list[SceneLight], frames: SdfFrames
 ) -> list[SceneModel]:
     """The models of a world, each in its place and with a name of its own.
 
@@ -167,7 +166,7 @@ def _models(
         frames: Takes the frames of the world.
     """
     for element in world.findall("frame"):
-        frames.put(element.get("name") or "", element, element.get("attached_to") or MODEL)
+        frames.add(element.get("name") or "", element, element.get("attached_to") or MODEL)
     found: dict[str, tuple[SceneModel, Any]] = {}
     for element in world:
         model = None
@@ -182,8 +181,8 @@ def _models(
         if model is not None:
             model = replace(model, name=_free_name(model.name or "model", found))
             found[model.name] = model, element
-            frames.put_model(model, element, f"{model.name}::")
-    return [replace(model, pose=frames.find(model.name, e)) for model, e in found.values()]
+            frames.add_model(model, element, f"{model.name}::")
+    return [replace(model, pose=frames.pose_of(model.name, e)) for model, e in found.values()]
 
 
 def _free_name(wanted: str, taken: Container[str]) -> str:
@@ -225,7 +224,7 @@ def _with_states(file: SdfFile, world: Any, models: list[SceneModel]) -> list[Sc
 def _lights(file: SdfFile, holder: Any, frames: SdfFrames) -> list[SceneLight]:
     found = []
     for element in holder.findall("light"):
-        file.account(element, tags.LIGHT)
+        file.check_tags(element, tags.LIGHT)
         if (kind := element.get("type") or "point") not in _LIGHTS:
             file.leave_out(element, f"of the type {kind} is taken for a point")
         if file.flag(element, "light_on", default=True):
@@ -241,7 +240,7 @@ def _light(file: SdfFile, element: Any, frames: SdfFrames) -> SceneLight:
     )
     return SceneLight(
         _LIGHTS.get(element.get("type") or "", "point"),
-        frames.find(relative_to(pose), element) @ file.pose(pose),
+        frames.pose_of(relative_to(pose), element) @ file.pose(pose),
         file.vector(element, "direction", (0.0, 0.0, -1.0)),
         _shine(file, element, "diffuse", "1 1 1 1"),
         min(max(file.number(element, "spot/outer_angle", 1.6) / 2.0, 0.0), math.pi / 2.0),

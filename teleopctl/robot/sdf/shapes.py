@@ -6,14 +6,14 @@ import math
 from typing import Any
 
 from teleopctl.errors import InvalidDescriptionError, NotFoundError
-from teleopctl.robot.gazebo_colours import gazebo_colour
-from teleopctl.robot.meshes.export import unit_cone
+from teleopctl.robot.gazebo_tag import gazebo_colour
+from teleopctl.robot.meshes import unit_cone_stl
 from teleopctl.robot.scene.scene import Rgba, SceneInertial, SceneShape, ShapeKind, Vector3
 from teleopctl.robot.scene.surface import Across, Surface, expressed_in, read_surface
 from teleopctl.robot.sdf.includes import find_file
 from teleopctl.robot.sdf.reading import SdfFile
 from teleopctl.robot.tags import sdf as tags
-from teleopctl.robot.urdf_text import towards
+from teleopctl.robot.urdf_text import rotation_from_z
 from teleopctl.tf import Transform, rotate
 
 # What Gazebo draws where nobody has said a colour.
@@ -35,13 +35,13 @@ def read_shape(file: SdfFile, element: Any, pose: Transform) -> SceneShape | Non
         InvalidDescriptionError: A number in it is none, or has no sense.
     """
     touches = element.tag == "collision"
-    file.account(element, tags.COLLISION if touches else tags.VISUAL)
+    file.check_tags(element, tags.COLLISION if touches else tags.VISUAL)
     geometry = element.find("geometry")
     solid = None if geometry is None else next(iter(geometry), None)
     if solid is None:
         file.leave_out(element, "is left out: it has no shape")
         return None
-    file.account(geometry, tags.GEOMETRY)
+    file.check_tags(geometry, tags.GEOMETRY)
     for other in list(geometry)[1:]:
         file.leave_out(other, "is left out: of several shapes the first is taken")
     if solid.tag == "empty":
@@ -147,11 +147,11 @@ def _geometry(file: SdfFile, solid: Any) -> _Found | None:
             if sizes is None:
                 return None
             radius, length, _ = sizes
-            return "mesh", (radius, radius, length), unit_cone(), Transform()
+            return "mesh", (radius, radius, length), unit_cone_stl(), Transform()
         case "plane":
             edges = solid.find("size")
             width, depth = (0.0, 0.0) if edges is None else file.numbers(edges, 2)
-            turn = towards(file.vector(solid, "normal", (0.0, 0.0, 1.0)))
+            turn = rotation_from_z(file.vector(solid, "normal", (0.0, 0.0, 1.0)))
             return "plane", (max(width, 0.0), max(depth, 0.0), 0.0), None, turn
         case "mesh":
             return _mesh(file, solid)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from functools import cache
 
-from teleopctl.robot.sensors.lens_tag import WIDE_ANGLE_TYPES
+from teleopctl.robot.sensor_tag import WIDE_ANGLE_TYPES
 from teleopctl.robot.tags.sdf import SURFACE
 from teleopctl.robot.tags.table import Table
 

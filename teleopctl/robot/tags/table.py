@@ -1,6 +1,6 @@
-"""Tables of tags: every tag and attribute that a format has, and its fate here.
+"""Tables of a format's tags and attributes, and whether each is supported.
 
-A table is written as lines of a mark, the path of a tag, and what may stand in that:
+A table is written as lines of a mark, the path of a tag, and its children:
 
     + surface/friction/ode: mu mu2
     - surface/friction/ode: slip1 fdir1 | friction is the same in all directions
@@ -44,14 +44,13 @@ _MOST_LINES = 5
 
 
 class TagEntry(NamedTuple):
-    """A known tag or attribute.
+    """A known tag or attribute of a `Table`.
 
     Attributes:
-        fate: What becomes of it.
-        usual: Texts that are its default; without any, zero and false are. A blank in them is
-            ``_``.
-        because: Why it has no effect; empty where that needs no words.
-        many: Whether there may be several, side by side.
+        fate: Whether it is supported.
+        usual: Texts of its default, with ``_`` for blanks; empty for zero and false.
+        because: Why it has no effect; empty for no explanation.
+        many: Whether several are allowed in one element.
     """
 
     fate: Fate
@@ -64,10 +63,10 @@ class TagFinding(NamedTuple):
     """A tag or attribute that has no effect or is unknown.
 
     Attributes:
-        element: The tag, or the one with the attribute.
-        path: Where it stands, as the table has it.
-        entry: What the table says of it; None for what nobody knows.
-        alike: What that may have been meant to be; empty for nothing.
+        element: The tag, or the tag with the attribute.
+        path: Its path in the table.
+        entry: Its entry in the table; None if unknown.
+        alike: A known name similar to an unknown one; empty for none.
     """
 
     element: etree._Element
@@ -76,35 +75,35 @@ class TagFinding(NamedTuple):
     alike: str = ""
 
     @property
-    def called(self) -> str:
+    def described(self) -> str:
         """Name of the tag or attribute, for a sentence."""
         _, at, attribute = self.path.rpartition("@")
         if at:
-            return f"'{attribute}' of <{plain(self.element.tag)}>"
+            return f"'{attribute}' of <{local_name(self.element.tag)}>"
         if self.entry is not None:
             return f"<{self.path}>"
         parent = self.element.getparent()
-        inside = "" if parent is None else f" in <{plain(parent.tag)}>"
-        return f"<{plain(self.element.tag)}>{inside}"
+        inside = "" if parent is None else f" in <{local_name(parent.tag)}>"
+        return f"<{local_name(self.element.tag)}>{inside}"
 
     @property
     def sentence(self) -> str:
         """Sentence about the finding, without its line."""
         if self.entry is not None and self.entry.fate == "works":
-            return f"Of several <{plain(self.element.tag)}> side by side the first is taken"
+            return f"Of several <{local_name(self.element.tag)}> side by side the first is taken"
         if self.entry is None:
             hint = f" (is it {self.alike}?)" if self.alike else ""
             kind = "Attribute " if "@" in self.path else ""
-            return f"{kind}{self.called} is unknown{hint}"
+            return f"{kind}{self.described} is unknown{hint}"
         because = f": {self.entry.because}" if self.entry.because else ""
-        return f"{self.called} has no effect{because}"
+        return f"{self.described} has no effect{because}"
 
 
 class Table(Mapping[str, TagEntry]):
     """The tags of a format by their paths below an element, attributes as ``path@name``.
 
     Args:
-        text: As the module says.
+        text: The table; see the module.
         everywhere: Attributes that any tag may have.
     """
 
@@ -151,17 +150,17 @@ class Table(Mapping[str, TagEntry]):
 
         Args:
             element: The element.
-            path: Where the table has it.
+            path: Path of the element in the table.
         """
         yield from self._of_attributes(element, path)
         met: set[str] = set()
         for child in element:
             if not isinstance(child.tag, str):
                 continue  # a comment
-            here = f"{path}/{plain(child.tag)}".lstrip("/")
+            here = f"{path}/{local_name(child.tag)}".lstrip("/")
             entry = self._entries.get(here)
             if entry is None:
-                yield TagFinding(child, here, None, self._alike(path, plain(child.tag)))
+                yield TagFinding(child, here, None, self._alike(path, local_name(child.tag)))
             elif here in met and not entry.many:
                 yield TagFinding(child, here, entry)
             elif entry.fate == "works":
@@ -175,10 +174,12 @@ class Table(Mapping[str, TagEntry]):
 
     def _of_attributes(self, element: etree._Element, path: str) -> Iterator[TagFinding]:
         for attribute in element.attrib:
-            here = f"{path}@{plain(attribute)}"
+            here = f"{path}@{local_name(attribute)}"
             entry = self._entries.get(here)
-            if entry is None and plain(attribute) not in self._everywhere:
-                yield TagFinding(element, here, None, self._alike(f"{path}@", plain(attribute)))
+            if entry is None and local_name(attribute) not in self._everywhere:
+                yield TagFinding(
+                    element, here, None, self._alike(f"{path}@", local_name(attribute))
+                )
             elif entry is None:
                 continue
             elif entry.fate == "no effect" and not _is_default_text(
@@ -201,35 +202,35 @@ def is_default(element: etree._Element, usual: tuple[str, ...] = ()) -> bool:
 
     Args:
         element: The tag.
-        usual: The texts that are its default; see `TagEntry`.
+        usual: Texts of its default; see `TagEntry`.
     """
     children = [child for child in element if isinstance(child.tag, str)]
     if not children:
-        return _is_default_text(value_of(element), usual)
+        return _is_default_text(tag_value(element), usual)
     return all(
-        is_default(child) and value_of(child).lower() != "false"
+        is_default(child) and tag_value(child).lower() != "false"
         for child in children
         if child.tag != "type"
     )
 
 
-def value_of(tag: etree._Element) -> str:
+def tag_value(tag: etree._Element) -> str:
     """Return the text of a tag, or else its attribute ``value``, with single blanks."""
     return " ".join((tag.text or tag.get("value") or "").split())
 
 
-def gazebos_own(tags: Mapping[str, list[int]]) -> str:
-    """Return a sentence about all tags that concern only Gazebo's window, drawing or solver.
+def gazebo_only_text(tags: Mapping[str, list[int]]) -> str:
+    """Return one sentence about tags that only Gazebo's window, drawing or solver uses.
 
     Args:
-        tags: Their lines.
+        tags: Lines of each tag.
     """
-    listed = ", ".join(f"<{tag}> (line {in_words(lines, 1)})" for tag, lines in tags.items())
+    listed = ", ".join(f"<{tag}> (line {lines_text(lines, 1)})" for tag, lines in tags.items())
     return f"Without meaning outside of Gazebo's window, drawing and solver: {listed}"
 
 
-def in_words(lines: list[int], most: int = _MOST_LINES) -> str:
-    """Return line numbers in words, at most some of them."""
+def lines_text(lines: list[int], most: int = _MOST_LINES) -> str:
+    """Return line numbers as text, at most some of them: "3, 7 and 2 more lines"."""
     different = sorted({*lines})
     listed = ", ".join(map(str, different[:most]))
     more = len(different) - most
@@ -238,8 +239,8 @@ def in_words(lines: list[int], most: int = _MOST_LINES) -> str:
     return f"{listed} and {more} more line{'s' if more > 1 else ''}"
 
 
-def plain(name: object) -> str:
-    """Return a tag's name without its XML namespace."""
+def local_name(name: object) -> str:
+    """Return the name of a tag or attribute without its XML namespace."""
     return str(name).rpartition("}")[2]
 
 

@@ -29,9 +29,9 @@ from teleopctl.base.expression import ExpressionError, compute
 from teleopctl.base.printable import shortened
 from teleopctl.errors import InvalidDescriptionError, NotFoundError, TeleopctlError
 from teleopctl.packages import include_package_of, package_share
-from teleopctl.robot.any_robot import in_words, xacro_arguments
+from teleopctl.robot.any_robot import arguments_text, xacro_arguments
 from teleopctl.robot.xacro.python_values import BoundedPython
-from teleopctl.robot.xacro.source_lines import Places, noting_lines, places_in
+from teleopctl.robot.xacro.source_lines import Places, line_places, recorded_lines
 
 SAFE = "TELEOPCTL_SAFE"
 """The variable that makes every process read descriptions in safe mode."""
@@ -124,13 +124,13 @@ def read_xacro(
         contextlib.redirect_stderr(printed),
         contextlib.redirect_stdout(printed),
         bounded_xacro(safe=safe) as xacro,
-        noting_lines(xacro) if places else contextlib.nullcontext() as notes,
+        recorded_lines(xacro) if places else contextlib.nullcontext() as notes,
     ):
         # xacro notes what it includes, and never forgets.
         xacro.all_includes.clear()
         try:
             document = xacro.process_file(str(path), mappings=arguments, verbosity=0)
-            written = None if notes is None else notes.take_out(document)
+            written = None if notes is None else notes.remove(document)
             text: str = document.toprettyxml(indent="  ")
             included = dict.fromkeys(Path(name).absolute() for name in xacro.all_includes)
         except ExpatError as error:
@@ -146,7 +146,7 @@ def read_xacro(
     for line in printed.getvalue().splitlines():
         _log.warning("%s: %s", path, line)
     files = (Path(path).absolute(), *included)
-    return ExpandedXacro(text, files, places_in(text, written) if written else {})
+    return ExpandedXacro(text, files, line_places(text, written) if written else {})
 
 
 def over_budget(path: Path, error: Exception) -> TeleopctlError | None:
@@ -345,7 +345,7 @@ def _expansion_error(xacro: ModuleType, path: Path, error: Exception) -> Teleopc
     elif isinstance(cause, Exception) and reason.startswith("<class "):
         reason = f"{type(cause).__name__}: {cause}"
     elif _MISSING_ARGUMENT in reason and (known := xacro_arguments(_files_so_far(xacro, path))):
-        hint = f"It takes {in_words(known)}; give them as name:=value"
+        hint = f"It takes {arguments_text(known)}; give them as name:=value"
     expression = _EXPRESSION.search(reason)
     place = _place(xacro, path, expression.group("expression") if expression else None)
     reason = " ".join(reason.split()) or type(error).__name__

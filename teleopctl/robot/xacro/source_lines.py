@@ -23,12 +23,12 @@ _NOTE = "teleopctl-place"
 _LINES = re.compile(r"\bline (\d+(?:, \d+)*)")
 
 
-def in_files(sentence: str, places: Places) -> str:
+def with_source_places(sentence: str, places: Places) -> str:
     """Return a sentence with line numbers of the expanded text replaced by source places.
 
     Args:
-        sentence: With ``line 3`` or ``line 3, 5``.
-        places: Those of the text.
+        sentence: A sentence with "line 3" or "line 3, 5".
+        places: File and line of each line of the expanded text.
     """
 
     def written(match: re.Match[str]) -> str:
@@ -42,34 +42,34 @@ def in_files(sentence: str, places: Places) -> str:
 
 
 def _shown(path: Path) -> str:
-    """A file as seen from the current folder, if it is below that."""
+    """Return a path relative to the current folder, if it is below that."""
     here = Path.cwd()
     return os.path.relpath(path, here) if path.is_relative_to(here) else str(path)
 
 
-class NotedLines:
-    """Source places of the elements that xacro reads.
+class SourceLines:
+    """Recorder of the file and line of each element that xacro reads.
 
     Attributes:
-        files: By what the notes call them.
+        files: The files, whose index is recorded in the elements.
     """
 
     def __init__(self) -> None:
         self.files: list[Path] = []
 
     # Any: documents of minidom, which xacro works on.
-    def note(self, document: Any, path: Path) -> None:
+    def record(self, document: Any, path: Path) -> None:
         """Record the source place in each element of a document.
 
         Args:
-            document: What xacro has read.
+            document: Document that xacro has parsed.
             path: The file.
         """
         parser = etree.XMLParser(resolve_entities=False, remove_comments=True, remove_pis=True)
         try:
             lines = [element.sourceline for element in etree.parse(path, parser).iter("*")]
         except (OSError, etree.XMLSyntaxError):
-            return  # who reads it says so
+            return  # xacro reports it
         self.files.append(path)
         for element, line in zip(document.getElementsByTagName("*"), lines, strict=False):
             # What is xacro's own is gone afterwards, and refuses what it does not know.
@@ -77,8 +77,8 @@ class NotedLines:
                 element.setAttribute(_NOTE, f"{len(self.files) - 1}:{line}")
 
     # Any: likewise.
-    def take_out(self, document: Any) -> list[tuple[Path, int] | None]:
-        """Remove the recorded places from a document, and return them by element."""
+    def remove(self, document: Any) -> list[tuple[Path, int] | None]:
+        """Remove the recorded places from a document; return one per element, in document order."""
         found: list[tuple[Path, int] | None] = []
         for element in document.getElementsByTagName("*"):
             file, _, line = element.getAttribute(_NOTE).partition(":")
@@ -89,15 +89,15 @@ class NotedLines:
 
 
 @contextlib.contextmanager
-def noting_lines(xacro: ModuleType) -> Iterator[NotedLines]:
-    """Record the source lines of the elements that xacro reads, within the block."""
-    notes, parse = NotedLines(), vars(xacro)["parse"]
+def recorded_lines(xacro: ModuleType) -> Iterator[SourceLines]:
+    """Context in which xacro records the source line of each element that it reads."""
+    notes, parse = SourceLines(), vars(xacro)["parse"]
 
     # Any: xacro's own.
     def noting(source: Any, filename: str | None = None) -> Any:
         document = parse(source, filename)
         if source is None and filename is not None:
-            notes.note(document, Path(filename).absolute())
+            notes.record(document, Path(filename).absolute())
         return document
 
     vars(xacro).update(parse=noting)
@@ -107,12 +107,12 @@ def noting_lines(xacro: ModuleType) -> Iterator[NotedLines]:
         vars(xacro).update(parse=parse)
 
 
-def places_in(text: str, written: list[tuple[Path, int] | None]) -> dict[int, tuple[Path, int]]:
-    """Map each line of an expanded text to the file and line it was written in.
+def line_places(text: str, written: list[tuple[Path, int] | None]) -> dict[int, tuple[Path, int]]:
+    """Return the source file and line of each line of an expanded text that starts an element.
 
     Args:
-        text: XML.
-        written: The place of each element in it, in the order of the text.
+        text: The expanded XML.
+        written: Source place of each of its elements, in document order; see `SourceLines.remove`.
     """
     parser = etree.XMLParser(
         encoding="utf-8", resolve_entities=False, remove_comments=True, remove_pis=True

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from teleopctl.errors import NotFoundError, RefusedError, UnavailableError
-from teleopctl.mujoco_model import Coming, in_world, without_things
+from teleopctl.mujoco_model import NewObject, with_world, without_objects
 from teleopctl.node import Future
 from teleopctl.sim.entities.entity import entities, find
 from teleopctl.sim.entities.spawning import SpawnQueue
@@ -118,7 +118,7 @@ class RunningSimulation:
         *,
         own_pose: bool = False,
         judge: Callable[[tuple[str, ...]], None] = lambda _: None,
-    ) -> Future[Coming]:
+    ) -> Future[NewObject]:
         """Add an entity to the world; the returned future is done when the entity is there.
 
         Args:
@@ -135,8 +135,8 @@ class RunningSimulation:
             simulate it.
         """
 
-        def read() -> Coming:
-            coming = Coming(world, name, place, turn, own_pose=own_pose)
+        def read() -> NewObject:
+            coming = NewObject(world, name, place, turn, own_pose=own_pose)
             judge(coming.warnings)
             return coming
 
@@ -155,7 +155,7 @@ class RunningSimulation:
                 raise RefusedError(
                     f"'{name}' is the robot of this simulator: it stays as long as that runs"
                 )
-            self._take(without_things(self.simulation.model, parts or [name]))
+            self._take(without_objects(self.simulation.model, parts or [name]))
 
     def delete_spawned(self) -> None:
         """Remove all entities that were spawned since the world was loaded."""
@@ -166,7 +166,7 @@ class RunningSimulation:
             if left == {thing.name for thing in self._start.things}:
                 self._take_start()
             elif spawned:
-                self._take(without_things(model, spawned))
+                self._take(without_objects(model, spawned))
 
     def _take_start(self) -> None:
         """Go on with what was there at the start; for hundreds of things no work of MuJoCo's."""
@@ -193,7 +193,7 @@ class RunningSimulation:
             InvalidDescriptionError: MuJoCo cannot simulate it.
         """
         with self._spawning.changing:
-            model = in_world(self.simulation.model, world)
+            model = with_world(self.simulation.model, world)
             judge(model.warnings)
             self.pause()
             self._take(model, self._begin_world)

@@ -29,7 +29,7 @@ from teleopctl.sim.entities.service_base import (
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from teleopctl.mujoco_model import Coming
+    from teleopctl.mujoco_model import NewObject
     from teleopctl.sim.entities.running_simulation import RunningSimulation
 
 _Answer = get_service("simulation_interfaces/srv/SpawnEntity").Response
@@ -170,7 +170,7 @@ def meshes_left_out(warnings: Sequence[str]) -> list[str]:
     return [warning for warning in warnings if re.search(r"Mesh '.*' is left out: ", warning)]
 
 
-def _told_of_parts(thing: Coming) -> Iterator[str]:
+def _told_of_parts(thing: NewObject) -> Iterator[str]:
     """What to know of a name that is none of an entity."""
     if thing.names != (thing.name,):
         yield (

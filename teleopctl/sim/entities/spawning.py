@@ -12,7 +12,7 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 from teleopctl.errors import InvalidDescriptionError
-from teleopctl.mujoco_model import Coming, with_things
+from teleopctl.mujoco_model import NewObject, with_objects
 from teleopctl.node import Future
 
 if TYPE_CHECKING:
@@ -23,8 +23,8 @@ class _Waiting(NamedTuple):
     """One that waits, how it is read, and what takes it when it is in."""
 
     name: str
-    read: Callable[[], Coming]
-    done: Future[Coming]
+    read: Callable[[], NewObject]
+    done: Future[NewObject]
 
 
 class SpawnQueue:
@@ -47,7 +47,7 @@ class SpawnQueue:
         self._waiting: list[_Waiting] = []
         self._at_work: list[_Waiting] = []
 
-    def add(self, name: str, read: Callable[[], Coming]) -> Future[Coming]:
+    def add(self, name: str, read: Callable[[], NewObject]) -> Future[NewObject]:
         """Queue an entity; the returned future is done when the entity is in the simulation.
 
         Args:
@@ -58,7 +58,7 @@ class SpawnQueue:
             What takes it when it is there, or why it is not: what ``read`` has raised, an
             InvalidDescriptionError of MuJoCo's, or an UnavailableError of the simulation's.
         """
-        done: Future[Coming] = Future()
+        done: Future[NewObject] = Future()
         with self._lock:
             begins = not self._waiting and not self._at_work
             self._waiting.append(_Waiting(name, read, done))
@@ -81,7 +81,7 @@ class SpawnQueue:
                 self._put_in(self._at_work)
 
     def _put_in(self, waiting: Sequence[_Waiting]) -> None:
-        coming: list[tuple[_Waiting, Coming]] = []
+        coming: list[tuple[_Waiting, NewObject]] = []
         for each in waiting:
             try:
                 coming.append((each, each.read()))
@@ -90,7 +90,7 @@ class SpawnQueue:
         if not coming:
             return
         try:
-            self._take(with_things(self._present(), [thing for _, thing in coming]))
+            self._take(with_objects(self._present(), [thing for _, thing in coming]))
         except Exception as error:  # noqa: BLE001 - likewise
             if isinstance(error, InvalidDescriptionError) and len(coming) > 1:
                 # One of them is to blame.

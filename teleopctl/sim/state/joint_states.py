@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from teleopctl.mujoco_model import drive_name, lifting_efforts
+from teleopctl.mujoco_model import drive_name, gravity_efforts
 from teleopctl.sim.mjcf import BallJoints
 
 if TYPE_CHECKING:
@@ -77,7 +77,7 @@ class JointStates:
             self._correct_efforts()
         if self._weightless:
             # MuJoCo lifts what has no weight by a force, and counts that as the joints' own.
-            lifting = lifting_efforts(self._m, self._d, self._lifted)
+            lifting = gravity_efforts(self._m, self._d, self._lifted)
             lifting[self._m.jnt_actgravcomp[self._m.dof_jntid] == 0] = 0.0
             self.efforts -= lifting[self._dofs]
         if self._balls:

@@ -1,10 +1,10 @@
-"""What a display is: something of the graph, drawn in the picture while it is enabled.
+"""Base class of displays, and the interface of the viewer's node that they use.
 
-A display has the properties that RViz's has, listens only while it is drawn for somebody, and says
-how it fares: one status with its cause, in the place of a flood of log lines.
+A display has the properties of RViz's. It is subscribed only while it is enabled and a browser
+shows the page. Its faults appear as one status in the list of displays, not as many log lines.
 
-All methods are called on the node's thread, so a display needs no locks. What takes long, such as
-reading files, is given to `Stage.work` in another thread.
+All methods are called on the node's thread, so a display needs no locks. Long tasks, such as
+reading files, are passed to `Stage.run_in_background` in another thread.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ ERROR = "error"
 
 
 class Stage(Protocol):
-    """The parts of the viewer's node that displays use."""
+    """Interface of the viewer's node for displays: scene, tf frames, subscriptions, threads."""
 
     @property
     def node(self) -> Node:
@@ -48,7 +48,7 @@ class Stage(Protocol):
 
     @property
     def frames(self) -> SceneFrames:
-        """The tf frames and their poses."""
+        """The tf frames in the scene, with their poses in the fixed frame."""
 
     @property
     def robot_folder(self) -> Path | None:
@@ -57,10 +57,10 @@ class Stage(Protocol):
     def camera(self) -> Transform | None:
         """Return the camera's pose in the fixed frame (x ahead, y left, z up), or None.
 
-        Of several people it is the one who has turned the view last; None while nobody has looked.
+        Of several browsers, the camera that was moved last; None before any has connected.
         """
 
-    def on(self, function: Callable[..., object]) -> Callable[..., None]:
+    def on_node_thread(self, function: Callable[..., object]) -> Callable[..., None]:
         """Wrap a function for viser's callbacks, so that it runs on the node's thread."""
 
     def subscribe(
@@ -68,43 +68,43 @@ class Stage(Protocol):
     ) -> Callable[[], None]:
         """Subscribe to a topic; return a function that ends the subscription."""
 
-    def knows(self, type_name: str) -> bool:
-        """Return whether a message type is known on this machine.
+    def knows_type(self, type_name: str) -> bool:
+        """Return whether the definition of a message type is installed or has been received.
 
-        One that is not is learned from a node that uses it, if there is one; until then nothing
-        is received.
+        The definition of another type is requested from a node that uses it; until it is
+        received, so are no messages.
         """
 
-    def work(self, task: Callable[[], Any], then: Callable[[Any], object]) -> None:
-        """Run a long task in another thread, and pass its result to ``then``.
+    def run_in_background(self, task: Callable[[], Any], then: Callable[[Any], object]) -> None:
+        """Run a task in another thread; then call ``then`` with its result, on the node's thread.
 
-        ``then`` is called on the node's thread. An exception of the task is its result.
+        An exception that the task raises is passed as its result.
         """
 
 
 class Display:
-    """Base of displays.
+    """Base class of displays: drawings of one topic, or of tf, in the 3D view.
 
     Attributes:
         rviz_class: The class's name in ``.rviz`` files, without its package.
-        message_type: What it listens to; empty for one that is not about one topic.
-        other_types: What it shows besides.
-        properties: What can be set, besides name, topic and whether it is enabled.
-        topic_key: Under which property a file names its topic.
-        parts_title: What its `parts` are called; empty for a display without any.
-        latched: Whether the last message counts for those who come late, however the file asks.
-        name: What the user calls it.
-        topic: Where it listens; empty while nothing has been chosen.
-        status: How it fares: `OK`, `WARN` or `ERROR`, and a sentence.
-        root: The name in the scene below which it draws.
-        messages: How many messages it has taken.
-        in_shown_group: Whether the groups that it is in, in a file, are shown.
+        message_type: Type of its topic; empty for a display without a topic.
+        other_types: Further types that its topic may have.
+        properties: Its properties, besides name, topic and whether it is enabled.
+        topic_key: Name of the property that holds the topic in an ``.rviz`` file.
+        parts_title: Title of the list of its `parts`; empty for a display without any.
+        latched: Whether to request the last message of latched publishers, whatever the file says.
+        name: Its name in the list of displays.
+        topic: The topic to subscribe to; empty while none is chosen.
+        status: Its level, `OK`, `WARN` or `ERROR`, and a sentence.
+        root: Path in the scene below which it draws.
+        messages: Number of messages that it has received since the last reset.
+        in_shown_group: Whether all groups of the ``.rviz`` file that it is in are enabled.
 
     Args:
-        stage: What it works with.
-        name: Its name.
-        root: The name in the scene below which it draws; nobody else draws there.
-        given: What a file says of it.
+        stage: The viewer's node.
+        name: Its name in the list of displays.
+        root: Path in the scene below which it alone draws.
+        given: Its mapping in an ``.rviz`` file, which is changed when a property is set.
     """
 
     rviz_class: ClassVar[str]
@@ -122,7 +122,7 @@ class Display:
         self.name = name
         self.root = root
         self.values = Properties(self.properties, given)
-        self.topic = _topic_in(self.values.given)
+        self.topic = _topic_of(self.values.given)
         self.status = (OK, "")
         self.messages = 0
         self._end: Callable[[], None] | None = None
@@ -155,14 +155,16 @@ class Display:
         if not self._drawn:
             return
         self._drawn = False
-        self._hush()
+        self._unsubscribe()
         self.stopped()
 
-    def follow(self, *, jumped_back: bool) -> None:
-        """Update the display for the next picture.
+    def update(self, *, jumped_back: bool) -> None:
+        """Call `tick`, and `time_jumped_back` before it where time has gone back, if drawn.
+
+        Called by the viewer for each picture.
 
         Args:
-            jumped_back: Whether time is earlier than at the last one.
+            jumped_back: Whether the node's time is earlier than at the last call.
         """
         if not self._drawn:
             return
@@ -170,8 +172,8 @@ class Display:
             self._guarded(self.time_jumped_back)
         self._guarded(self.tick)
 
-    def listen_to(self, topic: str) -> None:
-        """Set the topic."""
+    def set_topic(self, topic: str) -> None:
+        """Set the topic, in the file's mapping too, and subscribe to it if the display is drawn."""
         self.topic = topic
         place = self.values.given.get(self.topic_key)
         if isinstance(place, dict):
@@ -185,43 +187,43 @@ class Display:
         self.messages = 0
         self.status = (OK, "")
         if self._drawn:
-            self._hush()
+            self._unsubscribe()
             self.stopped()
             self._start()
 
     def set(self, name: str, value: Any) -> None:
-        """Set a property and redraw."""
+        """Set a property in the file's mapping, and call `changed` if the display is drawn."""
         self.values.set(name, value)
         if self._drawn:
             self._guarded(lambda: self.changed(name))
 
-    # --- what a kind of display defines -------------------------------------------------------
+    # --- overridden by displays ---------------------------------------------------------------
 
     def _prepare(self) -> None:
-        """Make what the display keeps besides; called once, at the end of the constructor."""
+        """Initialise further attributes; called once, at the end of the constructor."""
 
     def started(self) -> None:
-        """Draw what needs no message."""
+        """Draw what needs no message; called before the display subscribes. Override."""
 
     def stopped(self) -> None:
-        """Remove everything from the scene."""
+        """Remove everything from the scene; called after the display has unsubscribed. Override."""
 
     def received(self, message: Any) -> None:
-        """Handle a message."""
+        """Handle a message of the topic. Override."""
 
-    def changed(self, name: str) -> None:  # noqa: ARG002 -- for those who ask which one
+    def changed(self, name: str) -> None:  # noqa: ARG002 -- for overrides
         """Redraw after a property was set; by default by stopping and starting the display."""
         self.stopped()
         self.started()
 
     def tick(self) -> None:
-        """Update poses; called once per picture while a browser shows the page."""
+        """Update poses and status; called 30 times a second while the display is drawn."""
 
     def time_jumped_back(self) -> None:
         """Drop messages with stamps in the future, after time has jumped back.
 
-        A latched message may have come before the clock went back, and will not come again: it is
-        asked for once more.
+        A latched message may have come before the jump and is not repeated: the display subscribes
+        anew.
         """
         if self._end is not None and self.qos().durability == DurabilityPolicy.TRANSIENT_LOCAL:
             self.reset()
@@ -230,19 +232,19 @@ class Display:
             self.started()
 
     def parts(self) -> dict[str, bool]:
-        """Return the parts that can be shown one by one, by name, with their visibility."""
+        """Return the visibility of each part that can be hidden separately, such as a namespace."""
         return {}
 
     def parts_text(self) -> str:
-        """Return Markdown shown beside the parts; empty for none."""
+        """Return Markdown to show below the list of parts; empty for none."""
         return ""
 
     def show_part(self, name: str, *, shown: bool) -> None:
         """Show or hide one of the `parts`."""
 
-    # --- what it uses -------------------------------------------------------------------------
+    # --- for subclasses -----------------------------------------------------------------------
 
-    def type_of_topic(self) -> str:
+    def subscription_type(self) -> str:
         """Return the type to subscribe to: that of the topic, if the display supports it."""
         known = (self.message_type, *self.other_types)
         if self.other_types:
@@ -253,64 +255,66 @@ class Display:
         return known[0]
 
     def qos(self) -> QoSProfile:
-        """Return the QoS of the subscription: the file's, as far as publishers offer it."""
-        from teleopctl.viewer.displays.topic_qos import topic_qos
+        """Return the QoS to subscribe with: the ``.rviz`` file's, as far as publishers offer it."""
+        from teleopctl.viewer.subscriptions import topic_qos
 
         return topic_qos(self.stage.node, self.topic, self.values.given, latched=self.latched)
 
-    def say(self, level: str, text: str = "") -> None:
-        """Set the display's status."""
+    def set_status(self, level: str, text: str = "") -> None:
+        """Set the status in the list of displays: `OK`, `WARN` or `ERROR`, and a sentence."""
         self.status = (level, text)
 
     def _start(self) -> None:
         def start() -> None:
             self.started()
-            self._listen()
+            self._subscribe()
 
-        # The topic of a file may have a name that no topic can have.
+        # The topic in a file may be no valid name.
         self._guarded(start)
 
-    def _listen(self) -> None:
+    def _subscribe(self) -> None:
         if self.topic and self.message_type:
-            kind = self.type_of_topic()
-            if not self.stage.knows(kind):
-                self.say(WARN, f"{kind} is not known here; a node that publishes it is asked")
-            self._end = self.stage.subscribe(self.topic, kind, self._take, self.qos())
+            kind = self.subscription_type()
+            if not self.stage.knows_type(kind):
+                self.set_status(
+                    WARN, f"{kind} is not known; requesting it from a node that uses it"
+                )
+            self._end = self.stage.subscribe(self.topic, kind, self._receive, self.qos())
 
-    def _hush(self) -> None:
+    def _unsubscribe(self) -> None:
         if self._end is not None:
             self._end()
             self._end = None
 
-    def _take(self, message: Any) -> None:
+    def _receive(self, message: Any) -> None:
         if not self._drawn:
             return
         self.messages += 1
-        self.say(OK)
+        self.set_status(OK)
         self._guarded(lambda: self.received(message))
 
-    def _guarded(self, what: Callable[[], object]) -> None:
-        """Do something that a strange message may spoil, which must not end the page."""
+    def _guarded(self, function: Callable[[], object]) -> None:
+        """Call a function, and report its exception as the display's status: the page goes on."""
         try:
-            what()
+            function()
         except TeleopctlError as error:
-            # Of several lines, of which the last may point at a place in another.
-            self._complain(" ".join(error.message.split()).removesuffix(" ^"))
-        except Exception as error:  # noqa: BLE001 -- whatever it is, the others are still drawn
-            self._complain(f"{type(error).__name__}: {error}")
+            # Messages of several lines may end with a mark below a column of the line above.
+            self._report_fault(" ".join(error.message.split()).removesuffix(" ^"))
+        except Exception as error:  # noqa: BLE001 -- other displays must still be drawn
+            self._report_fault(f"{type(error).__name__}: {error}")
 
-    def _complain(self, why: str) -> None:
-        """Say what is wrong; in the log once, until it is something else."""
-        self.say(ERROR, why)
-        if why != self._logged:
-            self._logged = why
+    def _report_fault(self, reason: str) -> None:
+        """Set the status to a fault, and log it unless it is the one logged last."""
+        self.set_status(ERROR, reason)
+        if reason != self._logged:
+            self._logged = reason
             self.stage.node.get_logger().warning(
-                f"Display '{self.name}' cannot be drawn: {why}", throttle_duration_sec=10.0
+                f"Display '{self.name}' cannot be drawn: {reason}", throttle_duration_sec=10.0
             )
 
 
-def _topic_in(given: dict[str, Any]) -> str:
-    """The topic that a file names, in the ways of ROS 2's and ROS 1's RViz."""
+def _topic_of(given: dict[str, Any]) -> str:
+    """Return the topic in an ``.rviz`` file's mapping, of RViz for ROS 2 or ROS 1."""
     for key in ("Topic", "Marker Topic", "Image Topic", "Description Topic"):
         value = given.get(key)
         if isinstance(value, dict):

@@ -1,7 +1,7 @@
-"""The properties of a display, as an ``.rviz`` file has them.
+"""Properties of displays, read from and written to the mappings of an ``.rviz`` file.
 
-What a file says is kept whole: a display reads from it what it knows, and whoever saves the view
-writes everything back, also what nobody here understands.
+The file's mapping is kept whole: a display reads the properties that it knows, and unknown ones are
+written back when the view is saved.
 """
 
 from __future__ import annotations
@@ -19,16 +19,16 @@ Value = bool | int | float | str | Color
 
 @dataclass(frozen=True, slots=True)
 class Property:
-    """A property of a display, as it stands in ``.rviz`` files.
+    """Definition of a display's property: its name in ``.rviz`` files, default and range.
 
     Attributes:
         name: Its name in an ``.rviz`` file; parts below others are joined by ``/``.
         default: Its value where the file has none. A tuple is a colour.
-        choices: What it may be, for a text that is one of few.
-        low: The least that a number may be.
-        high: The most.
-        hint: One sentence for whoever sets it.
-        is_frame: Whether a text is the name of a frame, to be chosen from those that there are.
+        choices: Allowed values of a text; empty for any.
+        low: Smallest allowed number.
+        high: Largest allowed number.
+        hint: Tooltip.
+        is_frame: Whether the value is a tf frame, to be chosen from the known ones.
     """
 
     name: str
@@ -41,11 +41,11 @@ class Property:
 
 
 class Properties:
-    """Property values of one display.
+    """Values of one display's properties, stored in its mapping of an ``.rviz`` file.
 
     Args:
-        known: What the display understands.
-        given: What a file says, which is changed in place when a property is set.
+        known: Definitions of the properties.
+        given: The mapping, which is changed in place when a property is set.
     """
 
     # Any stands for what YAML holds.
@@ -54,30 +54,30 @@ class Properties:
         self.given: dict[str, Any] = {} if given is None else given
 
     def __getitem__(self, name: str) -> Value:
-        return read(self.known[name], self.given)
+        return read_property(self.known[name], self.given)
 
     def number(self, name: str) -> float:
-        """Return a numeric property."""
+        """Return the value of a property that is a number."""
         value = self[name]
         assert isinstance(value, int | float)
         return float(value)
 
     def flag(self, name: str) -> bool:
-        """Return a boolean property."""
+        """Return the value of a property that is a bool."""
         return bool(self[name])
 
     def text(self, name: str) -> str:
-        """Return a text property."""
+        """Return the value of a property that is a text."""
         return str(self[name])
 
     def color(self, name: str) -> Color:
-        """Return a colour property."""
+        """Return the value of a property that is a colour: red, green, blue from 0 to 255."""
         value = self[name]
         assert isinstance(value, tuple)
         return value
 
     def set(self, name: str, value: Value) -> None:
-        """Set a property."""
+        """Write a property's value into the file's mapping."""
         *groups, last = name.split("/")
         place = self.given
         for group in groups:
@@ -95,8 +95,8 @@ class Properties:
 
 
 # Any: what YAML holds.
-def read(known: Property, given: Mapping[str, Any]) -> Value:
-    """Read a property from a file's mapping; return the default for what cannot be read."""
+def read_property(known: Property, given: Mapping[str, Any]) -> Value:
+    """Return a property's value in a file's mapping, within its range; else the default."""
     value: Any = given
     for part in known.name.split("/"):
         value = value.get(part) if isinstance(value, Mapping) else None

@@ -1,42 +1,165 @@
-"""``RobotModelDisplay``: the links of a robot description, standing on their frames."""
+"""RViz's ``RobotModel``: the links of a robot description, drawn below their tf frames."""
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, ClassVar
 
 from teleopctl.errors import TeleopctlError
-from teleopctl.robot import Geometry, Material, Pose, RobotDescription, read_model
+from teleopctl.robot import Geometry, Material, Mesh, Pose, RobotDescription, read_model
 from teleopctl.viewer.displays.base import ERROR, OK, WARN, Display
 from teleopctl.viewer.displays.properties import Property
-from teleopctl.viewer.displays.robot_parts import Parts, load_parts
-from teleopctl.viewer.scene.mesh_files import MeshFile
-from teleopctl.viewer.scene.shapes import ShapeDrawing
+from teleopctl.viewer.scene.assets import (
+    MeshFile,
+    as_glb,
+    file_stamp,
+    load_mesh,
+    load_texture,
+)
+from teleopctl.viewer.scene.gltf import Texture
+from teleopctl.viewer.scene.shapes import ShapeDrawing, is_undrawable, mesh_uris
+
+# Meshes of so many links are sent as glTF, of which viser compresses equal ones to one.
+_MANY_USES = 4
+
+
+@dataclass(frozen=True, slots=True)
+class RobotAssets:
+    """Loaded meshes and textures of a robot description.
+
+    Attributes:
+        meshes: Meshes by URI.
+        textures: The URDF's textures by URI.
+        faults: Sentences about what cannot be drawn.
+    """
+
+    meshes: dict[str, MeshFile] = field(default_factory=dict)
+    textures: dict[str, Texture] = field(default_factory=dict)
+    faults: tuple[str, ...] = ()
+
+    def __eq__(self, other: object) -> bool:
+        # Arrays have no truth of their own; the same file of the same time is the same mesh.
+        return (
+            isinstance(other, RobotAssets)
+            and self.faults == other.faults
+            and self.textures == other.textures
+            and self.meshes.keys() == other.meshes.keys()
+            and all(self.meshes[uri] is other.meshes[uri] for uri in self.meshes)
+        )
+
+    __hash__ = None  # type: ignore[assignment]
+
+
+def load_assets(
+    description: RobotDescription, known: RobotAssets, folder: Path | None = None
+) -> RobotAssets:
+    """Return a robot's meshes and textures, loading those whose files are new or changed.
+
+    Args:
+        description: The robot.
+        known: The assets that were loaded before.
+        folder: Folder of the description's file, for relative paths.
+    """
+    meshes: dict[str, MeshFile] = {}
+    textures: dict[str, Texture] = {}
+    faults = list(description.repairs)
+    shapes = shapes_of(description)
+    uses = Counter(shape.uri for shape in shapes if isinstance(shape, Mesh))
+    for uri in mesh_uris(shapes):
+        old = known.meshes.get(uri)
+        if old is not None and _is_unchanged(old):
+            meshes[uri] = old
+        else:
+            try:
+                meshes[uri] = load_mesh(uri, folder)
+            except TeleopctlError as error:
+                faults.append(error.message)
+                continue
+        if uses[uri] >= _MANY_USES:
+            meshes[uri] = as_glb(meshes[uri])
+        faults += meshes[uri].faults
+    for uri in _texture_uris(description):
+        before = known.textures.get(uri)
+        if before is not None and _is_unchanged(before):
+            textures[uri] = before
+            continue
+        try:
+            textures[uri] = load_texture(uri, folder)
+        except TeleopctlError as error:
+            faults.append(error.message)
+    if strange := _links_with_undrawable_shapes(description):
+        more = f" and {len(strange) - 1} more links" if len(strange) > 1 else ""
+        faults.append(
+            f"Shapes of link '{strange[0]}'{more} are not drawn: "
+            "their sizes must be positive, finite numbers"
+        )
+    return RobotAssets(meshes, textures, tuple(dict.fromkeys(faults)))
+
+
+def _is_unchanged(file: MeshFile | Texture) -> bool:
+    try:
+        return file.path is not None and file_stamp(file.path) == file.stamp
+    except OSError:
+        return False
+
+
+def shapes_of(description: RobotDescription) -> list[Geometry]:
+    """Return the geometry of all links of a robot, visual before collision geometry."""
+    links = description.links.values()
+    return [visual.geometry for link in links for visual in link.visuals] + [
+        collision.geometry for link in links for collision in link.collisions
+    ]
+
+
+def _links_with_undrawable_shapes(description: RobotDescription) -> list[str]:
+    return [
+        link.name
+        for link in description.links.values()
+        if any(is_undrawable(one.geometry, one.origin) for one in link.visuals)
+        or any(is_undrawable(one.geometry, one.origin) for one in link.collisions)
+    ]
+
+
+def _texture_uris(description: RobotDescription) -> list[str]:
+    found: dict[str, None] = {}
+    for link in description.links.values():
+        for visual in link.visuals:
+            if visual.material is not None and visual.material.texture is not None:
+                found[visual.material.texture] = None
+    return list(found)
+
 
 # Any stands for messages and for viser's nodes.
 
 # A collision shape is seen through, since it lies around the visual one.
 _COLLISION_ALPHA = 0.5
 # Of many faults the status names the first.
-_TOLD_FAULTS = 3
-_TICKS_PER_LOOK_AT_FRAMES = 10
+_MOST_FAULTS = 3
+_TICKS_PER_FRAME_CHECK = 10
 
 
 class RobotModelDisplay(Display):
-    """Display of the robot: visual and collision geometry of each link."""
+    """RViz's ``RobotModel``: visual and collision geometry of each link, below its tf frame."""
 
     rviz_class = "RobotModel"
     message_type = "std_msgs/msg/String"
     topic_key = "Description Topic"
     latched = True
     properties: ClassVar[tuple[Property, ...]] = (
-        Property("Description Source", "Topic", ("Topic", "File"), hint="Where the robot is from"),
+        Property(
+            "Description Source",
+            "Topic",
+            ("Topic", "File"),
+            hint="Whether the robot comes from the topic or from a file",
+        ),
         Property("Description File", "", hint="A URDF, xacro or MJCF file, for the source File"),
         Property("Visual Enabled", True, hint="Draw what the robot looks like"),
         Property("Collision Enabled", False, hint="Draw what the robot collides with"),
         Property("Alpha", 1.0, low=0.0, high=1.0, hint="1 is opaque"),
-        Property("TF Prefix", "", hint="What stands before the links' names in tf"),
+        Property("TF Prefix", "", hint="Prefix of the links' frames in tf"),
     )
 
     def _prepare(self) -> None:
@@ -45,7 +168,7 @@ class RobotModelDisplay(Display):
         if not self.topic and isinstance(said, str):
             self.topic = said
         self._description: RobotDescription | None = None
-        self._parts = Parts()
+        self._parts = RobotAssets()
         self._reported: set[str] = set()
         self._nodes: list[Any] = []
         self._frames: list[str] = []
@@ -56,63 +179,63 @@ class RobotModelDisplay(Display):
 
     @property
     def description(self) -> RobotDescription | None:
-        """The description of the drawn robot."""
+        """Description of the drawn robot; None before it is loaded."""
         return self._description
 
     @property
     def meshes(self) -> Mapping[str, MeshFile]:
-        """The robot's meshes, by URI."""
+        """The loaded meshes of the robot, by URI."""
         return self._parts.meshes
 
     def received(self, message: Any) -> None:
-        """Read a robot description and its meshes in another thread, then draw them."""
+        """Load a robot description and its meshes in another thread, then draw them."""
         if self.values.text("Description Source") == "Topic":
             text = message.data
-            self._take_text(lambda: text)
+            self._load(lambda: text)
         else:
-            self._tell()
+            self._update_status()
 
     def changed(self, name: str) -> None:
-        """Redraw; after a change of the source, read the description again."""
+        """Redraw; load the description again if its source, file or topic was set."""
         self.stopped()
         self._draw_links()
         if name.startswith("Description"):
             self._read_file()
-            self._hush()
-            self._listen()
+            self._unsubscribe()
+            self._subscribe()
 
     def reload(self) -> None:
-        """Read changed mesh files of the robot again."""
+        """Load changed mesh files of the robot, and redraw it."""
         if self._description is not None:
             text = self._description.urdf
-            self._take_text(lambda: text)
+            self._load(lambda: text)
 
     def _read_file(self) -> None:
         path = self.values.text("Description File").strip()
         if self.values.text("Description Source") == "File" and path:
-            self._take_text(lambda: read_model(Path(path).expanduser()).text)
+            self._load(lambda: read_model(Path(path).expanduser()).text)
 
-    def _take_text(self, read: Callable[[], str]) -> None:
+    def _load(self, read: Callable[[], str]) -> None:
         self._turn += 1
         turn, known = self._turn, self._parts
         folder = self.stage.robot_folder
         if self.values.text("Description Source") == "File":
             folder = Path(self.values.text("Description File")).expanduser().parent
 
-        def task() -> tuple[RobotDescription, Parts]:
+        def task() -> tuple[RobotDescription, RobotAssets]:
             description = RobotDescription.from_urdf(read())
-            return description, load_parts(description, known, folder)
+            return description, load_assets(description, known, folder)
 
         if self._description is None:
-            self.say(OK, "Reading the robot")
-        self.stage.work(task, lambda result: self._loaded(turn, result))
+            self.set_status(OK, "Loading the robot")
+        self.stage.run_in_background(task, lambda result: self._loaded(turn, result))
 
     def _loaded(self, turn: int, result: Any) -> None:
         if turn != self._turn or not self.is_drawn:
             return
         if isinstance(result, TeleopctlError):
             self._refused = f"The description is not used: {result.message}"
-            self._tell()
+            self._update_status()
             return
         if isinstance(result, BaseException):
             raise result
@@ -120,7 +243,7 @@ class RobotModelDisplay(Display):
         description, parts = result
         same = self._description is not None and self._description.urdf == description.urdf
         if same and parts == self._parts:
-            self._tell()
+            self._update_status()
             return
         self._description, self._parts = description, parts
         for fault in parts.faults:
@@ -131,7 +254,7 @@ class RobotModelDisplay(Display):
         self._draw_links()
 
     def started(self) -> None:
-        """Draw the links."""
+        """Draw the links of a known description, or start loading the description's file."""
         self._draw_links()
         self._read_file()
 
@@ -149,7 +272,7 @@ class RobotModelDisplay(Display):
             if not (link.visuals or link.collisions) or its_alpha <= 0.0:
                 continue
             self._frames.append(frame)
-            above = f"{self.stage.frames.node_of(frame)}{self.root}"
+            above = f"{self.stage.frames.node_path(frame)}{self.root}"
             wanted: list[tuple[str, tuple[Geometry, Pose, Material | None], float]] = []
             if self.values.flag("Visual Enabled"):
                 wanted += [
@@ -170,10 +293,10 @@ class RobotModelDisplay(Display):
                 if node is not None:
                     self._nodes.append(node)
         self._missing = self._frames_without_pose()
-        self._tell()
+        self._update_status()
 
     def _alpha_of(self, link: str) -> float:
-        """The opacity that a file gives a link; 0 for one that is not shown."""
+        """Return a link's opacity in the ``.rviz`` file; 0 if hidden, 1 if not in the file."""
         links = self.values.given.get("Links")
         given = links.get(link) if isinstance(links, dict) else None
         if not isinstance(given, dict):
@@ -185,14 +308,14 @@ class RobotModelDisplay(Display):
         return float(alpha) if is_number else 1.0
 
     def tick(self) -> None:
-        """Set the status by which links have no transform."""
+        """Update the status if other links than before have no transform."""
         self._ticks += 1
-        if self._ticks % _TICKS_PER_LOOK_AT_FRAMES or self._description is None:
+        if self._ticks % _TICKS_PER_FRAME_CHECK or self._description is None:
             return
         missing = self._frames_without_pose()
         if missing != self._missing:
             self._missing = missing
-            self._tell()
+            self._update_status()
 
     def _frames_without_pose(self) -> list[str]:
         frames = self.stage.frames
@@ -203,8 +326,8 @@ class RobotModelDisplay(Display):
             or (frame.pose is None and name != frames.fixed)
         ]
 
-    def _tell(self) -> None:
-        """Say how it fares."""
+    def _update_status(self) -> None:
+        """Set the status: missing transforms, faults of files, a rejected description."""
         sentences = list(self._parts.faults)
         if self._missing:
             sentences.insert(
@@ -214,12 +337,12 @@ class RobotModelDisplay(Display):
                 sentences[0] += f", and from {len(self._missing) - 1} more links"
         if self._refused:
             sentences.insert(0, self._refused)
-        more = len(sentences) - _TOLD_FAULTS
-        text = "; ".join(sentences[:_TOLD_FAULTS]) + (f"; and {more} more" if more > 0 else "")
-        self.say(ERROR if self._refused else WARN if text else OK, text)
+        more = len(sentences) - _MOST_FAULTS
+        text = "; ".join(sentences[:_MOST_FAULTS]) + (f"; and {more} more" if more > 0 else "")
+        self.set_status(ERROR if self._refused else WARN if text else OK, text)
 
     def stopped(self) -> None:
-        """Remove the links from the scene."""
+        """Remove all links from the scene."""
         for node in self._nodes:
             node.remove()
         self._nodes.clear()

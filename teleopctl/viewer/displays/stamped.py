@@ -1,4 +1,4 @@
-"""Displays of messages with a header: each is drawn where its frame stood at its time."""
+"""Bases of displays whose messages have a header: drawn at the pose of its frame at its stamp."""
 
 from __future__ import annotations
 
@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any
 from teleopctl.node import Time
 from teleopctl.tf import Transform, TransformException
 from teleopctl.viewer.displays.base import OK, WARN, Display
+from teleopctl.viewer.scene.canvas import Canvas
+from teleopctl.viewer.scene.drawing import Drawing, merged
 
 if TYPE_CHECKING:
     from teleopctl.viewer.scene.frames import SceneFrames
@@ -19,15 +21,15 @@ _WAITING = 10
 
 
 class StampedDisplay(Display):
-    """Base of displays that draw the newest stamped messages.
+    """Base of displays that draw the newest messages, each at its frame's pose at its stamp.
 
-    A message whose frame or time is not known yet waits for its transform. Where newer ones arrive
-    meanwhile, the newest that can be placed is drawn, so that a late tf delays the picture but
-    never empties it. What tf has already forgotten, such as a map that was published once long
-    ago, is drawn where its frame stands now.
+    A message whose transform is not known yet waits for it, as in RViz's message filter. When newer
+    ones are received meanwhile, the newest with a transform is drawn, so that late tf delays the
+    drawing but never clears it. A message older than the tf buffer, such as a latched map, is drawn
+    at the present pose of its frame.
 
     Attributes:
-        keeps: How many messages are drawn.
+        history_length: Number of messages that are drawn.
     """
 
     def _prepare(self) -> None:
@@ -37,61 +39,61 @@ class StampedDisplay(Display):
         self._waits = False
 
     @property
-    def keeps(self) -> int:
+    def history_length(self) -> int:
         """Number of messages that are drawn."""
         return 1
 
-    # --- what a kind of display defines -------------------------------------------------------
+    # --- overridden by displays ---------------------------------------------------------------
 
-    def placed(self, message: Any, pose: Transform) -> None:
-        """Draw a message at the pose of its frame.
+    def draw_at(self, message: Any, pose: Transform) -> None:
+        """Draw a message, now that its transform is known. Override.
 
         Args:
             message: The message.
-            pose: Where its frame stands in the fixed frame.
+            pose: Pose of its frame in the fixed frame, at its stamp.
         """
 
-    def emptied(self) -> None:
-        """Remove everything from the scene."""
+    def clear_drawings(self) -> None:
+        """Remove everything from the scene, keeping the messages. Override."""
 
     # --- what the viewer calls ----------------------------------------------------------------
 
     def received(self, message: Any) -> None:
-        """Draw a message as soon as its transform is known."""
+        """Draw a message, or let it wait for its transform."""
         self._waiting.append(message)
         self._place()
 
     def tick(self) -> None:
         """Draw messages whose transform has arrived; redraw all if the fixed frame changed."""
         if self.stage.frames.fixed != self._fixed:
-            self.draw_anew()
+            self.redraw()
         elif self._waiting:
             self._place()
 
     def changed(self, name: str) -> None:  # noqa: ARG002 -- whichever it is
-        """Redraw the messages with a changed property."""
-        self.draw_anew()
+        """Redraw the messages."""
+        self.redraw()
 
     def stopped(self) -> None:
-        """Drop all messages."""
+        """Drop all messages, and remove their drawings."""
         self._waiting.clear()
         self._placed.clear()
         self._waits = False
-        self.emptied()
+        self.clear_drawings()
 
-    def draw_anew(self) -> None:
-        """Redraw all messages."""
-        again = [*self._placed, *self._waiting][-max(self.keeps, _WAITING) :]
+    def redraw(self) -> None:
+        """Draw all kept messages again, with the present transforms and properties."""
+        again = [*self._placed, *self._waiting][-max(self.history_length, _WAITING) :]
         self._placed.clear()
-        self._waiting = deque(again, maxlen=max(self.keeps, _WAITING))
-        self.emptied()
+        self._waiting = deque(again, maxlen=max(self.history_length, _WAITING))
+        self.clear_drawings()
         self._place()
 
-    # --- its own ------------------------------------------------------------------------------
+    # --- transforms ---------------------------------------------------------------------------
 
     def _place(self) -> None:
         self._fixed = self.stage.frames.fixed
-        waiting, keeps = list(self._waiting), self.keeps
+        waiting, keeps = list(self._waiting), self.history_length
         self._waiting.clear()
         left: list[Any] = []
         reason = ""
@@ -101,40 +103,40 @@ class StampedDisplay(Display):
             if len(found) >= keeps:
                 break
             try:
-                found.append((message, place_of(self.stage.frames, message.header)))
+                found.append((message, pose_at_stamp(self.stage.frames, message.header)))
             except TransformException as error:
                 left.append(message)
-                reason = reason or no_transform(message.header, self.stage.frames.fixed, error)
+                reason = reason or no_transform_text(message.header, self.stage.frames.fixed, error)
         self._waiting.extend(reversed(left))
         for message, pose in reversed(found):
             if self._waits:
                 self._waits = False
-                self.say(OK)
+                self.set_status(OK)
             self._placed.append(message)
             while len(self._placed) > max(keeps, 1):
                 self._placed.popleft()
-            self.placed(message, pose)
+            self.draw_at(message, pose)
         if reason and not found:
             self._waits = True
-            self.say(WARN, reason)
+            self.set_status(WARN, reason)
 
 
 # Any stands for a std_msgs/msg/Header.
-def place_of(frames: SceneFrames, header: Any) -> Transform:
+def pose_at_stamp(frames: SceneFrames, header: Any) -> Transform:
     """Return the pose of a header's frame at its stamp, in the fixed frame.
 
-    An empty name stands for the fixed frame. What is older than anything that tf remembers is
-    placed where its frame stands now.
+    An empty frame means the fixed frame. For a stamp older than the tf buffer the newest pose is
+    returned.
 
     Raises:
-        TransformException: That is not known, or not yet.
+        TransformException: The transform is not known, or not yet.
     """
     if not header.frame_id:
         return Transform()
     # A time before 1970 is none.
     stamp_ns = max(header.stamp.sec * 1_000_000_000 + header.stamp.nanosec, 0)
     try:
-        return frames.pose_in_fixed(header.frame_id, Time(nanoseconds=stamp_ns))
+        return frames.pose_in_fixed_frame(header.frame_id, Time(nanoseconds=stamp_ns))
     except TransformException:
         frame = header.frame_id.removeprefix("/")
         newest, pose = frames.buffer.lookup(frames.fixed, frame, 0)
@@ -143,11 +145,51 @@ def place_of(frames: SceneFrames, header: Any) -> Transform:
         return pose
 
 
-def no_transform(header: Any, fixed: str, error: TransformException) -> str:
-    """Return RViz's sentence about a message without a transform."""
+def no_transform_text(header: Any, fixed: str, error: TransformException) -> str:
+    """Return the status text about a message whose transform is not known, in RViz's words."""
     from teleopctl.tf import ExtrapolationException
 
     pair = f"No transform from [{header.frame_id}] to [{fixed}]"
     if isinstance(error, ExtrapolationException):
         return f"{pair} at the message's time yet"
     return pair
+
+
+class DrawnDisplay(StampedDisplay):
+    """Base of displays that convert each message to a `Drawing`."""
+
+    def _prepare(self) -> None:
+        super()._prepare()
+        self.canvas = Canvas(self.stage.scene, self.root)
+        self._drawings: deque[Drawing] = deque()
+        self._stale = False
+
+    def drawing(self, message: Any) -> Drawing:
+        """Return the drawing of a message, in the frame of its header. Override."""
+        raise NotImplementedError
+
+    def draw_at(self, message: Any, pose: Transform) -> None:
+        """Add a message's drawing, and drop the oldest beyond `history_length`."""
+        self._drawings.append(self.drawing(message).moved(pose))
+        while len(self._drawings) > self.history_length:
+            self._drawings.popleft()
+        self._stale = True
+
+    def tick(self) -> None:
+        """Send changed drawings to the scene."""
+        super().tick()
+        if self._stale:
+            self._stale = False
+            self.canvas.show(self.combined_drawing())
+
+    def combined_drawing(self) -> Drawing:
+        """Return one drawing of all messages, in the fixed frame."""
+        return merged(self._drawings)
+
+    def clear_drawings(self) -> None:
+        """Drop the drawings of all messages, and update the scene with the next `tick`."""
+        self._drawings.clear()
+        self._stale = True
+        if not self.is_drawn:
+            self._stale = False
+            self.canvas.remove()

@@ -1,4 +1,4 @@
-"""The time line of a bag that is played: to drag, with play, pause and rate."""
+"""Panel of a bag player: time line, play, pause and rate."""
 
 from __future__ import annotations
 
@@ -8,27 +8,26 @@ from typing import Any, ClassVar
 
 from teleopctl.interfaces import NANOSECONDS_PER_SECOND, get_message, to_nanoseconds
 from teleopctl.node import parameter_value_to_python, qos_profile_sensor_data
-from teleopctl.viewer.html import escaped
-from teleopctl.viewer.page.page import Page
-from teleopctl.viewer.panels.base import Panel
-from teleopctl.viewer.remote.service_calls import ServiceCalls
+from teleopctl.viewer.html import escaped_html, note_html
+from teleopctl.viewer.panels.base import Page, Panel
+from teleopctl.viewer.service_calls import ServiceCalls, servers_of
 
 _PACKAGE = "rosbag2_interfaces/srv"
 _SEEK = "seek"
 _BOUNDS = ("playback.start_time_ns", "playback.end_time_ns")
 _RATES = (0.1, 0.25, 0.5, 1.0, 2.0, 5.0, 10.0)
 _STEP_S = 0.01
-# While a person drags, and a moment longer, the time line follows them and not the player.
+# While the user drags the time line, and a moment longer, it does not follow the player.
 _DRAGGED_S = 0.5
-# What is shown of a moment that playing has not come to: so many messages from there on.
+# Messages to publish after a seek while paused.
 _SHOWN_MESSAGES = 100
-_NOBODY = "No bag is played. Look at one with <code>teleopctl bag view BAG</code>."
+_NOBODY = "No bag is being played. View one with <code>teleopctl bag view BAG</code>."
 
 # Any stands for messages: their classes are made at run time, from definitions.
 
 
 class BagPanel(Panel):
-    """Panel of a bag player: time, rate and, with teleopctl's player, a time line."""
+    """Panel of a bag player: time, rate and, for teleopctl's player, a time line to drag."""
 
     title: ClassVar[str] = "Bag"
     icon = "movie"
@@ -55,36 +54,29 @@ class BagPanel(Panel):
             self._line: Any = self.gui.add_slider(
                 "Time", 0.0, 1.0, _STEP_S, 0.0, visible=False, hint="Seconds from the bag's start"
             )
-            self._line.on_update(self.page.on(self._drag))
+            self._line.on_update(self.page.on_node_thread(self._drag))
             self._buttons: Any = self.gui.add_button_group(" ", ("Play", "Pause", "Next"))
-            self._buttons.on_click(self.page.on(self._pressed))
+            self._buttons.on_click(self.page.on_node_thread(self._pressed))
             rates = tuple(_label(rate) for rate in _RATES)
             self._rate: Any = self.gui.add_dropdown("Rate", rates, initial_value=_label(1.0))
-            self._rate.on_update(self.page.on(self._choose_rate))
+            self._rate.on_update(self.page.on_node_thread(self._choose_rate))
 
     def began(self) -> None:
-        """Look for a player in the graph."""
+        """Subscribe to a bag player of the graph, if there is one."""
         self.graph_changed()
 
     def ended(self) -> None:
-        """Unsubscribe from everything."""
+        """Unsubscribe from the player."""
         self._follow("")
 
     def graph_changed(self) -> None:
-        """Follow players that come and go."""
-        node = self.page.node
-        players = sorted(
-            name.removesuffix(f"/{_SEEK}")
-            for name, types in node.get_service_names_and_types()
-            if name.endswith(f"/{_SEEK}")
-            and f"{_PACKAGE}/Seek" in types
-            and node.count_services(name)
-        )
+        """Change to another player if the followed one has gone, or if none was there."""
+        players = servers_of(self.page.node, _SEEK, f"{_PACKAGE}/Seek")
         if self._player not in players:
             self._follow(players[0] if players else "")
 
     def tick(self) -> None:
-        """Show the playback time."""
+        """Show the player's state and the playback time."""
         if not self._player:
             return
         passed_s = (self._now_ns - self._start_ns) / NANOSECONDS_PER_SECOND
@@ -96,7 +88,7 @@ class BagPanel(Panel):
             whole = " s"
         word = "paused" if self._is_paused else "playing"
         content = _text(
-            f"<b>{word}</b> <span style='opacity:.7'>{escaped(self._player)}</span><br>"
+            f"<b>{word}</b> <span style='opacity:.7'>{escaped_html(self._player)}</span><br>"
             f"<b>{passed_s:.2f}</b>{whole}"
         )
         if content != self._state.content:
@@ -116,10 +108,10 @@ class BagPanel(Panel):
         if not player:
             return
         self._end = self.page.stage.subscribe(
-            "/clock", "rosgraph_msgs/msg/Clock", self._take_time, qos_profile_sensor_data
+            "/clock", "rosgraph_msgs/msg/Clock", self._receive_clock, qos_profile_sensor_data
         )
-        self._ask("is_paused", "IsPaused", self._take_paused)
-        self._ask("get_rate", "GetRate", self._take_rate)
+        self._call("is_paused", "IsPaused", self._take_paused)
+        self._call("get_rate", "GetRate", self._take_rate)
         self._calls.call(
             f"{player}/get_parameters",
             "rcl_interfaces/srv/GetParameters",
@@ -128,9 +120,9 @@ class BagPanel(Panel):
             names=list(_BOUNDS),
         )
 
-    # --- what the player says -----------------------------------------------------------------
+    # --- responses of the player --------------------------------------------------------------
 
-    def _take_time(self, message: Any) -> None:
+    def _receive_clock(self, message: Any) -> None:
         self._now_ns = to_nanoseconds(message.clock)
 
     def _take_paused(self, response: Any) -> None:
@@ -141,7 +133,7 @@ class BagPanel(Panel):
         self._rate.value = _label(response.rate)
 
     def _take_bounds(self, response: Any) -> None:
-        """Offer the time line; rosbag2's own player does not tell how long its bag is."""
+        """Show the time line; rosbag2's own player has no parameters for its bounds."""
         bounds = [parameter_value_to_python(value) for value in response.values]
         if len(bounds) == 2 and all(isinstance(bound, int) for bound in bounds):
             self._start_ns, self._end_ns = int(str(bounds[0])), int(str(bounds[1]))
@@ -149,14 +141,14 @@ class BagPanel(Panel):
             self._line.max = max(round(whole_s, 2), _STEP_S)
             self._line.visible = True
 
-    # --- what a person does -------------------------------------------------------------------
+    # --- input of the user --------------------------------------------------------------------
 
     def _pressed(self, event: Any) -> None:
         what = event.target.value
         if what == "Next":
-            self._ask("pause", "Pause", lambda _: self._ask("play_next", "PlayNext"))
+            self._call("pause", "Pause", lambda _: self._call("play_next", "PlayNext"))
         else:
-            self._ask(*(("pause", "Pause") if what == "Pause" else ("resume", "Resume")))
+            self._call(*(("pause", "Pause") if what == "Pause" else ("resume", "Resume")))
         self._is_paused = what != "Play"
 
     def _drag(self, event: Any) -> None:
@@ -168,7 +160,7 @@ class BagPanel(Panel):
         self._seek()
 
     def _seek(self) -> None:
-        """Go where the person is, once the player has gone where they were."""
+        """Send the newest position of the dragged time line, once the last seek is done."""
         if self._is_seeking or self._wanted_s is None:
             return
         wanted_ns = self._start_ns + round(self._wanted_s * NANOSECONDS_PER_SECOND)
@@ -182,18 +174,18 @@ class BagPanel(Panel):
         def show(_: object) -> None:
             self._now_ns = wanted_ns
             if self._is_paused:
-                self._ask("burst", "Burst", done, done, num_messages=_SHOWN_MESSAGES)
+                self._call("burst", "Burst", done, done, num_messages=_SHOWN_MESSAGES)
             else:
                 done(None)
 
         stamp = get_message("builtin_interfaces/msg/Time")(sec=seconds, nanosec=nanoseconds)
-        self._ask(_SEEK, "Seek", show, done, time=stamp)
+        self._call(_SEEK, "Seek", show, done, time=stamp)
 
     def _choose_rate(self, event: Any) -> None:
         if event.client is not None:
-            self._ask("set_rate", "SetRate", rate=float(event.target.value.removesuffix("x")))
+            self._call("set_rate", "SetRate", rate=float(event.target.value.removesuffix("x")))
 
-    def _ask(
+    def _call(
         self,
         service: str,
         type_name: str,
@@ -214,4 +206,4 @@ def _label(rate: float) -> str:
 
 
 def _text(content: str) -> str:
-    return f'<div style="padding:0 .75em .5em;font-size:14px;line-height:1.5">{content}</div>'
+    return note_html(content, 1.5)

@@ -1,26 +1,68 @@
-"""What a panel is: one tab beside the picture.
+"""Base of panels, each a tab beside the 3D view, and the interface of the page that they use.
 
-All methods are called on the node's thread. What a user does on the page arrives on another one:
-a panel hands it over with `Page.on`.
+All methods are called on the node's thread. viser's callbacks arrive on another thread: a panel
+wraps its functions by `Page.on_node_thread`.
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, ClassVar
+from collections.abc import Callable
+from typing import TYPE_CHECKING, ClassVar, Protocol
 
 if TYPE_CHECKING:
-    from teleopctl.viewer.page.page import Page
+    import viser
+
+    from teleopctl.node import Node
+    from teleopctl.viewer.displays.base import Stage
+    from teleopctl.viewer.scene.frames import SceneFrames
+    from teleopctl.viewer.scene_view import SceneView
+
+
+class Page(Protocol):
+    """Interface of the viewer's node for panels: GUI, 3D view, tf frames, notifications."""
+
+    @property
+    def node(self) -> Node:
+        """The viewer's node, for its clock, clients and logger."""
+
+    @property
+    def stage(self) -> Stage:
+        """The interface of displays to the viewer's node, for subscriptions and long tasks."""
+
+    @property
+    def gui(self) -> viser.GuiApi:
+        """The viser GUI, to add buttons and other controls."""
+
+    @property
+    def frames(self) -> SceneFrames:
+        """The tf frames in the scene, with their poses in the fixed frame."""
+
+    def on_node_thread(self, function: Callable[..., object]) -> Callable[..., None]:
+        """Wrap a function so that it runs on the node's thread whichever thread calls the wrapper.
+
+        For viser's ``on_click`` and ``on_update``; the function gets viser's event.
+        """
+
+    def reset(self) -> None:
+        """Clear the tf buffer and all displays, as RViz's Reset does."""
+
+    def notify(self, title: str, text: str = "", *, wrong: bool = False) -> None:
+        """Show a notification in all browsers for 8 s; a red one for an error (``wrong``)."""
+
+    @property
+    def scene_view(self) -> SceneView:
+        """The 3D view, whose displays can be added and removed."""
 
 
 class Panel:
-    """Base of panels: one tab of the page.
+    """Base class of panels, each a tab beside the 3D view.
 
     Attributes:
-        title: What stands on it.
-        icon: The name of its icon, one of Tabler's.
-        is_default: Whether it is there where nobody names the panels.
-        page: What it works with.
-        gui: Where to add buttons and so on.
+        title: Title of the tab.
+        icon: Name of the tab's icon, one of Tabler's.
+        is_default: Whether the page has the panel if the user names no panels.
+        page: The viewer's node.
+        gui: The viser GUI, to add controls.
     """
 
     title: ClassVar[str]
@@ -32,19 +74,19 @@ class Panel:
         self.gui = page.gui
 
     def build(self) -> None:
-        """Add the panel's controls; called once."""
+        """Add the panel's controls to its tab; called once, before any other method. Override."""
 
     def tick(self) -> None:
-        """Update the tab; called ten times a second while a browser shows the page."""
+        """Update the controls; called ten times a second while the page is visible. Override."""
 
     def began(self) -> None:
-        """Start subscriptions; called when the first browser shows the page."""
+        """Subscribe; called when a first browser shows the page. Override."""
 
     def ended(self) -> None:
-        """Stop subscriptions; called when no browser shows the page any more."""
+        """Unsubscribe; called when no browser has shown the page for 5 s. Override."""
 
     def graph_changed(self) -> None:
-        """Update the tab after nodes, topics or services have come or gone."""
+        """Update the controls; called when a node, topic or service has come or gone. Override."""
 
     def close(self) -> None:
-        """Close the panel, with the page."""
+        """Release the panel's resources; called once, when the viewer is destroyed. Override."""

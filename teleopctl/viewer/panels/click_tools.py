@@ -1,7 +1,7 @@
-"""RViz's tools that publish where somebody clicks: a goal, a first estimate, a point.
+"""RViz's tools 2D Goal Pose, 2D Pose Estimate and Publish Point.
 
-The click meets the ground: the plane z = 0 of the fixed frame. A goal and an estimate take two
-clicks, where they are and where they look, since a drag turns the picture.
+A click means a point of the ground, the plane z = 0 of the fixed frame. A pose takes two clicks,
+position and direction, since dragging turns the view.
 """
 
 from __future__ import annotations
@@ -15,13 +15,13 @@ from teleopctl.interfaces import get_message
 from teleopctl.node import QoSProfile
 from teleopctl.tf import Transform, Vector3, quaternion_from_rpy
 from teleopctl.viewer.html import escaped_markdown
-from teleopctl.viewer.page.server import PageError
-from teleopctl.viewer.rviz_file import RvizFile, plain_class
+from teleopctl.viewer.page_server import PageError
+from teleopctl.viewer.rviz_file import RvizFile, class_without_package
 from teleopctl.viewer.scene.canvas import Canvas
 from teleopctl.viewer.scene.drawing import ArrowSize, Drawing, Rgba
 
 if TYPE_CHECKING:
-    from teleopctl.viewer.page.page import Page
+    from teleopctl.viewer.panels.base import Page
 
 # Any stands for messages, and for viser's events and handles.
 
@@ -38,14 +38,14 @@ _VARIANCES = {"Covariance x": 0.25, "Covariance y": 0.25, "Covariance yaw": (mat
 
 @dataclass(frozen=True, slots=True)
 class Tool:
-    """A tool that is used by clicks in the scene.
+    """A tool of RViz that publishes a message at a clicked point.
 
     Attributes:
-        title: What its button says.
+        title: Text of its button.
         rviz_class: Its class in ``.rviz`` files, without the package.
-        message_type: What it publishes.
-        topic: Where, unless a file says otherwise.
-        has_direction: Whether a second click says where it looks.
+        message_type: Type of its message.
+        topic: Its topic, unless an ``.rviz`` file has another.
+        has_direction: Whether a second click sets the direction.
     """
 
     title: str
@@ -69,10 +69,10 @@ TOOLS = (
 
 
 class ClickTools:
-    """The tools of RViz's tool bar that are used by clicking; one at a time is active.
+    """Buttons for the `TOOLS` of the scene panel, of which at most one is active.
 
     Args:
-        page: What it works with.
+        page: The viewer's node.
     """
 
     def __init__(self, page: Page) -> None:
@@ -84,55 +84,55 @@ class ClickTools:
         self._where: Vector3 | None = None
         self._fixed = ""
         self._publishers: dict[tuple[str, str], Any] = {}
-        self._heed: Callable[..., None] | None = None
+        self._callback: Callable[..., None] | None = None
 
     def build(self) -> None:
-        """Add the tools' buttons, and the controls of the active tool."""
+        """Add the tools' buttons, and the text that guides the user of the active tool."""
         gui = self._page.gui
         self._buttons: Any = gui.add_button_group(
             "Click for",
             tuple(tool.title for tool in TOOLS),
-            hint="2D Goal Pose, 2D Pose Estimate and Publish Point of RViz; again to put it away",
+            hint="2D Goal Pose, 2D Pose Estimate and Publish Point of RViz; again to stop",
         )
-        self._buttons.on_click(self._page.on(self._press))
+        self._buttons.on_click(self._page.on_node_thread(self._press))
         self._advice: Any = gui.add_markdown("", visible=False)
 
-    def put_away(self) -> None:
-        """Deactivate the tool, and remove its drawing."""
-        self._let_go()
+    def deactivate(self) -> None:
+        """Deactivate the active tool, and remove its drawing from the scene."""
+        self._release()
         self._say("")
         self._canvas.remove()
 
     def _press(self, event: Any) -> None:
         tool = next(one for one in TOOLS if one.title == event.target.value)
         again = tool is self._tool
-        self.put_away()
+        self.deactivate()
         if again:
             return
         if not self._page.frames.fixed:
-            raise PageError("There is no fixed frame yet in which a click could mean a place")
-        # Whoever listens finds it while the person aims.
+            raise PageError("There is no fixed frame yet: a click has no position")
+        # Subscribers discover the publisher while the user aims.
         self._publisher(tool)
         self._tool, self._client_id = tool, event.client_id
-        self._heed = self._page.on(self._click)
-        self._scene.on_click()(self._heed)
+        self._callback = self._page.on_node_thread(self._click)
+        self._scene.on_click()(self._callback)
         self._say(f"{tool.title} for {self._topic(tool)}: click on the ground")
 
     def _click(self, event: Any) -> None:
         tool = self._tool
-        # Who else looks may click without aiming at anything.
+        # Clicks in other browsers are not for this tool.
         if tool is None or event.client_id != self._client_id:
             return
         if self._fixed != self._page.frames.fixed:
             # The first click was on another ground.
             self._fixed, self._where = self._page.frames.fixed, None
-        place = ground_at(event.ray_origin, event.ray_direction)
+        place = ground_point(event.ray_origin, event.ray_direction)
         if place is None:
-            self._say("That is not on the ground: click below the horizon")
+            self._say("This point is not on the ground: click below the horizon")
         elif tool.has_direction and self._where is None:
             self._where = place
             self._draw(place, None)
-            self._say("Click once more: where it looks")
+            self._say("Click once more to set the direction")
         else:
             where, yaw = self._where or place, 0.0
             if tool.has_direction:
@@ -158,20 +158,20 @@ class ClickTools:
         point.x, point.y, point.z = where
         publisher = self._publisher(tool)
         publisher.publish(message)
-        self._let_go()
+        self._release()
         self._draw(where, yaw if tool.has_direction else None)
-        heard = "" if publisher.get_subscription_count() else "; nobody listens there"
-        self._say(f"Published on {self._topic(tool)}: {where[0]:.2f}, {where[1]:.2f}{heard}")
+        unheard = "" if publisher.get_subscription_count() else "; the topic has no subscriber"
+        self._say(f"Published on {self._topic(tool)}: {where[0]:.2f}, {where[1]:.2f}{unheard}")
 
-    def _let_go(self) -> None:
-        if self._heed is not None:
-            self._scene.remove_click_callback(self._heed)
-        self._heed = self._tool = self._where = None
+    def _release(self) -> None:
+        if self._callback is not None:
+            self._scene.remove_click_callback(self._callback)
+        self._callback = self._tool = self._where = None
 
-    # --- what a file says -----------------------------------------------------------------------
+    # --- settings of an .rviz file --------------------------------------------------------------
 
     def _given(self, tool: Tool) -> dict[str, Any]:
-        file: RvizFile = self._page.picture.file
+        file: RvizFile = self._page.scene_view.file
         named = (one for one in file.tools() if _class_of(one) == tool.rviz_class)
         return next(named, {})
 
@@ -194,7 +194,7 @@ class ClickTools:
             )
         return self._publishers[key]
 
-    # --- what is seen ---------------------------------------------------------------------------
+    # --- drawing --------------------------------------------------------------------------------
 
     def _draw(self, where: Vector3, yaw: float | None) -> None:
         drawing = Drawing()
@@ -211,11 +211,11 @@ class ClickTools:
 
 
 def _class_of(given: dict[str, Any]) -> str:
-    return plain_class(str(given.get("Class", "")))
+    return class_without_package(str(given.get("Class", "")))
 
 
-def ground_at(origin: Vector3, direction: Vector3) -> Vector3 | None:
-    """Return the point at which a ray meets the plane z = 0, or None."""
+def ground_point(origin: Vector3, direction: Vector3) -> Vector3 | None:
+    """Return the point where a ray meets the plane z = 0, within 10 km; None if it does not."""
     x, y, z = (float(part) for part in origin)
     dx, dy, dz = (float(part) for part in direction)
     # Away from the plane, along it, or no number.

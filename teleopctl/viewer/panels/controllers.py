@@ -1,4 +1,4 @@
-"""The controllers and the hardware of a controller manager: their states, and switching them."""
+"""Panel of a controller manager: states of controllers and hardware, and buttons to change them."""
 
 from __future__ import annotations
 
@@ -6,14 +6,16 @@ from collections.abc import Callable
 from typing import Any, ClassVar
 
 from teleopctl.interfaces import from_seconds, get_message, set_stamp
-from teleopctl.viewer.html import escaped
-from teleopctl.viewer.page.page import Page
-from teleopctl.viewer.panels.base import Panel
-from teleopctl.viewer.remote.controller_managers import ControllerManagerWatch, controller_managers
-from teleopctl.viewer.remote.manager_errors import ManagerErrors
-from teleopctl.viewer.remote.service_calls import ServiceCalls
+from teleopctl.viewer.html import escaped_html, note_html
+from teleopctl.viewer.panels.base import Page, Panel
+from teleopctl.viewer.panels.controller_managers import (
+    ControllerManagerWatch,
+    ManagerErrors,
+    controller_managers,
+)
+from teleopctl.viewer.service_calls import ServiceCalls
 
-# What a person may do with a controller or a component, by its state; the usual one first.
+# Actions for a controller or a component by its state; the usual one first.
 _CONTROLLER_ACTIONS = {
     "active": ("Deactivate",),
     "inactive": ("Activate", "Clean up", "Unload"),
@@ -45,10 +47,10 @@ _MOST_INTERFACES = 12
 _STRICT = 2
 # A manager gives a switch up after this many seconds; its answer takes a little longer.
 _SWITCH_TIMEOUT_S = 5.0
-_PATIENCE_S = 15.0
+_TIMEOUT_S = 15.0
 _NOBODY = (
-    "No controller manager runs. One comes with <code>teleopctl launch sim.yaml</code>, and for a "
-    "robot with <code>teleopctl launch controller.yaml</code>."
+    "No controller manager is running. Start one with <code>teleopctl launch sim.yaml</code>, or "
+    "for a real robot with <code>teleopctl launch controller.yaml</code>."
 )
 
 # Any stands for messages: their classes are made at run time, from definitions.
@@ -70,45 +72,47 @@ class ControllersPanel(Panel):
         self._is_watched = False
 
     def build(self) -> None:
-        """Add the choice of a controller manager, and the places of its controllers."""
-        self._note = self.gui.add_html(_note(_NOBODY))
+        """Add the choice of a controller manager, and folders for controllers and hardware."""
+        self._note = self.gui.add_html(note_html(_NOBODY))
         self._choice: Any = self.gui.add_dropdown("Manager", ("",), visible=False)
-        self._choice.on_update(self.page.on(lambda _event: self._look()))
+        self._choice.on_update(self.page.on_node_thread(lambda _event: self._offer_managers()))
         self._place = self.gui.add_folder(None)
         self._load = self.gui.add_folder("Load", expand_by_default=False, visible=False)
         with self._load:
             self._name: Any = self.gui.add_dropdown("Controller", ("",))
-            self.gui.add_button("Load").on_click(self.page.on(lambda _event: self._load_chosen()))
+            self.gui.add_button("Load").on_click(
+                self.page.on_node_thread(lambda _event: self._load_chosen())
+            )
         self._space = self.gui.add_html('<div style="height:.75em"></div>', visible=False)
         self._hardware = self.gui.add_folder("Hardware", visible=False)
 
     def began(self) -> None:
-        """Follow the chosen controller manager."""
+        """Subscribe to the chosen controller manager."""
         self._is_watched = True
         self._errors.begin()
-        self._look()
+        self._offer_managers()
 
     def ended(self) -> None:
-        """Stop following the controller manager."""
+        """Unsubscribe from the controller manager."""
         self._is_watched = False
         self._follow("")
         self._errors.end()
         self._calls.close()
 
     def close(self) -> None:
-        """Stop following everything."""
+        """Unsubscribe from everything."""
         self.ended()
 
     def graph_changed(self) -> None:
-        """Follow controller managers that come and go."""
+        """Update the offered controller managers."""
         if self._is_watched:
-            self._look()
+            self._offer_managers()
 
     def tick(self) -> None:
-        """Stop waiting for the causes of failed calls that have not come in time."""
+        """Report failed calls whose cause was not logged in time."""
         self._errors.tick()
 
-    def _look(self) -> None:
+    def _offer_managers(self) -> None:
         managers = controller_managers(self.page.node)
         options = tuple(managers) or ("",)
         if options != tuple(self._choice.options):
@@ -129,17 +133,17 @@ class ControllersPanel(Panel):
         if not manager:
             self._say(_NOBODY)
             return
-        self._say(f"Asking {escaped(manager)}…")
+        self._say(f"Waiting for {escaped_html(manager)}…")
         self._watch = ControllerManagerWatch(
             self.page,
             manager,
             self._take,
-            lambda reason: self._say(escaped(reason)),
+            lambda reason: self._say(escaped_html(reason)),
             with_hardware=True,
         )
 
     def _say(self, text: str) -> None:
-        self._note.content = _note(text)
+        self._note.content = note_html(text)
         self._note.visible = bool(text)
 
     # --- showing ------------------------------------------------------------------------------
@@ -174,7 +178,7 @@ class ControllersPanel(Panel):
                 rows[name].show(one.state, one.type, interfaces, _CONTROLLER_ACTIONS.get(one.state))
 
     def _offer(self) -> None:
-        """Offer to load what the manager's parameters name and is not loaded."""
+        """Offer the controllers that the manager's parameters have and that are not loaded."""
         assert self._watch is not None
         manager = self._watch.name
 
@@ -215,14 +219,14 @@ class ControllersPanel(Panel):
 
     def _load_chosen(self) -> None:
         if self._watch is not None and self._name.value:
-            self._call("Load", self._name.value, self._watch.ask)
+            self._call("Load", self._name.value, self._watch.refresh)
 
     def _call(self, action: str, name: str, then: Callable[[], object]) -> None:
-        """Call a service that answers with yes or no; the manager's log has the cause of a no."""
+        """Call a service that responds with ``ok`` alone; the log has the cause of a failure."""
         if self._watch is None:
             return
         service, type_name = _SERVICES[action]
-        since = self._errors.now()
+        since = self._errors.mark()
 
         def take(response: Any) -> None:
             if response.ok:
@@ -234,8 +238,8 @@ class ControllersPanel(Panel):
             f"{self._watch.name}/{service}",
             f"controller_manager_msgs/srv/{type_name}",
             take,
-            lambda reason: self._tell(action, name, reason),
-            patience_s=_PATIENCE_S,
+            lambda reason: self._report_failure(action, name, reason),
+            timeout_s=_TIMEOUT_S,
             name=name,
         )
 
@@ -245,7 +249,7 @@ class ControllersPanel(Panel):
         if self._watch is None:
             return
         action = "Activate" if activate else "Deactivate"
-        since = self._errors.now()
+        since = self._errors.mark()
         timeout = get_message("builtin_interfaces/msg/Duration")()
         set_stamp(timeout, from_seconds(_SWITCH_TIMEOUT_S))
 
@@ -254,7 +258,7 @@ class ControllersPanel(Panel):
                 self._finish(name)
             # Managers before ROS 2 Jazzy give no reason.
             elif getattr(response, "message", ""):
-                self._tell(action, name, response.message)
+                self._report_failure(action, name, response.message)
             else:
                 self._fail(action, name, since)
 
@@ -262,8 +266,8 @@ class ControllersPanel(Panel):
             f"{self._watch.name}/switch_controller",
             "controller_manager_msgs/srv/SwitchController",
             take,
-            lambda reason: self._tell(action, name, reason),
-            patience_s=_PATIENCE_S,
+            lambda reason: self._report_failure(action, name, reason),
+            timeout_s=_TIMEOUT_S,
             activate_controllers=activate or [],
             deactivate_controllers=deactivate or [],
             strictness=_STRICT,
@@ -276,7 +280,7 @@ class ControllersPanel(Panel):
             return
         self._components[name].is_busy = True
         number, label = _COMPONENT_TARGETS[action]
-        since = self._errors.now()
+        since = self._errors.mark()
 
         def take(response: Any) -> None:
             if response.ok:
@@ -288,25 +292,25 @@ class ControllersPanel(Panel):
             f"{self._watch.name}/set_hardware_component_state",
             "controller_manager_msgs/srv/SetHardwareComponentState",
             take,
-            lambda reason: self._tell(action, name, reason),
-            patience_s=_PATIENCE_S,
+            lambda reason: self._report_failure(action, name, reason),
+            timeout_s=_TIMEOUT_S,
             name=name,
             target_state=get_message("lifecycle_msgs/msg/State")(id=number, label=label),
         )
 
     def _fail(self, action: str, name: str, since: int) -> None:
-        """Tell the cause, once the log has brought it."""
+        """Report a failed call with its cause from the log."""
         assert self._watch is not None
         manager = self._watch.name
-        self._errors.cause(
+        self._errors.find_cause(
             (manager, f"{manager.rpartition('/')[0]}/{name}"),
             since,
-            lambda cause: self._tell(
-                action, name, cause or f"{manager} refused; its log says why."
+            lambda cause: self._report_failure(
+                action, name, cause or f"{manager} refused; see its log."
             ),
         )
 
-    def _tell(self, action: str, name: str, reason: str) -> None:
+    def _report_failure(self, action: str, name: str, reason: str) -> None:
         self.page.notify(f"{action} {name}: failed", reason, wrong=True)
         self._finish(name)
 
@@ -315,14 +319,14 @@ class ControllersPanel(Panel):
             if name in rows:
                 rows[name].is_busy = False
         if self._watch is not None:
-            self._watch.ask()
+            self._watch.refresh()
 
 
 class _Row:
-    """One controller or component: lamp, state, what it claims, and buttons.
+    """Folder of one controller or component: state, type, interfaces and buttons.
 
     Attributes:
-        state: Its state's name.
+        state: Name of its state.
     """
 
     def __init__(self, page: Page, name: str, act: Callable[[str, str], object]) -> None:
@@ -332,7 +336,7 @@ class _Row:
         with self._folder:
             self._text = page.gui.add_html("")
             self._buttons: Any = page.gui.add_button_group("Switch", ("…",))
-            self._buttons.on_click(page.on(lambda event: act(name, event.target.value)))
+            self._buttons.on_click(page.on_node_thread(lambda event: act(name, event.target.value)))
 
     def show(
         self, state: str, type_name: str, interfaces: list[str], actions: tuple[str, ...] | None
@@ -341,26 +345,27 @@ class _Row:
 
         Args:
             state: The state's name.
-            type_name: What it is.
-            interfaces: Command interfaces that it claims, or would.
-            actions: What can be done with it; None in a state of its own.
+            type_name: Type of the controller, or plug-in of the component.
+            interfaces: Command interfaces that it claims, or would claim when active.
+            actions: Buttons to show; None in an unknown state.
         """
         self.state = state
         color = _LAMPS.get(state, _OTHER_LAMP)
         # What controllers are called in files is long: package and class.
         kind = type_name.rpartition("/")[2]
         content = (
-            f'<span style="color:{color}">●</span> <b>{escaped(state)}</b> '
-            f'<span style="opacity:.7" title="{escaped(type_name)}">{escaped(kind)}</span>'
+            f'<span style="color:{color}">●</span> <b>{escaped_html(state)}</b> '
+            f'<span style="opacity:.7" title="{escaped_html(type_name)}">'
+            f"{escaped_html(kind)}</span>"
         )
         if interfaces:
-            listed = ", ".join(escaped(name) for name in interfaces[:_MOST_INTERFACES])
+            listed = ", ".join(escaped_html(name) for name in interfaces[:_MOST_INTERFACES])
             more = len(interfaces) - _MOST_INTERFACES
             content += (
                 f'<div style="opacity:.7;font-size:12px;overflow-wrap:anywhere">{listed}'
                 f"{f' and {more} more' if more > 0 else ''}</div>"
             )
-        self._text.content = _note(content)
+        self._text.content = note_html(content)
         self._can_act = bool(actions)
         self._buttons.visible = self._can_act and not self._is_busy
         if actions:
@@ -368,7 +373,7 @@ class _Row:
 
     @property
     def is_busy(self) -> bool:
-        """Whether a call is pending; the row has no buttons then."""
+        """Whether a call is pending, during which the buttons are hidden."""
         return self._is_busy
 
     @is_busy.setter
@@ -379,7 +384,3 @@ class _Row:
     def remove(self) -> None:
         """Remove the row from the page."""
         self._folder.remove()
-
-
-def _note(content: str) -> str:
-    return f'<div style="padding:0 .75em .5em;font-size:14px;line-height:1.4">{content}</div>'

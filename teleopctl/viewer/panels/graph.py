@@ -1,13 +1,12 @@
-"""The graph of nodes and topics as a picture, as rqt_graph draws it."""
+"""Panel with the graph of nodes and topics, as rqt_graph draws it."""
 
 from __future__ import annotations
 
 from typing import Any, ClassVar
 
 from teleopctl.diagram import ros_graph, to_svg
-from teleopctl.viewer.html import escaped
-from teleopctl.viewer.page.page import Page
-from teleopctl.viewer.panels.base import Panel
+from teleopctl.viewer.html import escaped_html
+from teleopctl.viewer.panels.base import Page, Panel
 
 _SHOWN = {"Nodes and topics": "active", "Nodes only": "nodes", "All topics": "all"}
 # Laid out within about a second; and nobody finds anything in a larger one.
@@ -30,7 +29,7 @@ _PICTURE = """<style>
 
 
 class GraphPanel(Panel):
-    """Panel with the graph of nodes and topics, as rqt_graph draws it."""
+    """Panel with the graph of nodes and topics, which is redrawn when it changes."""
 
     title: ClassVar[str] = "Graph"
     icon = "topology-star-3"
@@ -43,16 +42,16 @@ class GraphPanel(Panel):
         self._ticks = _TICKS_BETWEEN_PICTURES
 
     def build(self) -> None:
-        """Add the choices and the place of the drawing."""
+        """Add the choice of what to draw, the drawing and a button to save it."""
         self._shown: Any = self.gui.add_dropdown("Show", tuple(_SHOWN))
         self._hidden: Any = self.gui.add_checkbox(
-            "Hidden too", False, hint="/rosout, /clock, this page, names with _ and the like"
+            "Show hidden", False, hint="/rosout, /clock, this page, names with _ and the like"
         )
         for choice in (self._shown, self._hidden):
-            choice.on_update(self.page.on(lambda _event: self._choose()))
+            choice.on_update(self.page.on_node_thread(lambda _event: self._choose()))
         self._picture = self.gui.add_html("")
         self._save = self.gui.add_button("Save as SVG")
-        self._save.on_click(self.page.on(self._send))
+        self._save.on_click(self.page.on_node_thread(self._send))
 
     def graph_changed(self) -> None:
         """Mark the drawing of the graph as outdated."""
@@ -80,13 +79,13 @@ class GraphPanel(Panel):
                 )
             return to_svg(diagram)
 
-        self.page.stage.work(draw, self._take)
+        self.page.stage.run_in_background(draw, self._take)
 
     def _take(self, drawn: Any) -> None:
         self._is_being_drawn = False
         if isinstance(drawn, Exception):
             self._svg = ""
-            content = f'<div style="padding:0 12px">{escaped(str(drawn))}</div>'
+            content = f'<div style="padding:0 12px">{escaped_html(str(drawn))}</div>'
         elif drawn == self._svg:
             return
         else:

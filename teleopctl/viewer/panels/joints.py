@@ -1,6 +1,6 @@
-"""The joints of the robot: what they measure, and sliders that move them.
+"""Panel of the robot's joints: sliders that show and command positions.
 
-Whom the sliders move is found in the graph, and said above them; see `JointTargets`.
+`MoverSelector` selects what the sliders move; a sentence above them names it.
 """
 
 from __future__ import annotations
@@ -15,21 +15,24 @@ from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces import to_nanoseconds
 from teleopctl.node import qos_profile_latched, qos_profile_sensor_data
 from teleopctl.robot import Joints, JointSet, RobotDescription
-from teleopctl.viewer.html import escaped
-from teleopctl.viewer.page.page import Page
-from teleopctl.viewer.panels.base import Panel
-from teleopctl.viewer.remote.joint_movers import ControllerMover, JointMover
-from teleopctl.viewer.remote.joint_targets import STATES_TOPIC, JointTargets
+from teleopctl.viewer.html import escaped_html, note_html
+from teleopctl.viewer.panels.base import Page, Panel
+from teleopctl.viewer.panels.joint_movers import (
+    STATES_TOPIC,
+    ControllerMover,
+    JointMover,
+    MoverSelector,
+)
 
 # A step is a power of ten, so that typed values and steps have the same few digits.
 _STEPS = 1000
 # How long after a movement's end a joint may still be under way, in seconds.
 _LATE_S = 1.0
-# Slow simulations tell their joints seldom; seconds of wall time.
+# Slow simulations publish joint states seldom; seconds of wall time.
 _SILENCE_S = 3.0
-_SILENCE = "<br>But no joint states arrive: the positions below are the last that came."
+_SILENCE = "<br>No joint states are received: the positions below are the last ones."
 _SILENCE_OF_CONTROLLERS = (
-    "<br>But no joint states arrive: the simulation stands still, or the joint state broadcaster "
+    "<br>No joint states are received: the simulation is paused, or the joint state broadcaster "
     "is not active."
 )
 
@@ -37,14 +40,14 @@ _SILENCE_OF_CONTROLLERS = (
 
 
 class _Goal(NamedTuple):
-    """Where a joint was sent, and until when (the robot's time, seconds) it may be under way."""
+    """A commanded position, and the time (robot's, seconds) until which it may not be reached."""
 
     position: float
     until_s: float
 
 
 class _Slider(NamedTuple):
-    """What a slider is of; it is made anew when one of these changes."""
+    """Properties of a slider, which is replaced when one of them changes."""
 
     name: str
     minimum: float
@@ -55,7 +58,7 @@ class _Slider(NamedTuple):
 
 
 class JointsPanel(Panel):
-    """Panel with a slider for each joint that follows no other joint."""
+    """Panel with a slider for each independent joint."""
 
     title: ClassVar[str] = "Joints"
     icon = "adjustments-horizontal"
@@ -70,24 +73,26 @@ class JointsPanel(Panel):
         self._shown: dict[str, float] = {}
         self._measured: dict[str, float] = {}
         self._goals: dict[str, _Goal] = {}
-        self._robot_s = self._heard_s = 0.0
+        self._robot_s = self._received_s = 0.0
         self._is_immediate = False
-        self._targets = JointTargets(page, self._take_mover)
+        self._selector = MoverSelector(page, self._take_mover)
         self._ends: list[Any] = []
 
     def build(self) -> None:
-        """Add the controls above the sliders."""
-        self._note = self.gui.add_html(_note("Waiting for /robot_description…"))
+        """Add the controls above the sliders; sliders follow with the robot description."""
+        self._note = self.gui.add_html(note_html("Waiting for /robot_description…"))
         self._refusal = self.gui.add_html("", visible=False)
         self._take_over = self.gui.add_button("Move the picture by hand", visible=False)
-        self._take_over.on_click(self.page.on(lambda _event: self._targets.take_over()))
+        self._take_over.on_click(
+            self.page.on_node_thread(lambda _event: self._selector.take_over())
+        )
         self._place = self.gui.add_folder("Positions", visible=False)
         with self._place:
             self._all: Any = self.gui.add_button_group("All", ("Center", "Randomize"))
-        self._all.on_click(self.page.on(self._move_all))
+        self._all.on_click(self.page.on_node_thread(self._move_all))
 
     def began(self) -> None:
-        """Subscribe to the robot description and the joint states."""
+        """Subscribe to the robot description and the joint states, and select what sliders move."""
         stage = self.page.stage
         self._ends = [
             stage.subscribe(
@@ -103,24 +108,24 @@ class JointsPanel(Panel):
                 qos_profile_sensor_data,
             ),
         ]
-        self._targets.listen()
+        self._selector.start()
 
     def ended(self) -> None:
-        """Unsubscribe; sliders that publish joint states continue."""
+        """Unsubscribe; a mover that publishes joint states continues."""
         for end in self._ends:
             end()
         self._ends = []
         self._measured.clear()
         self._goals.clear()
-        self._targets.hush()
+        self._selector.stop()
 
     def close(self) -> None:
         """Stop publishing."""
-        self._targets.close()
+        self._selector.close()
 
     def graph_changed(self) -> None:
-        """Choose again what the sliders move."""
-        self._targets.look()
+        """Select again what the sliders move."""
+        self._selector.update()
 
     # --- the robot ----------------------------------------------------------------------------
 
@@ -132,8 +137,8 @@ class JointsPanel(Panel):
             limits = Joints.for_display(description, lambda _warning: None)
             joints = JointSet(limits)
         except TeleopctlError as error:
-            self._refusal.content = _note(
-                f"<b>The new robot description is not used:</b> {escaped(error.message)}"
+            self._refusal.content = note_html(
+                f"<b>The new robot description is not used:</b> {escaped_html(error.message)}"
             )
             self._refusal.visible = True
             return
@@ -144,7 +149,7 @@ class JointsPanel(Panel):
             joints.update(self._joints.names, self._joints.positions())
         self._urdf, self._joints = message.data, joints
         self._build_sliders(_sliders_of(joints, limits))
-        self._targets.begin(joints, limits)
+        self._selector.set_joints(joints, limits)
 
     def _build_sliders(self, specs: list[_Slider]) -> None:
         if specs == self._specs:
@@ -186,40 +191,40 @@ class JointsPanel(Panel):
             # Where sliders have put a picture is no measurement of a robot.
             self._is_immediate = mover.is_immediate
             self._measured.clear()
-        self._heard_s = time.monotonic()
-        self._say_who_moves()
-        self._take_over.visible = self._targets.can_take_over
+        self._received_s = time.monotonic()
+        self._show_mover()
+        self._take_over.visible = self._selector.can_take_over
         self._disable()
 
-    def _say_who_moves(self) -> None:
-        mover = self._targets.mover
+    def _show_mover(self) -> None:
+        mover = self._selector.mover
         if mover is None:
             return
         why = _SILENCE_OF_CONTROLLERS if isinstance(mover, ControllerMover) else _SILENCE
-        content = _note(mover.description + (why if self._is_silent else ""))
+        content = note_html(mover.description + (why if self._is_silent else ""))
         if content != self._note.content:
             self._note.content = content
 
     @property
     def _is_silent(self) -> bool:
-        """Whether no joint states have come for a while from those who are to send them."""
-        is_late = time.monotonic() - self._heard_s > _SILENCE_S
+        """Whether expected joint states have not been received for 3 s."""
+        is_late = time.monotonic() - self._received_s > _SILENCE_S
         return is_late and (
-            isinstance(self._targets.mover, ControllerMover) or self._targets.is_measured
+            isinstance(self._selector.mover, ControllerMover) or self._selector.is_measured
         )
 
     def _disable(self) -> None:
-        """Let those sliders be moved that move something."""
-        mover = self._targets.mover
+        """Disable the sliders of joints that cannot be moved."""
+        mover = self._selector.mover
         for name, slider in self._sliders.items():
-            disabled = mover is None or not mover.moves(name, self._measured)
+            disabled = mover is None or not mover.can_move(name, self._measured)
             if slider.disabled != disabled:
                 slider.disabled = disabled
 
     # --- moving -------------------------------------------------------------------------------
 
     def _hand(self, spec: _Slider) -> Callable[[Any], None]:
-        take = self.page.on(self._moved_by_hand)
+        take = self.page.on_node_thread(self._moved_by_hand)
 
         def moved(event: Any) -> None:
             # What is set from here comes without a client. The value is read now: by the time the
@@ -234,7 +239,7 @@ class JointsPanel(Panel):
         self._command({spec.name: self._unwrapped(spec, value)})
 
     def _unwrapped(self, spec: _Slider, value: float) -> float:
-        """A slider's value in the turn that a joint without end is in."""
+        """Return a slider's value in the present turn of a continuous joint."""
         value = min(max(value, spec.minimum), spec.maximum)
         measured = self._measured.get(spec.name)
         if not spec.turns or measured is None:
@@ -258,12 +263,12 @@ class JointsPanel(Panel):
         )
 
     def _command(self, positions: dict[str, float]) -> None:
-        mover = self._targets.mover
+        mover = self._selector.mover
         if self._joints is None or mover is None:
             return
         # The slider of what cannot be moved goes back to what is measured.
         moved = {
-            name: value for name, value in positions.items() if mover.moves(name, self._measured)
+            name: value for name, value in positions.items() if mover.can_move(name, self._measured)
         }
         if not moved:
             return
@@ -281,22 +286,22 @@ class JointsPanel(Panel):
         stamp_s = to_nanoseconds(state.header.stamp) * 1e-9 or time.monotonic()
         if stamp_s < self._robot_s - _LATE_S:
             self._goals.clear()
-        self._robot_s, self._heard_s = stamp_s, time.monotonic()
+        self._robot_s, self._received_s = stamp_s, time.monotonic()
         for name, position in zip(state.name, state.position, strict=False):
             if math.isfinite(position):
                 self._measured[name] = position
 
     def tick(self) -> None:
-        """Show the joints' positions, or their commanded ones."""
+        """Set the sliders to the measured positions, or to commanded ones not reached yet."""
         if self._is_silent:
             # A joint that is not moved would be sent to where it stood long ago.
             self._measured.clear()
             self._goals.clear()
-        self._say_who_moves()
+        self._show_mover()
         self._disable()
         for spec in self._specs:
             slider, shown = self._sliders[spec.name], self._shown[spec.name]
-            # Somebody moves it at this moment: that is on its way to here.
+            # The user is moving it: the event is still pending.
             if slider.value != shown:
                 continue
             position = self._measured.get(spec.name)
@@ -340,10 +345,6 @@ def _wrapped(angle: float) -> float:
 
 
 def _within(spec: _Slider, position: float) -> float:
-    """Where a slider shows a position."""
+    """Return the value at which a slider shows a position."""
     position = _wrapped(position) if spec.turns else position
     return min(max(position, spec.minimum), spec.maximum)
-
-
-def _note(content: str) -> str:
-    return f'<div style="padding:0 .75em .5em;font-size:14px;line-height:1.4">{content}</div>'

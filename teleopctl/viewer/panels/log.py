@@ -1,7 +1,6 @@
-"""What nodes say on ``/rosout``, the newest first.
+"""Panel of the messages on ``/rosout``, the newest first.
 
-Lines are shown in blocks of a few, each an element of the page: a new line sends the block that it
-is in and nothing else.
+Messages are shown in blocks, each an element of the page, so that a new message sends one block.
 """
 
 from __future__ import annotations
@@ -11,15 +10,14 @@ from collections import deque
 from typing import Any, ClassVar, NamedTuple
 
 from teleopctl.node import qos_profile_rosout_default
-from teleopctl.viewer.html import escaped, escaped_lines
-from teleopctl.viewer.page.page import Page
-from teleopctl.viewer.panels.base import Panel
+from teleopctl.viewer.html import escaped_html, escaped_html_lines
+from teleopctl.viewer.panels.base import Page, Panel
 
 MOST_LINES = 1000
-"""Lines that are kept."""
+"""Messages that the panel keeps."""
 
 LINES_OF_A_BLOCK = 25
-"""Lines that are sent together."""
+"""Messages per element of the page."""
 
 _ALL = "(all)"
 _LONGEST_TEXT = 2000
@@ -36,8 +34,8 @@ _LINE = (
 )
 
 
-class LogLineEntry(NamedTuple):
-    """A log message: time, severity, node and text."""
+class LogMessage(NamedTuple):
+    """A message of ``/rosout``: time, severity, logger and text."""
 
     stamp_s: float
     level: int
@@ -46,16 +44,16 @@ class LogLineEntry(NamedTuple):
 
 
 class LogPanel(Panel):
-    """Panel of log lines, filtered by level, node and text."""
+    """Panel of the messages on ``/rosout``, filtered by severity, logger and text."""
 
     title: ClassVar[str] = "Log"
     icon = "list-details"
 
     def __init__(self, page: Page) -> None:
         super().__init__(page)
-        self._lines: deque[LogLineEntry] = deque(maxlen=MOST_LINES)
-        self._new: deque[LogLineEntry] = deque(maxlen=MOST_LINES)
-        self._seen: dict[LogLineEntry, None] = {}
+        self._lines: deque[LogMessage] = deque(maxlen=MOST_LINES)
+        self._new: deque[LogMessage] = deque(maxlen=MOST_LINES)
+        self._seen: dict[LogMessage, None] = {}
         self._nodes: set[str] = set()
         self._blocks: deque[_Block] = deque()
         self._blocks_made = 0
@@ -64,34 +62,34 @@ class LogPanel(Panel):
         self._end: Any = None
 
     def build(self) -> None:
-        """Add the filters and the place of the lines."""
+        """Add the filters, the buttons and the folder of messages."""
         self._level: Any = self.gui.add_dropdown(
-            "Level", tuple(_LEVELS), initial_value="Info", hint="The least serious to show"
+            "Level", tuple(_LEVELS), initial_value="Info", hint="Lowest severity to show"
         )
         self._node: Any = self.gui.add_dropdown("Node", (_ALL,))
         self._text: Any = self.gui.add_text("Contains", "")
         for filter_of_lines in (self._level, self._node, self._text):
-            filter_of_lines.on_update(self.page.on(lambda _event: self._show_anew()))
+            filter_of_lines.on_update(self.page.on_node_thread(lambda _event: self._show_all()))
         self._buttons: Any = self.gui.add_button_group("Lines", ("Pause", "Clear"))
-        self._buttons.on_click(self.page.on(self._pressed))
+        self._buttons.on_click(self.page.on_node_thread(self._pressed))
         self._note = self.gui.add_html("")
         self._place = self.gui.add_folder(None)
-        self._say()
+        self._show_note()
 
     def began(self) -> None:
-        """Subscribe to /rosout, which repeats the messages of the last seconds."""
+        """Subscribe to ``/rosout``; transient local publishers send their last messages again."""
         self._end = self.page.stage.subscribe(
             "/rosout", "rcl_interfaces/msg/Log", self._take, qos_profile_rosout_default
         )
 
     def ended(self) -> None:
-        """Unsubscribe from /rosout."""
+        """Unsubscribe from ``/rosout``."""
         if self._end is not None:
             self._end()
             self._end = None
 
     def _take(self, message: Any) -> None:
-        line = LogLineEntry(
+        line = LogMessage(
             message.stamp.sec + message.stamp.nanosec * 1e-9,
             message.level,
             message.name,
@@ -105,11 +103,11 @@ class LogPanel(Panel):
         self._new.append(line)
 
     def tick(self) -> None:
-        """Show new messages; after many, wait until the browser has drawn them."""
+        """Show new messages; after many, skip ticks until the browser has drawn them."""
         if self._wait_ticks:
             self._wait_ticks -= 1
         elif self._new and not self._paused:
-            # Who looks anew is told by each node what it said before, one node after the other.
+            # After subscribing, the last messages come node by node.
             new = sorted(self._new, key=_stamp)
             self._new.clear()
             self._lines.extend(new)
@@ -117,19 +115,19 @@ class LogPanel(Panel):
             shown = [line for line in new if self._is_wanted(line)]
             self._add(shown)
             self._wait_ticks = len(shown) // LINES_OF_A_BLOCK
-            self._say()
+            self._show_note()
 
     def _pressed(self, event: Any) -> None:
         if event.target.value == "Clear":
             self._lines.clear()
             self._new.clear()
-            self._show_anew()
+            self._show_all()
         else:
             self._paused = not self._paused
             self._buttons.options = ("Resume" if self._paused else "Pause", "Clear")
-            self._say()
+            self._show_note()
 
-    def _offer_nodes(self, lines: list[LogLineEntry]) -> None:
+    def _offer_nodes(self, lines: list[LogMessage]) -> None:
         new = {line.node for line in lines} - self._nodes
         # A node that makes up names must not fill the list.
         if new and len(self._nodes) < MOST_LINES:
@@ -138,20 +136,20 @@ class LogPanel(Panel):
             self._node.options = (_ALL, *sorted(self._nodes))
             self._node.value = chosen
 
-    def _is_wanted(self, line: LogLineEntry) -> bool:
+    def _is_wanted(self, line: LogMessage) -> bool:
         return (
             line.level >= _LEVELS[self._level.value]
             and self._node.value in (_ALL, line.node)
             and self._text.value.lower() in line.text.lower()
         )
 
-    def _show_anew(self) -> None:
+    def _show_all(self) -> None:
         while self._blocks:
             self._blocks.pop().remove()
         self._add([line for line in self._lines if self._is_wanted(line)])
-        self._say()
+        self._show_note()
 
-    def _add(self, lines: list[LogLineEntry]) -> None:
+    def _add(self, lines: list[LogMessage]) -> None:
         start = 0
         while start < len(lines):
             if not self._blocks or self._blocks[0].room == 0:
@@ -166,9 +164,9 @@ class LogPanel(Panel):
         while (len(self._blocks) - 1) * LINES_OF_A_BLOCK >= MOST_LINES:
             self._blocks.pop().remove()
 
-    def _say(self) -> None:
+    def _show_note(self) -> None:
         shown = sum(block.count for block in self._blocks)
-        note = f"{shown} of {len(self._lines)} lines" if self._lines else "Nothing was said yet."
+        note = f"{shown} of {len(self._lines)} lines" if self._lines else "No messages yet."
         if self._paused:
             note = f"Paused. {note}"
         content = f'<div style="padding:0 12px 6px;font-size:12px;opacity:.6">{note}</div>'
@@ -177,7 +175,7 @@ class LogPanel(Panel):
 
 
 class _Block:
-    """Some lines that are one element of the page, the newest first."""
+    """Element of the page with up to `LINES_OF_A_BLOCK` messages, the newest first."""
 
     def __init__(self, handle: Any) -> None:
         self._handle = handle
@@ -185,16 +183,16 @@ class _Block:
 
     @property
     def count(self) -> int:
-        """Number of lines in the block."""
+        """Number of messages in the block."""
         return len(self._lines)
 
     @property
     def room(self) -> int:
-        """Number of lines that the block still takes."""
+        """Number of messages that can still be added."""
         return LINES_OF_A_BLOCK - len(self._lines)
 
-    def add(self, lines: list[LogLineEntry]) -> None:
-        """Add lines, in the order of their time."""
+    def add(self, lines: list[LogMessage]) -> None:
+        """Add messages, the oldest first, and send the block to the browsers."""
         self._lines += [_shown(line) for line in lines]
         body = "".join(reversed(self._lines))
         self._handle.content = f'<div style="padding:0 12px">{body}</div>'
@@ -204,22 +202,22 @@ class _Block:
         self._handle.remove()
 
 
-def _stamp(line: LogLineEntry) -> float:
+def _stamp(line: LogMessage) -> float:
     return line.stamp_s
 
 
-def _shown(line: LogLineEntry) -> str:
+def _shown(line: LogMessage) -> str:
     level = max((known for known in _COLORS if known <= line.level), default=10)
     return _LINE.format(
         color=_COLORS[level],
         time=_time_text(line.stamp_s),
-        node=escaped(line.node),
-        text=escaped_lines(line.text, _LONGEST_TEXT),
+        node=escaped_html(line.node),
+        text=escaped_html_lines(line.text, _LONGEST_TEXT),
     )
 
 
 def _time_text(stamp_s: float) -> str:
-    """The time of the day, or seconds where a simulation's clock began near 0."""
+    """Return the time of day, or seconds for a simulated time."""
     if stamp_s < _A_DAY_S:
         return f"{stamp_s:.3f} s"
     try:

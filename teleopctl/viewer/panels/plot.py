@@ -1,4 +1,4 @@
-"""Numbers of topics over time, as rqt_plot draws them."""
+"""Panel of plots of numeric message fields over time, as rqt_plot has them."""
 
 from __future__ import annotations
 
@@ -7,12 +7,18 @@ from typing import Any, ClassVar
 
 from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces import NumericField
-from teleopctl.viewer.html import ago, escaped_markdown
-from teleopctl.viewer.page.page import Page
-from teleopctl.viewer.panels.base import Panel
-from teleopctl.viewer.panels.plots.chart import COLORS, MOST_LINES, Chart, PlotLine
-from teleopctl.viewer.panels.plots.files import PlotCurve, to_csv, to_png
-from teleopctl.viewer.panels.plots.topic import PlottedTopic
+from teleopctl.viewer.html import age_text, escaped_markdown
+from teleopctl.viewer.panels.base import Page, Panel
+from teleopctl.viewer.panels.plot_chart import (
+    COLORS,
+    MOST_LINES,
+    Chart,
+    PlotCurve,
+    PlotLine,
+    plot_csv,
+    plot_png,
+)
+from teleopctl.viewer.panels.plot_series import PlottedTopic
 
 MOST_CHARTS = 20
 
@@ -23,12 +29,12 @@ _LONGEST_WINDOW_S = 600.0
 # Of ten ticks a second: five drawings, of half of the plots in turn.
 _TURNS = 2
 _TICKS_PER_LIST = 10
-# A topic that nothing comes from for so long has ended, or its node hangs.
+# A topic without messages for so long has ended, or its node hangs.
 _SILENT_S = 3.0
 
 
 class PlotPanel(Panel):
-    """Panel of plots of numeric message fields."""
+    """Panel of plots of numeric message fields over time."""
 
     title: ClassVar[str] = "Plot"
     icon = "chart-line"
@@ -45,8 +51,8 @@ class PlotPanel(Panel):
         self._ticks = 0
 
     def build(self) -> None:
-        """Add the choice of a field, the common controls and the place of the plots."""
-        on = self.page.on
+        """Add the choice of topic and field, the common controls and the folder of plots."""
+        on = self.page.on_node_thread
         self._topic: Any = self.gui.add_dropdown("Topic", (_CHOOSE,))
         self._topic.on_update(on(lambda _event: self._choose_topic()))
         self._field: Any = self.gui.add_dropdown(
@@ -56,7 +62,11 @@ class PlotPanel(Panel):
         self._add_button = self.gui.add_button("Add")
         self._add_button.on_click(on(lambda _event: self._add()))
         self._window: Any = self.gui.add_number(
-            "Seconds", _FIRST_WINDOW_S, min=1.0, max=_LONGEST_WINDOW_S, hint="How far back"
+            "Seconds",
+            _FIRST_WINDOW_S,
+            min=1.0,
+            max=_LONGEST_WINDOW_S,
+            hint="Length of the time window",
         )
         self._buttons: Any = self.gui.add_button_group("All plots", ("Pause", "Clear"))
         self._buttons.on_click(on(self._pressed))
@@ -66,24 +76,24 @@ class PlotPanel(Panel):
     # --- listening ----------------------------------------------------------------------------
 
     def began(self) -> None:
-        """Subscribe to the plotted topics, and clear the plots."""
+        """Drop old samples, and subscribe to the plotted topics."""
         self._watched = True
         for topic in self._topics.values():
             topic.clear()
-            topic.begin()
+            topic.subscribe()
 
     def ended(self) -> None:
-        """Unsubscribe from everything."""
+        """Unsubscribe from all topics; the plots stay."""
         self._watched = False
         for topic in self._topics.values():
-            topic.end()
+            topic.unsubscribe()
 
     def graph_changed(self) -> None:
         """Mark the offered topics as outdated, to be updated at the next tick."""
         self._is_graph_new = True
 
     def _follow_graph(self) -> None:
-        """Offer the topics that there are, and listen as their publishers offer."""
+        """Update the offered topics, and the QoS of the subscriptions."""
         self._is_graph_new = False
         options = (_CHOOSE, *sorted(self._published()))
         if options != tuple(self._topic.options):
@@ -93,10 +103,10 @@ class PlotPanel(Panel):
                 self._topic.value = chosen
         if self._watched:
             for topic in self._topics.values():
-                topic.begin()
+                topic.subscribe()
 
     def _published(self) -> dict[str, str]:
-        """The topics that somebody publishes, with their types."""
+        """Return the topics with publishers, and their types."""
         graph = self.page.node.graph()
         return {
             name: types[0]
@@ -108,15 +118,15 @@ class PlotPanel(Panel):
         topic = self._topics.get(name)
         if topic is None:
             topic = PlottedTopic(self.page.stage, name, type_name)
-            topic.begin()
+            topic.subscribe()
             self._topics[name] = topic
         return topic
 
     def _forget_unused(self) -> None:
-        """Listen no more to what is neither chosen nor drawn."""
+        """Unsubscribe from topics that are neither chosen nor drawn."""
         drawn = {line.topic for chart in self._charts for line in chart.lines}
         for name in self._topics.keys() - drawn - {self._topic.value}:
-            self._topics.pop(name).end()
+            self._topics.pop(name).unsubscribe()
 
     # --- choosing -----------------------------------------------------------------------------
 
@@ -130,7 +140,7 @@ class PlotPanel(Panel):
             self._listen(name, type_name)
 
     def _list_fields(self) -> None:
-        """Offer the numbers of the newest message, beside those of earlier ones."""
+        """Add the numeric fields of the newest message to the offered ones."""
         topic = self._topics.get(self._topic.value)
         if topic is None:
             return
@@ -173,7 +183,7 @@ class PlotPanel(Panel):
         self._charts_made += 1
         with self._place:
             chart = Chart(self.gui, f"Plot {self._charts_made}", lambda event: pressed(event))
-        pressed = self.page.on(lambda event: self._pressed_at(chart, event))
+        pressed = self.page.on_node_thread(lambda event: self._pressed_at(chart, event))
         self._charts.append(chart)
         self._offer_charts(chart.title)
         return chart
@@ -195,7 +205,7 @@ class PlotPanel(Panel):
             if self._paused:
                 chart.freeze()
             else:
-                chart.move_on()
+                chart.resume()
 
     def _pressed_at(self, chart: Chart, event: Any) -> None:
         if event.target.value == "Remove":
@@ -205,8 +215,8 @@ class PlotPanel(Panel):
         if event.target.value == "CSV":
             names = [line.full_name for line in chart.lines]
             samples = chart.samples(self._window.value)
-            self.page.stage.work(
-                lambda: to_csv(names, samples),
+            self.page.stage.run_in_background(
+                lambda: plot_csv(names, samples),
                 lambda content: _send(event.client, f"{name}.csv", content),
             )
         else:
@@ -216,8 +226,8 @@ class PlotPanel(Panel):
                 PlotCurve(line.label, color, some)
                 for line, color, some in zip(chart.lines, COLORS, values, strict=False)
             ]
-            self.page.stage.work(
-                lambda: to_png(times, curves),
+            self.page.stage.run_in_background(
+                lambda: plot_png(times, curves),
                 lambda content: _send(event.client, f"{name}.png", content),
             )
 
@@ -229,35 +239,35 @@ class PlotPanel(Panel):
         drawn = {(line.topic, line.path) for other in self._charts for line in other.lines}
         for line in chart.lines:
             if (line.topic, line.path) not in drawn and line.topic in self._topics:
-                self._topics[line.topic].forget(line.path)
+                self._topics[line.topic].remove_field(line.path)
         self._forget_unused()
         self._offer_charts(_NEW)
 
     # --- drawing ------------------------------------------------------------------------------
 
     def tick(self) -> None:
-        """Redraw plots with new samples."""
+        """Redraw plots with new samples, half of them per tick."""
         self._ticks += 1
         if self._is_graph_new and self._ticks % _TICKS_PER_LIST == 0:
             self._follow_graph()
         if self._ticks % _TICKS_PER_LIST == 0 or not self._fields:
             self._list_fields()
         if self._ticks % _TICKS_PER_LIST == 0:
-            self._tell_of_silence()
+            self._show_silence()
         for chart in self._charts[self._ticks % _TURNS :: _TURNS]:
             chart.draw(self._window.value)
 
-    def _tell_of_silence(self) -> None:
-        """Write above each plot which of its topics have ended: it looks as if it went on."""
+    def _show_silence(self) -> None:
+        """Show above each plot which of its topics have sent nothing for 3 s."""
         now_s = time.monotonic()
-        ages = {name: now_s - topic.came_s for name, topic in self._topics.items()}
+        ages = {name: now_s - topic.received_s for name, topic in self._topics.items()}
         for chart in self._charts:
             silent = sorted({line.topic for line in chart.lines if ages[line.topic] > _SILENT_S})
-            chart.say(
+            chart.show_note(
                 ". ".join(
-                    f"The last message of {escaped_markdown(name)} came {ago(ages[name])}"
+                    f"Last message of {escaped_markdown(name)}: {age_text(ages[name])}"
                     if self._topics[name].newest is not None
-                    else f"No message of {escaped_markdown(name)} has come"
+                    else f"No message of {escaped_markdown(name)} yet"
                     for name in silent
                 )
             )
@@ -265,12 +275,12 @@ class PlotPanel(Panel):
 
 def _line(topic: PlottedTopic, field: NumericField) -> PlotLine:
     label = f"{field.label} {field.path.partition('[')[0]}" if field.label else ""
-    line = PlotLine(topic.name, field.path, label, topic.follow(field.path))
+    line = PlotLine(topic.name, field.path, label, topic.add_field(field.path))
     return line if label else line._replace(label=line.full_name)
 
 
 def _text_of(field: NumericField) -> str:
-    """A field in the list: its path and what the message calls it."""
+    """Return a field's text in the list: its path and its label in the message."""
     if field.length is not None:
         return f"{field.path} (all {field.length})"
     return f"{field.path}  {field.label}" if field.label else field.path

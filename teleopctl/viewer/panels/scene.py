@@ -1,4 +1,4 @@
-"""What is in the picture: the fixed frame, and the list of displays with their properties."""
+"""Panel of the 3D view: fixed frame, click tools, and displays with their properties."""
 
 from __future__ import annotations
 
@@ -10,20 +10,19 @@ from teleopctl.base.printable import printable_line
 from teleopctl.viewer.displays.base import ERROR, OK, Display
 from teleopctl.viewer.displays.properties import Property
 from teleopctl.viewer.html import escaped_markdown
-from teleopctl.viewer.page.page import Page
-from teleopctl.viewer.page.server import PageError
-from teleopctl.viewer.panels.base import Panel
+from teleopctl.viewer.page_server import PageError
+from teleopctl.viewer.panels.base import Page, Panel
 from teleopctl.viewer.panels.click_tools import ClickTools
 
 _ROOT = "(root)"
-_RESET_HINT = "Forget all transforms and drawn messages, and begin again with what comes (key R)"
-# Names that come and go ten times a second would be sent each time, with all others.
+_RESET_HINT = "Clear all transforms and displays (key R)"
+# Options are sent whole: once a second is enough.
 _TICKS_PER_LIST = 10
 _MARKS = {OK: "", ERROR: "🔴 "}
 
 
 class ScenePanel(Panel):
-    """Panel of the displays: add, remove, enable and set them."""
+    """Panel of the 3D view: fixed frame, click tools, and displays with their properties."""
 
     title: ClassVar[str] = "Scene"
     icon = "stack-2"
@@ -39,51 +38,53 @@ class ScenePanel(Panel):
         self._fixed: Any = self.gui.add_dropdown(
             "Fixed frame", (_ROOT,), hint="The frame in which everything is drawn"
         )
-        self._fixed.on_update(self.page.on(self._fix))
+        self._fixed.on_update(self.page.on_node_thread(self._set_fixed_frame))
         reset: Any = self.gui.add_button_group("Picture", ("Reset",), hint=_RESET_HINT)
-        reset.on_click(self.page.on(lambda _event: self.page.reset()))
+        reset.on_click(self.page.on_node_thread(lambda _event: self.page.reset()))
         # RViz's key.
         command = self.gui.add_command("Reset", description=_RESET_HINT, hotkey="R")
-        command.on_trigger(self.page.on(lambda _event: self.page.reset()))
+        command.on_trigger(self.page.on_node_thread(lambda _event: self.page.reset()))
         self._tools.build()
         self._list = self.gui.add_folder("Displays")
         with self.gui.add_folder("Add", expand_by_default=False):
             self._kind = self.gui.add_dropdown(
                 "Display", tuple(plugins.available(plugins.DISPLAYS))
             )
-            self.gui.add_button("Add display").on_click(self.page.on(lambda _event: self._add()))
-        self.gui.add_button("Save view").on_click(self.page.on(self._save))
+            self.gui.add_button("Add display").on_click(
+                self.page.on_node_thread(lambda _event: self._add())
+            )
+        self.gui.add_button("Save view").on_click(self.page.on_node_thread(self._save))
         self._show_displays()
 
     def _save(self, event: Any) -> None:
-        picture = self.page.picture
-        text = picture.text(event.client.camera)
-        if picture.path is None:
+        view = self.page.scene_view
+        text = view.text(event.client.camera)
+        if view.path is None:
             event.client.send_file_download("view.rviz", text.encode())
             return
         try:
-            picture.path.write_text(text, encoding="utf-8")
+            view.path.write_text(text, encoding="utf-8")
         except OSError as error:
-            raise PageError(f"{picture.path} cannot be written: {error.strerror}") from error
-        self.page.notify("Saved", str(picture.path))
+            raise PageError(f"{view.path} cannot be written: {error.strerror}") from error
+        self.page.notify("Saved", str(view.path))
 
-    def _fix(self, event: Any) -> None:
-        self.page.frames.fix("" if event.target.value == _ROOT else event.target.value)
+    def _set_fixed_frame(self, event: Any) -> None:
+        self.page.frames.set_fixed_frame("" if event.target.value == _ROOT else event.target.value)
 
     def _add(self) -> None:
-        self.page.picture.add(self._kind.value)
+        self.page.scene_view.add(self._kind.value)
 
     def tick(self) -> None:
-        """Update the list of displays and their status."""
+        """Update the list of displays, and the status of each."""
         self._show_displays()
         for row in self._rows.values():
-            row.follow()
+            row.show_status()
         if self._ticks % _TICKS_PER_LIST == 0:
             self._offer_frames()
         self._ticks += 1
 
     def _offer_frames(self) -> None:
-        """Offer the frames that there are."""
+        """Update the offered frames, for the fixed frame and properties of displays."""
         frames = sorted(self.page.frames.by_name)
         names = (_ROOT, *frames)
         if names != tuple(self._fixed.options):
@@ -92,31 +93,31 @@ class ScenePanel(Panel):
             if chosen in names:
                 self._fixed.value = chosen
         for row in self._rows.values():
-            row.offer_frames(frames)
+            row.set_frame_options(frames)
 
     def ended(self) -> None:
         """Deactivate the active click tool."""
-        self._tools.put_away()
+        self._tools.deactivate()
 
     def graph_changed(self) -> None:
-        """Offer the topics of the graph to all displays."""
+        """Update the topics offered for each display."""
         topics = dict(self.page.node.get_topic_names_and_types())
         for row in self._rows.values():
-            row.offer(topics)
+            row.set_topic_options(topics)
 
     def _show_displays(self) -> None:
-        shown = {id(display): display for display in self.page.picture.displays}
+        shown = {id(display): display for display in self.page.scene_view.displays}
         for key in [key for key in self._rows if key not in shown]:
             self._rows.pop(key).remove()
         for key, display in shown.items():
             if key not in self._rows:
                 with self._list:
                     self._rows[key] = _Row(self.page, display)
-                self._rows[key].offer(dict(self.page.node.get_topic_names_and_types()))
+                self._rows[key].set_topic_options(dict(self.page.node.get_topic_names_and_types()))
 
 
 class _Row:
-    """One display in the list."""
+    """Folder of one display: status, topic, properties and parts."""
 
     def __init__(self, page: Page, display: Display) -> None:
         self._page, self._display = page, display
@@ -124,17 +125,19 @@ class _Row:
         self._folder = gui.add_folder(display.name, expand_by_default=False)
         self._topic: Any = None
         self._parts: dict[str, Any] = {}
-        # The dropdowns of frames, each with what may stand there besides.
+        # The dropdowns of frames, each with its default value.
         self._frames: list[tuple[Any, str]] = []
         with self._folder:
             self._status = gui.add_markdown("", visible=False)
             enabled = gui.add_checkbox("Show", display.is_enabled)
             enabled.on_update(
-                page.on(lambda event: page.picture.enable(display, enabled=event.target.value))
+                page.on_node_thread(
+                    lambda event: page.scene_view.enable(display, enabled=event.target.value)
+                )
             )
             if display.message_type:
                 self._topic = gui.add_dropdown("Topic", (display.topic or "",))
-                self._topic.on_update(page.on(self._choose_topic))
+                self._topic.on_update(page.on_node_thread(self._choose_topic))
             for known in display.properties:
                 self._add(known)
             if display.parts_title:
@@ -144,7 +147,7 @@ class _Row:
                 with self._parts_folder:
                     self._parts_text = gui.add_markdown("", visible=False)
             gui.add_button("Remove", color="red").on_click(
-                page.on(lambda _event: page.picture.remove(display))
+                page.on_node_thread(lambda _event: page.scene_view.remove(display))
             )
 
     def _add(self, known: Property) -> None:
@@ -170,14 +173,18 @@ class _Row:
         def changed(event: Any) -> None:
             self._display.set(known.name, event.target.value)
 
-        handle.on_update(self._page.on(changed))
+        handle.on_update(self._page.on_node_thread(changed))
 
     def _choose_topic(self, event: Any) -> None:
         if event.target.value != self._display.topic:
-            self._display.listen_to(event.target.value)
+            self._display.set_topic(event.target.value)
 
-    def offer(self, topics: dict[str, list[str]]) -> None:
-        """Offer the topics that suit the display."""
+    def set_topic_options(self, topics: dict[str, list[str]]) -> None:
+        """Offer the topics of the display's message types.
+
+        Args:
+            topics: Types of all topics of the graph.
+        """
         if self._topic is None:
             return
         own = self._display.topic
@@ -188,8 +195,8 @@ class _Row:
             self._topic.options = options
             self._topic.value = own
 
-    def follow(self) -> None:
-        """Show the display's status."""
+    def show_status(self) -> None:
+        """Show the display's status and parts."""
         level, text = self._display.status
         content = "" if level == OK and not text else f"**{level}** {escaped_markdown(text)}"
         if content != self._status.content:
@@ -197,17 +204,17 @@ class _Row:
             self._status.visible = bool(content)
         self._offer_parts()
 
-    def offer_frames(self, names: list[str]) -> None:
-        """Offer the known frames for the display's frame properties."""
-        for handle, besides in self._frames:
+    def set_frame_options(self, names: list[str]) -> None:
+        """Offer frames for the properties of the display that are frames."""
+        for handle, default in self._frames:
             chosen = handle.value
-            options = (besides, *sorted({*names, chosen} - {besides}))
+            options = (default, *sorted({*names, chosen} - {default}))
             if options != tuple(handle.options):
                 handle.options = options
                 handle.value = chosen
 
     def _offer_parts(self) -> None:
-        """Offer to switch the display's parts on and off, as they come and go."""
+        """Add and remove the checkboxes of the display's parts."""
         parts = self._display.parts()
         text = self._display.parts_text()
         if text and text != self._parts_text.content:
@@ -220,7 +227,7 @@ class _Row:
                 continue
             with self._parts_folder:
                 box = self._page.gui.add_checkbox(printable_line(name) or "(no name)", shown)
-            box.on_update(self._page.on(self._part_switch(name)))
+            box.on_update(self._page.on_node_thread(self._part_switch(name)))
             self._parts[name] = box
             self._parts_folder.visible = True
 
@@ -228,5 +235,5 @@ class _Row:
         return lambda event: self._display.show_part(name, shown=event.target.value)
 
     def remove(self) -> None:
-        """Remove the display from the list."""
+        """Remove the folder from the page."""
         self._folder.remove()

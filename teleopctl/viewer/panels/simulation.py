@@ -1,4 +1,4 @@
-"""The simulation: its time and pace, and play, pause, step and reset."""
+"""Panel of a simulator: time and real-time factor, play, pause, step and reset."""
 
 from __future__ import annotations
 
@@ -14,10 +14,9 @@ from teleopctl.node import (
     qos_profile_parameter_events,
     qos_profile_sensor_data,
 )
-from teleopctl.viewer.html import escaped
-from teleopctl.viewer.page.page import Page
-from teleopctl.viewer.panels.base import Panel
-from teleopctl.viewer.remote.service_calls import ServiceCalls
+from teleopctl.viewer.html import escaped_html, note_html
+from teleopctl.viewer.panels.base import Page, Panel
+from teleopctl.viewer.service_calls import ServiceCalls, servers_of
 
 _PACKAGE = "mujoco_ros2_control_msgs/srv"
 _PAUSE = "set_pause"
@@ -29,16 +28,16 @@ _MEASURED_S = 1.0
 _LEAST_S = 0.2
 _STANDS_S = 0.6
 # The simulator itself waits up to half a minute for many steps.
-_PATIENCE_S = 40.0
+_TIMEOUT_S = 40.0
 _TICKS_PER_TEXT = 2
 _GREEN, _AMBER = "#2f9e44", "#e0a100"
-_NOBODY = "No simulation runs. Start one with <code>teleopctl launch sim.yaml</code>."
+_NOBODY = "No simulation is running. Start one with <code>teleopctl launch sim.yaml</code>."
 
 # Any stands for messages: their classes are made at run time, from definitions.
 
 
 class SimulationPanel(Panel):
-    """Panel with the time and pace of a simulator, and buttons to control them."""
+    """Panel of a simulator: time and real-time factor, play, pause, step and reset."""
 
     title: ClassVar[str] = "Simulation"
     icon = "player-play"
@@ -63,41 +62,34 @@ class SimulationPanel(Panel):
         with self._place:
             self._text = self.gui.add_html("")
             self._time: Any = self.gui.add_button_group("Time", ("Play", "Pause", "Step"))
-            self._time.on_click(self.page.on(self._pressed))
+            self._time.on_click(self.page.on_node_thread(self._pressed))
             self._steps: Any = self.gui.add_number(
                 "Steps", 10, min=1, max=1_000_000, step=1, hint="Physics steps of one Step"
             )
             self._pace: Any = self.gui.add_dropdown(
                 "Pace", (_label(1.0),), visible=False, hint="Simulated seconds in one second"
             )
-            self._pace.on_update(self.page.on(self._choose_pace))
+            self._pace.on_update(self.page.on_node_thread(self._choose_pace))
             self._reset: Any = self.gui.add_button_group("World", ("Reset",))
-            self._reset.on_click(self.page.on(lambda _event: self._reset_world()))
+            self._reset.on_click(self.page.on_node_thread(lambda _event: self._reset_world()))
 
     def began(self) -> None:
-        """Look for a simulator in the graph."""
+        """Subscribe to a simulator of the graph, if there is one."""
         self._is_watched = True
         self._look()
 
     def ended(self) -> None:
-        """Unsubscribe from everything."""
+        """Unsubscribe from the simulator."""
         self._is_watched = False
         self._follow("")
 
     def graph_changed(self) -> None:
-        """Follow simulators that come and go."""
+        """Change to another simulator if the followed one has gone, or if none was there."""
         if self._is_watched:
             self._look()
 
     def _look(self) -> None:
-        node = self.page.node
-        simulators = sorted(
-            name.removesuffix(f"/{_PAUSE}")
-            for name, types in node.get_service_names_and_types()
-            if name.endswith(f"/{_PAUSE}")
-            and f"{_PACKAGE}/SetPause" in types
-            and node.count_services(name)
-        )
+        simulators = servers_of(self.page.node, _PAUSE, f"{_PACKAGE}/SetPause")
         if self._simulator not in simulators:
             self._follow(simulators[0] if simulators else "")
 
@@ -116,12 +108,12 @@ class SimulationPanel(Panel):
         stage = self.page.stage
         self._ends = [
             stage.subscribe(
-                "/clock", "rosgraph_msgs/msg/Clock", self._take_time, qos_profile_sensor_data
+                "/clock", "rosgraph_msgs/msg/Clock", self._receive_clock, qos_profile_sensor_data
             ),
             stage.subscribe(
                 "/parameter_events",
                 "rcl_interfaces/msg/ParameterEvent",
-                self._take_event,
+                self._receive_parameter_event,
                 qos_profile_parameter_events,
             ),
         ]
@@ -137,7 +129,7 @@ class SimulationPanel(Panel):
 
     # --- time ---------------------------------------------------------------------------------
 
-    def _take_time(self, message: Any) -> None:
+    def _receive_clock(self, message: Any) -> None:
         simulated_s = to_nanoseconds(message.clock) * 1e-9
         if self._clock and simulated_s < self._clock[-1][1]:
             self._clock.clear()
@@ -181,20 +173,20 @@ class SimulationPanel(Panel):
 
     def _show(self) -> None:
         if self.is_running and time.monotonic() - self._paused_s > _STANDS_S:
-            # Somebody else lets it run; what comes sooner was on its way.
+            # Another program has resumed it; messages right after the pause are ignored.
             self._is_paused = False
         color = _GREEN if self.is_running else _AMBER
-        word = "running" if self.is_running else "paused" if self._is_paused else "standing still"
+        word = "running" if self.is_running else "paused" if self._is_paused else "stopped"
         now = f"{self._clock[-1][1]:.2f} s" if self._clock else "-"
         content = _note(
             f'<span style="color:{color}">●</span> <b>{word}</b> '
-            f'<span style="opacity:.7">{escaped(self._simulator)}</span><br>'
+            f'<span style="opacity:.7">{escaped_html(self._simulator)}</span><br>'
             f"Simulated time <b>{now}</b>, {self.measured_factor():.2f}x real time"
         )
         if content != self._text.content:
             self._text.content = content
 
-    # --- what a person does -------------------------------------------------------------------
+    # --- input of the user --------------------------------------------------------------------
 
     def _pressed(self, event: Any) -> None:
         if event.target.value != "Step":
@@ -216,10 +208,10 @@ class SimulationPanel(Panel):
             then()
 
         what = "Pause" if paused else "Play"
-        self._ask(what, _PAUSE, "SetPause", done, paused=paused)
+        self._call(what, _PAUSE, "SetPause", done, paused=paused)
 
     def _step(self) -> None:
-        self._ask(
+        self._call(
             "Step",
             "step_simulation",
             "StepSimulation",
@@ -228,9 +220,9 @@ class SimulationPanel(Panel):
         )
 
     def _reset_world(self) -> None:
-        self._ask("Reset the world", "reset_world", "ResetWorld", lambda: None)
+        self._call("Reset the world", "reset_world", "ResetWorld", lambda: None)
 
-    def _ask(
+    def _call(
         self, what: str, service: str, type_name: str, then: Callable[[], object], **fields: Any
     ) -> None:
         def fail(reason: str) -> None:
@@ -247,20 +239,20 @@ class SimulationPanel(Panel):
             f"{_PACKAGE}/{type_name}",
             take,
             fail,
-            patience_s=_PATIENCE_S,
+            timeout_s=_TIMEOUT_S,
             **fields,
         )
 
     # --- pace ---------------------------------------------------------------------------------
 
-    def _take_event(self, event: Any) -> None:
+    def _receive_parameter_event(self, event: Any) -> None:
         if event.node == self._simulator:
             for one in (*event.new_parameters, *event.changed_parameters):
                 if one.name == _FACTOR:
                     self._offer_pace(one.value)
 
     def _offer_pace(self, value: Any) -> None:
-        """Offer the usual factors and the present one; none where the simulator has none."""
+        """Offer real-time factors, or none if the simulator has no such parameter."""
         number = None if value is None else parameter_value_to_python(value)
         self._pace.visible = isinstance(number, int | float) and not isinstance(number, bool)
         if isinstance(number, int | float) and self._pace.visible:
@@ -301,4 +293,4 @@ def _label(factor: float) -> str:
 
 
 def _note(content: str) -> str:
-    return f'<div style="padding:0 .75em .5em;font-size:14px;line-height:1.5">{content}</div>'
+    return note_html(content, 1.5)

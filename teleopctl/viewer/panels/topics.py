@@ -1,4 +1,4 @@
-"""All topics, with their rates if asked for, and the messages of one of them as text."""
+"""Panel with a table of topics, their rates if measured, and the messages of one as text."""
 
 from __future__ import annotations
 
@@ -8,10 +8,9 @@ from typing import Any, ClassVar
 from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces import message_to_yaml
 from teleopctl.node import TopicMeter, Traffic
-from teleopctl.viewer.displays.topic_qos import topic_qos
-from teleopctl.viewer.html import ago, escaped, escaped_lines
-from teleopctl.viewer.page.page import Page
-from teleopctl.viewer.panels.base import Panel
+from teleopctl.viewer.html import age_text, escaped_html, escaped_html_lines
+from teleopctl.viewer.panels.base import Page, Panel
+from teleopctl.viewer.subscriptions import topic_qos
 
 MOST_ROWS = 200
 MOST_MEASURED = 100
@@ -19,7 +18,7 @@ MOST_MEASURED = 100
 _NONE = "(none)"
 _TICKS_PER_TABLE = 10
 _TICKS_PER_ECHO = 2
-# From then on it is said how old a message is: who sent it may have ended.
+# From then on the age of the message is shown.
 _OLD_S = 3.0
 _LONGEST_LIST = 20
 _LONGEST_TEXT = 4000
@@ -35,7 +34,7 @@ _TABLE = (
     'border-collapse:separate;border-spacing:0"><tr style="opacity:.6"><td>{count}</td>'
     '<td style="text-align:right">pub → sub</td></tr>{rows}</table>'
 )
-_SAID = '<div style="padding:0 12px;opacity:.6">{text}</div>'
+_NOTE = '<div style="padding:0 12px;opacity:.6">{text}</div>'
 _ECHO = (
     '<pre style="margin:0 12px;padding:6px 8px;font-size:11px;line-height:1.35;overflow:auto;'
     'max-height:45vh;border:1px solid #8a94a040;border-radius:4px">{text}</pre>'
@@ -43,7 +42,7 @@ _ECHO = (
 
 
 class TopicsPanel(Panel):
-    """Panel with a table of topics, and an echo of one of them."""
+    """Panel with a table of topics, their rates if measured, and an echo of one topic."""
 
     title: ClassVar[str] = "Topics"
     icon = "messages"
@@ -57,19 +56,19 @@ class TopicsPanel(Panel):
         self._end_echo: Any = None
         self._message: Any = None
         self._is_new = False
-        self._came_s = 0.0
+        self._received_s = 0.0
         self._ticks = 0
         self._watched = False
 
     def build(self) -> None:
         """Add the search field, the table and the echo."""
-        on = self.page.on
-        self._search: Any = self.gui.add_text("Search", "", hint="A part of a name or a type")
+        on = self.page.on_node_thread
+        self._search: Any = self.gui.add_text("Search", "", hint="Part of a topic's name or type")
         self._search.on_update(on(lambda _event: self._show_table()))
         self._measure: Any = self.gui.add_checkbox(
-            "Measure", False, hint="Listen to the topics of the table and count their messages"
+            "Measure", False, hint="Subscribe to the topics of the table and measure their rates"
         )
-        self._measure.on_update(on(lambda _event: self._switch()))
+        self._measure.on_update(on(lambda _event: self._update_meter()))
         self._echo: Any = self.gui.add_dropdown("Echo", (_NONE,))
         self._echo.on_update(on(lambda _event: self._choose()))
         self._age = self.gui.add_html("")
@@ -81,16 +80,16 @@ class TopicsPanel(Panel):
     # --- listening ----------------------------------------------------------------------------
 
     def began(self) -> None:
-        """Subscribe to what is echoed and measured."""
+        """Subscribe to the echoed topic, and to the measured ones."""
         self._watched = True
         self._listen()
-        self._switch()
+        self._update_meter()
 
     def ended(self) -> None:
-        """Unsubscribe from everything."""
+        """Unsubscribe from the echoed topic and the measured ones."""
         self._watched = False
-        self._hush()
-        self._switch()
+        self._unsubscribe()
+        self._update_meter()
 
     def graph_changed(self) -> None:
         """Mark the table as outdated, to be updated at the next tick."""
@@ -99,7 +98,7 @@ class TopicsPanel(Panel):
     def _follow_graph(self) -> None:
         names = (_NONE, *self._topics())
         if self._echo.value not in names:
-            # Whoever was echoed may come back.
+            # The echoed topic may come back.
             names = (*names, self._echo.value)
         if names != tuple(self._echo.options):
             chosen = self._echo.value
@@ -113,7 +112,7 @@ class TopicsPanel(Panel):
 
     # --- the table ----------------------------------------------------------------------------
 
-    def _switch(self) -> None:
+    def _update_meter(self) -> None:
         measures = self._watched and self._measure.value
         if measures and self._meter is None:
             self._meter = TopicMeter(self.page.node)
@@ -135,8 +134,8 @@ class TopicsPanel(Panel):
             self._meter.follow(name for name, _ in topics[:MOST_MEASURED])
         rows = [
             _ROW.format(
-                name=escaped(name),
-                type=escaped(", ".join(types)),
+                name=escaped_html(name),
+                type=escaped_html(", ".join(types)),
                 ends=f"{len(graph.publishers(name))} → {len(graph.subscriptions(name))}",
                 traffic=_traffic_text(self._traffic[name]) if name in self._traffic else "",
             )
@@ -161,7 +160,7 @@ class TopicsPanel(Panel):
     # --- the echo -----------------------------------------------------------------------------
 
     def _choose(self) -> None:
-        self._hush()
+        self._unsubscribe()
         self._echoed = "" if self._echo.value == _NONE else self._echo.value
         self._message = None
         self._is_new = False
@@ -173,42 +172,42 @@ class TopicsPanel(Panel):
             return
         types = self._topics().get(self._echoed)
         if not types:
-            self._say(f"Nobody publishes {self._echoed}.")
+            self._show_note(f"No node publishes {self._echoed}.")
             return
         try:
             self._end_echo = self.page.stage.subscribe(
                 self._echoed, types[0], self._take, topic_qos(self.page.node, self._echoed, {})
             )
         except TeleopctlError as error:
-            self._say(error.message)
+            self._show_note(error.message)
             return
         if self._message is None:
-            self._say("Waiting for a message…")
+            self._show_note("Waiting for a message…")
 
-    def _hush(self) -> None:
+    def _unsubscribe(self) -> None:
         if self._end_echo is not None:
             self._end_echo()
             self._end_echo = None
 
     def _take(self, message: Any) -> None:
-        self._message, self._is_new, self._came_s = message, True, time.monotonic()
+        self._message, self._is_new, self._received_s = message, True, time.monotonic()
 
-    def _say(self, text: str) -> None:
-        self._text.content = _SAID.format(text=escaped(text))
+    def _show_note(self, text: str) -> None:
+        self._text.content = _NOTE.format(text=escaped_html(text))
 
     def tick(self) -> None:
-        """Show the newest message and the measured rates."""
+        """Show the newest message of the echoed topic, and the measured rates."""
         self._ticks += 1
         if self._ticks % _TICKS_PER_TABLE == 0:
             self._tick_table()
         if self._is_new and self._ticks % _TICKS_PER_ECHO == 0:
             self._is_new = False
             text = message_to_yaml(self._message, truncate=_LONGEST_LIST)
-            self._text.content = _ECHO.format(text=escaped_lines(text, _LONGEST_TEXT))
+            self._text.content = _ECHO.format(text=escaped_html_lines(text, _LONGEST_TEXT))
         if self._ticks % _TICKS_PER_TABLE == 0:
-            age_s = time.monotonic() - self._came_s
+            age_s = time.monotonic() - self._received_s
             is_old = self._message is not None and age_s > _OLD_S
-            content = _SAID.format(text=f"The last message came {ago(age_s)}.") if is_old else ""
+            content = _NOTE.format(text=f"Last message: {age_text(age_s)}.") if is_old else ""
             if content != self._age.content:
                 self._age.content = content
 

@@ -1,4 +1,4 @@
-"""Drawings as nodes of the scene: one node for all solids of a shape, all lines of a width."""
+"""Drawings as viser scene nodes: one node for all solids of a shape, or all lines of a width."""
 
 from __future__ import annotations
 
@@ -19,16 +19,14 @@ from teleopctl.viewer.scene.drawing import (
     TriangleMesh,
     Vector,
 )
-from teleopctl.viewer.scene.glb import dressed, tinted
-from teleopctl.viewer.scene.srgb import linear_light
-from teleopctl.viewer.scene.surface_glb import surface_glb
+from teleopctl.viewer.scene.gltf import colored_glb, linear_rgb, surface_glb, tinted_glb
 from teleopctl.viewer.scene.unit_shapes import is_unit_shape, unit_shape
 
 if TYPE_CHECKING:
     import viser
 
-    from teleopctl.viewer.scene.mesh_files import MeshFile
-    from teleopctl.viewer.scene.texture_files import Texture
+    from teleopctl.viewer.scene.assets import MeshFile
+    from teleopctl.viewer.scene.gltf import Texture
 
 # Any stands for viser's nodes of any kind, and for what they are made of.
 
@@ -45,19 +43,19 @@ _HAIR_PIXELS = 2.0
 
 
 class Canvas:
-    """Keeps the scene nodes below a path up to date with drawings.
+    """The viser scene nodes below a path, which show one `Drawing`.
 
-    Nothing is sent for what has not changed. What changes in number is sent whole, as one message:
-    a browser must never see as many colours as there were solids before.
+    Unchanged nodes are not sent again. A node whose number of rows changes is replaced, so that no
+    browser has as many colours as there were solids before.
 
     Args:
-        scene: Where to draw.
-        path: The name below which it draws; nobody else draws there.
-        meshes: The triangles of shapes that are not of `unit_shapes`, by name.
-        textures: The pictures on surfaces, by name; None for one that cannot be had, so that the
-            surface is drawn in its colours.
-        picked: Whether people click on what is drawn. Then each solid is a node of its own, since
-            viser finds what lies under the mouse by the size of a batch's shape, not of the solid.
+        scene: The viser scene.
+        path: Scene path below which the canvas alone draws.
+        meshes: Meshes of shapes that are not of `unit_shapes`, by name.
+        textures: Textures of surfaces, by name; None for one that cannot be loaded, whose surfaces
+            are drawn in their colours.
+        picked: Whether users click on solids. Then each is a node of its own, since viser finds
+            the solid under the mouse by the size of a batch's shape, not of the solid.
     """
 
     def __init__(
@@ -79,7 +77,7 @@ class Canvas:
         self._shown_surfaces: dict[str, tuple[TriangleMesh, Texture | None]] = {}
 
     def show(self, drawing: Drawing) -> None:
-        """Replace the scene nodes by those of a drawing."""
+        """Update the scene nodes to those of a drawing."""
         before = set(self._nodes)
         kept: set[str] = set()
         for shape, rows in drawing.solids.items():
@@ -103,22 +101,22 @@ class Canvas:
 
     @property
     def nodes(self) -> dict[str, Any]:
-        """Return the scene nodes, by their names below the path."""
+        """Scene nodes by their names below the path."""
         return {name: node for name, (node, _) in self._nodes.items()}
 
     def _remove(self, name: str) -> None:
         node, _ = self._nodes.pop(name)
         self._shown_surfaces.pop(name, None)
-        if self._stands(node):
+        if self._is_in_scene(node):
             node.remove()
 
-    def _fitting(self, name: str, rows: int) -> Any:
-        """The node of that name, if it has as many rows and still stands."""
+    def _reusable(self, name: str, rows: int) -> Any:
+        """Return the node of a name if it has that many rows and is in the scene, else None."""
         node, count = self._nodes.get(name, (None, 0))
-        return node if node is not None and count == rows and self._stands(node) else None
+        return node if node is not None and count == rows and self._is_in_scene(node) else None
 
-    def _stands(self, node: Any) -> bool:
-        # Whoever removes a frame takes along what hangs below it.
+    def _is_in_scene(self, node: Any) -> bool:
+        # Removing a frame removes all nodes below it.
         return self._scene.get_handle_by_name(node.name) is node
 
     def _show_solids(self, shape: str, rows: Floats) -> set[str]:
@@ -188,7 +186,7 @@ class Canvas:
         is_file: bool,
     ) -> None:
         opacities = rows[:, 13].astype(np.float32) if see_through else None
-        node = self._fitting(name, len(rows))
+        node = self._reusable(name, len(rows))
         if node is None:
             node = self._scene.add_batched_meshes_simple(
                 f"{self.path}/{name}",
@@ -208,13 +206,13 @@ class Canvas:
             )
             self._nodes[name] = (node, len(rows))
             return
-        _place(node, rows)
+        _set_poses(node, rows)
         node.batched_colors = _linear_bytes(rows[:, 10:13])
         if opacities is not None:
             node.batched_opacities = opacities
 
     def _show_tinted(self, shape: str, rows: Floats, glb: bytes) -> set[str]:
-        """Draw a mesh that has materials: a node for each of the colours that tint it."""
+        """Draw a mesh with materials: a node for each colour that tints it."""
         # As fine as screens have them, so that their names tell them apart.
         colors, numbers = np.unique(_bytes(rows[:, 10:14]), axis=0, return_inverse=True)
         numbers = numbers.reshape(-1)  # numpy 2.0 alone keeps a second axis
@@ -228,13 +226,13 @@ class Canvas:
         return kept
 
     def _show_glb(self, name: str, rows: Floats, glb: bytes, color: npt.NDArray[np.uint8]) -> str:
-        node = self._fitting(name, len(rows))
+        node = self._reusable(name, len(rows))
         if node is not None:
-            _place(node, rows)
+            _set_poses(node, rows)
             return name
         red, green, blue, opacity = (color / 255.0).tolist()
         own = color.tolist() == _bytes(np.array(OWN)).tolist()
-        glb = dressed(glb, OWN) if own else tinted(glb, (red, green, blue, opacity))
+        glb = colored_glb(glb, OWN) if own else tinted_glb(glb, (red, green, blue, opacity))
         node = self._scene.add_batched_glb(
             f"{self.path}/{name}",
             glb,
@@ -250,7 +248,7 @@ class Canvas:
     def _show_lines(self, name: str, width: float, rows: Rows) -> str:
         ends = rows.stack(12).reshape(-1, 2, 6)
         points, colors = ends[:, :, 0:3].astype(np.float32), _linear_bytes(ends[:, :, 3:6])
-        node = self._fitting(name, len(ends))
+        node = self._reusable(name, len(ends))
         if node is None:
             node = self._scene.add_line_segments(
                 f"{self.path}/{name}",
@@ -268,7 +266,7 @@ class Canvas:
     def _show_points(self, name: str, width: float, rows: Rows) -> str:
         all_rows = rows.stack(6)
         points, colors = all_rows[:, 0:3].astype(np.float32), _bytes(all_rows[:, 3:6])
-        node = self._fitting(name, len(points))
+        node = self._reusable(name, len(points))
         if node is None:
             node = self._scene.add_point_cloud(
                 f"{self.path}/{name}",
@@ -285,7 +283,7 @@ class Canvas:
         return name
 
     def _show_text(self, name: str, text: Text) -> str:
-        node = self._fitting(name, 1)
+        node = self._reusable(name, 1)
         if node is None:
             node = self._scene.add_label(
                 f"{self.path}/{name}",
@@ -303,7 +301,7 @@ class Canvas:
         return name
 
     def _show_surface(self, name: str, surface: TriangleMesh) -> str | None:
-        node = self._fitting(name, 1)
+        node = self._reusable(name, 1)
         texture = self._textures.get(surface.texture)
         if surface.texture and surface.texture not in self._textures:
             # It has not been read yet: what was there before stays until then.
@@ -313,12 +311,12 @@ class Canvas:
             node = self._add_surface(f"{self.path}/{name}", surface, texture)
             self._nodes[name] = (node, 1)
         elif shown[0].pose != surface.pose:
-            node.position, node.wxyz = _where(surface.pose)
+            node.position, node.wxyz = _viser_pose(surface.pose)
         self._shown_surfaces[name] = surface, texture
         return name
 
     def _add_surface(self, path: str, surface: TriangleMesh, texture: Texture | None) -> Any:
-        position, wxyz = _where(surface.pose)
+        position, wxyz = _viser_pose(surface.pose)
         if surface.colors.ndim == 2 or texture is not None:
             glb = surface_glb(surface.corners, surface.colors, surface.uv, texture)
             return self._scene.add_glb(
@@ -344,7 +342,7 @@ class Canvas:
 def _is_same(
     one: tuple[TriangleMesh, Texture | None], other: tuple[TriangleMesh, Texture | None]
 ) -> bool:
-    """Whether two surfaces look alike, wherever they stand."""
+    """Return whether two surfaces are equal but for their poses."""
     (a, its_texture), (b, other_texture) = one, other
     return (
         its_texture is other_texture
@@ -358,12 +356,12 @@ def _uv(surface: TriangleMesh) -> Floats:
     return surface.uv if surface.uv is not None else np.empty((0, 2))
 
 
-def _where(pose: Transform) -> tuple[Vector, tuple[float, float, float, float]]:
+def _viser_pose(pose: Transform) -> tuple[Vector, tuple[float, float, float, float]]:
     x, y, z, w = pose.rotation
     return pose.translation, (w, x, y, z)
 
 
-def _place(node: Any, rows: Floats) -> None:
+def _set_poses(node: Any, rows: Floats) -> None:
     node.batched_positions = rows[:, 0:3].astype(np.float32)
     node.batched_wxyzs = rows[:, 3:7].astype(np.float32)
     node.batched_scales = rows[:, 7:10].astype(np.float32)
@@ -374,11 +372,11 @@ def _bytes(colors: Floats) -> npt.NDArray[np.uint8]:
 
 
 def _linear_bytes(colors: Floats) -> npt.NDArray[np.uint8]:
-    """Colours for viser's batches and lines, which take numbers for amounts of light.
+    """Return colours as linear light, which viser's batches and lines take.
 
-    Its other nodes take them as screens do; sent alike, all but the purest colours would be pale.
+    Its other nodes take sRGB colours; the same numbers would look pale.
     """
-    return _bytes(linear_light(np.clip(colors, 0.0, 1.0)))
+    return _bytes(linear_rgb(np.clip(colors, 0.0, 1.0)))
 
 
 def _node_name(shape: str) -> str:

@@ -1,6 +1,6 @@
-"""What a display wants drawn, as plain numbers, before it becomes nodes of the scene.
+"""Drawings of displays as arrays of numbers, which `Canvas` converts to viser scene nodes.
 
-A drawing is in one frame: `Drawing.moved` brings it to another one. `Canvas` sends drawings.
+A drawing is in one frame; `Drawing.moved` transforms it to another.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ _ALONG_Z = (0.0, 0.0, 0.0, 1.0)
 
 @dataclass(slots=True)
 class Rows:
-    """Growing array of rows, given one by one or in blocks of shape (n, columns)."""
+    """Rows of numbers, added one by one or in blocks of shape (n, columns)."""
 
     single: list[tuple[float, ...]] = field(default_factory=list)
     blocks: list[Floats] = field(default_factory=list)
@@ -55,7 +55,7 @@ class Rows:
         return np.vstack(blocks) if blocks else np.empty((0, columns))
 
     def add(self, other: Rows) -> None:
-        """Append the rows of another object."""
+        """Append the rows of another `Rows`."""
         self.single += other.single
         self.blocks += other.blocks
 
@@ -71,14 +71,14 @@ class Text:
 
 @dataclass(frozen=True, slots=True)
 class TriangleMesh:
-    """Triangles with a colour per corner.
+    """Triangles with a colour per corner, or a texture.
 
     Attributes:
-        corners: Shape (3 n, 3): three for each triangle.
-        colors: Red, green, blue and opacity, each from 0 to 1: shape (3 n, 4), or (4,) for all.
-        pose: Where the frame of the corners stands.
-        texture: The name of a picture on them; empty for none.
-        uv: Where each corner is in the picture, from its upper left, shape (3 n, 2).
+        corners: Corners, three per triangle, (3 n, 3).
+        colors: Red, green, blue and opacity from 0 to 1, (3 n, 4), or (4,) for all.
+        pose: Pose of the corners' frame in the drawing.
+        texture: Name of the texture; empty for none.
+        uv: Texture coordinates of the corners, from the upper left, (3 n, 2).
     """
 
     corners: Floats
@@ -108,7 +108,7 @@ class Drawing:
     surfaces: list[TriangleMesh] = field(default_factory=list)
 
     def solid(self, shape: str, pose: Transform, scale: Vector, color: Rgba) -> None:
-        """Add one solid; its scale is its size along its own axes."""
+        """Add one solid: a shape's name, pose, size along its own axes, and colour."""
         x, y, z, w = pose.rotation
         row = (*pose.translation, w, x, y, z, *scale, *color)
         self.solids.setdefault(shape, Rows()).single.append(row)
@@ -116,14 +116,14 @@ class Drawing:
     def solids_at(
         self, shape: str, positions: Floats, pose: Transform, scale: Vector, colors: Floats
     ) -> None:
-        """Add many solids of one size and orientation.
+        """Add many solids of one shape, size and orientation.
 
         Args:
-            shape: Their shape.
-            positions: Shape (n, 3), in the frame of the pose.
-            pose: Where that stands.
-            scale: Their size.
-            colors: Shape (n, 4), or (4,) for all.
+            shape: Name of the shape.
+            positions: Positions in the frame of the pose, (n, 3).
+            pose: Pose of that frame, and orientation of the solids.
+            scale: Size along their axes.
+            colors: Colours, (n, 4), or (4,) for all.
         """
         x, y, z, w = pose.rotation
         rows = np.empty((len(positions), COLUMNS))
@@ -136,13 +136,13 @@ class Drawing:
     def cylinder(
         self, pose: Transform, along: str, length: float, diameter: float, color: Rgba
     ) -> None:
-        """Add a cylinder from a pose's origin along one of its axes."""
+        """Add a cylinder from a pose's origin along its axis ``x``, ``y`` or ``z``."""
         turn = {"x": _ALONG_X, "y": _ALONG_Y, "z": _ALONG_Z}[along]
         here = pose @ Transform((0.0, 0.0, 0.0), turn) @ Transform((0.0, 0.0, length / 2))
         self.solid("cylinder", here, (diameter, diameter, length), color)
 
     def axes(self, pose: Transform, length: float, radius: float, alpha: float = 1.0) -> None:
-        """Add the axes of a pose: x red, y green, z blue."""
+        """Add the axes of a pose as cylinders: x red, y green, z blue."""
         for along, color in (("x", RED), ("y", GREEN), ("z", BLUE)):
             self.cylinder(pose, along, length, 2 * radius, (*color[:3], alpha))
 
@@ -160,13 +160,13 @@ class Drawing:
             self.solid("cone", middle, (across, size.head_width, head), color)
 
     def line(self, points: Floats, colors: Floats, width: float, *, strip: bool) -> None:
-        """Add lines.
+        """Add a line strip, or separate line segments.
 
         Args:
-            points: Shape (n, 3): one after the other as a strip, or in pairs.
-            colors: Shape (n, 4), or (4,) for all; lines are not seen through.
-            width: Metres.
-            strip: Whether each point is joined to the next.
+            points: The strip's points, or the ends of the segments in pairs, (n, 3).
+            colors: Colours of the points, (n, 4), or (4,) for all; opacity is ignored.
+            width: Width in metres, or `HAIR`.
+            strip: Whether the points are a strip.
         """
         colors = np.broadcast_to(colors, (len(points), 4))
         whole = np.hstack([points, colors[:, :3]])
@@ -186,16 +186,16 @@ class Drawing:
             self.points.setdefault(width, Rows()).blocks.append(rows)
 
     def moved(self, pose: Transform) -> Drawing:
-        """Return the drawing moved by a pose."""
+        """Return the drawing transformed by a pose."""
         x, y, z, w = pose.rotation
-        return self.copies(np.array([pose.translation]), np.array([[w, x, y, z]]))
+        return self.copied_to(np.array([pose.translation]), np.array([[w, x, y, z]]))
 
-    def copies(self, positions: Floats, rotations: Floats) -> Drawing:
-        """Return one drawing with many copies of this one, each at a pose.
+    def copied_to(self, positions: Floats, rotations: Floats) -> Drawing:
+        """Return a drawing with a copy of this one at each of many poses.
 
         Args:
-            positions: Where each copy's frame stands, shape (n, 3).
-            rotations: How it is turned, as unit w x y z, shape (n, 4).
+            positions: Positions of the copies, (n, 3).
+            rotations: Their rotations as unit quaternions w x y z, (n, 4).
         """
         turns = _matrices(rotations)
 
@@ -244,7 +244,7 @@ class ArrowSize:
 
 
 def merged(drawings: Iterable[Drawing]) -> Drawing:
-    """Return one drawing with the content of several."""
+    """Return one drawing with all parts of several drawings."""
     out = Drawing()
     for one in drawings:
         for shape, rows in one.solids.items():
@@ -259,20 +259,20 @@ def merged(drawings: Iterable[Drawing]) -> Drawing:
 
 
 def is_drawable(numbers: Iterable[float]) -> bool:
-    """Return whether numbers are finite and near enough to be drawn."""
+    """Return whether all numbers are finite, and their absolute sum is below 1e9 (metres)."""
     # A comparison with NaN is false. The sum takes a third of the time of looking at each.
     return sum(map(abs, numbers)) < _FAR_M
 
 
 def drawable_rows(rows: Floats | npt.NDArray[np.float32]) -> npt.NDArray[np.bool_]:
-    """Return which rows hold drawable numbers only (see `is_drawable`), shape (n,)."""
+    """Return a mask, (n,), of the rows whose numbers are all finite and below 1e9."""
     # A comparison with NaN is false.
     drawable: npt.NDArray[np.bool_] = np.all(np.abs(rows) < _FAR_M, axis=1)
     return drawable
 
 
 def unit_rotation(x: float, y: float, z: float, w: float) -> tuple[float, float, float, float]:
-    """Return a unit quaternion; the identity for all zeros, which is a message's default."""
+    """Return a quaternion normalised; the identity for all zeros, as unset messages have."""
     try:
         return normalize((x, y, z, w))
     except ZeroDivisionError:
@@ -280,14 +280,14 @@ def unit_rotation(x: float, y: float, z: float, w: float) -> tuple[float, float,
 
 
 def moved_points(points: Floats, pose: Transform) -> Floats:
-    """Return points, shape (n, 3), transformed by a pose."""
+    """Return points, (n, 3), transformed by a pose."""
     turn = np.array(matrix_from_quaternion(pose.rotation)).reshape(3, 3)
     out: Floats = points @ turn.T + np.array(pose.translation)
     return out
 
 
-def along(start: Sequence[float], end: Sequence[float]) -> tuple[Transform, float]:
-    """Return a pose at a start whose x axis points to an end, and their distance."""
+def pose_along(start: Sequence[float], end: Sequence[float]) -> tuple[Transform, float]:
+    """Return a pose at a point whose x axis points to another one, and their distance."""
     dx, dy, dz = (b - a for a, b in zip(start, end, strict=True))
     length = math.sqrt(dx * dx + dy * dy + dz * dz)
     yaw, pitch = math.atan2(dy, dx), math.atan2(-dz, math.hypot(dx, dy))

@@ -1,8 +1,8 @@
-"""Where every frame stands in the fixed frame, and its place in the picture.
+"""The tf frames in the scene, and the tf buffer with a limited number of frames.
 
-Each frame of ``/tf`` is one node of the scene, standing in the fixed frame. What belongs to a frame
-(its axes, its name, the geometry of a link) hangs below that node and moves with it, so that one
-pose is sent for each frame that has moved.
+Each frame of ``/tf`` is one scene node, whose pose is that in the fixed frame. What belongs to a
+frame, such as its axes or a link's geometry, hangs below that node, so that one pose is sent for
+each frame that has moved.
 """
 
 from __future__ import annotations
@@ -13,20 +13,130 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from teleopctl.tf import Transform
-from teleopctl.viewer.scene.frame_buffer import FrameBuffer
+from teleopctl.tf import LiveBuffer, Transform
 
 if TYPE_CHECKING:
     import viser
+    from geometry_msgs.msg import TransformStamped
 
-    from teleopctl.node import Time
+    from teleopctl.node import Node, Time
+
+MOST_FRAMES = 1000
+"""Largest number of frames in a buffer; updating so many takes a fifth of a core."""
+
+SILENT_S = 15.0
+"""Seconds without a transform after which a frame may be dropped to make room."""
+
+# When there is no room, all are looked through, and more than one is forgotten.
+_LOOKS_EVERY_S = 1.0
+_SHARE_FORGOTTEN = 0.1
+# Duration of the status after that.
+_FULL_SHOWN_S = 10.0
+
+
+class FrameBuffer(LiveBuffer):
+    """tf buffer with at most `MOST_FRAMES` frames.
+
+    tf2 never drops a frame. A program that gives each detected object a new frame would fill the
+    memory of the page and of every browser.
+
+    When there are too many, the frames without transforms for the longest time are dropped, but
+    not static ones and parents of others. If there are none, new frames are rejected.
+
+    Args:
+        node: See `LiveBuffer`.
+    """
+
+    def __init__(self, node: Node | None = None) -> None:
+        super().__init__(node=node)
+        # Time of each frame's last transform; infinity for static frames.
+        self._received: dict[str, float] = {}
+        self._looked_s = self._full_s = -math.inf
+
+    @property
+    def is_full(self) -> bool:
+        """Whether frames were dropped or rejected in the last 10 s."""
+        return time.monotonic() - self._full_s < _FULL_SHOWN_S
+
+    def stale_frames(self, longer_than_s: float) -> set[str]:
+        """Return the moving frames whose last transform is older than that of the newest frame.
+
+        None is stale while all frames have stopped, as in a paused simulation.
+
+        Args:
+            longer_than_s: Smallest difference in seconds.
+        """
+        with self._changed:
+            moving = {name: at_s for name, at_s in self._received.items() if at_s < math.inf}
+        since_s = max(moving.values(), default=0.0) - longer_than_s
+        return {name for name, at_s in moving.items() if at_s < since_s}
+
+    def ages(self) -> dict[str, tuple[str, float | None]]:
+        """Return each frame's parent and age in seconds; the age is None for static frames."""
+        now_s = time.monotonic()
+        parents = {name: sample.parent for name, sample in self.latest()}
+        with self._changed:
+            received = dict(self._received)
+        return {
+            name: (parent, None if math.isinf(at_s) else now_s - at_s)
+            for name, parent in parents.items()
+            if (at_s := received.get(name)) is not None
+        }
+
+    def clear(self) -> None:
+        """Drop the transforms of all moving frames."""
+        with self._changed:
+            super().clear()
+            self._received = {
+                name: at_s for name, at_s in self._received.items() if math.isinf(at_s)
+            }
+
+    def forget(self, frames: Iterable[str]) -> None:
+        """Drop frames, and their parents that are no longer needed."""
+        names = tuple(frames)
+        with self._changed:
+            super().forget(names)
+            for name in names:
+                self._received.pop(name, None)
+
+    def _admits(self, message: TransformStamped, authority: str, *, static: bool) -> bool:
+        name, now_s = message.child_frame_id.removeprefix("/"), time.monotonic()
+        if name not in self._received and not self._has_room(now_s):
+            return False
+        if not super()._admits(message, authority, static=static):
+            return False
+        self._received[name] = math.inf if static else now_s
+        if len(self._tree) > 2 * MOST_FRAMES:
+            # Each may have a parent of its own. The others are parents of former times.
+            self.forget(())
+        return True
+
+    def _has_room(self, now_s: float) -> bool:
+        if len(self._received) < MOST_FRAMES:
+            return True
+        self._full_s = now_s
+        if now_s - self._looked_s >= _LOOKS_EVERY_S:
+            self._looked_s = now_s
+            self._make_room(now_s)
+        return len(self._received) < MOST_FRAMES
+
+    def _make_room(self, now_s: float) -> None:
+        parents = {name: sample.parent for name, sample in self.latest()}
+        silent = {name for name, at_s in self._received.items() if now_s - at_s > SILENT_S}
+        for name in self._received.keys() - silent:
+            above = parents.get(name, "")
+            while above in silent:
+                silent.remove(above)
+                above = parents.get(above, "")
+        oldest_first = sorted(silent, key=self._received.__getitem__)
+        gone = oldest_first[: math.ceil(MOST_FRAMES * _SHARE_FORGOTTEN)]
+        self.forget(gone)
+
 
 _IDENTITY = Transform()
 # Far more than any robot has. A program that never names a frame twice would fill the memory of the
 # page and of each browser.
 MOST_UNKNOWN = 1000
-# How often is looked for frames that have become silent.
-_LOOKS_EVERY_S = 1.0
 # As RViz draws them: 0.2 m long, 0.02 m thick.
 _AXES_LENGTH_M = 0.2
 _AXES_RADIUS_M = 0.01
@@ -34,14 +144,14 @@ _AXES_RADIUS_M = 0.01
 
 @dataclass(slots=True)
 class Frame:
-    """A tf frame's node in the scene.
+    """A tf frame in the scene.
 
     Attributes:
         name: Its name in tf.
-        node: Its node in the scene.
-        label: Its name in the picture, where that is shown.
-        pose: Where it stands in the fixed frame; None where nothing joins the two.
-        is_silent: Whether what joins the two has been silent for too long to dress it.
+        node: Its scene node.
+        label: Its name in the scene; None if not shown.
+        pose: Its pose in the fixed frame; None without a transform.
+        is_silent: Whether a transform between the two is stale, so that axes and name are hidden.
     """
 
     name: str
@@ -52,14 +162,14 @@ class Frame:
 
 
 class SceneFrames:
-    """The tf frames in the scene, with axes, names and poses.
+    """The tf frames as scene nodes, with their poses in the fixed frame, axes and names.
 
     Args:
-        scene: Where to draw.
-        buffer: What is known of frames.
+        scene: The viser scene.
+        buffer: The tf buffer.
 
     Attributes:
-        by_name: The frames in the picture.
+        by_name: The frames in the scene by name.
     """
 
     def __init__(self, scene: viser.SceneApi, buffer: FrameBuffer) -> None:
@@ -80,11 +190,11 @@ class SceneFrames:
         """The fixed frame; empty until one is known."""
         return self._fixed
 
-    def fix(self, name: str) -> None:
-        """Set the fixed frame; an empty name means the tree's root."""
+    def set_fixed_frame(self, name: str) -> None:
+        """Set the fixed frame; an empty name means the root of the largest tree."""
         self._wanted_fixed = name.removeprefix("/")
 
-    def show(
+    def set_appearance(
         self,
         *,
         axes: bool,
@@ -93,28 +203,27 @@ class SceneFrames:
         timeout_s: float = math.inf,
         which: Callable[[str], bool] = lambda _name: True,
     ) -> None:
-        """Set which axes, arrows and names are shown.
+        """Set which frames show their axes and names.
 
         Args:
-            axes: Whether its axes are: x red, y green, z blue.
-            names: Whether its name is.
+            axes: Whether axes are shown: x red, y green, z blue.
+            names: Whether names are shown.
             scale: Size of the axes; 1 is 0.2 m.
-            timeout_s: For how long a frame may be silent while others are not; the axes and the
-                name of one that is for longer are taken away.
-            which: Of which frames anything is, by name.
+            timeout_s: See `FrameBuffer.stale_frames`; axes and names of stale frames are hidden.
+            which: Returns whether axes and name of a frame are shown, by its name.
         """
         self._axes_shown, self._names_shown, self._scale = axes, names, scale
         self._which = which
         self._timeout_s, self._looked_s = timeout_s, -math.inf
         for frame in self.by_name.values():
-            self._dress(frame)
+            self._update_appearance(frame)
 
-    def node_of(self, name: str) -> str:
-        """Return the scene path of a frame, whose node is made if it is new."""
+    def node_path(self, name: str) -> str:
+        """Return the scene path of a frame's node, which is created if needed."""
         return self._frame(name).node.name
 
     def update(self) -> None:
-        """Update the poses of all frames."""
+        """Update the poses of all frames from the tf buffer, and select a default fixed frame."""
         latest = dict(self.buffer.latest())
         parents = {child: sample.parent for child, sample in latest.items()}
         self._choose_fixed(parents)
@@ -126,17 +235,17 @@ class SceneFrames:
             joined = tops.get(name, name) == top
             self._move(self._frame(name), to_fixed @ poses.get(name, _IDENTITY) if joined else None)
         self._forget(poses)
-        self._undress_silent(parents, poses)
+        self._hide_stale(parents, poses)
 
-    def pose_in_fixed(self, frame: str, stamp: Time | None = None) -> Transform:
+    def pose_in_fixed_frame(self, frame: str, stamp: Time | None = None) -> Transform:
         """Return the pose of a frame in the fixed frame.
 
         Args:
-            frame: Its name.
-            stamp: When; None or 0 is the newest that is known.
+            frame: Name of the frame.
+            stamp: Time of the pose; None or 0 for the newest.
 
         Raises:
-            TransformException: That is not known.
+            TransformException: The transform is not known.
         """
         frame = frame.removeprefix("/")
         # Without any tf the first frame that something stands in is as good as any.
@@ -154,22 +263,24 @@ class SceneFrames:
         self.by_name.clear()
 
     def _forget(self, known: Mapping[str, Transform]) -> None:
-        """Take out the oldest of the frames that somebody has spoken of and tf does not know."""
+        """Remove the oldest frames without transforms beyond `MOST_UNKNOWN`."""
         unknown = [name for name in self.by_name if name not in known and name != self._fixed]
         for name in unknown[: max(len(unknown) - MOST_UNKNOWN, 0)]:
             self.by_name.pop(name).node.remove()
 
-    def _undress_silent(self, parents: Mapping[str, str], downwards: Iterable[str]) -> None:
-        """Take the axes and names of silent frames away, and of those that stand in such."""
+    def _hide_stale(self, parents: Mapping[str, str], downwards: Iterable[str]) -> None:
+        """Hide axes and names of stale frames and of frames below them, once a second."""
         now_s = time.monotonic()
         if now_s - self._looked_s < _LOOKS_EVERY_S:
             return
         self._looked_s = now_s
-        silent = _joined_by(self.buffer.silent(self._timeout_s), parents, downwards, self._fixed)
+        silent = _behind_stale(
+            self.buffer.stale_frames(self._timeout_s), parents, downwards, self._fixed
+        )
         for name, frame in self.by_name.items():
             if frame.is_silent != (name in silent):
                 frame.is_silent = name in silent
-                self._dress(frame)
+                self._update_appearance(frame)
 
     def _choose_fixed(self, parents: dict[str, str]) -> None:
         if self._wanted_fixed:
@@ -186,19 +297,19 @@ class SceneFrames:
         name = name.removeprefix("/")
         frame = self.by_name.get(name)
         if frame is None:
-            node = self._scene.add_frame(f"/frames/{scene_name(name)}", show_axes=False)
+            node = self._scene.add_frame(f"/frames/{scene_path_part(name)}", show_axes=False)
             node.visible = name == self._fixed
             frame = self.by_name[name] = Frame(name, node)
-            self._dress(frame)
+            self._update_appearance(frame)
         return frame
 
-    def _dress(self, frame: Frame) -> None:
+    def _update_appearance(self, frame: Frame) -> None:
         frame.node.axes_length = _AXES_LENGTH_M * self._scale
         frame.node.axes_radius = _AXES_RADIUS_M * self._scale
         frame.node.origin_radius = _AXES_RADIUS_M * self._scale
-        dressed = not frame.is_silent and self._which(frame.name)
-        frame.node.show_axes = self._axes_shown and dressed
-        named = self._names_shown and dressed
+        shown = not frame.is_silent and self._which(frame.name)
+        frame.node.show_axes = self._axes_shown and shown
+        named = self._names_shown and shown
         if named and frame.label is None:
             frame.label = self._scene.add_label(f"{frame.node.name}/name", frame.name)
         elif not named and frame.label is not None:
@@ -219,8 +330,8 @@ class SceneFrames:
         frame.pose = pose
 
 
-def scene_name(name: str) -> str:
-    """Return a name as one part of a scene path, with slashes escaped."""
+def scene_path_part(name: str) -> str:
+    """Return a frame's name as one part of a scene path, with slashes replaced."""
     return name.replace("/", "\u2215") or "_"
 
 
@@ -235,7 +346,7 @@ def _root_of(name: str, parents: dict[str, str]) -> str:
 def _poses_in_roots(
     parents: dict[str, str], local: dict[str, Transform]
 ) -> tuple[dict[str, Transform], dict[str, str]]:
-    """Where each frame stands in the root of its tree, and which root that is."""
+    """Return each frame's pose in the root of its tree, and the name of that root."""
     poses: dict[str, Transform] = {}
     tops: dict[str, str] = {}
     for name in parents:
@@ -252,14 +363,14 @@ def _poses_in_roots(
     return poses, tops
 
 
-def _joined_by(
+def _behind_stale(
     silent: set[str], parents: Mapping[str, str], downwards: Iterable[str], fixed: str
 ) -> set[str]:
-    """The frames between which and the fixed frame one is silent.
+    """Return the frames with a stale frame between them and the fixed frame.
 
     Args:
-        silent: Those that are.
-        parents: What each frame stands in.
+        silent: The stale frames.
+        parents: Parent of each frame.
         downwards: All frames, each after its parent.
         fixed: The fixed frame.
     """

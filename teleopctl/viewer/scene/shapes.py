@@ -1,4 +1,4 @@
-"""Shapes of a URDF as nodes of the scene."""
+"""Geometry of a URDF as viser scene nodes."""
 
 from __future__ import annotations
 
@@ -10,27 +10,26 @@ import numpy as np
 from teleopctl.robot import Box, Capsule, Cylinder, Geometry, Material, Mesh, Pose, Sphere
 from teleopctl.tf import Vector3, quaternion_from_rpy
 from teleopctl.viewer.scene.drawing import Rgba, is_drawable
-from teleopctl.viewer.scene.glb import dressed
-from teleopctl.viewer.scene.surface_glb import surface_glb
-from teleopctl.viewer.scene.textured_shapes import mapped_shape
+from teleopctl.viewer.scene.gltf import colored_glb, surface_glb
+from teleopctl.viewer.scene.unit_shapes import textured_shape
 
 if TYPE_CHECKING:
     import viser
 
-    from teleopctl.viewer.scene.mesh_files import MeshFile
-    from teleopctl.viewer.scene.texture_files import Texture
+    from teleopctl.viewer.scene.assets import MeshFile
+    from teleopctl.viewer.scene.gltf import Texture
 
 # What RViz gives to a link without a material is red; an even grey tells shapes apart better.
 _DEFAULT_RGBA: Rgba = (0.7, 0.7, 0.72, 1.0)
 
 
 class ShapeDrawing:
-    """Draws shapes of robots; equal ones share their data.
+    """Draws the geometry of a robot; equal meshes share their data.
 
     Args:
-        scene: Where to draw.
-        meshes: The files of meshes by URI.
-        textures: The textures by URI.
+        scene: The viser scene.
+        meshes: Loaded meshes by URI.
+        textures: Loaded textures by URI.
     """
 
     def __init__(
@@ -42,8 +41,8 @@ class ShapeDrawing:
         self._scene = scene
         self._meshes = meshes
         self._textures: Mapping[str, Texture] = textures or {}
-        self._dressed: dict[tuple[str, Rgba, float], bytes] = {}
-        self._papered: dict[tuple[str, str | None, float], bytes] = {}
+        self._colored: dict[tuple[str, Rgba, float], bytes] = {}
+        self._textured: dict[tuple[str, str | None, float], bytes] = {}
 
     def draw(
         self,
@@ -53,20 +52,19 @@ class ShapeDrawing:
         material: Material | None,
         alpha: float = 1.0,
     ) -> viser.SceneNodeHandle | None:
-        """Draw one shape.
+        """Add a scene node for one visual or collision geometry.
 
         Args:
-            path: The name of its node.
-            shape: What to draw.
-            origin: Where it stands in the node above.
-            material: Its colour, where the URDF gives one.
-            alpha: From 0, invisible, to 1.
+            path: Path of the node.
+            shape: The geometry.
+            origin: Its pose in the parent node.
+            material: Its material in the URDF, or None.
+            alpha: Opacity, from 0 to 1.
 
         Returns:
-            The node; None for what cannot be drawn: a mesh that is not among the files, or a shape
-            with impossible numbers.
+            The node; None for a mesh that is not loaded, or a geometry with invalid numbers.
         """
-        if undrawable(shape, origin):
+        if is_undrawable(shape, origin):
             return None
         x, y, z, w = quaternion_from_rpy(*origin.rpy)
         wxyz, position = (w, x, y, z), origin.xyz
@@ -80,7 +78,7 @@ class ShapeDrawing:
             if mesh is None:
                 return None
             if mesh.glb:
-                glb = self._dress(shape.uri, mesh, rgba, alpha)
+                glb = self._colored_mesh(shape.uri, mesh, rgba, alpha)
                 return scene.add_glb(path, glb, scale=shape.scale, wxyz=wxyz, position=position)
             assert mesh.vertices is not None
             assert mesh.faces is not None
@@ -97,7 +95,7 @@ class ShapeDrawing:
                 position=position,
             )
         if (texture := self._texture(material)) is not None and not isinstance(shape, Capsule):
-            glb, size = self._paper(shape, material, texture, alpha)
+            glb, size = self._textured_shape(shape, material, texture, alpha)
             return scene.add_glb(path, glb, scale=size, wxyz=wxyz, position=position)
         if isinstance(shape, Box):
             return scene.add_box(
@@ -148,14 +146,14 @@ class ShapeDrawing:
             return None
         return self._textures.get(material.texture)
 
-    def _paper(
+    def _textured_shape(
         self,
         shape: Box | Cylinder | Sphere,
         material: Material | None,
         texture: Texture,
         alpha: float,
     ) -> tuple[bytes, Vector3]:
-        """A shape of size 1 with a picture on it, and its size; equal ones share their bytes."""
+        """Return a textured shape of unit size as glTF, which is cached, and its size."""
         match shape:
             case Box(size):
                 name = "box"
@@ -164,19 +162,19 @@ class ShapeDrawing:
             case Sphere(radius):
                 name, size = "sphere", (2 * radius,) * 3
         key = (name, material.texture if material is not None else None, alpha)
-        glb = self._papered.get(key)
+        glb = self._textured.get(key)
         if glb is None:
-            corners, normals, uv = mapped_shape(name)
+            corners, normals, uv = textured_shape(name)
             white = np.array((1.0, 1.0, 1.0, alpha))
-            glb = self._papered[key] = surface_glb(corners, white, uv, texture, normals)
+            glb = self._textured[key] = surface_glb(corners, white, uv, texture, normals)
         return glb, size
 
-    def _dress(self, uri: str, mesh: MeshFile, rgba: Rgba, alpha: float) -> bytes:
-        """A mesh in its colours; links that share them share its bytes."""
+    def _colored_mesh(self, uri: str, mesh: MeshFile, rgba: Rgba, alpha: float) -> bytes:
+        """Return a mesh as glTF with a colour for parts without material, which is cached."""
         key = (uri, rgba, alpha)
-        glb = self._dressed.get(key)
+        glb = self._colored.get(key)
         if glb is None:
-            glb = self._dressed[key] = dressed(mesh.glb, rgba, alpha)
+            glb = self._colored[key] = colored_glb(mesh.glb, rgba, alpha)
         return glb
 
 
@@ -190,8 +188,8 @@ def _lengths(shape: Geometry) -> tuple[float, ...]:
     return (shape.radius, shape.length)
 
 
-def undrawable(shape: Geometry, origin: Pose | None = None) -> bool:
-    """Return whether a shape has invalid sizes or an invalid pose."""
+def is_undrawable(shape: Geometry, origin: Pose | None = None) -> bool:
+    """Return whether a geometry's sizes are not positive and finite, or its pose not finite."""
     lengths = _lengths(shape)
     if not is_drawable(lengths) or (origin and not is_drawable((*origin.xyz, *origin.rpy))):
         return True
@@ -200,13 +198,13 @@ def undrawable(shape: Geometry, origin: Pose | None = None) -> bool:
 
 
 def mesh_uris(shapes: list[Geometry]) -> list[str]:
-    """Return the mesh URIs among shapes, each once."""
+    """Return the URIs of the meshes among geometries, each once."""
     return list(dict.fromkeys(shape.uri for shape in shapes if isinstance(shape, Mesh)))
 
 
-def box_around(shape: Geometry, meshes: Mapping[str, MeshFile]) -> tuple[Vector3, Vector3] | None:
-    """Return the corners of a shape's bounding box in its own frame; None if it is not drawn."""
-    if undrawable(shape):
+def bounding_box(shape: Geometry, meshes: Mapping[str, MeshFile]) -> tuple[Vector3, Vector3] | None:
+    """Return lowest and highest corner of a geometry in its own frame; None if not drawn."""
+    if is_undrawable(shape):
         return None
     match shape:
         case Box((x, y, z)):

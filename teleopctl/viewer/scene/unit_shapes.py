@@ -1,16 +1,20 @@
-"""Triangles of the shapes that are drawn many at a time, each of size 1 around the origin.
+"""Triangles of box, sphere, cylinder and cone of unit size, plain or with texture coordinates.
 
-A shape that stands many times in the picture is sent once, with a pose, a scale and a colour for
-each. Where it stands a few times, its roundness is finer.
+A shape that is drawn many times is sent once, with a pose, a scale and a colour for each; one that
+is drawn few times is finer. trimesh has such shapes, but with rounded edges, and importing it takes
+longer than the first picture, which needs no mesh.
 """
 
 from __future__ import annotations
 
 import functools
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
+
+from teleopctl.viewer.scene.drawing import Floats
 
 Triangles = tuple[npt.NDArray[np.float32], npt.NDArray[np.uint32]]
 """Corners, shape (n, 3), and indices of them, shape (m, 3), counter-clockwise from outside."""
@@ -22,12 +26,12 @@ _FINE = (48, 23)
 
 @functools.cache
 def unit_shape(name: str, *, fine: bool = False) -> Triangles:
-    """Return the triangles of a shape of unit size.
+    """Return the triangles of a shape of size 1 around the origin.
 
     Args:
         name: ``box``; ``sphere`` of diameter 1; ``cylinder`` of diameter 1 and height 1 along z;
             ``cone`` of diameter 1 and height 1, its tip towards z.
-        fine: Whether it looks round from near, for five times the triangles.
+        fine: Whether to use five times the triangles.
 
     Raises:
         KeyError: There is no such shape.
@@ -62,7 +66,7 @@ def _ring(n: int, z: float, radius: float = 0.5) -> Corners:
 
 
 def _band(n: int, lower: int, upper: int) -> Faces:
-    """The triangles between two rings, given by their first corners."""
+    """Return the triangles between two rings of n corners, given by their first indices."""
     faces: Faces = []
     for i in range(n):
         j = (i + 1) % n
@@ -110,8 +114,110 @@ def _sphere(n: int, rings: int) -> tuple[Corners, Faces]:
 
 
 def is_unit_shape(name: str) -> bool:
-    """Return whether `unit_shape` has a shape of this name."""
+    """Return whether a name is that of a `unit_shape`."""
     return name in _MAKERS
 
 
 _MAKERS = {"box": _box, "sphere": _sphere, "cylinder": _cylinder, "cone": _cone}
+
+
+_AROUND, _FROM_POLE_TO_POLE = 48, 25
+
+
+class TexturedShape(NamedTuple):
+    """Triangles with normals and texture coordinates.
+
+    Attributes:
+        corners: Corners, three per triangle, counter-clockwise from outside, (3 n, 3).
+        normals: Normals of the corners, (3 n, 3).
+        uv: Texture coordinates from the upper left, (3 n, 2).
+    """
+
+    corners: Floats
+    normals: Floats
+    uv: Floats
+
+
+@functools.cache
+def textured_shape(name: str) -> TexturedShape:
+    """Return a shape of size 1 around the origin with texture coordinates, as Gazebo has them.
+
+    Each side of a box and each end of a cylinder has the whole texture, upright; around a cylinder
+    or a sphere it goes once, its middle towards x. RViz projects a texture from the middle of the
+    shape, by which most sides of a box show one stretched line of it.
+
+    Args:
+        name: ``box``; ``cylinder`` of diameter 1 and height 1 along z; ``sphere`` of diameter 1.
+
+    Raises:
+        KeyError: There is no such shape.
+    """
+    sheets = _MAPPED_MAKERS[name]()
+    return TexturedShape(*(np.concatenate(parts) for parts in zip(*sheets, strict=True)))
+
+
+def _sheet(corners: Floats, normals: Floats, uv: Floats) -> TexturedShape:
+    """Return the triangles of a grid of corners, whose rows go right and down from outside."""
+
+    def between(grid: Floats) -> Floats:
+        above, below = grid[:-1], grid[1:]
+        left, right = slice(None, -1), slice(1, None)
+        cells = [
+            *(below[:, left], below[:, right], above[:, right]),
+            *(below[:, left], above[:, right], above[:, left]),
+        ]
+        return np.stack(cells, axis=2).reshape(-1, grid.shape[-1])
+
+    return TexturedShape(between(corners), between(normals), between(uv))
+
+
+def _mapped_box() -> list[TexturedShape]:
+    sheets = []
+    for axis in range(3):
+        for sign in (1.0, -1.0):
+            outwards, up = np.zeros(3), np.zeros(3)
+            outwards[axis] = sign
+            up[2 if axis < 2 else 1] = 1.0
+            right = np.cross(up, outwards)
+            uv = np.array([[[0.0, 0.0], [1.0, 0.0]], [[0.0, 1.0], [1.0, 1.0]]])
+            across, down = uv[..., :1] - 0.5, uv[..., 1:] - 0.5
+            corners = outwards / 2 + across * right - down * up
+            sheets.append(_sheet(corners, np.broadcast_to(outwards, corners.shape), uv))
+    return sheets
+
+
+def _round() -> tuple[Floats, Floats]:
+    """Return points of a unit circle from -x over -y, (n, 2), and their fraction of the turn."""
+    part = np.linspace(0.0, 1.0, _AROUND + 1)
+    angle = 2.0 * np.pi * part - np.pi
+    return np.stack([np.cos(angle), np.sin(angle)], -1), part
+
+
+def _mapped_cylinder() -> list[TexturedShape]:
+    circle, part = _round()
+    flat = np.zeros((len(circle), 1))
+    outwards = np.hstack([circle, flat])
+    side = np.stack([outwards / 2 + (0, 0, 0.5), outwards / 2 - (0, 0, 0.5)])
+    uv = np.stack([np.stack([part, np.full_like(part, v)], -1) for v in (0.0, 1.0)])
+    sheets = [_sheet(side, np.stack([outwards, outwards]), uv)]
+    for sign in (1.0, -1.0):
+        # From outside the lower end goes round the other way.
+        rim = circle[:: int(sign)] / 2
+        corners = np.stack([np.hstack([ring, flat + sign / 2]) for ring in (0 * rim, rim)])
+        uv = np.stack([0.5 + sign * corners[..., 0], 0.5 - corners[..., 1]], -1)
+        sheets.append(_sheet(corners, np.broadcast_to((0.0, 0.0, sign), corners.shape), uv))
+    return sheets
+
+
+def _mapped_sphere() -> list[TexturedShape]:
+    circle, part = _round()
+    down = np.linspace(0.0, 1.0, _FROM_POLE_TO_POLE)
+    height, radius = np.cos(np.pi * down), np.sin(np.pi * down)
+    outwards = np.empty((len(down), len(part), 3))
+    outwards[..., :2] = radius[:, None, None] * circle
+    outwards[..., 2] = height[:, None]
+    uv = np.stack(np.broadcast_arrays(part[None, :], down[:, None]), -1)
+    return [_sheet(outwards / 2, outwards, uv)]
+
+
+_MAPPED_MAKERS = {"box": _mapped_box, "cylinder": _mapped_cylinder, "sphere": _mapped_sphere}

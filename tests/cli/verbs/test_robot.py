@@ -310,7 +310,7 @@ def test_a_chain_of_links_may_be_longer_than_pythons_stack(
 def test_what_is_absurd_is_told_in_words(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("teleopctl.robot.meshes.reader._MOST_BYTES_OF_OTHERS", 600)
+    monkeypatch.setattr("teleopctl.robot.meshes._MOST_BYTES_OF_OTHERS", 600)
     (tmp_path / "large.stl").write_bytes(bytes(684))
     mesh = f'<collision><geometry><mesh filename="{tmp_path}/large.stl"/></geometry></collision>'
     said = {

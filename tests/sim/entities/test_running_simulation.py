@@ -11,12 +11,12 @@ import pytest
 
 from teleopctl.errors import InvalidDescriptionError, RefusedError
 from teleopctl.mujoco_model import (
-    Coming,
+    NewObject,
     RobotModel,
     build_model,
-    in_world,
-    with_things,
-    without_things,
+    with_objects,
+    with_world,
+    without_objects,
 )
 from teleopctl.node import Future
 from teleopctl.robot import World, read_world, read_world_text
@@ -64,8 +64,8 @@ def running(model: RobotModel) -> Simulation:
 
 
 def spawn(simulation: Simulation, text: str, name: str, *place: float) -> None:
-    coming = Coming(thing(text), name, np.array(place), UPRIGHT)
-    simulation.replace_model(with_things(simulation.model, [coming]))
+    coming = NewObject(thing(text), name, np.array(place), UPRIGHT)
+    simulation.replace_model(with_objects(simulation.model, [coming]))
 
 
 def observed(simulation: Simulation) -> tuple[float, ...]:
@@ -90,7 +90,7 @@ def test_what_leaves_takes_nothing_with_it(model: RobotModel) -> None:
     alone, joined = running(model), running(model)
     spawn(joined, BLOCK, "first", 4.0, 0.0, 1.0)
     spawn(joined, SPHERE, "second", 4.0, 1.0, 1.0)
-    joined.replace_model(without_things(joined.model, ["first"]))
+    joined.replace_model(without_objects(joined.model, ["first"]))
     for simulation in (alone, joined):
         simulation.step(100)
 
@@ -115,7 +115,7 @@ def test_the_same_things_at_the_same_times_give_the_same_bits(model: RobotModel)
         simulation = running(model)
         spawn(simulation, BLOCK, "block", 2.03, 0.02, 1.0)
         simulation.step(500)
-        simulation.replace_model(without_things(simulation.model, ["cube"]))
+        simulation.replace_model(without_objects(simulation.model, ["cube"]))
         simulation.step(500)
         runs.append(observed(simulation))
     assert runs[0] == runs[1]
@@ -211,13 +211,13 @@ def test_another_world_takes_the_place_of_the_first(model: RobotModel, tmp_path:
     simulation = running(model)
     spawn(simulation, BLOCK, "block", 4.0, 0.0, 1.0)
     moon = SPHERE.replace("<worldbody>", '<option gravity="0 0 -1.6"/><worldbody>')
-    simulation.replace_model(in_world(simulation.model, thing(moon)))
+    simulation.replace_model(with_world(simulation.model, thing(moon)))
     simulation.reset_world_state()
     (ball,) = (entity for entity in entities(simulation).values() if not entity.is_robot)
     simulation.step(100)
     assert motion_of(simulation, ball).acceleration[2] == pytest.approx(-1.6)
 
-    simulation.replace_model(in_world(simulation.model, None))
+    simulation.replace_model(with_world(simulation.model, None))
     assert list(entities(simulation)) == ["test"]
     kinds = list(simulation.model.mj_model.geom_type)
     assert kinds.count(0) == 1, "the ground is there, once"
@@ -226,15 +226,15 @@ def test_another_world_takes_the_place_of_the_first(model: RobotModel, tmp_path:
 def test_a_world_takes_its_lights_and_places_with_it(model: RobotModel) -> None:
     lit = "lights: [{kind: spot, at: [0, 0, 2]}]\nposes: {dock: {at: [1, 2, 0]}}"
     room = "things: {room: {shape: walls, size: [8, 6, 2]}, ball: {shape: sphere, radius: 0.1}}"
-    empty, there = in_world(model, None), in_world(model, thing(f"things: {{}}\n{lit}"))
-    for other in (in_world(there, thing(room)), there):
-        bare = in_world(other, None)
+    empty, there = with_world(model, None), with_world(model, thing(f"things: {{}}\n{lit}"))
+    for other in (with_world(there, thing(room)), there):
+        bare = with_world(other, None)
         assert bare.mj_model.nlight == empty.mj_model.nlight
         assert (bare.mj_model.ngeom, bare.mj_model.nsite) == (
             empty.mj_model.ngeom,
             empty.mj_model.nsite,
         )
-    assert in_world(there, None).mj_model.nlight < there.mj_model.nlight
+    assert with_world(there, None).mj_model.nlight < there.mj_model.nlight
 
 
 def test_a_worlds_sun_takes_the_place_of_ours(model: RobotModel) -> None:
@@ -246,8 +246,8 @@ def test_a_worlds_sun_takes_the_place_of_ours(model: RobotModel) -> None:
         return int(np.sum(model.mj_model.light_type == mujoco.mjtLightType.mjLIGHT_DIRECTIONAL))
 
     built = build_model(rod(), world=thing(sun))
-    assert [suns(built), suns(in_world(built, None)), suns(model)] == [1, 1, 1]
-    lit = in_world(in_world(model, thing(sun)), thing(spot))
+    assert [suns(built), suns(with_world(built, None)), suns(model)] == [1, 1, 1]
+    lit = with_world(with_world(model, thing(sun)), thing(spot))
     assert (suns(lit), lit.mj_model.nlight) == (1, 2)
     # Seen from anywhere, Gazebo's ground of 0.8 is not white.
     light = built.mj_model.vis.headlight
@@ -281,8 +281,8 @@ def test_a_file_of_several_things_becomes_as_many_placed_as_it_has_them(model: R
   shelf: {shape: box, size: [1, 1, 0.2], at: [1, 0, 0.1]}
   jar: {shape: sphere, radius: 0.1, mass: 0.5, at: [1, 0, 0.4], rpy: [0, 0, 0.5]}"""
     left = np.array([0.5**0.5, 0.0, 0.0, 0.5**0.5])
-    coming = Coming(thing(text), "pantry", np.array([4.0, 3.0, 1.0]), left)
-    simulation.replace_model(with_things(simulation.model, [coming]))
+    coming = NewObject(thing(text), "pantry", np.array([4.0, 3.0, 1.0]), left)
+    simulation.replace_model(with_objects(simulation.model, [coming]))
 
     assert coming.names == ("pantry/shelf", "pantry/jar")
     assert [name for name in entities(simulation) if "/" in name] == ["pantry/shelf", "pantry/jar"]
@@ -294,10 +294,10 @@ def test_a_file_of_several_things_becomes_as_many_placed_as_it_has_them(model: R
     simulation.step(1000)
     fallen = motion_of(simulation, find(simulation, "pantry/jar")).pose
     assert fallen[:3] == pytest.approx([4.0, 4.0, 1.3], abs=2e-3), "it lies on the shelf"
-    alone = without_things(simulation.model, ["pantry/shelf"])
+    alone = without_objects(simulation.model, ["pantry/shelf"])
     assert [thing.name for thing in alone.things][-1] == "pantry/jar"
     twins = thing(SPHERE.replace(BALL, 2 * BALL))
-    both = with_things(model, [Coming(twins, "twins", np.zeros(3), UPRIGHT)])
+    both = with_objects(model, [NewObject(twins, "twins", np.zeros(3), UPRIGHT)])
     assert [thing.name for thing in both.things][-2:] == ["twins/part1", "twins/part2"]
 
 
@@ -316,7 +316,7 @@ def test_what_cannot_be_simulated_is_refused_before_anything_has_changed(
     model: RobotModel, text: str, message: str
 ) -> None:
     with pytest.raises(InvalidDescriptionError, match=message):
-        with_things(model, [Coming(thing(text), "x", np.zeros(3), UPRIGHT)])
+        with_objects(model, [NewObject(thing(text), "x", np.zeros(3), UPRIGHT)])
 
 
 def test_what_waits_is_compiled_at_once_and_what_is_wrong_holds_up_itself_alone(
@@ -333,8 +333,10 @@ def test_what_waits_is_compiled_at_once_and_what_is_wrong_holds_up_itself_alone(
 
     spawning = SpawnQueue(lambda: simulation.model, take)
 
-    def come(text: str, name: str, x: float) -> Future[Coming]:
-        return spawning.add(name, lambda: Coming(thing(text), name, np.array([x, 0, 1]), UPRIGHT))
+    def come(text: str, name: str, x: float) -> Future[NewObject]:
+        return spawning.add(
+            name, lambda: NewObject(thing(text), name, np.array([x, 0, 1]), UPRIGHT)
+        )
 
     first = come(BLOCK, "first", 4.0)
     assert begun.wait(60.0)

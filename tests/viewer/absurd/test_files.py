@@ -57,8 +57,8 @@ def urdf(shape: str, tag: str = "visual") -> str:
 
 
 def mesh_tag(uri: str, scale: str) -> str:
-    escaped = uri.replace("&", "&amp;").replace("<", "&lt;").replace('"', "&quot;")
-    return f'<mesh filename="{escaped}" scale="{scale}"/>'
+    escaped_html = uri.replace("&", "&amp;").replace("<", "&lt;").replace('"', "&quot;")
+    return f'<mesh filename="{escaped_html}" scale="{scale}"/>'
 
 
 Place = Callable[[str, str], Seen]

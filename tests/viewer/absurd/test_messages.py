@@ -185,5 +185,5 @@ def test_a_topic_that_no_topic_can_be_is_told_once_and_nothing_else_suffers(
     assert "'bad topic!'" in text
     assert "\n" not in text
     assert len(page.node.warnings) == 1
-    display.listen_to("/good")
+    display.set_topic("/good")
     assert display.status == (OK, "")

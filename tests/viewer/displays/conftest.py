@@ -42,7 +42,7 @@ def picture(page: FakePage) -> Picture:
 def draw(page: FakePage) -> Iterator[Draw]:
     """Makes a display that is drawn; all are ended afterwards."""
     put_frame(page, "base", "map", Transform())
-    page.frames.fix("map")
+    page.frames.set_fixed_frame("map")
     page.frames.update()
 
     def make(rviz_class: str, **given: Any) -> Display:
@@ -70,7 +70,7 @@ def look(page: FakePage) -> None:
     """The next picture."""
     page.frames.update()
     for display in page.displays:
-        display.follow(jumped_back=False)
+        display.update(jumped_back=False)
 
 
 def message(type_name: str, frame: str = "map", stamp: int = 0, **fields: Any) -> Any:

@@ -100,7 +100,7 @@ def test_colours_are_those_of_the_image_that_was_taken_with_the_depths(page: Fak
     assert display.status[0] == OK
     for wrong, why in (
         (image("rgb8", colors[:-1], 3.0), "8 x 5 pixels are not the 8 x 6"),
-        (image("rgb8", colors, 5.0, frame="other"), "seen from [other]"),
+        (image("rgb8", colors, 5.0, frame="other"), "in frame [other]"),
         (image("rgb9", colors, 7.0), "'rgb9' is not known"),
     ):
         page.publish(COLOR, wrong)
@@ -175,7 +175,7 @@ def test_a_file_names_topics_and_their_transports(page: FakePage):
     assert page.listens_to(f"{DEPTH}/compressedDepth")
     assert page.listens_to(f"{COLOR}/compressed")
     assert page.listens_to("/cam/depth/camera_info")
-    display.listen_to("/other/depth/image/compressedDepth")
+    display.set_topic("/other/depth/image/compressedDepth")
     assert given["Depth Map Topic"] == "/other/depth/image"
     assert given["Depth Map Transport Hint"] == "compressedDepth"
     assert not page.listens_to("/cam/depth/camera_info")

@@ -119,7 +119,7 @@ def test_another_fixed_frame_moves_what_is_drawn(page: FakePage, draw: Draw, pic
     put_frame(page, "tool", "map", Transform((2.0, 0.0, 0.0)), SECOND)
     page.publish("/it", message("geometry_msgs/msg/PointStamped", point=point(5.0, 0.0)))
     look(page)
-    page.frames.fix("tool")
+    page.frames.set_fixed_frame("tool")
     look(page)
     look(page)
     ball = picture.nodes("/display1")["sphere"]

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from teleopctl.interfaces import get_message
-from teleopctl.viewer.displays.sensors.camera import CameraDisplay
-from teleopctl.viewer.displays.sensors.image import Image
+from teleopctl.viewer.displays.sensors.images import CameraDisplay, Image
 
 IMAGE = get_message("sensor_msgs/msg/Image")
 COMPRESSED = get_message("sensor_msgs/msg/CompressedImage")
@@ -63,10 +62,10 @@ def test_a_picture_opens_a_window_which_closes_with_the_display(stage):
 
 
 def test_a_compressed_topic_is_known_by_its_name_and_by_who_publishes(stage):
-    assert made(stage, Image, "/a/compressed").type_of_topic() == COMPRESSED.TYPE_NAME
-    assert made(stage, Image, "/a").type_of_topic() == IMAGE.TYPE_NAME
+    assert made(stage, Image, "/a/compressed").subscription_type() == COMPRESSED.TYPE_NAME
+    assert made(stage, Image, "/a").subscription_type() == IMAGE.TYPE_NAME
     stage.node.topics["/a"] = [COMPRESSED.TYPE_NAME]
-    assert made(stage, Image, "/a").type_of_topic() == COMPRESSED.TYPE_NAME
+    assert made(stage, Image, "/a").subscription_type() == COMPRESSED.TYPE_NAME
 
 
 def test_pictures_that_come_faster_than_they_are_watched_are_not_decoded(stage):
@@ -123,7 +122,7 @@ def test_the_frustum_stands_on_the_cameras_frame_and_is_as_wide_as_the_lens(stag
 def test_a_camera_that_does_not_say_how_it_sees_is_shown_and_that_is_told(stage):
     display = made(stage, CameraDisplay, "/cam/image_raw/compressed")
     stage.publish("/cam/camera_info", camera_info(fx=0.0, fy=float("nan")))
-    display._take_picture(picture(), _some_picture())
+    display._show_result(picture(), _some_picture())
     assert display._frustum is not None
     assert display.status[0] == "warn"
     assert "/cam/camera_info" in display.status[1]

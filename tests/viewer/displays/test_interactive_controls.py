@@ -13,7 +13,7 @@ from hypothesis import given, strategies
 
 from teleopctl.tf import Quaternion, Transform, quaternion_from_rpy
 from teleopctl.viewer import OK
-from teleopctl.viewer.displays.markers.control_turning import ControlTurning
+from teleopctl.viewer.displays.markers.interactive_control import ControlOrientation
 from tests.viewer.conftest import FakePage
 from tests.viewer.displays.conftest import SECOND, Draw, Picture, look, put_frame
 from tests.viewer.displays.test_geometry import pose
@@ -90,7 +90,7 @@ def test_what_faces_the_viewer_is_turned_as_the_camera_moves(
     )
     place = "/frames/tool/display1/marker1"
     for view in (HALF, quaternion_from_rpy(0.1, 0.5, 1.0)):
-        page.seen_from = Transform((5.0, 0.0, 0.0), view)
+        page.last_camera_pose = Transform((5.0, 0.0, 0.0), view)
         look(page)
         in_map = Transform(rotation=QUARTER)
         for gizmo in gizmos(page):
@@ -107,12 +107,12 @@ def test_a_viewer_who_stands_still_is_not_sent_anything(
     page: FakePage, draw: Draw, server: Server, monkeypatch: pytest.MonkeyPatch
 ):
     begin(page, draw, server, interactive("m", turned(Control.VIEW_FACING)))
-    page.seen_from = Transform((5.0, 0.0, 0.0), HALF)
+    page.last_camera_pose = Transform((5.0, 0.0, 0.0), HALF)
     look(page)
     sent: list[object] = []
     monkeypatch.setattr(page.scene, "_queue_scene_message", sent.append)
     look(page)
-    page.seen_from = Transform((6.0, 1.0, 0.0), HALF)
+    page.last_camera_pose = Transform((6.0, 1.0, 0.0), HALF)
     look(page)
     assert not sent
 
@@ -122,7 +122,7 @@ def test_a_gizmo_that_a_hand_holds_is_not_taken_from_it(page: FakePage, draw: Dr
     (gizmo,) = gizmos(page)
     asyncio.run(gizmo._impl_aux.update_cb[0](SimpleNamespace(phase="start", target=gizmo)))
     before = gizmo.wxyz.tolist()
-    page.seen_from = Transform((5.0, 0.0, 0.0), HALF)
+    page.last_camera_pose = Transform((5.0, 0.0, 0.0), HALF)
     look(page)
     assert gizmo.wxyz.tolist() == before
 
@@ -139,9 +139,9 @@ def test_a_fixed_control_turns_with_the_hand_and_not_with_its_marker(
     # the third axis of the marker, whose own colour the ring has
     assert gizmo.active_axes == (True, True, False)
     drawn = display.markers["m"]
-    drawn._controls[0].handle._tell("start", rotation_of(gizmo))
-    drawn._controls[0].handle._tell("update", Transform(rotation=QUARTER))
-    drawn._controls[0].handle._tell("end", Transform(rotation=QUARTER))
+    drawn._controls[0].handle._dragged("start", rotation_of(gizmo))
+    drawn._controls[0].handle._dragged("update", Transform(rotation=QUARTER))
+    drawn._controls[0].handle._dragged("end", Transform(rotation=QUARTER))
     assert ahead(rotation_of(own)) == [0, 1, 0]
     assert ahead(Transform(rotation=drawn.pose.rotation)) == [-1, 0, 0]
     assert [kind for kind, _ in server.said()] == [
@@ -155,7 +155,7 @@ def test_a_ring_that_faces_the_viewer_turns_its_marker_about_the_line_of_sight(
     page: FakePage, draw: Draw, server: Server
 ):
     display = begin(page, draw, server, interactive("m", turned(Control.VIEW_FACING)))
-    page.seen_from = Transform((0.0, 0.0, 5.0), quaternion_from_rpy(0.0, math.pi / 2, 0.0))
+    page.last_camera_pose = Transform((0.0, 0.0, 5.0), quaternion_from_rpy(0.0, math.pi / 2, 0.0))
     look(page)
     (gizmo,) = gizmos(page)
     twist(page, gizmo, -math.pi / 2)  # about what lies ahead, which is down
@@ -167,10 +167,10 @@ def test_a_ring_that_faces_the_viewer_turns_its_marker_about_the_line_of_sight(
 def test_a_control_that_faces_the_viewer_acts_along_the_line_of_sight_however_it_is_turned(
     own: Quaternion, view: Quaternion, marker_turn: Quaternion, angle: float
 ):
-    turning = ControlTurning(turned(Control.VIEW_FACING, turn=own))
-    turning.face(view)
+    turning = ControlOrientation(turned(Control.VIEW_FACING, turn=own))
+    turning.face_camera(view)
     turning.angle = angle
-    here = turning.beside(Transform((1.0, 2.0, 3.0), marker_turn))
+    here = turning.pose_for(Transform((1.0, 2.0, 3.0), marker_turn))
     assert here.translation == (1.0, 2.0, 3.0)
     acts = Transform(rotation=here.rotation) @ turning.axes
     np.testing.assert_allclose(ahead(acts), ahead(Transform(rotation=view)), atol=1e-5)

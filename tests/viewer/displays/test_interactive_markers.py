@@ -16,8 +16,8 @@ from hypothesis import given, strategies
 from teleopctl.interfaces import get_message, get_service
 from teleopctl.tf import Transform, quaternion_from_rpy
 from teleopctl.viewer import OK, WARN
-from teleopctl.viewer.displays.markers.interactive_marker import menu_lines
-from teleopctl.viewer.displays.markers.update_feed import UpdateFeed
+from teleopctl.viewer.displays.markers.interactive import UpdateSequence
+from teleopctl.viewer.displays.markers.interactive_marker import selectable_entries
 from tests.viewer.conftest import FakePage
 from tests.viewer.displays.conftest import SECOND, Draw, Picture, look, put_frame
 from tests.viewer.displays.test_geometry import pose
@@ -154,7 +154,7 @@ def test_without_a_server_the_status_says_what_is_missing(
     server.is_there = False
     display = draw("InteractiveMarkers", **{"Update Topic": "/demo/update"})
     look(page)
-    assert display.status == (WARN, "Nobody offers /demo/get_interactive_markers")
+    assert display.status == (WARN, "No node offers /demo/get_interactive_markers")
 
 
 def test_dragging_an_axis_tells_the_server_and_moves_the_marker(
@@ -299,7 +299,7 @@ def test_a_menu_whose_entries_stand_in_each_other_has_an_end():
         MenuEntry(id=2, parent_id=1, title="b"),
         MenuEntry(id=3, parent_id=1, title="c\n"),
     ]
-    ((number, title),) = menu_lines(entries)
+    ((number, title),) = selectable_entries(entries)
     assert number == 3
     assert title.isprintable()
 
@@ -309,11 +309,11 @@ def test_a_menu_whose_entries_stand_in_each_other_has_an_end():
     strategies.lists(strategies.integers(0, 12).map(lambda n: n), max_size=20),
 )
 def test_updates_apply_in_order_and_each_once(start: int, numbers: list[int]):
-    feed = UpdateFeed()
+    feed = UpdateSequence()
     applied = [each.seq_num for each in feed.start(start)]
     last = start
     for number in numbers:
-        if feed.take(Update(seq_num=number, type=Update.UPDATE)):
+        if feed.add(Update(seq_num=number, type=Update.UPDATE)):
             applied.append(number)
             assert number == last + 1
             last = number

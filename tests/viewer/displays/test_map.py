@@ -12,14 +12,14 @@ from PIL import Image as Pil
 
 from teleopctl.interfaces import get_message
 from teleopctl.tf import Transform, transform_stamped
-from teleopctl.viewer.displays.sensors.map_cells import (
+from teleopctl.viewer.displays.sensors.map import (
+    Map,
     MapError,
+    apply_update,
     cells_of,
+    map_png,
     palette,
-    patch,
-    to_png,
 )
-from teleopctl.viewer.displays.sensors.map_display import Map
 
 GRID = get_message("nav_msgs/msg/OccupancyGrid")
 # map_msgs/msg/OccupancyGridUpdate is learned from whoever publishes it.
@@ -50,7 +50,7 @@ def pixels(png, rows):
 def display(stage):
     display = Map(stage, "map", "/display1", {"Topic": {"Value": "/map"}})
     display.begin()
-    stage.frames.fix("map")
+    stage.frames.set_fixed_frame("map")
     stage.frames.update()
     return display
 
@@ -144,8 +144,8 @@ def test_what_is_no_map_takes_the_last_one_away_and_says_why(display, stage):
 
 
 def test_large_maps_are_thinned_and_small_ones_keep_sharp_edges():
-    assert Pil.open(io.BytesIO(to_png(np.zeros((5000, 10), np.int8), "map", 1.0))).height == 2500
-    assert Pil.open(io.BytesIO(to_png(np.zeros((10, 10), np.int8), "map", 1.0))).height == 80
+    assert Pil.open(io.BytesIO(map_png(np.zeros((5000, 10), np.int8), "map", 1.0))).height == 2500
+    assert Pil.open(io.BytesIO(map_png(np.zeros((10, 10), np.int8), "map", 1.0))).height == 80
 
 
 sizes = strategies.integers(0, 20) | strategies.sampled_from([2**16, 2**32 - 1])
@@ -170,7 +170,7 @@ places = strategies.integers(-5, 12) | strategies.sampled_from([2**31 - 1, -(2**
 @given(places, places, sizes, sizes, strategies.lists(strategies.just(100), max_size=60))
 def test_an_absurd_change_reaches_no_further_than_the_map(x, y, width, height, data):
     found = np.zeros((6, 7), np.int8)
-    patch(found, UPDATE(x=x, y=y, width=width, height=height, data=cells(*data)))
+    apply_update(found, UPDATE(x=x, y=y, width=width, height=height, data=cells(*data)))
     rows, columns = np.nonzero(found)
     assert all(x <= column < x + width for column in columns.tolist())
     assert all(y <= row < y + height for row in rows.tolist())

@@ -115,7 +115,7 @@ def test_the_picture_of_a_file_is_multiplied_by_the_colour_and_seen_through_wher
     ("spoilt", "reason"),
     [
         (lambda one: setattr(one.texture, "data", b"no picture"), "cannot be read"),
-        (lambda one: setattr(one.texture, "data", b""), "without data"),
+        (lambda one: setattr(one.texture, "data", b""), "has no data"),
         (lambda one: setattr(one, "texture_resource", "file:///no/such.png"), "/no/such.png"),
         (lambda one: one.uv_coordinates.pop(), "2 uv_coordinates for 3 points"),
         (lambda one: setattr(one.uv_coordinates[0], "u", float("nan")), "not finite"),
@@ -157,10 +157,10 @@ def test_of_pictures_that_come_faster_than_they_are_read_the_old_are_let_go(
     first = shown(page, picture, textured(picture_file((0, 0, 0))))
     held: list[Callable[[], object]] = []
 
-    def work(task: Callable[[], Any], then: Callable[[Any], object]) -> None:
+    def run_in_background(task: Callable[[], Any], then: Callable[[Any], object]) -> None:
         held.append(lambda: then(task()))
 
-    monkeypatch.setattr(page, "work", work)
+    monkeypatch.setattr(page, "run_in_background", run_in_background)
     for number in range(1, 60):
         # what is there stays until the next can be shown
         node = shown(page, picture, textured(picture_file((number, 0, 0))))

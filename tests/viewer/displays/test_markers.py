@@ -223,7 +223,7 @@ def test_frame_locked_markers_move_with_their_frame_and_others_stay(
     put_frame(page, "tool", "map", Transform((7.0, 0.0, 0.0)), 2 * SECOND)
     look(page)
     assert picture.nodes("/display1")["sphere"].batched_positions[0][0] == 1.5
-    page.frames.fix("tool")
+    page.frames.set_fixed_frame("tool")
     look(page)
     look(page)
     # what stands still is placed again, where its frame stands now
@@ -251,7 +251,7 @@ def test_a_marker_waits_for_its_transform(page: FakePage, draw: Draw, picture: P
         (marker(Marker.LINE_STRIP, points=points((0, 0))), "0 has 1 points and needs 2"),
         (marker(Marker.TEXT_VIEW_FACING), "0 has no text"),
         (marker(Marker.MESH_RESOURCE), "0 has no mesh_resource"),
-        (marker(99), "0 is of type 99, which nobody knows"),
+        (marker(99), "0 is of type 99, which is unknown"),
         (marker(0, action=17), "0 has the unknown action 17"),
     ],
 )
@@ -280,7 +280,7 @@ def test_namespaces_are_switched_off_by_a_file_and_on_the_page(
     assert len(picture.nodes("/display1")["box"].batched_positions) == 2
     assert display.parts() == {"grasps": False, "7": True, "": True}
     row = _Row(page, display)
-    row.follow()
+    row.show_status()
     page.choose(row._parts["grasps"], True)
     page.choose(row._parts["7"], False)
     page.choose(row._parts[""], False)
@@ -414,7 +414,7 @@ def test_of_a_mesh_in_more_colours_than_are_sent_none_is_missing(
 def test_ids_without_end_do_not_fill_the_memory(
     page: FakePage, draw: Draw, monkeypatch: pytest.MonkeyPatch
 ):
-    monkeypatch.setattr("teleopctl.viewer.displays.markers.marker_set.MOST_MARKERS", 50)
+    monkeypatch.setattr("teleopctl.viewer.displays.markers.markers.MOST_MARKERS", 50)
     display: Any = draw("Marker")
     for number in range(80):
         page.publish("/it", marker(Marker.CUBE, number))

@@ -10,12 +10,11 @@ from hypothesis import given, strategies
 
 from teleopctl.interfaces import get_message
 from teleopctl.tf import Transform, transform_stamped
-from teleopctl.viewer.displays.moveit import scene_request
+from teleopctl.viewer.displays.moveit import planning_scene as scene_request
 from teleopctl.viewer.displays.moveit.motion_planning import MotionPlanning
 from teleopctl.viewer.displays.moveit.planning_scene import PlanningScene
 from teleopctl.viewer.displays.moveit.robot_state import RobotState
-from teleopctl.viewer.displays.moveit.states import PlannedPath
-from teleopctl.viewer.displays.moveit.trajectory import TrajectoryDisplay
+from teleopctl.viewer.displays.moveit.trajectory import PlannedPath, TrajectoryDisplay
 
 STRING = get_message("std_msgs/msg/String")
 JOINT_STATE = get_message("sensor_msgs/msg/JointState")
@@ -135,7 +134,7 @@ def test_the_state_is_reached_by_the_robots_own_kinematics(stage):
     display = made(stage, RobotState)
     message = SimpleNamespace(state=state(shoulder=math.pi / 2, finger=0.5), hide=False)
     stage.publish("/display_robot_state", message)
-    ghost = display._ghost
+    ghost = display._overlay
     assert ghost._root.name == "/frames/base/display1_state"
     half = math.sqrt(0.5)
     assert stands(ghost, "upper") == pytest.approx([0, 0, 1, half, 0, 0, half], abs=1e-6)
@@ -150,13 +149,13 @@ def test_the_state_is_reached_by_the_robots_own_kinematics(stage):
 def test_a_state_that_comes_before_the_description_is_drawn_with_it(stage):
     display = made(stage, RobotState, described=False)
     stage.publish("/display_robot_state", SimpleNamespace(state=state(shoulder=1.0)))
-    assert display.status == ("warn", "Nothing has come from /robot_description yet")
+    assert display.status == ("warn", "No message received on /robot_description yet")
     stage.publish("/robot_description", STRING(data=URDF))
-    assert display._ghost is not None
+    assert display._overlay is not None
     assert display.status[0] == "ok"
     stage.publish("/robot_description", STRING(data="<nothing/>"))
     assert display.status[0] == "error"
-    assert display._ghost is not None
+    assert display._overlay is not None
 
 
 def test_topics_and_properties_stand_where_moveits_files_have_them(stage):
@@ -164,10 +163,10 @@ def test_topics_and_properties_stand_where_moveits_files_have_them(stage):
     display = made(stage, RobotState, given)
     assert display.topic == "/states"
     assert display.values.number("Robot Alpha") == 0.25
-    display.listen_to("/others")
+    display.set_topic("/others")
     assert given["Robot State Topic"] == "/others"
     assert given["Class"] == "moveit_rviz_plugin/RobotState"
-    planned = {"Planned PlannedPath": {"Trajectory Topic": "/plan", "Loop Animation": True}}
+    planned = {"Planned Path": {"Trajectory Topic": "/plan", "Loop Animation": True}}
     planning = made(stage, MotionPlanning, planned)
     assert stage.listens_to("/plan")
     assert stage.listens_to("/monitored_planning_scene")
@@ -180,14 +179,14 @@ def test_topics_and_properties_stand_where_moveits_files_have_them(stage):
     [("3x", 1.0, 1.5), ("REALTIME", 3.0, 1.5), ("0.5 s", 2.0, 2.0), ("soon", 0.2, 2.0)],
 )
 def test_a_path_is_played_as_fast_as_the_property_says(display_time, duration, half_way):
-    played = PlannedPath.of(path((0, 0), (1, 0), (2, 0), (3, 0)))
+    played = PlannedPath.from_message(path((0, 0), (1, 0), (2, 0), (3, 0)))
     assert played.duration(display_time) == pytest.approx(duration)
     assert played.at(duration / 2, display_time)["shoulder"] == pytest.approx(half_way)
     assert played.at(duration, display_time)["shoulder"] == 3.0
 
 
 def test_a_path_without_times_is_played_all_the_same():
-    played = PlannedPath.of(path((0, 0), (1, 0), every_s=0.0))
+    played = PlannedPath.from_message(path((0, 0), (1, 0), every_s=0.0))
     assert played.duration("3x") > 0.0
     assert played.at(played.duration("3x"), "3x")["shoulder"] == 1.0
 
@@ -196,7 +195,7 @@ def test_a_planned_path_is_played_once_and_a_loop_begins_anew(stage):
     display = made(stage, TrajectoryDisplay)
     stage.publish("/display_planned_path", path((0, 0), (1, 0), start=state(finger=0.5)))
     display.tick()
-    ghost = display._ghost
+    ghost = display._overlay
     assert ghost._root.visible
     display._began -= 0.3
     display.tick()
@@ -210,7 +209,7 @@ def test_a_planned_path_is_played_once_and_a_loop_begins_anew(stage):
         display._began -= 10.0
         display.tick()
     display.tick()
-    assert display._ghost._root.visible
+    assert display._overlay._root.visible
 
 
 def test_the_next_path_waits_for_the_end_of_the_one_that_is_played(stage):
@@ -376,7 +375,7 @@ def test_the_goal_stands_where_the_planned_path_ends(stage):
     stage.publish("/display_planned_path", path((0, 0), (0, 1)))
     display.tick()
     assert stands(display._goal, "tip")[:3] == pytest.approx([3, 0, 1])
-    assert display._planned._ghost._root.visible
+    assert display._planned._overlay._root.visible
     display.set("Planning Request/Query Goal State", False)
     assert display._goal is None
     display.set("Planned Path/Robot Alpha", 0.25)
@@ -429,7 +428,7 @@ def test_an_absurd_path_has_a_state_at_any_time(points, display_time, elapsed):
         message.trajectory[0].joint_trajectory.points, points, strict=True
     ):
         point.time_from_start.sec = stamp
-    played = PlannedPath.of(message)
+    played = PlannedPath.from_message(message)
     assert played.duration(display_time) >= 0.0
     found = played.at(elapsed, display_time)
     assert all(math.isfinite(value) for value in found.values())

@@ -10,7 +10,11 @@ from PIL import Image as Pil
 
 from teleopctl.interfaces import get_message
 from teleopctl.pictures import GreyRange, PictureError, picture_of
-from teleopctl.viewer.displays.picture_feed import base_topic, camera_info_topic, type_by_name
+from teleopctl.viewer.displays.sensors.images import (
+    base_topic,
+    camera_info_topic,
+    image_type_by_name,
+)
 
 IMAGE = get_message("sensor_msgs/msg/Image")
 COMPRESSED = get_message("sensor_msgs/msg/CompressedImage")
@@ -254,6 +258,6 @@ def test_a_cameras_other_topics_are_named_as_image_transport_does():
     assert base_topic("/cam/image_raw/compressed") == "/cam/image_raw"
     assert camera_info_topic("/cam/image_raw/compressed") == "/cam/camera_info"
     assert camera_info_topic("/image") == "/camera_info"
-    assert type_by_name("/cam/image_raw") == "sensor_msgs/msg/Image"
-    assert type_by_name("/cam/depth/compressedDepth") == "sensor_msgs/msg/CompressedImage"
-    assert type_by_name("/compressed") == "sensor_msgs/msg/Image"
+    assert image_type_by_name("/cam/image_raw") == "sensor_msgs/msg/Image"
+    assert image_type_by_name("/cam/depth/compressedDepth") == "sensor_msgs/msg/CompressedImage"
+    assert image_type_by_name("/compressed") == "sensor_msgs/msg/Image"

@@ -11,8 +11,7 @@ from teleopctl.tf import Transform, matrix_from_quaternion, quaternion_from_rpy,
 from teleopctl.viewer.displays.properties import Properties
 from teleopctl.viewer.displays.sensors.cloud import CloudError, read_cloud, read_scan
 from teleopctl.viewer.displays.sensors.colors import Coloring
-from teleopctl.viewer.displays.sensors.laser_scan import LaserScan
-from teleopctl.viewer.displays.sensors.point_cloud import PointCloud, PointCloud2
+from teleopctl.viewer.displays.sensors.points import LaserScan, PointCloud, PointCloud2
 
 CLOUD = get_message("sensor_msgs/msg/PointCloud2")
 FIELD = get_message("sensor_msgs/msg/PointField")
@@ -145,7 +144,7 @@ def test_the_rays_of_a_scanner_that_moves_start_where_it_is():
 def coloured(message, **given):
     display_values = Properties(PointCloud2.properties, given)
     found = read_cloud(message, 1000)
-    return Coloring.of(display_values).colors(found, Transform())
+    return Coloring.from_properties(display_values).colors(found, Transform())
 
 
 @pytest.mark.parametrize("kind", ["u4", "f4"])
@@ -175,7 +174,7 @@ def test_the_rainbow_goes_from_red_to_magenta_between_the_least_and_the_most():
 
 
 def test_colours_that_points_lack_are_replaced_by_those_that_they_have(stage):
-    stage.frames.fix("lidar")
+    stage.frames.set_fixed_frame("lidar")
     stage.frames.update()
     display = made(stage, **{"Color Transformer": "RGB8"})
     shown(display, cloud(COLUMNS))

@@ -11,7 +11,7 @@ from teleopctl.interfaces import get_message
 from teleopctl.robot import RobotDescription
 from teleopctl.tf import Transform
 from teleopctl.viewer.displays.base import ERROR, OK, WARN
-from teleopctl.viewer.displays.robot_parts import Parts, load_parts
+from teleopctl.viewer.displays.robot_model import RobotAssets, load_assets
 from tests.viewer.displays.conftest import look, put_frame
 
 STRING = get_message("std_msgs/msg/String")
@@ -240,11 +240,11 @@ def test_only_a_mesh_that_has_changed_is_read_again(tmp_path):
     one, two = stl(tmp_path, "one.stl"), stl(tmp_path, "two.stl")
     meshes = [visual(f'<mesh filename="{path}"/>') for path in (one, two, one)]
     description = RobotDescription.from_urdf(robot(link("a", *meshes)))
-    first = load_parts(description, Parts())
-    assert load_parts(description, first) == first
+    first = load_assets(description, RobotAssets())
+    assert load_assets(description, first) == first
     trimesh.creation.box((2.0, 2.0, 2.0)).export(tmp_path / "new.stl")
     two.write_bytes(b"x" + (tmp_path / "new.stl").read_bytes()[1:])
-    second = load_parts(description, first)
+    second = load_assets(description, first)
     assert second.meshes[str(one)] is first.meshes[str(one)]
     vertices = second.meshes[str(two)].vertices
     assert vertices is not None

@@ -9,7 +9,7 @@ import pytest
 
 from teleopctl.tf import Transform
 from teleopctl.viewer import OK, WARN
-from teleopctl.viewer.displays.geometry.trace import MOST_POINTS
+from teleopctl.viewer.displays.frames import MOST_POINTS
 from teleopctl.viewer.panels.scene import _Row
 from tests.viewer.conftest import FakePage
 from tests.viewer.displays.conftest import SECOND, Draw, Picture, look, put_frame
@@ -104,7 +104,7 @@ def test_another_fixed_frame_or_another_frame_begins_anew(
 ):
     display = draw("Trace", Frame="tool")
     go(page, 0.0, 1.0)
-    page.frames.fix("base")
+    page.frames.set_fixed_frame("base")
     go(page, 1.0)
     assert line(picture) == []
     go(page, 2.0)
@@ -128,18 +128,18 @@ def test_a_time_that_begins_anew_begins_the_line_anew(page: FakePage, draw: Draw
     display = draw("Trace", Frame="tool")
     go(page, 0.0, 1.0)
     page.node.now_ns = 0
-    display.follow(jumped_back=True)
+    display.update(jumped_back=True)
     assert line(picture) == []
 
 
 def test_its_frame_is_chosen_from_those_that_there_are(page: FakePage, draw: Draw):
     display = draw("Trace")
     row = _Row(page, display)
-    row.offer_frames(["base", "map"])
+    row.set_frame_options(["base", "map"])
     ((frame, _),) = row._frames
     assert frame.options == ("", "base", "map")
     page.choose(frame, "base")
     assert display.values.text("Frame") == "base"
-    row.offer_frames(["base", "map", "tool"])
+    row.set_frame_options(["base", "map", "tool"])
     assert frame.options == ("", "base", "map", "tool")
     assert frame.value == "base"

@@ -14,7 +14,7 @@ from teleopctl.robot import RobotDescription, read_world
 from teleopctl.sim.world_markers import WORLD_MARKERS_TOPIC, world_markers
 from teleopctl.tf import Transform
 from teleopctl.viewer import Viewer, open_server
-from teleopctl.viewer.picture import SceneView
+from teleopctl.viewer.scene_view import SceneView
 from tests.viewer.conftest import FakePage
 from tests.viewer.displays.conftest import SECOND, put_frame
 
@@ -35,7 +35,7 @@ def label_boxes(page: FakePage, picture: SceneView) -> dict[str, Any]:
     """What is drawn of the world, by frame."""
     world = next(display for display in picture.displays if display.name == "World")
     return {
-        frame: page.scene.get_handle_by_name(f"{page.frames.node_of(frame)}{world.root}/box")
+        frame: page.scene.get_handle_by_name(f"{page.frames.node_path(frame)}{world.root}/box")
         for frame in ("base", "cube")
     }
 
@@ -68,7 +68,7 @@ def test_the_world_is_there_after_the_simulation_was_reset(
     picture = SceneView(page.server, page, simulated=True)
     picture.begin()
     put_frame(page, "cube", "base", Transform((-0.15, 1.5, 0.17)))
-    page.frames.fix("base")
+    page.frames.set_fixed_frame("base")
     page.frames.update()
     for jumped_back in (False, True):
         picture.tick(jumped_back=jumped_back)
@@ -84,7 +84,7 @@ def test_the_cube_is_drawn_in_its_own_frame_and_the_table_in_the_robots(page: Fa
     picture = SceneView(page.server, page, simulated=True)
     picture.begin()
     put_frame(page, "cube", "base", Transform((-0.15, 1.5, 0.17)))
-    page.frames.fix("base")
+    page.frames.set_fixed_frame("base")
     page.frames.update()
     markers = world_markers(model)
     page.publish(
@@ -97,7 +97,7 @@ def test_the_cube_is_drawn_in_its_own_frame_and_the_table_in_the_robots(page: Fa
 
     put_frame(page, "cube", "base", Transform((0.0, 0.0, 3.0)), 2 * SECOND)
     page.frames.update()
-    frame: Any = page.scene.get_handle_by_name(page.frames.node_of("cube"))
+    frame: Any = page.scene.get_handle_by_name(page.frames.node_path("cube"))
     assert np.allclose(frame.position, (0.0, 0.0, 3.0))
     picture.end()
 
@@ -108,5 +108,5 @@ def test_the_page_of_a_simulation_knows_that_it_is_one(ros) -> None:
         with init(args=[]):
             viewer = Viewer(open_server(port=0), panels=["log"], cli_args=words)
             with viewer:
-                names = [display.name for display in viewer.picture.displays]
+                names = [display.name for display in viewer.scene_view.displays]
                 assert ("World" in names) == shown

@@ -3,9 +3,9 @@
 import pytest
 
 from teleopctl.interfaces import get_message
-from teleopctl.viewer.displays.sensors.camera import CameraDisplay
+from teleopctl.viewer.displays.sensors.images import CameraDisplay
 from teleopctl.viewer.panels.camera import CameraPanel
-from teleopctl.viewer.picture import SceneView
+from teleopctl.viewer.scene_view import SceneView
 
 IMAGE = get_message("sensor_msgs/msg/Image")
 COMPRESSED = get_message("sensor_msgs/msg/CompressedImage")
@@ -22,13 +22,13 @@ def picture(value=90, encoding="mono8"):
 
 def cameras(stage):
     """Those that are in the picture."""
-    return [display for display in stage.picture.displays if isinstance(display, CameraDisplay)]
+    return [display for display in stage.scene_view.displays if isinstance(display, CameraDisplay)]
 
 
 @pytest.fixture
 def panel(stage):
-    stage.picture = SceneView(stage.server, stage)
-    stage.picture.begin()
+    stage.scene_view = SceneView(stage.server, stage)
+    stage.scene_view.begin()
     stage.node.topics.update(TOPICS)
     panel = CameraPanel(stage)
     with stage.gui.add_tab_group().add_tab(panel.title):
@@ -103,7 +103,7 @@ def test_the_frustum_is_switched_on_in_the_scene_and_follows_the_choice(panel, s
     assert display.topic == "/cam/image_raw/compressed"
     stage.choose(panel._place, False)
     assert not display.is_drawn
-    stage.picture.remove(display)
+    stage.scene_view.remove(display)
     panel.tick()
     stage.choose(panel._place, True)
     assert len(cameras(stage)) == 1

@@ -14,8 +14,8 @@ from viser import SceneClickEvent
 
 from teleopctl.interfaces import get_message
 from teleopctl.tf import Transform, transform_stamped
-from teleopctl.viewer.page.server import PageError
-from teleopctl.viewer.panels.click_tools import TOOLS, ClickTools, ground_at
+from teleopctl.viewer.page_server import PageError
+from teleopctl.viewer.panels.click_tools import TOOLS, ClickTools, ground_point
 from teleopctl.viewer.rviz_file import RvizFile
 from tests.viewer.conftest import FakeClient, FakePage
 from tests.viewer.panels.live import LivePage
@@ -44,14 +44,14 @@ class Hand:
     def __init__(self, page: FakePage, tools: list[dict[str, Any]] | None = None) -> None:
         self.page = page
         self.publishers: list[Publisher] = []
-        page.picture = SimpleNamespace(
+        page.scene_view = SimpleNamespace(
             file=RvizFile({"Visualization Manager": {"Tools": tools or []}})
         )
         self.row = ClickTools(page)
         self.row.build()
 
     def fix(self, name: str) -> None:
-        self.page.frames.fix(name)
+        self.page.frames.set_fixed_frame(name)
         self.page.frames.update()
 
     def publisher(self, _kind: Any, topic: str, _qos: Any) -> Publisher:
@@ -90,7 +90,7 @@ def hand(stage: FakePage) -> Iterator[Hand]:
     stage.node.create_publisher = made.publisher
     made.fix("map")
     yield made
-    made.row.put_away()
+    made.row.deactivate()
 
 
 def yaw_of(pose: Any) -> float:
@@ -202,7 +202,7 @@ def test_that_nobody_listens_is_told(hand: Hand) -> None:
     hand.press("Point")
     hand.publishers[0].listeners = 0
     hand.click(1.0, 1.0)
-    assert "nobody listens" in hand.said
+    assert "no subscriber" in hand.said
 
 
 def test_without_a_fixed_frame_there_is_no_ground(stage: FakePage) -> None:
@@ -215,7 +215,7 @@ def test_without_a_fixed_frame_there_is_no_ground(stage: FakePage) -> None:
 def test_when_nobody_looks_any_more_the_tool_is_put_away(hand: Hand) -> None:
     hand.press("Goal")
     hand.click(1.0, 1.0)
-    hand.row.put_away()
+    hand.row.deactivate()
     assert not hand.listens
     assert not hand.said
     assert not [name for name in hand.page.scene._handle_from_node_name if "/click_tool/" in name]
@@ -243,7 +243,7 @@ rays = strategies.tuples(numbers, numbers, numbers)
 
 @given(rays, rays)
 def test_a_ray_meets_the_ground_in_front_of_it_or_not_at_all(origin: Any, direction: Any) -> None:
-    place = ground_at(origin, direction)
+    place = ground_point(origin, direction)
     if place is None:
         return
     assert all(map(math.isfinite, place))

@@ -13,8 +13,8 @@ from teleopctl.interfaces import get_message
 from teleopctl.node import Node, qos_profile_latched
 from teleopctl.packages import package_share
 from teleopctl.robot import expand_xacro
+from teleopctl.viewer.panels.joint_movers import SLIDERS_TOPIC
 from teleopctl.viewer.panels.joints import JointsPanel
-from teleopctl.viewer.remote.joint_targets import SLIDERS_TOPIC
 from tests.viewer.conftest import FakePage
 from tests.viewer.panels.live import ManagerProcess, spinning
 
@@ -144,10 +144,10 @@ def test_a_driver_is_shown_and_not_contradicted(live, panel):
     driver.publish(JointState(name=["wheel", "lift", "?"], position=[7.0, float("nan"), 1.0]))
     live.until(lambda: panel._sliders["wheel"].value == pytest.approx(7.0 - 2 * math.pi))
     # A driver that hangs is in the graph, and sends nothing.
-    panel._heard_s = 0.0
-    live.until(lambda: "no joint states arrive" in panel._note.content)
+    panel._received_s = 0.0
+    live.until(lambda: "No joint states are received" in panel._note.content)
     driver.publish(JointState(name=["wheel"], position=[7.0]))
-    live.until(lambda: "no joint states arrive" not in panel._note.content)
+    live.until(lambda: "No joint states are received" not in panel._note.content)
     # A value typed beside a slider that is switched off: viser lets it through.
     put(live, panel, "wheel", -1.0)
     live.until(lambda: panel._sliders["wheel"].value == pytest.approx(7.0 - 2 * math.pi))

@@ -10,13 +10,14 @@ from hypothesis import given, strategies
 
 from teleopctl.interfaces import get_message
 from teleopctl.node import Node, Parameter, ParameterType
-from teleopctl.viewer.panels.parameter_row import (
+from teleopctl.viewer import service_calls
+from teleopctl.viewer.panels.parameters import (
+    MOST_ROWS,
     ParameterRow,
+    ParametersPanel,
     parameter_text,
     value_from_text,
 )
-from teleopctl.viewer.panels.parameters import MOST_ROWS, ParametersPanel
-from teleopctl.viewer.remote import service_calls
 from tests.viewer.conftest import FakePage
 from tests.viewer.panels.live import spinning
 
@@ -164,7 +165,7 @@ def test_a_node_that_goes_is_told_and_one_that_returns_is_asked_again(live, pane
     with spinning(arm):
         choose(live, panel, "/arm")
         live.until(lambda: "speed" in panel._rows)
-    live.until(lambda: "is gone" in panel._note.content)
+    live.until(lambda: "has gone" in panel._note.content)
     assert handle(panel, "speed").disabled
     with spinning(arm):
         live.until(lambda: "speed" in panel._rows and not handle(panel, "speed").disabled)
@@ -178,7 +179,7 @@ def test_a_node_that_does_not_answer_is_told_and_holds_nothing_up(live, panel, m
         live.until(lambda: "speed" in panel._rows)
         node.create_timer(0.001, lambda: stuck.wait(20))
         with monkeypatch.context() as patience:
-            patience.setattr(service_calls, "_PATIENCE_S", 0.1)
+            patience.setattr(service_calls, "_TIMEOUT_S", 0.1)
             live.click(panel._again)
             live.until(lambda: "did not answer" in panel._note.content)
         assert panel._again.visible

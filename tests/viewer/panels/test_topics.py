@@ -103,7 +103,7 @@ def test_it_is_said_how_old_a_message_is(page, panel, monkeypatch):
     steady_s[0] += 12.0
     for _ in range(10):
         panel.tick()
-    assert "came 12 s ago" in panel._age.content
+    assert "Last message: 12 s ago" in panel._age.content
 
 
 def test_nothing_is_sent_while_nothing_comes(page, panel):

@@ -6,9 +6,9 @@ import pytest
 
 from teleopctl.tf import Transform, transform_stamped
 from teleopctl.viewer.displays.base import OK, WARN
-from teleopctl.viewer.displays.tf_display import TfDisplay
+from teleopctl.viewer.displays.frames import TfDisplay
 from teleopctl.viewer.panels.scene import _Row
-from teleopctl.viewer.scene import frame_buffer, frames as frames_module
+from teleopctl.viewer.scene import frames as frames_module
 
 MOST = 20
 UNKNOWN = 5
@@ -21,9 +21,8 @@ class World:
         self.page = page
         self.now_s = 100.0
         clock = SimpleNamespace(monotonic=lambda: self.now_s)
-        for module in (frame_buffer, frames_module):
-            monkeypatch.setattr(module, "time", clock)
-        monkeypatch.setattr(frame_buffer, "MOST_FRAMES", MOST)
+        monkeypatch.setattr(frames_module, "time", clock)
+        monkeypatch.setattr(frames_module, "MOST_FRAMES", MOST)
         monkeypatch.setattr(frames_module, "MOST_UNKNOWN", UNKNOWN)
         self.display = TfDisplay(page, "TF", "/tf_display")
         self.display.begin()
@@ -40,7 +39,7 @@ class World:
         """Let time pass, and the picture move on."""
         self.now_s += seconds
         self.page.frames.update()
-        self.display.follow(jumped_back=False)
+        self.display.update(jumped_back=False)
 
     @property
     def known(self):
@@ -102,7 +101,7 @@ def test_a_frame_that_is_silent_while_others_are_not_loses_its_axes(world):
     world.pass_time(1.0)
     # Where the hand is depends on the arm.
     assert world.dressed == {"base", "wheel"}
-    world.page.frames.fix("hand")
+    world.page.frames.set_fixed_frame("hand")
     world.pass_time(1.0)
     assert world.dressed == {"hand", "arm"}
     world.speak("base arm")
@@ -122,5 +121,5 @@ def test_the_list_of_frames_has_those_that_there_are(world):
     for number in range(100):
         world.speak("base arm", f"arm object_{number}")
         world.pass_time(1.0)
-        row.follow()
+        row.show_status()
     assert set(row._parts) == set(world.page.frames.by_name)

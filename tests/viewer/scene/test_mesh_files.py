@@ -11,9 +11,9 @@ import trimesh
 from hypothesis import HealthCheck, given, settings, strategies
 from PIL import Image
 
-from teleopctl.robot.meshes import reader
-from teleopctl.viewer.scene.glb import dressed
-from teleopctl.viewer.scene.mesh_files import MeshError, load_embedded_mesh, load_mesh
+from teleopctl.robot import meshes as reader
+from teleopctl.viewer.scene.assets import MeshError, load_embedded_mesh, load_mesh
+from teleopctl.viewer.scene.gltf import colored_glb
 
 KINDS = ("stl", "obj", "dae", "glb", "ply")
 TRIANGLE = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\n"
@@ -199,7 +199,7 @@ def test_materials_of_an_obj_are_its_own(tmp_path):
     path = obj(tmp_path, "usemtl red", "f 1 2 3", "usemtl glass", "f 3 2 1", mtl=mtl)
     mesh = load_mesh(str(path))
     assert mesh.vertices is None
-    for glb in (mesh.glb, dressed(mesh.glb, (0.0, 1.0, 0.0, 1.0))):
+    for glb in (mesh.glb, colored_glb(mesh.glb, (0.0, 1.0, 0.0, 1.0))):
         colors = {tuple(one["pbrMetallicRoughness"]["baseColorFactor"]) for one in materials(glb)}
         assert (1.0, 0.0, 0.0, 1.0) in colors
         assert (0.0, 1.0, 0.0, 1.0) not in colors
@@ -243,14 +243,14 @@ def test_what_names_no_material_has_the_colour_of_the_description(tmp_path):
     path = tmp_path / "bare.obj"
     path.write_text(TRIANGLE + "f 1/1 2/2 3/3\n")
     mesh = load_mesh(str(path))
-    (material,) = materials(dressed(mesh.glb, RED, 0.5))
+    (material,) = materials(colored_glb(mesh.glb, RED, 0.5))
     assert material["pbrMetallicRoughness"]["baseColorFactor"] == [1.0, 0.0, 0.0, 0.5]
     assert material["alphaMode"] == "BLEND"
 
 
 def test_alpha_makes_materials_of_the_file_be_seen_through(tmp_path):
     path = obj(tmp_path, "usemtl a", "f 1 2 3", mtl="newmtl a\nKd 1 0 0\n")
-    (material, *_) = materials(dressed(load_mesh(str(path)).glb, RED, 0.25))
+    (material, *_) = materials(colored_glb(load_mesh(str(path)).glb, RED, 0.25))
     assert material["pbrMetallicRoughness"]["baseColorFactor"][3] == pytest.approx(0.25)
     assert material["alphaMode"] == "BLEND"
 

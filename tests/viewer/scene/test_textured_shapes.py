@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from teleopctl.viewer.scene.textured_shapes import MappedShape, mapped_shape
+from teleopctl.viewer.scene.unit_shapes import TexturedShape, textured_shape
 
 
-def triangles(shape: MappedShape) -> tuple[np.ndarray, np.ndarray]:
+def triangles(shape: TexturedShape) -> tuple[np.ndarray, np.ndarray]:
     """The corners of the triangles that have a size, and where they are in the picture."""
     corners, uv = shape.corners.reshape(-1, 3, 3), shape.uv.reshape(-1, 3, 2)
     area = np.linalg.norm(
@@ -21,7 +21,7 @@ def triangles(shape: MappedShape) -> tuple[np.ndarray, np.ndarray]:
     ("name", "volume"), [("box", 1.0), ("cylinder", np.pi / 4), ("sphere", np.pi / 6)]
 )
 def test_a_shape_is_closed_and_of_size_1_and_looks_outwards(name: str, volume: float):
-    shape = mapped_shape(name)
+    shape = textured_shape(name)
     np.testing.assert_allclose(np.ptp(shape.corners, axis=0), [1, 1, 1], atol=5e-3)
     np.testing.assert_allclose(np.linalg.norm(shape.normals, axis=1), 1.0)
     corners, _ = triangles(shape)
@@ -33,7 +33,7 @@ def test_a_shape_is_closed_and_of_size_1_and_looks_outwards(name: str, volume: f
 
 @pytest.mark.parametrize("name", ["box", "cylinder", "sphere"])
 def test_no_picture_is_mirrored_and_the_whole_of_it_is_used(name: str):
-    corners, uv = triangles(mapped_shape(name))
+    corners, uv = triangles(textured_shape(name))
     a, b = uv[:, 1] - uv[:, 0], uv[:, 2] - uv[:, 0]
     # Counter-clockwise from outside is clockwise in the picture, whose second axis points down.
     assert (a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0] <= 1e-12).all()

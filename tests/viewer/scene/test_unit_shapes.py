@@ -7,10 +7,10 @@ import pytest
 import trimesh
 
 from teleopctl.tf import Transform
-from teleopctl.viewer.picture import SceneView
 from teleopctl.viewer.scene.canvas import Canvas
 from teleopctl.viewer.scene.drawing import RED, Drawing
 from teleopctl.viewer.scene.unit_shapes import unit_shape
+from teleopctl.viewer.scene_view import SceneView
 from tests.viewer.conftest import FakePage
 
 VOLUMES = {

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 
 from teleopctl.control.controllers.joint_trajectory.trajectory import TrajectoryPoint
 from teleopctl.interfaces import NANOSECONDS_PER_SECOND
-from teleopctl.robot import JointLimits, cut_command
+from teleopctl.robot import JointLimits, clamped_command_text
 
 # A cubic from rest to rest has its largest speed half-way: 3/2 of the mean.
 _PEAK = 1.5
@@ -53,7 +53,9 @@ def clamp_positions(
         inside = min(max(position, limit.lower), limit.upper)
         clamped.append(inside)
         if inside != position:
-            reports[joint] = cut_command(joint, "position", position, inside, limit, "position")
+            reports[joint] = clamped_command_text(
+                joint, "position", position, inside, limit, "position"
+            )
     return clamped, reports
 
 

@@ -1,9 +1,14 @@
-"""``InteractiveMarkers``: markers of another program that are moved and clicked on the page."""
+"""RViz's ``InteractiveMarkers``: markers of another program that are moved and clicked on the page.
+
+A server numbers its updates. A client requests the full state, which has the number of the last
+update in it, and then applies those that follow. When one is missing it requests the state again.
+"""
 
 from __future__ import annotations
 
 import secrets
 import time
+from collections import deque
 from typing import Any, ClassVar
 
 from teleopctl.base.printable import printable_line
@@ -11,29 +16,85 @@ from teleopctl.interfaces import get_message, get_service
 from teleopctl.node import QoSProfile
 from teleopctl.tf import Transform
 from teleopctl.viewer.displays.base import OK, WARN, Display
+from teleopctl.viewer.displays.conversions import pose_of
 from teleopctl.viewer.displays.markers.interactive_marker import (
     FEEDBACK_KEEP_ALIVE,
     InteractiveMarker,
 )
-from teleopctl.viewer.displays.markers.marker_drawing import MarkerFault
+from teleopctl.viewer.displays.markers.marker_drawing import MarkerError
 from teleopctl.viewer.displays.markers.marker_files import MarkerFiles
-from teleopctl.viewer.displays.markers.update_feed import UpdateFeed
 from teleopctl.viewer.displays.properties import Property
-from teleopctl.viewer.displays.reading import pose_of
+
+KEEP_ALIVE, UPDATE = 0, 1
+# While the full state is awaited.
+_MOST_WAITING = 100
+
+
+class UpdateSequence:
+    """Sequence of an interactive marker server's updates, which finds missing ones.
+
+    Attributes:
+        needs_state: Whether the full state has to be requested.
+    """
+
+    def __init__(self) -> None:
+        self.needs_state = True
+        self._last = 0
+        self._server = ""
+        # Any stands for visualization_msgs/msg/InteractiveMarkerUpdate.
+        self._waiting: deque[Any] = deque(maxlen=_MOST_WAITING)
+
+    # Any: as above.
+    def add(self, update: Any) -> bool:
+        """Check an update's number; return whether the update is to be applied now.
+
+        Updates before the full state are kept for `start`. A missing one sets `needs_state`.
+        """
+        if self._server and update.server_id != self._server:
+            # another server, or the same one started again
+            self._request_state()
+        self._server = update.server_id
+        if self.needs_state:
+            self._waiting.append(update)
+            return False
+        if update.type == KEEP_ALIVE:
+            if update.seq_num != self._last:
+                self._request_state()
+            return False
+        if update.seq_num == self._last + 1:
+            self._last = update.seq_num
+            return True
+        if update.seq_num > self._last:
+            self._request_state()
+            self._waiting.append(update)
+        return False
+
+    # Any: as above.
+    def start(self, number: int) -> list[Any]:
+        """Continue from the full state's sequence number; return the kept updates to apply now."""
+        self._last, self.needs_state = number, False
+        waiting = [each for each in self._waiting if each.type == UPDATE]
+        self._waiting.clear()
+        return [update for update in waiting if not self.needs_state and self.add(update)]
+
+    def _request_state(self) -> None:
+        self.needs_state = True
+        self._waiting.clear()
+
 
 # Any stands for messages: their classes are made at run time, from definitions.
 
 _NAMESPACE = "Interactive Markers Namespace"
 _UPDATE = "/update"
 _MOST_MARKERS = 500
-# A server that does not answer is asked again after this.
-_PATIENCE_S = 5.0
-# A server refuses others for a second after the last word of who holds a marker.
-_WORD_EVERY_S = 0.4
+# The full state is requested again after this time without a response.
+_REQUEST_PERIOD_S = 5.0
+# A server rejects feedback of other clients until a second after the last of the one that drags.
+_FEEDBACK_PERIOD_S = 0.4
 
 
 class InteractiveMarkers(Display):
-    """Display of a server's interactive markers."""
+    """RViz's ``InteractiveMarkers``: the markers of one interactive marker server."""
 
     rviz_class = "InteractiveMarkers"
     message_type = "visualization_msgs/msg/InteractiveMarkerUpdate"
@@ -50,15 +111,15 @@ class InteractiveMarkers(Display):
         if isinstance(said, str) and said:
             self.topic = f"{said.removesuffix(_UPDATE).rstrip('/')}{_UPDATE}"
         self.markers: dict[str, InteractiveMarker] = {}
-        # What the server says of a marker while a person holds it.
+        # Messages about a marker that are received while a user drags it.
         self._later: dict[str, Any] = {}
         self._client_id = f"rviz{self.root}/{secrets.token_hex(4)}"
-        self._feed = UpdateFeed()
+        self._feed = UpdateSequence()
         self._files = MarkerFiles(self.stage, self._file_arrived)
         self._client: Any = None
         self._publisher: Any = None
-        self._asked_at = 0.0
-        self._told_at = 0.0
+        self._requested_at = 0.0
+        self._feedback_at = 0.0
         self._fixed = ""
         self._numbers = 0
         self._turn = 0
@@ -66,23 +127,23 @@ class InteractiveMarkers(Display):
 
     # --- the graph ----------------------------------------------------------------------------
 
-    def listen_to(self, topic: str) -> None:
-        """Set the topic of updates, and the interactive marker namespace of the file."""
-        super().listen_to(topic)
+    def set_topic(self, topic: str) -> None:
+        """Set the topic of updates; the file's mapping gets its namespace, as RViz has it."""
+        super().set_topic(topic)
         self.values.given[_NAMESPACE] = topic.removesuffix(_UPDATE)
 
     def qos(self) -> QoSProfile:
-        """Return a reliable QoS with a long queue: every update counts."""
+        """Return a reliable QoS with a depth of 100, since every update is needed."""
         return QoSProfile(depth=100)
 
     def started(self) -> None:
-        """Subscribe to updates and prepare to request the full state."""
+        """Create the client for the full state and the publisher of feedback."""
         namespace = self.topic.removesuffix(_UPDATE)
         if not self.topic:
             return
         node = self.stage.node
-        self._feed = UpdateFeed()
-        self._asked_at = 0.0
+        self._feed = UpdateSequence()
+        self._requested_at = 0.0
         self._client = node.create_client(
             get_service("visualization_msgs/srv/GetInteractiveMarkers"),
             f"{namespace}/get_interactive_markers",
@@ -94,7 +155,7 @@ class InteractiveMarkers(Display):
         )
 
     def stopped(self) -> None:
-        """Remove all markers from the scene."""
+        """Remove all markers from the scene, with the client and the publisher."""
         self._turn += 1
         self._clear()
         if self._client is not None:
@@ -103,42 +164,42 @@ class InteractiveMarkers(Display):
             self._client = self._publisher = None
 
     def received(self, message: Any) -> None:
-        """Apply an update if it is the next one in sequence."""
-        if self._feed.take(message):
+        """Apply an update if it is the next in sequence."""
+        if self._feed.add(message):
             self._apply(message)
-        self._say_how()
+        self._update_status()
 
     def tick(self) -> None:
-        """Request the full state if needed, and update the poses of markers."""
+        """Request the full state if needed, update poses, and send feedback of dragged markers."""
         if self._client is None:
             return
         now = time.monotonic()
-        if self._feed.needs_state and now - self._asked_at > _PATIENCE_S:
+        if self._feed.needs_state and now - self._requested_at > _REQUEST_PERIOD_S:
             if self._client.service_is_ready():
-                self._ask(now)
+                self._request(now)
             else:
-                self.say(WARN, f"Nobody offers {self._client.srv_name}")
+                self.set_status(WARN, f"No node offers {self._client.srv_name}")
         fixed = self.stage.frames.fixed
         camera = None
         if any(marker.faces_viewer for marker in self.markers.values()):
             camera = self.stage.camera()
         for name, marker in self.markers.items():
-            marker.place_anew() if fixed != self._fixed else marker.follow()
+            marker.reset_pose() if fixed != self._fixed else marker.update_pose()
             if camera is not None:
-                marker.face(camera)
-            if marker.held and now - self._told_at > _WORD_EVERY_S:
-                self._tell(name, FEEDBACK_KEEP_ALIVE, marker.held, 0)
+                marker.face_camera(camera)
+            if marker.held and now - self._feedback_at > _FEEDBACK_PERIOD_S:
+                self._publish_feedback(name, FEEDBACK_KEEP_ALIVE, marker.held, 0)
         self._fixed = fixed
         if not self._feed.needs_state:
-            self._say_how()
+            self._update_status()
 
     def changed(self, name: str) -> None:  # noqa: ARG002 -- whichever it is
-        """Redraw the markers with a changed property."""
+        """Redraw all markers."""
         for marker in list(self.markers.values()):
             self._draw(marker.message, marker.pose)
 
-    def _ask(self, now: float) -> None:
-        self._asked_at = now
+    def _request(self, now: float) -> None:
+        self._requested_at = now
         turn = self._turn
         future = self._client.call_async(
             get_service("visualization_msgs/srv/GetInteractiveMarkers").Request()
@@ -147,19 +208,19 @@ class InteractiveMarkers(Display):
         def answered(done: Any) -> None:
             state = None if done.exception() is not None else done.result()
             if turn == self._turn and self._feed.needs_state and state is not None:
-                self._guarded(lambda: self._take_state(state))
+                self._guarded(lambda: self._apply_state(state))
 
         future.add_done_callback(answered)
 
-    def _take_state(self, state: Any) -> None:
+    def _apply_state(self, state: Any) -> None:
         self._clear()
         for message in state.markers:
             self._draw(message)
         for update in self._feed.start(state.sequence_number):
             self._apply(update)
         if self._feed.needs_state:
-            self._asked_at = 0.0
-        self._say_how()
+            self._requested_at = 0.0
+        self._update_status()
 
     # --- the picture --------------------------------------------------------------------------
 
@@ -175,13 +236,13 @@ class InteractiveMarkers(Display):
             if marker is None or pose is None:
                 continue
             if moved.header.frame_id == marker.message.header.frame_id:
-                marker.stand_at(pose)
+                marker.set_pose(pose)
             elif not marker.held:
                 marker.message.header = moved.header
                 self._draw(marker.message, pose)
         for name in update.erases:
             self._remove(name)
-        self._files.forget_unused(set().union(*(one.files for one in self.markers.values())))
+        self._files.drop_unused(set().union(*(one.files for one in self.markers.values())))
 
     def _draw(self, message: Any, pose: Transform | None = None) -> None:
         name = str(message.name)
@@ -194,8 +255,8 @@ class InteractiveMarkers(Display):
             return
         self._numbers += 1
 
-        def tell(event: int, control: str, entry: int) -> None:
-            self._tell(name, event, control, entry)
+        def publish_feedback(event: int, control: str, entry: int) -> None:
+            self._publish_feedback(name, event, control, entry)
 
         try:
             marker = InteractiveMarker(
@@ -203,16 +264,16 @@ class InteractiveMarkers(Display):
                 f"{self.root}/marker{self._numbers}",
                 message,
                 self._files,
-                tell,
+                publish_feedback,
                 show_description=self.values.flag("Show Descriptions"),
                 show_axes=self.values.flag("Show Axes"),
             )
-        except MarkerFault as fault:
+        except MarkerError as fault:
             self._fault = f"{printable_line(name)} {fault}"
             return
         self.markers[name] = marker
         if pose is not None:
-            marker.stand_at(pose)
+            marker.set_pose(pose)
 
     def _remove(self, name: str) -> None:
         self._later.pop(name, None)
@@ -229,7 +290,7 @@ class InteractiveMarkers(Display):
         for marker in self.markers.values():
             marker.refresh()
 
-    def _say_how(self) -> None:
+    def _update_status(self) -> None:
         fault = self._fault
         for name, marker in self.markers.items():
             if fault:
@@ -240,15 +301,15 @@ class InteractiveMarkers(Display):
             elif marker.fault:
                 fault = f"A marker of {printable_line(name)} {marker.fault}"
         fault = fault or next(iter(self._files.faults.values()), "")
-        self.say(WARN if fault else OK, fault)
+        self.set_status(WARN if fault else OK, fault)
 
     # --- feedback -----------------------------------------------------------------------------
 
-    def _tell(self, name: str, event: int, control: str, entry: int) -> None:
+    def _publish_feedback(self, name: str, event: int, control: str, entry: int) -> None:
         marker = self.markers.get(name)
         if marker is None or self._publisher is None:
             return
-        self._told_at = time.monotonic()
+        self._feedback_at = time.monotonic()
         feedback = get_message("visualization_msgs/msg/InteractiveMarkerFeedback")()
         feedback.header.frame_id = marker.message.header.frame_id
         feedback.header.stamp = self.stage.node.get_clock().now().to_msg()

@@ -1,27 +1,231 @@
-"""One control of an interactive marker in the picture: its markers, its gizmo, what is clicked."""
+"""One control of an interactive marker: its orientation, its viser gizmo and its markers.
+
+As RViz has it; all rotations are in the frame of the interactive marker's header.
+"""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from teleopctl.tf import Transform
-from teleopctl.viewer.displays.markers.control_turning import ControlTurning
-from teleopctl.viewer.displays.markers.handles import (
-    BUTTON,
-    MENU,
-    ControlGizmo,
-    Moved,
-    has_handle,
-    put,
-)
-from teleopctl.viewer.displays.markers.marker_drawing import MarkerFault, draw_marker, own_pose
+from teleopctl.tf import Quaternion, Transform
+from teleopctl.viewer.displays.markers.marker_drawing import MarkerError, draw_marker, marker_pose
 from teleopctl.viewer.displays.markers.marker_files import MarkerFiles
 from teleopctl.viewer.scene.canvas import Canvas
-from teleopctl.viewer.scene.drawing import Drawing, Text, merged
+from teleopctl.viewer.scene.drawing import Drawing, Text, is_drawable, merged, unit_rotation
 
 if TYPE_CHECKING:
+    import viser
+
     from teleopctl.viewer.displays.base import Stage
+
+# Any stands for messages: their classes are made at run time, from definitions.
+
+INHERIT, FIXED, VIEW_FACING = 0, 1, 2
+
+
+class ControlOrientation:
+    """Orientation of an interactive marker's control: inherited, fixed or facing the camera.
+
+    Args:
+        control: The ``visualization_msgs/msg/InteractiveMarkerControl``.
+
+    Attributes:
+        axes: Orientation in the message; the control acts along, about or across its x axis.
+        faces_viewer: Whether the control faces the camera; see `face_camera`.
+        carries_markers: Whether the control's markers have its orientation, instead of that of the
+            interactive marker.
+        angle: Angle in radians by which the user has rotated it about its own axis.
+    """
+
+    def __init__(self, control: Any) -> None:
+        q = control.orientation
+        turn = (q.x, q.y, q.z, q.w)
+        self.axes = Transform(
+            rotation=unit_rotation(*turn) if is_drawable(turn) else (0.0, 0.0, 0.0, 1.0)
+        )
+        self._mode = control.orientation_mode
+        self.faces_viewer = self._mode == VIEW_FACING
+        self.carries_markers = self._mode == FIXED or (
+            self.faces_viewer and not control.independent_marker_orientation
+        )
+        self.angle = 0.0
+        self._view = Transform()
+
+    def face_camera(self, view: Quaternion) -> bool:
+        """Set the camera's rotation; return whether the control's orientation changes by it."""
+        if not self.faces_viewer or view == self._view.rotation:
+            return False
+        self._view = Transform(rotation=view)
+        return True
+
+    def pose_for(self, marker: Transform) -> Transform:
+        """Return the control's pose for a pose of its interactive marker."""
+        if self._mode == FIXED:
+            turned = _rotation_about(self._axis(self.axes), self.angle)
+        elif self.faces_viewer:
+            turned = (
+                _rotation_about(self._axis(self._view), self.angle)
+                @ self._view
+                @ self.axes.inverse()
+            )
+        else:
+            return marker
+        return Transform(marker.translation, turned.rotation)
+
+    def angle_of(self, turn: Transform, marker: Transform) -> float:
+        """Return the angle of a rotation about the control's x axis, in radians.
+
+        Args:
+            turn: The rotation.
+            marker: Pose of the interactive marker, which sets the axis.
+        """
+        ax, ay, az = self._axis(self.pose_for(marker) @ self.axes)
+        x, y, z, w = turn.rotation
+        return 2.0 * math.atan2(x * ax + y * ay + z * az, w)
+
+    @staticmethod
+    def _axis(axes: Transform) -> tuple[float, float, float]:
+        return (Transform(rotation=axes.rotation) @ Transform((1.0, 0.0, 0.0))).translation
+
+
+def _rotation_about(axis: tuple[float, float, float], angle: float) -> Transform:
+    s = math.sin(angle / 2.0)
+    return Transform(rotation=(axis[0] * s, axis[1] * s, axis[2] * s, math.cos(angle / 2.0)))
+
+
+NONE, MENU, BUTTON, MOVE_AXIS, MOVE_PLANE, ROTATE_AXIS = 0, 1, 2, 3, 4, 5
+MOVE_ROTATE, MOVE_3D, ROTATE_3D, MOVE_ROTATE_3D = 6, 7, 8, 9
+
+
+@dataclass(frozen=True, slots=True)
+class _Parts:
+    """Parts of viser's gizmo that a control has; rings and planes need both of their axes."""
+
+    active: tuple[bool, bool, bool]
+    arrows: bool = False
+    planes: bool = False
+    rings: bool = False
+
+
+# A control acts along its x axis, about it, or in the plane across it.
+_NEARLY_ALONG = 0.9999
+_X, _YZ, _ALL = (True, False, False), (False, True, True), (True, True, True)
+_PARTS = {
+    MOVE_AXIS: _Parts(_X, arrows=True),
+    MOVE_PLANE: _Parts(_YZ, planes=True),
+    ROTATE_AXIS: _Parts(_YZ, rings=True),
+    MOVE_ROTATE: _Parts(_YZ, planes=True, rings=True),
+    MOVE_3D: _Parts(_ALL, arrows=True, planes=True),
+    ROTATE_3D: _Parts(_ALL, rings=True),
+    MOVE_ROTATE_3D: _Parts(_ALL, arrows=True, planes=True, rings=True),
+}
+
+Moved = Callable[[str, str, Transform], object]
+"""Called with the phase (start, update or end), the control's name, and the marker's new pose."""
+
+
+class ControlGizmo:
+    """viser's transform gizmo for one control that moves or rotates its marker.
+
+    Args:
+        stage: The viewer's node.
+        path: Path of the gizmo in the scene.
+        control: The message.
+        turning: Orientation of the control.
+        scale: The marker's size in metres.
+        moved: Called when the user drags the gizmo.
+    """
+
+    def __init__(
+        self,
+        stage: Stage,
+        path: str,
+        control: Any,
+        turning: ControlOrientation,
+        scale: float,
+        moved: Moved,
+    ) -> None:
+        self._name = str(control.name)
+        self._turning = turning
+        self._turn = turning.axes
+        self._keeps_angle = control.interaction_mode in (ROTATE_AXIS, MOVE_ROTATE)
+        parts = _PARTS[control.interaction_mode]
+        active = parts.active
+        # Most controls act along an axis of the marker: its own axis is drawn, in its own colour.
+        own_axis = _own_axis(self._turn)
+        if active != _ALL and own_axis is not None:
+            first, *_ = active
+            active = _one_hot(own_axis, first)
+            self._turn = Transform()
+        self._moved = moved
+        self._pose = Transform()
+        # Where the marker and the gizmo stood, and how the control was turned, when it was grabbed.
+        self._grabbed = Transform()
+        self._grabbed_at = Transform()
+        self._grabbed_angle = 0.0
+        self.node: viser.TransformControlsHandle = stage.scene.add_transform_controls(
+            path,
+            scale,
+            active_axes=active,
+            disable_axes=not parts.arrows,
+            disable_sliders=not parts.planes,
+            disable_rotations=not parts.rings,
+            depth_test=False,
+        )
+        report = stage.on_node_thread(self._dragged)
+
+        # A coroutine, which viser calls in its loop: its threads would mix up the order.
+        async def updated(event: viser.TransformControlsEvent) -> None:
+            w, x, y, z = (float(part) for part in event.target.wxyz)
+            px, py, pz = (float(part) for part in event.target.position)
+            report(event.phase, Transform((px, py, pz), unit_rotation(x, y, z, w)))
+
+        self.node.on_update(updated)
+
+    def set_pose(self, pose: Transform) -> None:
+        """Place the gizmo for a pose of its interactive marker."""
+        self._pose = pose
+        set_node_pose(self.node, self._turning.pose_for(pose) @ self._turn)
+
+    def _dragged(self, phase: str, held: Transform) -> None:
+        if phase == "start":
+            self._grabbed = self._pose
+            self._grabbed_at = self._turning.pose_for(self._pose) @ self._turn
+            self._grabbed_angle = self._turning.angle
+        # What the gizmo is turned by, the marker is turned by.
+        turn = Transform(rotation=(held @ self._grabbed_at.inverse()).rotation)
+        if self._keeps_angle:
+            self._turning.angle = self._grabbed_angle + self._turning.angle_of(turn, self._grabbed)
+        rotation = (turn @ Transform(rotation=self._grabbed.rotation)).rotation
+        self._moved(phase, self._name, Transform(held.translation, rotation))
+
+
+def _own_axis(turn: Transform) -> int | None:
+    """Return the marker's axis that is parallel to a control's x axis, or None."""
+    along = (turn @ Transform((1.0, 0.0, 0.0))).translation
+    return next((axis for axis, part in enumerate(along) if abs(part) > _NEARLY_ALONG), None)
+
+
+def _one_hot(axis: int, value: bool) -> tuple[bool, bool, bool]:
+    """Return a value for one axis, and the opposite for the two others."""
+    x, y, z = ((number == axis) == value for number in range(3))
+    return (x, y, z)
+
+
+def moves_marker(control: Any) -> bool:
+    """Return whether a control's interaction mode moves or rotates the marker."""
+    return control.interaction_mode in _PARTS
+
+
+# Any stands for viser's kinds of handles.
+def set_node_pose(node: Any, pose: Transform) -> None:
+    """Set the pose of a viser scene node."""
+    x, y, z, w = pose.rotation
+    node.position, node.wxyz = pose.translation, (w, x, y, z)
+
 
 # Any stands for messages and viser's handles: their classes are made at run time.
 
@@ -32,24 +236,24 @@ _WHITE = (1.0, 1.0, 1.0, 1.0)
 
 
 class InteractiveControl:
-    """Draws one control of an interactive marker.
+    """One control of an interactive marker in the scene: markers, gizmo and clicks.
 
     Args:
-        stage: Where to draw.
-        place: The path of the node in whose frame the interactive marker has its pose.
-        body: The path of the node that stands at that pose.
-        number: Which of the interactive marker's controls it is.
+        stage: The viewer's node.
+        place: Scene path of the frame that the interactive marker's pose is relative to.
+        body: Scene path of the node at that pose.
+        number: Index among the interactive marker's controls.
         control: The message.
         scale: The interactive marker's size in metres.
-        files: Where meshes and textures come from.
-        moved: Whom to tell of what a person does with its gizmo.
-        clicked: Whom to tell of a click; None where clicks mean nothing.
+        files: Loader of meshes and textures.
+        moved: Called when the user drags the gizmo.
+        clicked: Called when the user clicks on a marker of the control; None for no clicks.
 
     Attributes:
-        fault: Why it is not drawn as it says.
-        files: The keys of its meshes and textures.
-        turning: How it is turned.
-        handle: Its gizmo; None for one that neither moves nor turns.
+        fault: Why a marker of the control is not drawn as its message says; empty for none.
+        files: Keys of its meshes and textures; see `marker_file_key`.
+        turning: Its orientation.
+        handle: Its gizmo; None for one that neither moves nor rotates.
     """
 
     def __init__(
@@ -66,11 +270,11 @@ class InteractiveControl:
     ) -> None:
         self.fault = ""
         self.files: set[str] = set()
-        self.turning = ControlTurning(control)
+        self.turning = ControlOrientation(control)
         self.handle: ControlGizmo | None = None
         self._clicked = clicked
         self._own_node: Any = None
-        if has_handle(control):
+        if moves_marker(control):
             path = f"{place}/handle{number}"
             self.handle = ControlGizmo(stage, path, control, self.turning, scale, moved)
         self._drawing = self._drawn(control, scale, files)
@@ -83,7 +287,7 @@ class InteractiveControl:
         )
 
     def _drawn(self, control: Any, scale: float, files: MarkerFiles) -> Drawing:
-        """What its markers look like."""
+        """Return the drawing of the control's markers, or of its text."""
         drawings = []
         for marker in control.markers:
             # As RViz completes them: a size that is not set is 1.
@@ -91,11 +295,11 @@ class InteractiveControl:
                 if getattr(marker.scale, axis) == 0.0:
                     setattr(marker.scale, axis, 1.0)
             try:
-                pose = own_pose(marker)
-                self.files.add(files.want(marker))
+                pose = marker_pose(marker)
+                self.files.add(files.request(marker))
                 drawing, fault = draw_marker(marker, pose)
                 drawings.append(drawing)
-            except MarkerFault as error:
+            except MarkerError as error:
                 fault = str(error)
             self.fault = self.fault or fault
         drawing = merged(drawings)
@@ -112,7 +316,7 @@ class InteractiveControl:
         return drawing
 
     def refresh(self) -> None:
-        """Redraw the control's markers, when a mesh or texture was loaded."""
+        """Redraw the control's markers; called when a mesh or texture was loaded."""
         before = self._canvas.nodes
         self._canvas.show(self._drawing)
         if self._clicked is None:
@@ -121,14 +325,14 @@ class InteractiveControl:
             if before.get(name) is not node and hasattr(node, "on_click"):
                 node.on_click(self._clicked)
 
-    def place(self, pose: Transform, *, with_handle: bool = True) -> None:
-        """Set the pose of the control's marker.
+    def set_marker_pose(self, pose: Transform, *, with_handle: bool = True) -> None:
+        """Move the control's markers and gizmo to a pose of the interactive marker.
 
         Args:
-            pose: Its pose.
-            with_handle: Whether its gizmo goes along; one that a hand holds is where the hand is.
+            pose: The pose.
+            with_handle: Whether to move the gizmo too; the one that the user drags stays.
         """
         if self._own_node is not None:
-            put(self._own_node, self.turning.beside(pose))
+            set_node_pose(self._own_node, self.turning.pose_for(pose))
         if self.handle is not None and with_handle:
-            self.handle.place(pose)
+            self.handle.set_pose(pose)

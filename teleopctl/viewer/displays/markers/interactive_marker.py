@@ -1,4 +1,4 @@
-"""One interactive marker in the picture: what it looks like, its handles, its buttons, its menu."""
+"""One interactive marker in the scene: its controls, description and menu."""
 
 from __future__ import annotations
 
@@ -7,12 +7,16 @@ from typing import TYPE_CHECKING, Any
 
 from teleopctl.base.printable import printable_line
 from teleopctl.tf import Transform, TransformException
-from teleopctl.viewer.displays.markers.handles import BUTTON, MENU, put
-from teleopctl.viewer.displays.markers.interactive_control import InteractiveControl
-from teleopctl.viewer.displays.markers.marker_drawing import MarkerFault
+from teleopctl.viewer.displays.conversions import pose_of
+from teleopctl.viewer.displays.markers.interactive_control import (
+    BUTTON,
+    MENU,
+    InteractiveControl,
+    set_node_pose,
+)
+from teleopctl.viewer.displays.markers.marker_drawing import MarkerError
 from teleopctl.viewer.displays.markers.marker_files import MarkerFiles
-from teleopctl.viewer.displays.reading import pose_of
-from teleopctl.viewer.displays.stamped import place_of
+from teleopctl.viewer.displays.stamped import pose_at_stamp
 from teleopctl.viewer.scene.drawing import is_drawable
 
 if TYPE_CHECKING:
@@ -24,31 +28,31 @@ FEEDBACK_KEEP_ALIVE, POSE_UPDATE, MENU_SELECT, BUTTON_CLICK, MOUSE_DOWN, MOUSE_U
 _MOST_ENTRIES = 40
 _LONGEST_TITLE = 60
 
-Told = Callable[[int, str, int], object]
-"""Called with the kind of event, the control's name, and the entry of the menu."""
+PublishFeedback = Callable[[int, str, int], object]
+"""Publishes feedback: type of event, name of the control, ID of the menu entry."""
 
 
 class InteractiveMarker:
-    """Draws one interactive marker and publishes its feedback.
+    """One interactive marker in the scene, which publishes feedback of what the user does with it.
 
     Args:
-        stage: Where to draw.
-        path: The end of its path below its frame's node, or the whole path for one that stands.
+        stage: The viewer's node.
+        path: Its scene path, below its frame's for a marker that moves with its frame.
         message: The ``visualization_msgs/msg/InteractiveMarker``.
-        files: Where meshes and textures come from.
-        tell: Whom to tell.
-        show_description: Whether its description is written above it.
-        show_axes: Whether its axes are drawn.
+        files: Loader of meshes and textures.
+        publish_feedback: Publishes feedback about it.
+        show_description: Whether to show its description above it.
+        show_axes: Whether to draw its axes.
 
     Attributes:
-        message: As above.
-        pose: Where it stands in the frame of its header.
-        held: The control that a person holds; empty for none.
-        fault: Why it is not drawn as it says.
-        files: The keys of its meshes and textures.
+        message: Its message.
+        pose: Its pose in the frame of the header.
+        held: Name of the control that the user drags; empty for none.
+        fault: Why a part is not drawn as the message says; empty for none.
+        files: Keys of its meshes and textures; see `marker_file_key`.
 
     Raises:
-        MarkerFault: It cannot be drawn at all.
+        MarkerError: It cannot be drawn at all.
     """
 
     def __init__(
@@ -57,26 +61,26 @@ class InteractiveMarker:
         path: str,
         message: Any,
         files: MarkerFiles,
-        tell: Told,
+        publish_feedback: PublishFeedback,
         *,
         show_description: bool,
         show_axes: bool,
     ) -> None:
         pose = pose_of(message.pose)
         if pose is None or not is_drawable((message.scale,)):
-            raise MarkerFault("has numbers that are not finite")
+            raise MarkerError("has numbers that are not finite")
         self.message = message
         self.pose = pose
         self.held = ""
         self._stage = stage
-        self._tell = tell
+        self._publish_feedback = publish_feedback
         self._placed = False
         self._standing = Transform()
         frame = message.header.frame_id
         stamp = message.header.stamp
         # Without a time it moves with its frame.
         self._is_locked = bool(frame) and not stamp.sec and not stamp.nanosec
-        above = stage.frames.node_of(frame) if self._is_locked else ""
+        above = stage.frames.node_path(frame) if self._is_locked else ""
         scale = float(message.scale) if message.scale > 0 else 1.0
         scene = stage.scene
         self._place = scene.add_frame(f"{above}{path}", show_axes=False)
@@ -112,34 +116,34 @@ class InteractiveMarker:
         self._facing = [one for one in self._controls if one.turning.faces_viewer]
         self._menu: Any = None
         self.refresh()
-        self._put_everything()
-        self.follow()
+        self._move_all()
+        self.update_pose()
 
     def refresh(self) -> None:
-        """Redraw the marker's shapes, when a mesh or texture was loaded."""
+        """Redraw the markers of all controls; called when a mesh or texture was loaded."""
         for control in self._controls:
             control.refresh()
 
     # Any stands for viser's events.
     def _click_of(self, control: Any) -> Callable[[Any], object] | None:
-        """What a click on a control does; None for nothing."""
+        """Return the callback for clicks on a control, or None."""
         name = str(control.name)
         if control.interaction_mode == BUTTON:
-            return self._stage.on(lambda _event: self._press(name))
+            return self._stage.on_node_thread(lambda _event: self._press(name))
         if control.interaction_mode == MENU or self.message.menu_entries:
-            return self._stage.on(lambda event: self._open_menu(event.client.gui, name))
+            return self._stage.on_node_thread(lambda event: self._open_menu(event.client.gui, name))
         return None
 
     @property
     def faces_viewer(self) -> bool:
-        """Whether a control of the marker turns toward the camera."""
+        """Whether a control of the marker faces the camera; see `face_camera`."""
         return bool(self._facing)
 
-    def face(self, camera: Transform) -> None:
-        """Turn view-facing controls toward the camera, unless a user drags the marker.
+    def face_camera(self, camera: Transform) -> None:
+        """Turn the controls that face the camera, unless the user drags the marker.
 
         Args:
-            camera: From where it is seen, in the fixed frame; see `Stage.camera`.
+            camera: The camera's pose in the fixed frame; see `Stage.camera`.
         """
         if self.held:
             return
@@ -149,14 +153,13 @@ class InteractiveMarker:
             above = (frame.pose if frame is not None else None) or Transform()
         view = (above.inverse() @ camera).rotation
         for control in self._facing:
-            if control.turning.face(view):
-                control.place(self.pose)
+            if control.turning.face_camera(view):
+                control.set_marker_pose(self.pose)
 
-    def follow(self) -> None:
-        """Update the pose by the marker's frame, at its stamp if it has one.
+    def update_pose(self) -> None:
+        """Place a marker with a stamp where its frame was then; hide it while that is unknown.
 
-        Raises:
-            TransformException: That is not known.
+        A marker without a stamp moves with its frame by itself.
         """
         if self._placed:
             return
@@ -165,31 +168,31 @@ class InteractiveMarker:
             return
         self._place.visible = False
         try:
-            self._standing = place_of(self._stage.frames, self.message.header)
+            self._standing = pose_at_stamp(self._stage.frames, self.message.header)
         except TransformException:
             return
-        put(self._place, self._standing)
+        set_node_pose(self._place, self._standing)
         self._place.visible = True
         self._placed = True
 
     @property
     def is_placed(self) -> bool:
-        """Whether the marker's transform is known."""
+        """Whether the transform from the marker's frame to the fixed frame is known."""
         frame = self._stage.frames.by_name.get(self.message.header.frame_id.removeprefix("/"))
         return self._placed and (
             not self._is_locked or (frame is not None and frame.pose is not None)
         )
 
-    def place_anew(self) -> None:
-        """Update the pose after a change of the fixed frame."""
+    def reset_pose(self) -> None:
+        """Look up the pose again, after the fixed frame was changed."""
         self._placed = False
-        self.follow()
+        self.update_pose()
 
-    def stand_at(self, pose: Transform) -> None:
-        """Set the pose that the server publishes, unless a user drags the marker."""
+    def set_pose(self, pose: Transform) -> None:
+        """Move the marker to a pose published by the server, unless the user drags it."""
         if not self.held:
             self.pose = pose
-            self._put_everything()
+            self._move_all()
 
     def remove(self) -> None:
         """Remove the marker from the scene."""
@@ -197,46 +200,46 @@ class InteractiveMarker:
         if self._stage.scene.get_handle_by_name(self._place.name) is self._place:
             self._place.remove()
 
-    # --- what a person does -------------------------------------------------------------------
+    # --- input of the user --------------------------------------------------------------------
 
-    def _put_everything(self, *, with_handles: bool = True) -> None:
-        put(self._body, self.pose)
+    def _move_all(self, *, with_handles: bool = True) -> None:
+        set_node_pose(self._body, self.pose)
         for control in self._controls:
-            control.place(self.pose, with_handle=with_handles)
+            control.set_marker_pose(self.pose, with_handle=with_handles)
 
     def _moved(self, phase: str, control: str, pose: Transform) -> None:
         if phase == "start":
             self.held = control or "?"
-            self._tell(MOUSE_DOWN, control, 0)
+            self._publish_feedback(MOUSE_DOWN, control, 0)
             return
         self.pose = pose
         if phase == "update":
-            self._put_everything(with_handles=False)
-            self._tell(POSE_UPDATE, control, 0)
+            self._move_all(with_handles=False)
+            self._publish_feedback(POSE_UPDATE, control, 0)
             return
         self.held = ""
-        self._put_everything()
-        self._tell(MOUSE_UP, control, 0)
+        self._move_all()
+        self._publish_feedback(MOUSE_UP, control, 0)
 
     def _press(self, control: str) -> None:
         for event in (MOUSE_DOWN, BUTTON_CLICK, MOUSE_UP):
-            self._tell(event, control, 0)
+            self._publish_feedback(event, control, 0)
 
     # Any stands for the GuiApi of the browser in which the marker was clicked.
     def _open_menu(self, gui: Any, control: str) -> None:
         self._close_menu()
         self._menu = gui.add_modal(printable_line(self.message.description or self.message.name))
         with self._menu:
-            for number, title in menu_lines(self.message.menu_entries):
+            for number, title in selectable_entries(self.message.menu_entries):
                 button = gui.add_button(title)
-                button.on_click(self._stage.on(self._chooser(control, number)))
+                button.on_click(self._stage.on_node_thread(self._chooser(control, number)))
             close = gui.add_button("Close", color="gray")
-            close.on_click(self._stage.on(lambda _event: self._close_menu()))
+            close.on_click(self._stage.on_node_thread(lambda _event: self._close_menu()))
 
     def _chooser(self, control: str, number: int) -> Callable[[Any], None]:
         def choose(_event: Any) -> None:
             self._close_menu()
-            self._tell(MENU_SELECT, control, number)
+            self._publish_feedback(MENU_SELECT, control, number)
 
         return choose
 
@@ -246,10 +249,10 @@ class InteractiveMarker:
             self._menu = None
 
 
-def menu_lines(entries: list[Any]) -> list[tuple[int, str]]:
-    """Return the selectable entries of a marker's menu, each with its path of titles.
+def selectable_entries(entries: list[Any]) -> list[tuple[int, str]]:
+    """Return the IDs and titles of a menu's entries without sub-menu: "Menu > Entry".
 
-    What an entry would run in RViz is not run: a message from the network starts nothing here.
+    Commands of entries, which RViz runs, are ignored: no message from the network starts programs.
     """
     titles = {entry.id: (entry.parent_id, str(entry.title)) for entry in entries}
     parents = {entry.parent_id for entry in entries}

@@ -1,4 +1,4 @@
-"""What a ``visualization_msgs/msg/Marker`` looks like."""
+"""Conversion of ``visualization_msgs/msg/Marker`` messages to drawings."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from teleopctl.tf import Transform
-from teleopctl.viewer.displays.markers.marker_files import MESH, TRIANGLES, file_key
-from teleopctl.viewer.displays.reading import pose_of, vector_of
+from teleopctl.viewer.displays.conversions import pose_of, vector_of
+from teleopctl.viewer.displays.markers.marker_files import MESH, TRIANGLES, marker_file_key
 from teleopctl.viewer.scene.drawing import (
     OWN,
     ArrowSize,
@@ -17,10 +17,10 @@ from teleopctl.viewer.scene.drawing import (
     Floats,
     Text,
     TriangleMesh,
-    along,
     drawable_rows,
     is_drawable,
     moved_points,
+    pose_along,
 )
 
 # Any stands for messages: their classes are made at run time, from definitions.
@@ -37,21 +37,21 @@ _SHAPES = {CUBE: "box", SPHERE: "sphere", CYLINDER: "cylinder", CUBE_LIST: "box"
 _SHAPES[SPHERE_LIST] = "sphere"
 
 
-class MarkerFault(Exception):
-    """A marker cannot be drawn; the message is the reason, to follow the marker's name."""
+class MarkerError(Exception):
+    """A marker cannot be drawn. The message continues a sentence: "Marker NAME has no text"."""
 
 
-def own_pose(marker: Any) -> Transform:
-    """Return a marker's pose in the frame of its header.
+def marker_pose(marker: Any) -> Transform:
+    """Return a marker's pose in the frame of its header; check its scale and colour.
 
     Raises:
-        MarkerFault: Its numbers are not finite.
+        MarkerError: Its numbers are not finite.
     """
     pose = pose_of(marker.pose)
     scale, color = marker.scale, marker.color
     others = (scale.x, scale.y, scale.z, color.r, color.g, color.b, color.a)
     if pose is None or not is_drawable(others):
-        raise MarkerFault("has numbers that are not finite")
+        raise MarkerError("has numbers that are not finite")
     return pose
 
 
@@ -59,18 +59,18 @@ def draw_marker(marker: Any, pose: Transform) -> tuple[Drawing, str]:
     """Return the drawing of a marker.
 
     Args:
-        marker: The message, of which `own_pose` has been asked.
-        pose: Where it stands in the frame in which it is drawn.
+        marker: The message, checked by `marker_pose`.
+        pose: The marker's pose in the frame of the drawing.
 
     Returns:
-        The drawing, and why something of it cannot be seen, or an empty text.
+        The drawing, and the reason why a part of it is invisible or left out, or an empty text.
 
     Raises:
-        MarkerFault: It cannot be drawn.
+        MarkerError: It cannot be drawn.
     """
     drawer = _DRAWERS.get(marker.type)
     if drawer is None:
-        raise MarkerFault(f"is of type {marker.type}, which nobody knows")
+        raise MarkerError(f"is of type {marker.type}, which is unknown")
     drawing = Drawing()
     fault = drawer(drawing, marker, pose)
     return drawing, fault
@@ -85,37 +85,37 @@ def _rgba(marker: Any) -> tuple[float, float, float, float]:
     return (red, green, blue, alpha)
 
 
-def _seen(marker: Any, *sizes: float) -> str:
-    """Why a marker of one colour cannot be seen, or an empty text."""
+def _invisibility(marker: Any, *sizes: float) -> str:
+    """Return why a marker of one colour is invisible, or an empty text."""
     if marker.color.a <= 0.0:
         return "is invisible: its color.a is 0"
     return _NO_SIZE if 0.0 in sizes else ""
 
 
 def _points(marker: Any, least: int) -> tuple[Floats, str]:
-    """Its points, shape (n, 3), and what is left out of them."""
+    """Return a marker's points, shape (n, 3), and a text if some are left out."""
     points = marker.points[:MOST_POINTS]
     if len(points) < least:
-        raise MarkerFault(f"has {len(points)} points and needs {least}")
+        raise MarkerError(f"has {len(points)} points and needs {least}")
     rows = np.array([(p.x, p.y, p.z) for p in points], np.float64).reshape(-1, 3)
     if not drawable_rows(rows).all():
-        raise MarkerFault("has points that are not finite")
+        raise MarkerError("has points that are not finite")
     if len(points) < len(marker.points):
         return rows, f"has {len(marker.points)} points, of which {MOST_POINTS} are drawn"
     return rows, ""
 
 
 def _colors(marker: Any, count: int) -> tuple[Floats, str]:
-    """A colour for each point, shape (count, 4), or one for all, and what is wrong with them."""
+    """Return a colour per point, shape (count, 4), or one for all, (4,), and any fault as text."""
     said = marker.colors
     if not said:
-        return np.array(_rgba(marker)), "" if marker.color.a > 0 else _seen(marker)
+        return np.array(_rgba(marker)), "" if marker.color.a > 0 else _invisibility(marker)
     if len(said) not in (len(marker.points), count):
         fault = f"has {len(said)} colours for {len(marker.points)} points: they are not used"
         return np.array(_rgba(marker)), fault
     rows = np.array([(c.r, c.g, c.b, c.a) for c in said[:count]], np.float64)
     if not drawable_rows(rows).all():
-        raise MarkerFault("has colours that are not finite")
+        raise MarkerError("has colours that are not finite")
     seen = bool((rows[:, 3] > 0).any())
     return np.clip(rows, 0.0, 1.0), "" if seen else "is invisible: the a of all its colours is 0"
 
@@ -125,18 +125,18 @@ def _arrow(drawing: Drawing, marker: Any, pose: Transform) -> str:
     if len(marker.points) >= 2:
         points, _ = _points(marker, 2)
         _arrow_between(drawing, marker, moved_points(points[:2], pose))
-        return _seen(marker, scale.x) or (
+        return _invisibility(marker, scale.x) or (
             f"has {len(points)} points, of which an arrow uses 2" if len(points) > 2 else ""
         )
     length = abs(scale.x)
     width, height = abs(scale.y), abs(scale.z)
     size = ArrowSize(0.77 * length, width, 0.23 * length, 2 * width, height)
     drawing.arrow(pose, size, _rgba(marker))
-    return _seen(marker, scale.x, scale.y, scale.z)
+    return _invisibility(marker, scale.x, scale.y, scale.z)
 
 
 def _arrow_between(drawing: Drawing, marker: Any, ends: Floats) -> None:
-    pose, length = along(ends[0].tolist(), ends[1].tolist())
+    pose, length = pose_along(ends[0].tolist(), ends[1].tolist())
     head = min(abs(marker.scale.z) or _HEAD_SHARE * length, length)
     size = ArrowSize(length - head, abs(marker.scale.x), head, abs(marker.scale.y))
     drawing.arrow(pose, size, _rgba(marker))
@@ -147,13 +147,13 @@ def _arrow_strip(drawing: Drawing, marker: Any, pose: Transform) -> str:
     placed = moved_points(points, pose)
     for number in range(len(placed) - 1):
         _arrow_between(drawing, marker, placed[number : number + 2])
-    return fault or _seen(marker, marker.scale.x)
+    return fault or _invisibility(marker, marker.scale.x)
 
 
 def _solid(drawing: Drawing, marker: Any, pose: Transform) -> str:
     x, y, z = vector_of(marker.scale)
     drawing.solid(_SHAPES[marker.type], pose, (abs(x), abs(y), abs(z)), _rgba(marker))
-    return _seen(marker, x, y, z)
+    return _invisibility(marker, x, y, z)
 
 
 def _solids(drawing: Drawing, marker: Any, pose: Transform) -> str:
@@ -189,8 +189,8 @@ def _dots(drawing: Drawing, marker: Any, pose: Transform) -> str:
 
 def _text(drawing: Drawing, marker: Any, pose: Transform) -> str:
     if not marker.text.strip():
-        raise MarkerFault("has no text")
-    fault = _seen(marker, marker.scale.z)
+        raise MarkerError("has no text")
+    fault = _invisibility(marker, marker.scale.z)
     if not fault:
         text = marker.text[:_LONGEST_TEXT]
         drawing.texts.append(Text(pose.translation, text, abs(marker.scale.z)))
@@ -215,7 +215,7 @@ def _triangles(drawing: Drawing, marker: Any, pose: Transform) -> str:
 
 
 def _texture(marker: Any, corners: int) -> tuple[str, Floats | None, str]:
-    """The name of its texture, where its corners are in it, and what is wrong with them."""
+    """Return a marker's texture key, its texture coordinates, and any fault as text."""
     if not marker.texture_resource:
         return "", None, ""
     said = marker.uv_coordinates
@@ -225,21 +225,21 @@ def _texture(marker: Any, corners: int) -> tuple[str, Floats | None, str]:
     uv = np.array([(one.u, one.v) for one in said[:corners]], np.float64).reshape(-1, 2)
     if not drawable_rows(uv).all():
         return "", None, "has uv_coordinates that are not finite: its texture is not used"
-    return file_key(marker), uv, ""
+    return marker_file_key(marker), uv, ""
 
 
 def _mesh(drawing: Drawing, marker: Any, pose: Transform) -> str:
     if not marker.mesh_resource:
-        raise MarkerFault("has no mesh_resource")
+        raise MarkerError("has no mesh_resource")
     color = _rgba(marker)
     own = marker.mesh_use_embedded_materials
     if own and color == (0.0, 0.0, 0.0, 0.0):
         color = OWN
     size = vector_of(marker.scale)
-    drawing.solid(file_key(marker), pose, size, color)
+    drawing.solid(marker_file_key(marker), pose, size, color)
     if color is OWN:
         return _NO_SIZE if 0.0 in size else ""
-    return _seen(marker, *size)
+    return _invisibility(marker, *size)
 
 
 _DRAWERS: dict[int, Callable[[Drawing, Any, Transform], str]] = {

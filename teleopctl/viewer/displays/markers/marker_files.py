@@ -1,4 +1,4 @@
-"""The meshes and textures that markers name or carry, each read once, in a thread of its own."""
+"""Loading of the meshes and textures of markers, each once, in another thread."""
 
 from __future__ import annotations
 
@@ -8,8 +8,14 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from teleopctl.errors import TeleopctlError
-from teleopctl.viewer.scene.mesh_files import MeshFile, load_embedded_mesh, load_mesh
-from teleopctl.viewer.scene.texture_files import Texture, load_embedded_texture, load_texture
+from teleopctl.viewer.scene.assets import (
+    MeshFile,
+    load_embedded_mesh,
+    load_embedded_texture,
+    load_mesh,
+    load_texture,
+)
+from teleopctl.viewer.scene.gltf import Texture
 
 if TYPE_CHECKING:
     from teleopctl.viewer.displays.base import Stage
@@ -22,12 +28,12 @@ _BARE = "#bare"
 _TEXTURE = "#texture"
 # Files that no marker uses any more are kept up to this many, since markers come and go.
 _MOST_UNUSED = 20
-# A program may send another picture with each message: those that wait for this are let go again.
+# A program may send another texture with each message: the ones that wait are dropped again.
 _MOST_AT_ONCE = 4
 
 
-def file_key(marker: Any) -> str:
-    """Return the cache key of a marker's mesh or texture; empty if it has none."""
+def marker_file_key(marker: Any) -> str:
+    """Return the key by which `MarkerFiles` stores a marker's mesh or texture; empty for none."""
     if marker.type == MESH:
         uri, data = str(marker.mesh_resource), marker.mesh_file.data
         suffix = "" if marker.mesh_use_embedded_materials else _BARE
@@ -41,16 +47,16 @@ def file_key(marker: Any) -> str:
 
 
 class MarkerFiles:
-    """Loads markers' meshes and textures, each once.
+    """Cache of markers' meshes and textures, which loads each once, in another thread.
 
     Args:
-        stage: Who has a thread for reading.
-        arrived: Called when one more has been read, or cannot be.
+        stage: The viewer's node.
+        arrived: Called on the node's thread when a file was loaded or could not be.
 
     Attributes:
-        meshes: The meshes that have been read.
-        textures: The textures, and None for those that cannot be read.
-        faults: Why something cannot be read, or what is not shown of it.
+        meshes: Loaded meshes, by key; see `marker_file_key`.
+        textures: Loaded textures, by key; None for those that cannot be read.
+        faults: Why a file cannot be read, or what of it is not shown, by key.
     """
 
     def __init__(self, stage: Stage, arrived: Callable[[], object]) -> None:
@@ -59,32 +65,36 @@ class MarkerFiles:
         self.faults: dict[str, str] = {}
         self._stage = stage
         self._arrived = arrived
-        self._asked: set[str] = set()
+        self._requested: set[str] = set()
         self._reading = 0
         self._waiting: dict[str, Callable[[], MeshFile | Texture]] = {}
 
-    def want(self, marker: Any) -> str:
-        """Load a marker's mesh or texture, unless it is loaded already.
+    def request(self, marker: Any) -> str:
+        """Start loading a marker's mesh or texture, unless that was requested before.
 
         Returns:
-            Its key, or an empty text where there is no file.
+            The key of the mesh or texture, or an empty text if the marker has none.
         """
-        key = file_key(marker)
-        if key and key not in self._asked:
-            self._asked.add(key)
+        key = marker_file_key(marker)
+        if key and key not in self._requested:
+            self._requested.add(key)
             self._waiting[key] = _reader(marker)
             self._read_next()
         return key
 
-    def forget_unused(self, used: Iterable[str]) -> None:
-        """Drop files that no marker uses any more, once they take much memory."""
-        unused = self._asked.difference(used)
+    def drop_unused(self, used: Iterable[str]) -> None:
+        """Drop unused files once there are more than 20 of them.
+
+        Args:
+            used: Keys that markers use.
+        """
+        unused = self._requested.difference(used)
         for key in unused & self._waiting.keys():
-            self._asked.discard(key)
+            self._requested.discard(key)
             del self._waiting[key]
         done = unused & (self.meshes.keys() | self.textures.keys() | self.faults.keys())
         if len(done) > _MOST_UNUSED:
-            self._asked -= done
+            self._requested -= done
             for key in done:
                 for known in (self.meshes, self.textures, self.faults):
                     known.pop(key, None)
@@ -93,7 +103,7 @@ class MarkerFiles:
         while self._waiting and self._reading < _MOST_AT_ONCE:
             key = next(iter(self._waiting))
             self._reading += 1
-            self._stage.work(self._waiting.pop(key), partial(self._take, key))
+            self._stage.run_in_background(self._waiting.pop(key), partial(self._take, key))
 
     def _take(self, key: str, result: MeshFile | Texture | BaseException) -> None:
         self._reading -= 1
@@ -117,7 +127,7 @@ def _kind(key: str) -> str:
 
 
 def _reader(marker: Any) -> Callable[[], MeshFile | Texture]:
-    """What reads a marker's file."""
+    """Return the function that loads a marker's mesh or texture."""
     if marker.type == TRIANGLES:
         uri = str(marker.texture_resource)
         if uri.startswith(_EMBEDDED):

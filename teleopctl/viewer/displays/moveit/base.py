@@ -1,59 +1,223 @@
-"""What the displays of MoveIt share: the robot's description, and where their topic is written."""
+"""Base of MoveIt's displays, and the robot that they draw in other states than the present one."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any, ClassVar
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from teleopctl.node import qos_profile_latched
+from teleopctl.robot import Joints, JointSet, Material, RobotDescription, SegmentTree
+from teleopctl.tf import Transform
 from teleopctl.viewer.displays.base import ERROR, OK, WARN, Display
-from teleopctl.viewer.displays.moveit.ghost import Color, OverlayModel, RobotOverlay
-from teleopctl.viewer.displays.properties import Property, read
+from teleopctl.viewer.displays.conversions import rgba_of
+from teleopctl.viewer.displays.properties import Property, read_property
+from teleopctl.viewer.displays.robot_model import RobotAssets, load_assets
+from teleopctl.viewer.scene.assets import MeshFile, load_mesh
+from teleopctl.viewer.scene.shapes import ShapeDrawing
+
+if TYPE_CHECKING:
+    import viser
+
+# Any stands for viser's handles.
+
+# Differences that can be seen: 1 mm, and 2 mrad.
+_SEEN_M = 1e-3
+_SEEN_COSINE = math.cos(1e-3)
+
+Color = tuple[int, int, int]
+
+
+@dataclass(frozen=True, slots=True)
+class OverlayModel:
+    """A robot's description, kinematics and files, from which `RobotOverlay` draws it.
+
+    Attributes:
+        description: The robot.
+        kinematics: Its forward kinematics.
+        rest: Resting positions of its independent joints, used where no position is given.
+        parts: Its meshes and textures.
+        bare: The meshes that have materials, loaded without them, to be drawn in one colour.
+    """
+
+    description: RobotDescription
+    kinematics: SegmentTree
+    rest: dict[str, float]
+    parts: RobotAssets
+    bare: dict[str, MeshFile]
+
+    @classmethod
+    def from_urdf(cls, urdf: str, folder: Path | None = None) -> OverlayModel:
+        """Parse a robot description and load its meshes, which may take seconds.
+
+        Args:
+            urdf: The description.
+            folder: Folder of its file, for relative paths of meshes.
+
+        Raises:
+            TeleopctlError: The description makes no sense.
+        """
+        description = RobotDescription.from_urdf(urdf)
+        joints = Joints.for_display(description, lambda _warning: None)
+        rest = {name: joint.zero for name, joint in JointSet(joints).free.items()}
+        parts = load_assets(description, RobotAssets(), folder)
+        bare = {
+            uri: load_mesh(uri, folder, bare=True) for uri, mesh in parts.meshes.items() if mesh.glb
+        }
+        return cls(description, SegmentTree(description, joints), rest, parts, bare)
+
+    def poses(self, positions: Mapping[str, float]) -> dict[str, Transform]:
+        """Return the pose of each link in the frame of the root link.
+
+        Args:
+            positions: Positions of joints by name; others are at rest, mimic joints follow.
+        """
+        known = {**self.rest, **positions}
+        moving = {
+            joint.child: (joint.parent, transform)
+            for joint, transform in self.kinematics.transforms(known)
+        }
+        fixed = {
+            segment.joint.child: (segment.joint.parent, segment.origin)
+            for segment in self.kinematics.fixed
+        }
+        steps = fixed | moving
+        poses = {self.description.root: Transform()}
+        # Parents come before their children.
+        for joint in self.description.tree:
+            if joint.child in steps and joint.parent in poses:
+                poses[joint.child] = poses[joint.parent] @ steps[joint.child][1]
+        return poses
+
+
+class RobotOverlay:
+    """A second drawing of the robot, in a planned or goal state, beside the real one.
+
+    Args:
+        scene: The viser scene.
+        path: Scene path of its root link.
+        model: The robot.
+        alpha: Opacity, from 0 to 1.
+        color: Colour of all links; None for their own colours.
+    """
+
+    def __init__(
+        self,
+        scene: viser.SceneApi,
+        path: str,
+        model: OverlayModel,
+        alpha: float,
+        color: Color | None = None,
+    ) -> None:
+        self._model = model
+        self._poses: dict[str, Transform] = {}
+        self._root: Any = scene.add_frame(path, show_axes=False)
+        self._links: dict[str, Any] = {}
+        parts = model.parts
+        tint = None if color is None else Material(rgba=rgba_of(color))
+        meshes = parts.meshes if tint is None else {**parts.meshes, **model.bare}
+        shapes = ShapeDrawing(scene, meshes, parts.textures)
+        for number, link in enumerate(model.description.links.values()):
+            if not link.visuals or alpha <= 0.0:
+                continue
+            name = f"{path}/link{number}"
+            self._links[link.name] = scene.add_frame(name, show_axes=False)
+            for index, visual in enumerate(link.visuals):
+                material = tint or visual.material
+                shapes.draw(f"{name}/{index}", visual.geometry, visual.origin, material, alpha)
+
+    def set_positions(
+        self, positions: Mapping[str, float], others: Mapping[str, Transform] | None = None
+    ) -> None:
+        """Draw the robot with these joint positions.
+
+        Args:
+            positions: Positions of joints by name; others are at rest.
+            others: Poses of the links of another drawn robot, in the root's frame. Links with the
+                same pose are hidden, since a browser draws stripes for two equal surfaces.
+        """
+        poses = self._model.poses(positions)
+        for name, node in self._links.items():
+            pose = poses.get(name)
+            if pose is None:
+                continue
+            if pose != self._poses.get(name):
+                x, y, z, w = pose.rotation
+                node.position, node.wxyz = pose.translation, (w, x, y, z)
+            other = others.get(name) if others else None
+            apart = other is None or _are_apart(pose, other)
+            if node.visible != apart:
+                node.visible = apart
+        self._poses = poses
+        self.show(shown=True)
+
+    @property
+    def poses(self) -> Mapping[str, Transform]:
+        """Poses of the links in the frame of the root link."""
+        return self._poses
+
+    def show(self, *, shown: bool) -> None:
+        """Show or hide the robot."""
+        if self._root.visible != shown:
+            self._root.visible = shown
+
+    def remove(self) -> None:
+        """Remove the robot from the scene."""
+        self._root.remove()
+
+
+def _are_apart(one: Transform, other: Transform) -> bool:
+    """Return whether two poses differ visibly: by more than 1 mm or 2 mrad."""
+    step = one.inverse() @ other
+    return math.hypot(*step.translation) > _SEEN_M or abs(step.rotation[3]) < _SEEN_COSINE
+
 
 # Any stands for messages throughout: their classes are made at run time, from definitions.
 
 # Of many faults the status names the first.
-_TOLD_FAULTS = 3
+_MOST_FAULTS = 3
 _DESCRIPTION = "/robot_description"
 
 
 class MoveItDisplay(Display):
-    """Base of MoveIt's displays, with a robot described by ``/robot_description``.
+    """Base of MoveIt's displays, which draw the robot of ``/robot_description`` a second time.
 
     Attributes:
-        default_topic: Its topic where a file has none.
-        model: The robot; None until it has been described.
+        default_topic: The topic if the ``.rviz`` file has none.
+        model: The robot; None until its description was received and loaded.
     """
 
     default_topic: ClassVar[str]
 
     def _prepare(self) -> None:
         self.values.given.setdefault("Class", f"moveit_rviz_plugin/{self.rviz_class}")
-        said = read(Property(self.topic_key, self.default_topic), self.values.given)
+        said = read_property(Property(self.topic_key, self.default_topic), self.values.given)
         self.topic = self.topic or str(said) or self.default_topic
         self.model: OverlayModel | None = None
         self._end_description: Callable[[], None] | None = None
         self._turn = 0
 
-    def listen_to(self, topic: str) -> None:
-        """Set the topic; MoveIt's files have none of its QoS."""
-        super().listen_to(topic)
+    def set_topic(self, topic: str) -> None:
+        """Set the topic; MoveIt's part of an ``.rviz`` file has it as a plain text, without QoS."""
+        super().set_topic(topic)
         self.values.given[self.topic_key] = topic
 
-    # --- what a kind of display defines -------------------------------------------------------
+    # --- overridden by displays ---------------------------------------------------------------
 
-    def described(self) -> None:
-        """Draw the robot, for a new description or a changed property."""
+    def redraw(self) -> None:
+        """Redraw everything; called for a new description and a changed property. Override."""
 
-    def cleared(self) -> None:
-        """Remove everything from the scene."""
+    def clear(self) -> None:
+        """Remove everything from the scene, and drop the received state. Override."""
 
     # --- what the viewer calls ----------------------------------------------------------------
 
     def started(self) -> None:
         """Subscribe to the robot description."""
         self._end_description = self.stage.subscribe(
-            _DESCRIPTION, "std_msgs/msg/String", self._take_description, qos_profile_latched
+            _DESCRIPTION, "std_msgs/msg/String", self._receive_description, qos_profile_latched
         )
 
     def stopped(self) -> None:
@@ -63,51 +227,51 @@ class MoveItDisplay(Display):
             self._end_description = None
         self._turn += 1
         self.model = None
-        self.cleared()
+        self.clear()
 
     def changed(self, name: str) -> None:  # noqa: ARG002 -- whichever it is
-        """Redraw with the same robot and message."""
-        self.described()
+        """Redraw the received state."""
+        self.redraw()
 
     def time_jumped_back(self) -> None:
-        """Do nothing: robot states and plans have no time."""
+        """Do nothing: robot states and planned paths are drawn at no stamp."""
 
-    def _take_description(self, message: Any) -> None:
+    def _receive_description(self, message: Any) -> None:
         urdf, folder = message.data, self.stage.robot_folder
         self._turn += 1
         turn = self._turn
-        self.stage.work(
-            lambda: OverlayModel.of(urdf, folder), lambda done: self._take_model(turn, done)
+        self.stage.run_in_background(
+            lambda: OverlayModel.from_urdf(urdf, folder), lambda done: self._set_model(turn, done)
         )
 
-    def _take_model(self, turn: int, done: Any) -> None:
+    def _set_model(self, turn: int, done: Any) -> None:
         if turn != self._turn or not self.is_drawn:
             return
         if isinstance(done, BaseException):
-            self.say(ERROR, f"The description is not used: {done}")
+            self.set_status(ERROR, f"The description is not used: {done}")
             return
         self.model = done
         if done.parts.faults:
-            self.say(WARN, "; ".join(done.parts.faults[:_TOLD_FAULTS]))
-        self.described()
+            self.set_status(WARN, "; ".join(done.parts.faults[:_MOST_FAULTS]))
+        self.redraw()
 
-    # --- what it uses -------------------------------------------------------------------------
+    # --- for subclasses -----------------------------------------------------------------------
 
-    def make_ghost(
+    def add_overlay(
         self, name: str, alpha: float, color: Color | None = None
     ) -> RobotOverlay | None:
-        """Return a further drawing of the robot; None without a description.
+        """Draw the robot once more; return the drawing, or None without a description.
 
         Args:
-            name: The name of its node.
-            alpha: From 0, invisible, to 1.
-            color: The colour of all its links; None is their own.
+            name: End of its scene path.
+            alpha: Opacity, from 0 to 1.
+            color: Colour of all links; None for their own colours.
         """
         if self.model is None:
             if self.status[0] == OK:
-                self.say(WARN, f"Nothing has come from {_DESCRIPTION} yet")
+                self.set_status(WARN, f"No message received on {_DESCRIPTION} yet")
             return None
-        above = self.stage.frames.node_of(self.model.description.root)
+        above = self.stage.frames.node_path(self.model.description.root)
         return RobotOverlay(
             self.stage.scene, f"{above}{self.root}_{name}", self.model, alpha, color
         )

@@ -1,4 +1,4 @@
-"""Objects of the planning scene: their shapes, and how messages add, move and remove them."""
+"""Collision objects of a planning scene, as `moveit_msgs/msg/CollisionObject` changes them."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 
 from teleopctl.tf import Transform
-from teleopctl.viewer.displays.reading import pose_of
+from teleopctl.viewer.displays.conversions import pose_of
+from teleopctl.viewer.scene.assets import MeshFile
 from teleopctl.viewer.scene.drawing import Drawing, Rgba, drawable_rows, is_drawable
-from teleopctl.viewer.scene.mesh_files import MeshFile
 
 # Any stands for messages throughout: their classes are made at run time, from definitions.
 
@@ -28,11 +28,11 @@ class SceneObject:
     """A collision object of a planning scene.
 
     Attributes:
-        frame: The frame that it stands in.
-        pose: Where it stands there.
-        shapes: Its shapes, and where they stand in it; solids, or the key of a mesh.
-        color: Its own colour; None is the scene's.
-        attached: Whether the robot holds it.
+        frame: The frame of its pose.
+        pose: Its pose in that frame.
+        shapes: Name of a solid or key of a mesh, pose in the object, and size of each shape.
+        color: Its own colour; None for the default of the scene.
+        attached: Whether it is attached to a link of the robot.
     """
 
     frame: str
@@ -46,9 +46,9 @@ class SceneObjects:
     """The collision objects of a planning scene.
 
     Attributes:
-        by_id: The objects.
-        meshes: The triangles of their meshes, by key.
-        left_out: How many shapes of the last message cannot be drawn.
+        by_id: The objects by ID.
+        meshes: Triangles of their meshes by key.
+        left_out: Number of shapes of the last message that cannot be drawn.
     """
 
     def __init__(self) -> None:
@@ -61,12 +61,12 @@ class SceneObjects:
         self.by_id.clear()
         self.meshes.clear()
 
-    def take(self, message: Any, link: str = "") -> None:
-        """Add, append, move or remove a ``moveit_msgs/msg/CollisionObject``.
+    def apply(self, message: Any, link: str = "") -> None:
+        """Add, append, move or remove an object, as a ``moveit_msgs/msg/CollisionObject`` says.
 
         Args:
-            message: The object.
-            link: The link that holds it; empty for one that nobody holds.
+            message: The message.
+            link: The link that the object is attached to; empty for an object of the world.
         """
         operation = operation_of(message)
         if operation == REMOVE:
@@ -94,8 +94,8 @@ class SceneObjects:
         known.attached = bool(link)
         self._add_shapes(known, message)
 
-    def paint(self, colors: Any) -> None:
-        """Set the objects' colours from ``moveit_msgs/msg/ObjectColor``."""
+    def set_colors(self, colors: Any) -> None:
+        """Set the objects' colours from a list of ``moveit_msgs/msg/ObjectColor``."""
         for one in colors:
             found = self.by_id.get(one.id)
             if found is not None and is_drawable((one.color.r, one.color.g, one.color.b)):
@@ -104,11 +104,11 @@ class SceneObjects:
                 found.color = (one.color.r, one.color.g, one.color.b, alpha)
 
     def drawings(self, color: Rgba, attached_color: Rgba) -> dict[str, Drawing]:
-        """Return the drawings of the collision objects, by the frame of each.
+        """Return a drawing of the collision objects of each frame, by frame.
 
         Args:
-            color: Of objects without a colour.
-            attached_color: Of those that the robot holds.
+            color: Colour of objects without one; its opacity counts for all.
+            attached_color: Colour of attached objects without one.
         """
         drawn: dict[str, Drawing] = {}
         for one in self.by_id.values():
@@ -121,7 +121,7 @@ class SceneObjects:
                 drawing.solid(shape, one.pose @ pose, size, rgba)
         return drawn
 
-    def forget_unused_meshes(self) -> None:
+    def drop_unused_meshes(self) -> None:
         """Drop the meshes of objects that were removed."""
         used = {shape for one in self.by_id.values() for shape, _, _ in one.shapes}
         for key in self.meshes.keys() - used:
@@ -143,7 +143,7 @@ class SceneObjects:
         self.left_out += len(message.planes)
 
     def _keep(self, mesh: Any) -> str:
-        """Keep the triangles of a ``shape_msgs/msg/Mesh``; its key, or nothing for an odd one."""
+        """Store the triangles of a ``shape_msgs/msg/Mesh``; return their key, empty if invalid."""
         corners = np.array([(v.x, v.y, v.z) for v in mesh.vertices], np.float64).reshape(-1, 3)
         faces = np.array([one.vertex_indices for one in mesh.triangles], np.uint32).reshape(-1, 3)
         if not len(faces) or not len(corners) or int(faces.max()) >= len(corners):
@@ -158,20 +158,20 @@ class SceneObjects:
 
 
 def operation_of(message: Any) -> int:
-    """Return the operation of a collision object message as an int."""
+    """Return the operation of a collision object message (ADD, REMOVE, …) as an int."""
     operation = message.operation
     return operation[0] if isinstance(operation, bytes) else int(operation)
 
 
 def _placed(shapes: Sequence[Any], poses: Sequence[Any]) -> Iterator[tuple[Any, Transform | None]]:
-    """Shapes and where each stands in its object; of an object without poses, at its origin."""
+    """Yield shapes with their poses; None where one is invalid or missing."""
     stand = [pose_of(pose) for pose in poses] if poses else [Transform()] * len(shapes)
     for number, shape in enumerate(shapes):
         yield shape, stand[number] if number < len(stand) else None
 
 
 def _solid(message: Any) -> tuple[str, tuple[float, float, float]] | None:
-    """The shape of a ``shape_msgs/msg/SolidPrimitive`` and its size."""
+    """Return the name and size of a ``shape_msgs/msg/SolidPrimitive``, or None if invalid."""
     numbers = [float(number) for number in message.dimensions]
     needed = _NUMBERS.get(message.type, 0)
     if not needed or len(numbers) < needed or not is_drawable(numbers[:needed]):

@@ -1,4 +1,4 @@
-"""``MotionPlanning``: MoveIt's scene with the path that it has planned, and where that ends."""
+"""MoveIt's ``MotionPlanning``: planning scene, animated planned path and goal state."""
 
 from __future__ import annotations
 
@@ -8,22 +8,25 @@ from typing import Any, ClassVar
 
 from teleopctl.tf import Transform
 from teleopctl.viewer.displays.base import OK
-from teleopctl.viewer.displays.moveit.ghost import RobotOverlay
+from teleopctl.viewer.displays.moveit.base import RobotOverlay
 from teleopctl.viewer.displays.moveit.planning_scene import SCENE_PROPERTIES, PlanningScene
-from teleopctl.viewer.displays.moveit.states import PlannedPath
-from teleopctl.viewer.displays.moveit.trajectory import PATH_PROPERTIES, TrajectoryDisplay
+from teleopctl.viewer.displays.moveit.trajectory import (
+    PATH_PROPERTIES,
+    PlannedPath,
+    TrajectoryDisplay,
+)
 from teleopctl.viewer.displays.properties import Property
 
 # Any stands for messages throughout: their classes are made at run time, from definitions.
 
-_PATH = "Planned PlannedPath"
+_PATH = "Planned Path"
 _GOAL = "Planning Request"
 
 
 class MotionPlanning(PlanningScene):
-    """Display of the planning scene, the planned path and its goal state.
+    """MoveIt's ``MotionPlanning``: planning scene, animated planned path and goal state.
 
-    In RViz the goal is dragged and plans are asked for; here what others plan is shown.
+    Unlike RViz's it has no goal to drag and requests no plans: it shows those of other programs.
     """
 
     rviz_class = "MotionPlanning"
@@ -43,7 +46,7 @@ class MotionPlanning(PlanningScene):
         self._planned = TrajectoryDisplay(self.stage, self.name, f"{self.root}_path", dict(given))
         self._goal: RobotOverlay | None = None
         self._goal_path: PlannedPath | None = None
-        self._goal_besides: Mapping[str, Transform] = {}
+        self._goal_others: Mapping[str, Transform] = {}
 
     def begin(self) -> None:
         """Subscribe to the scene and to the planned path."""
@@ -51,52 +54,52 @@ class MotionPlanning(PlanningScene):
         self._planned.begin()
 
     def end(self) -> None:
-        """Unsubscribe from both."""
+        """Unsubscribe from the scene and the planned path, and remove both."""
         self._planned.end()
         super().end()
 
     def set(self, name: str, value: Any) -> None:
-        """Set a property of the scene or of the path."""
+        """Set a property; pass one of the group ``Planned Path`` to the animation."""
         super().set(name, value)
         if name.startswith(f"{_PATH}/"):
             self._planned.set(name.removeprefix(f"{_PATH}/"), value)
 
     def tick(self) -> None:
-        """Animate the path, and draw its goal state."""
+        """Redraw the scene, advance the animation, and draw the goal state of a new path."""
         super().tick()
-        self._planned.besides = self.robot_poses
-        self._planned.follow(jumped_back=False)
-        if (self._planned.last_path, self.robot_poses) != (self._goal_path, self._goal_besides):
-            self._goal_path, self._goal_besides = self._planned.last_path, self.robot_poses
-            self._stand_at_goal()
+        self._planned.other_poses = self.robot_poses
+        self._planned.update(jumped_back=False)
+        if (self._planned.last_path, self.robot_poses) != (self._goal_path, self._goal_others):
+            self._goal_path, self._goal_others = self._planned.last_path, self.robot_poses
+            self._draw_goal()
         if self.status[0] == OK and self._planned.status[0] != OK:
-            self.say(*self._planned.status)
+            self.set_status(*self._planned.status)
 
-    def described(self) -> None:
-        """Redraw everything for a new robot description."""
-        super().described()
+    def redraw(self) -> None:
+        """Redraw the scene, its robot and the goal state."""
+        super().redraw()
         self._remove_goal()
-        self._stand_at_goal()
+        self._draw_goal()
 
-    def cleared(self) -> None:
-        """Remove everything from the scene."""
-        super().cleared()
+    def clear(self) -> None:
+        """Remove scene, robot and goal state."""
+        super().clear()
         self._remove_goal()
         self._goal_path = None
 
-    def _stand_at_goal(self) -> None:
+    def _draw_goal(self) -> None:
         path = self._goal_path
         if path is None or not self.values.flag(f"{_GOAL}/Query Goal State"):
             self._remove_goal()
             return
         if self._goal is None:
-            self._goal = self.make_ghost(
+            self._goal = self.add_overlay(
                 "goal",
                 self.values.number(f"{_GOAL}/Goal State Alpha"),
                 self.values.color(f"{_GOAL}/Goal State Color"),
             )
         if self._goal is not None:
-            self._goal.stand(path.states[-1], self._goal_besides)
+            self._goal.set_positions(path.states[-1], self._goal_others)
 
     def _remove_goal(self) -> None:
         if self._goal is not None:

@@ -1,36 +1,131 @@
-"""``PlanningScene``: the world as MoveIt believes it to be, and the robot in it."""
+"""MoveIt's ``PlanningScene``: collision objects, attached objects and the robot.
+
+Since move_group publishes changes, the whole scene is requested from its service first.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any, ClassVar
+import time
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any, ClassVar
 
+from teleopctl.interfaces import get_service
+from teleopctl.node import add_type_from_graph
 from teleopctl.tf import Transform
 from teleopctl.viewer.displays.base import OK, WARN
-from teleopctl.viewer.displays.moveit.base import MoveItDisplay
+from teleopctl.viewer.displays.conversions import rgba_of
+from teleopctl.viewer.displays.moveit.base import MoveItDisplay, RobotOverlay
 from teleopctl.viewer.displays.moveit.collision_objects import SceneObjects
-from teleopctl.viewer.displays.moveit.ghost import RobotOverlay
-from teleopctl.viewer.displays.moveit.scene_request import SceneRequest
-from teleopctl.viewer.displays.moveit.states import Positions, left_out_text, positions_in
+from teleopctl.viewer.displays.moveit.trajectory import (
+    Positions,
+    invalid_positions_text,
+    joint_positions_of,
+)
 from teleopctl.viewer.displays.properties import Property
-from teleopctl.viewer.displays.reading import rgba_of
 from teleopctl.viewer.scene.canvas import Canvas
+
+if TYPE_CHECKING:
+    from teleopctl.node import Client
+    from teleopctl.viewer.displays.base import Stage
 
 # Any stands for messages throughout: their classes are made at run time, from definitions.
 
+_TYPE = "moveit_msgs/srv/GetPlanningScene"
+# All parts of moveit_msgs/msg/PlanningSceneComponents but the octomap, which is not drawn: state,
+# attached objects, names and shapes of the world's objects, transforms, and colours of objects.
+_PARTS = 2 | 4 | 8 | 16 | 64 | 512
+_REQUEST_PERIOD_S = 2.0
+
+
+class SceneRequest:
+    """Client of ``get_planning_scene`` that repeats its request until there is a response.
+
+    Args:
+        stage: The viewer's node.
+        take: Called on the node's thread with the scene.
+    """
+
+    def __init__(self, stage: Stage, take: Callable[[Any], object]) -> None:
+        self._stage = stage
+        self._take = take
+        self._wanted = False
+        self._due = 0.0
+        self._learning = False
+        self._client: Client[Any, Any] | None = None
+
+    def begin(self) -> None:
+        """Start requesting; requests are sent by `tick`."""
+        self._wanted, self._due = True, 0.0
+
+    def end(self) -> None:
+        """Stop requesting, and destroy the client."""
+        self._wanted = False
+        if self._client is not None:
+            self._stage.node.destroy_client(self._client)
+            self._client = None
+
+    def tick(self, service: str) -> None:
+        """Send a request if one is due and the service is available; every 2 s at most.
+
+        Args:
+            service: Name of the service.
+        """
+        now = time.monotonic()
+        if not self._wanted or now < self._due:
+            return
+        self._due = now + _REQUEST_PERIOD_S
+        if self._learning or not self._stage.node.count_services(service):
+            return
+        if self._stage.knows_type(_TYPE):
+            self._send(service)
+        else:
+            self._learn()
+
+    def _learn(self) -> None:
+        node = self._stage.node
+        graph = node.graph()
+        self._learning = True
+
+        def learned(_result: object) -> None:
+            # Nodes that start later may have the definition.
+            self._learning = False
+            if self._stage.knows_type(_TYPE):
+                self._due = 0.0
+
+        self._stage.run_in_background(lambda: add_type_from_graph(node, _TYPE, graph), learned)
+
+    def _send(self, service: str) -> None:
+        node = self._stage.node
+        if self._client is not None:
+            node.destroy_client(self._client)
+        kind = get_service(_TYPE)
+        self._client = node.create_client(kind, service)
+        request = kind.Request()
+        request.components.components = _PARTS
+        self._client.call_async(request).add_done_callback(self._answered)
+
+    def _answered(self, future: Any) -> None:
+        if not self._wanted or future.cancelled() or future.exception() is not None:
+            return
+        self.end()
+        self._take(future.result().scene)
+
+
 SCENE_PROPERTIES = (
-    Property("Move Group Namespace", "", hint="Of the node that knows the whole scene"),
+    Property("Move Group Namespace", "", hint="Namespace of move_group"),
     Property("Scene Geometry/Show Scene Geometry", True),
     Property("Scene Geometry/Scene Alpha", 0.9, low=0.0, high=1.0),
     Property("Scene Geometry/Scene Color", (50, 230, 50)),
-    Property("Scene Robot/Show Robot Visual", True, hint="Draw the robot as MoveIt knows it"),
+    Property(
+        "Scene Robot/Show Robot Visual", True, hint="Draw the robot in the state of the scene"
+    ),
     Property("Scene Robot/Robot Alpha", 1.0, low=0.0, high=1.0),
     Property("Scene Robot/Attached Body Color", (150, 50, 150)),
 )
 
 
 class PlanningScene(MoveItDisplay):
-    """Display of a planning scene: collision objects, attached objects and the robot."""
+    """MoveIt's ``PlanningScene``: collision objects, attached objects and the robot."""
 
     rviz_class = "PlanningScene"
     message_type = "moveit_msgs/msg/PlanningScene"
@@ -48,25 +143,25 @@ class PlanningScene(MoveItDisplay):
         self._left_out = 0
         self._octomap = False
         self._stale = False
-        self._request = SceneRequest(self.stage, self._take)
+        self._request = SceneRequest(self.stage, self.received)
 
     @property
     def robot_poses(self) -> Mapping[str, Transform]:
-        """Poses of the links of the scene's robot, in its root's frame; empty while hidden."""
+        """Link poses of the scene's robot in its root frame; empty while it is not drawn."""
         return {} if self._robot is None else self._robot.poses
 
     def started(self) -> None:
-        """Request the full scene, since only changes are published."""
+        """Subscribe to the description, and request the whole planning scene."""
         super().started()
         self._request.begin()
 
     def stopped(self) -> None:
-        """Remove everything from the scene."""
+        """Stop requesting the scene, and remove everything."""
         self._request.end()
         super().stopped()
 
     def received(self, message: Any) -> None:
-        """Apply a full planning scene or a difference."""
+        """Apply a whole planning scene, or the changes of a diff."""
         objects = self._objects
         objects.left_out = 0
         if not message.is_diff:
@@ -77,34 +172,34 @@ class PlanningScene(MoveItDisplay):
             self._octomap and message.is_diff
         )
         for one in message.world.collision_objects:
-            objects.take(one)
+            objects.apply(one)
         for held in message.robot_state.attached_collision_objects:
-            objects.take(held.object, held.link_name)
-        objects.paint(message.object_colors)
-        objects.forget_unused_meshes()
-        positions, self._left_out = positions_in(message.robot_state.joint_state)
+            objects.apply(held.object, held.link_name)
+        objects.set_colors(message.object_colors)
+        objects.drop_unused_meshes()
+        positions, self._left_out = joint_positions_of(message.robot_state.joint_state)
         self._state = {**self._state, **positions}
         self._stale = True
-        self._stand()
-        self._tell()
+        self._draw_robot()
+        self._update_status()
 
     def tick(self) -> None:
-        """Redraw what has changed."""
+        """Send a due request, and redraw changed collision objects."""
         namespace = self.values.text("Move Group Namespace").strip("/")
         self._request.tick(f"/{namespace}/get_planning_scene".replace("//", "/"))
         if self._stale:
             self._stale = False
             self._draw()
 
-    def described(self) -> None:
-        """Redraw everything for a new robot description."""
+    def redraw(self) -> None:
+        """Redraw the collision objects and the robot."""
         self._stale = True
         self._remove_robot()
-        self._stand()
-        self._tell()
+        self._draw_robot()
+        self._update_status()
 
-    def cleared(self) -> None:
-        """Remove everything from the scene."""
+    def clear(self) -> None:
+        """Remove collision objects and robot, and drop the received scene."""
         self._objects.clear()
         self._state = {}
         self._octomap = self._stale = False
@@ -125,25 +220,25 @@ class PlanningScene(MoveItDisplay):
         for frame, drawing in drawings.items():
             if frame not in self._canvases:
                 name = frame or self.stage.frames.fixed
-                path = f"{self.stage.frames.node_of(name)}{self.root}"
+                path = f"{self.stage.frames.node_path(name)}{self.root}"
                 self._canvases[frame] = Canvas(self.stage.scene, path, self._objects.meshes)
             self._canvases[frame].show(drawing)
 
-    def _stand(self) -> None:
+    def _draw_robot(self) -> None:
         if not self._state or not self.values.flag("Scene Robot/Show Robot Visual"):
             return
         if self._robot is None:
             alpha = self.values.number("Scene Robot/Robot Alpha")
-            self._robot = self.make_ghost("scene", alpha)
+            self._robot = self.add_overlay("scene", alpha)
         if self._robot is not None:
-            self._robot.stand(self._state)
+            self._robot.set_positions(self._state)
 
     def _remove_robot(self) -> None:
         if self._robot is not None:
             self._robot.remove()
             self._robot = None
 
-    def _tell(self) -> None:
+    def _update_status(self) -> None:
         count = len(self._objects.by_id)
         said = "1 object" if count == 1 else f"{count} objects"
         left_out = []
@@ -152,8 +247,8 @@ class PlanningScene(MoveItDisplay):
         if self._octomap:
             left_out.append("its octomap is not drawn")
         if self._left_out:
-            left_out.append(left_out_text(self._left_out))
+            left_out.append(invalid_positions_text(self._left_out))
         if left_out:
-            self.say(WARN, f"{said}; {' and '.join(left_out)}")
+            self.set_status(WARN, f"{said}; {' and '.join(left_out)}")
         elif self.messages:
-            self.say(OK, said)
+            self.set_status(OK, said)

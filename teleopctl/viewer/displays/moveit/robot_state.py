@@ -1,20 +1,23 @@
-"""``RobotState``: a robot in the state that a program shows."""
+"""MoveIt's ``RobotState``: the robot in the state of the newest message."""
 
 from __future__ import annotations
 
 from typing import Any, ClassVar
 
 from teleopctl.viewer.displays.base import OK, WARN
-from teleopctl.viewer.displays.moveit.base import MoveItDisplay
-from teleopctl.viewer.displays.moveit.ghost import RobotOverlay
-from teleopctl.viewer.displays.moveit.states import Positions, left_out_text, positions_in
+from teleopctl.viewer.displays.moveit.base import MoveItDisplay, RobotOverlay
+from teleopctl.viewer.displays.moveit.trajectory import (
+    Positions,
+    invalid_positions_text,
+    joint_positions_of,
+)
 from teleopctl.viewer.displays.properties import Property
 
 # Any stands for messages throughout: their classes are made at run time, from definitions.
 
 
 class RobotState(MoveItDisplay):
-    """Display of the newest robot state."""
+    """MoveIt's ``RobotState``: the robot in the state of the newest message."""
 
     rviz_class = "RobotState"
     message_type = "moveit_msgs/msg/DisplayRobotState"
@@ -29,44 +32,44 @@ class RobotState(MoveItDisplay):
 
     def _prepare(self) -> None:
         super()._prepare()
-        self._ghost: RobotOverlay | None = None
+        self._overlay: RobotOverlay | None = None
         self._state: Positions | None = None
         self._left_out = 0
 
     def received(self, message: Any) -> None:
-        """Draw the robot in a received state."""
-        state, self._left_out = positions_in(message.state.joint_state)
+        """Draw the robot with a message's joint positions, or hide it if the message says so."""
+        state, self._left_out = joint_positions_of(message.state.joint_state)
         hidden = getattr(message, "hide", False)
         self._state = None if hidden else {**(self._state or {}), **state}
-        self._stand()
+        self._draw()
 
-    def described(self) -> None:
-        """Redraw the robot for a new description."""
+    def redraw(self) -> None:
+        """Redraw the robot in the received state."""
         self._remove()
-        self._stand()
+        self._draw()
 
-    def cleared(self) -> None:
-        """Remove the robot from the scene."""
+    def clear(self) -> None:
+        """Remove the robot, and drop the received state."""
         self._remove()
         self._state = None
 
-    def _stand(self) -> None:
+    def _draw(self) -> None:
         if self._state is None:
-            if self._ghost is not None:
-                self._ghost.show(shown=False)
+            if self._overlay is not None:
+                self._overlay.show(shown=False)
             return
-        if self._ghost is None:
+        if self._overlay is None:
             color = self.values.color("Robot Color") if self.values.flag("Color Enabled") else None
-            self._ghost = self.make_ghost("state", self.values.number("Robot Alpha"), color)
-        if self._ghost is not None:
-            self._ghost.stand(self._state)
+            self._overlay = self.add_overlay("state", self.values.number("Robot Alpha"), color)
+        if self._overlay is not None:
+            self._overlay.set_positions(self._state)
             said = f"{len(self._state)} joints"
             if self._left_out:
-                self.say(WARN, f"{said}; {left_out_text(self._left_out)}")
+                self.set_status(WARN, f"{said}; {invalid_positions_text(self._left_out)}")
             else:
-                self.say(OK, said)
+                self.set_status(OK, said)
 
     def _remove(self) -> None:
-        if self._ghost is not None:
-            self._ghost.remove()
-            self._ghost = None
+        if self._overlay is not None:
+            self._overlay.remove()
+            self._overlay = None

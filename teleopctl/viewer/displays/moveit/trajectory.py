@@ -1,19 +1,124 @@
-"""``TrajectoryDisplay``: a robot that moves along a planned path, before the real one does."""
+"""MoveIt's ``Trajectory``: an animation of the newest planned path."""
 
 from __future__ import annotations
 
+import re
 import time
+from bisect import bisect_right
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from teleopctl.tf import Transform
 from teleopctl.viewer.displays.base import OK, WARN
-from teleopctl.viewer.displays.moveit.base import MoveItDisplay
-from teleopctl.viewer.displays.moveit.ghost import RobotOverlay
-from teleopctl.viewer.displays.moveit.states import PlannedPath, left_out_text
+from teleopctl.viewer.displays.moveit.base import MoveItDisplay, RobotOverlay
 from teleopctl.viewer.displays.properties import Property
+from teleopctl.viewer.scene.drawing import is_drawable
 
 # Any stands for messages throughout: their classes are made at run time, from definitions.
+
+Positions = dict[str, float]
+_PERIOD = re.compile(r"\s*(\d+(?:\.\d*)?|\.\d+)\s*s\s*\Z", re.IGNORECASE)
+_FACTOR = re.compile(r"\s*(\d+(?:\.\d*)?|\.\d+)\s*x\s*\Z", re.IGNORECASE)
+# MoveIt's own, where the text makes no sense.
+_DEFAULT_PERIOD_S = 0.05
+
+
+def joint_positions_of(joint_state: Any) -> tuple[Positions, int]:
+    """Return the finite positions of a ``JointState`` by joint, and the number of others."""
+    return _zipped(joint_state.name, joint_state.position)
+
+
+def _zipped(names: Any, values: Any) -> tuple[Positions, int]:
+    pairs = [(name, float(value)) for name, value in zip(names, values, strict=False)]
+    good = {name: value for name, value in pairs if is_drawable((value,))}
+    return good, sum(not is_drawable((value,)) for _, value in pairs)
+
+
+def invalid_positions_text(count: int) -> str:
+    """Return the status text about joint positions that are not finite."""
+    one = "1 joint position is" if count == 1 else f"{count} joint positions are"
+    return f"{one} left out: not a finite number"
+
+
+@dataclass(frozen=True, slots=True)
+class PlannedPath:
+    """A planned path: joint positions over time.
+
+    Attributes:
+        times: Time of each state in seconds from the start, in ascending order.
+        states: Joint positions at these times.
+        left_out: Number of positions that are not finite; the joint keeps its previous one.
+    """
+
+    times: tuple[float, ...]
+    states: tuple[Positions, ...]
+    left_out: int = 0
+
+    @classmethod
+    def from_message(cls, message: Any) -> PlannedPath:
+        """Return the path of a ``moveit_msgs/msg/DisplayTrajectory``, its trajectories joined."""
+        state, left_out = joint_positions_of(message.trajectory_start.joint_state)
+        times: list[float] = []
+        states: list[Positions] = []
+        begin = 0.0
+        for trajectory in message.trajectory:
+            joints = trajectory.joint_trajectory
+            for point in joints.points:
+                positions, wrong = _zipped(joints.joint_names, point.positions)
+                state, left_out = {**state, **positions}, left_out + wrong
+                at = begin + point.time_from_start.sec + point.time_from_start.nanosec * 1e-9
+                times.append(max(at, times[-1] if times else 0.0))
+                states.append(state)
+            begin = times[-1] if times else 0.0
+        return cls(tuple(times), tuple(states), left_out)
+
+    def duration(self, display_time: str) -> float:
+        """Return the duration of the path's animation, in seconds.
+
+        Args:
+            display_time: RViz's property: ``0.05 s`` for each state, ``3x`` as fast as planned, or
+                ``REALTIME``.
+        """
+        period, factor = _speed(display_time)
+        if factor is not None and self.times and self.times[-1] > 0.0:
+            return self.times[-1] / factor
+        return period * len(self.states)
+
+    def at(self, elapsed: float, display_time: str) -> Positions:
+        """Return the joint positions to show at a time of the animation.
+
+        Args:
+            elapsed: Seconds since the animation started.
+            display_time: See `duration`.
+        """
+        period, factor = _speed(display_time)
+        if factor is None or self.times[-1] <= 0.0:
+            return self.states[min(int(elapsed / period), len(self.states) - 1)]
+        time = elapsed * factor
+        after = bisect_right(self.times, time)
+        if after == 0 or after == len(self.times):
+            return self.states[min(after, len(self.times) - 1)]
+        # Between two states on a straight line: as controllers follow it, and smooth to look at.
+        before, start, end = after - 1, self.times[after - 1], self.times[after]
+        part = (time - start) / (end - start)
+        last, following = self.states[before], self.states[after]
+        return {
+            name: value + part * (following.get(name, value) - value)
+            for name, value in last.items()
+        }
+
+
+def _speed(display_time: str) -> tuple[float, float | None]:
+    """Return the seconds per state, and the factor of the planned speed; None without factor."""
+    if display_time.strip().upper() == "REALTIME":
+        return _DEFAULT_PERIOD_S, 1.0
+    if (factor := _FACTOR.match(display_time)) and float(factor[1]) > 0.0:
+        return _DEFAULT_PERIOD_S, float(factor[1])
+    if (period := _PERIOD.match(display_time)) and float(period[1]) > 0.0:
+        return float(period[1]), None
+    return _DEFAULT_PERIOD_S, None
+
 
 _TRAIL_MOST = 20
 
@@ -23,17 +128,19 @@ PATH_PROPERTIES = (
     Property("Robot Color", (150, 50, 150)),
     Property("State Display Time", "3x", hint="Seconds for each state as 0.05 s, 3x, or REALTIME"),
     Property("Loop Animation", False),
-    Property("Show Trail", False, hint="Draw the states on the way"),
-    Property("Trail Step Size", 1, low=1, high=1000, hint="Every so-manieth state is drawn"),
-    Property("Interrupt Display", False, hint="A new path does not wait for the end of the old"),
+    Property("Show Trail", False, hint="Draw the states along the path"),
+    Property("Trail Step Size", 1, low=1, high=1000, hint="Draw every n-th state"),
+    Property(
+        "Interrupt Display", False, hint="Start a new path before the animation of the old one ends"
+    ),
 )
 
 
 class TrajectoryDisplay(MoveItDisplay):
-    """Display of the newest trajectory, animated once or repeatedly.
+    """MoveIt's ``Trajectory``: the newest planned path, animated once or repeatedly.
 
     Attributes:
-        besides: Where the links of a robot stand that is drawn besides; see `RobotOverlay.stand`.
+        other_poses: Poses of the links of another drawn robot; see `RobotOverlay.set_positions`.
     """
 
     rviz_class = "Trajectory"
@@ -48,61 +155,61 @@ class TrajectoryDisplay(MoveItDisplay):
         self._next: PlannedPath | None = None
         self._began = 0.0
         self._playing = False
-        self._ghost: RobotOverlay | None = None
+        self._overlay: RobotOverlay | None = None
         self._trail: list[RobotOverlay] = []
-        self.besides: Mapping[str, Transform] = {}
+        self.other_poses: Mapping[str, Transform] = {}
 
     @property
     def last_path(self) -> PlannedPath | None:
-        """The newest path."""
+        """The newest received path, or None."""
         return self._next or self._path
 
     def received(self, message: Any) -> None:
-        """Start the animation of a received path."""
-        path = PlannedPath.of(message)
+        """Start the animation of a path, or let it wait for the end of the running one."""
+        path = PlannedPath.from_message(message)
         if not path.states:
-            self.say(WARN, "The path has no states")
+            self.set_status(WARN, "The path has no states")
             return
         self._next = path
         said = f"{len(path.states)} states in {path.times[-1]:.3g} s"
         if path.left_out:
-            self.say(WARN, f"{said}; {left_out_text(path.left_out)}")
+            self.set_status(WARN, f"{said}; {invalid_positions_text(path.left_out)}")
         else:
-            self.say(OK, said)
+            self.set_status(OK, said)
         if not self._playing or self.values.flag("Interrupt Display"):
             self._begin()
 
-    def described(self) -> None:
-        """Redraw the robot for a new description."""
+    def redraw(self) -> None:
+        """Redraw the trail; the animated robot follows with the next `tick`."""
         self._remove()
         if self._path is not None:
             self._draw_trail(self._path)
 
-    def cleared(self) -> None:
-        """Remove the robot from the scene, and drop the path."""
+    def clear(self) -> None:
+        """Remove robot and trail, and drop the path."""
         self._remove()
         self._path = self._next = None
         self._playing = False
 
     def tick(self) -> None:
-        """Continue the animation of the path."""
+        """Advance the animation; at its end start the waiting path, repeat, or hide the robot."""
         if not self._playing or self._path is None:
             return
-        if self._ghost is None:
-            self._ghost = self._make("path")
-            if self._ghost is None:
+        if self._overlay is None:
+            self._overlay = self._make("path")
+            if self._overlay is None:
                 return
         elapsed = time.monotonic() - self._began
         display_time = self.values.text("State Display Time")
         if elapsed <= self._path.duration(display_time):
-            self._ghost.stand(self._path.at(elapsed, display_time), self.besides)
+            self._overlay.set_positions(self._path.at(elapsed, display_time), self.other_poses)
         elif self._next is not None:
             self._begin()
         elif self.values.flag("Loop Animation"):
             self._began = time.monotonic()
         else:
             self._playing = False
-            self._ghost.show(shown=False)
+            self._overlay.show(shown=False)
 
     def _begin(self) -> None:
         self._path, self._next = self._next, None
@@ -111,8 +218,8 @@ class TrajectoryDisplay(MoveItDisplay):
             self._draw_trail(self._path)
 
     def _draw_trail(self, path: PlannedPath) -> None:
-        for ghost in self._trail:
-            ghost.remove()
+        for overlay in self._trail:
+            overlay.remove()
         self._trail.clear()
         if not self.values.flag("Show Trail") or self.model is None:
             return
@@ -121,16 +228,16 @@ class TrajectoryDisplay(MoveItDisplay):
         for number, state in enumerate(path.states[::step]):
             made = self._make(f"trail{number}")
             if made is not None:
-                made.stand(state)
+                made.set_positions(state)
                 self._trail.append(made)
 
     def _make(self, name: str) -> RobotOverlay | None:
         color = self.values.color("Robot Color") if self.values.flag("Color Enabled") else None
-        return self.make_ghost(name, self.values.number("Robot Alpha"), color)
+        return self.add_overlay(name, self.values.number("Robot Alpha"), color)
 
     def _remove(self) -> None:
-        for ghost in (self._ghost, *self._trail):
-            if ghost is not None:
-                ghost.remove()
-        self._ghost = None
+        for overlay in (self._overlay, *self._trail):
+            if overlay is not None:
+                overlay.remove()
+        self._overlay = None
         self._trail.clear()

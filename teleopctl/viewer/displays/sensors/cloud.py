@@ -1,4 +1,4 @@
-"""Points with what was measured at each: out of a ``PointCloud2``, or out of a ``LaserScan``."""
+"""Conversion of ``PointCloud2``, ``PointCloud`` and ``LaserScan`` messages to arrays of points."""
 
 from __future__ import annotations
 
@@ -22,18 +22,18 @@ Floats = npt.NDArray[np.float32]
 
 
 class CloudError(TeleopctlError):
-    """A message has no points that can be drawn; the message says why."""
+    """A message has no valid points; the error says why."""
 
 
 @dataclass(frozen=True, slots=True)
 class Cloud:
-    """Points with their channels, read from a message.
+    """Points of a message with their channels, such as intensity.
 
     Attributes:
-        points: Where they are in the message's frame, (n, 3), in metres.
-        total: How many there were, before some were left out.
-        channels: What was measured at each, (n,), by name.
-        spacing: How far neighbours are from each other, in metres; 0 where that is not known.
+        points: Coordinates in the message's frame, (n, 3), in metres.
+        total: Number of points in the message, with those left out.
+        channels: Values of each channel, (n,), by name.
+        spacing: Distance of neighbouring points in metres; 0 if unknown.
     """
 
     points: Floats
@@ -44,14 +44,14 @@ class Cloud:
 
 # Any: a PointCloud2 message.
 def read_cloud(message: Any, most: int) -> Cloud:
-    """Read the points of a ``sensor_msgs/msg/PointCloud2``.
+    """Return the points of a ``sensor_msgs/msg/PointCloud2``.
 
     Args:
         message: A ``sensor_msgs/msg/PointCloud2``.
-        most: The most points that are wanted; of more, every so-manieth is taken.
+        most: Largest number of points to return; of more, every n-th is taken.
 
     Raises:
-        CloudError: It has no coordinates, or its numbers make no sense together.
+        CloudError: It has no fields x, y, z, or its sizes contradict each other.
     """
     step, data = message.point_step, np.frombuffer(message.data, np.uint8)
     if not message.width or not message.height or not data.size:
@@ -82,12 +82,12 @@ def read_cloud(message: Any, most: int) -> Cloud:
     with np.errstate(over="ignore"):
         points = np.stack([channels.pop(name) for name in "xyz"], -1).astype(np.float32)
     total = message.width * message.height
-    return kept_points(points, total, channels, near(points))
+    return masked_cloud(points, total, channels, drawable_mask(points))
 
 
 # Any: a PointCloud message.
-def read_old_cloud(message: Any, most: int) -> Cloud:
-    """Read the points of a ``sensor_msgs/msg/PointCloud``.
+def read_legacy_cloud(message: Any, most: int) -> Cloud:
+    """Return the points of a deprecated ``sensor_msgs/msg/PointCloud``.
 
     Args:
         message: The cloud.
@@ -102,17 +102,17 @@ def read_old_cloud(message: Any, most: int) -> Cloud:
         for one in message.channels
         if len(one.values) == total
     }
-    return kept_points(points, total, channels, near(points))
+    return masked_cloud(points, total, channels, drawable_mask(points))
 
 
 # Any: a LaserScan message.
 def read_scan(message: Any, sweep: Transform | None = None) -> Cloud:
-    """Read the points of a ``sensor_msgs/msg/LaserScan``.
+    """Return the points within range of a ``sensor_msgs/msg/LaserScan``.
 
     Args:
         message: A ``sensor_msgs/msg/LaserScan``.
-        sweep: Where the scanner stands at the end of the scan, in its frame at the start; None
-            for one that does not move.
+        sweep: Pose of the scanner at the end of the scan, in its frame at the start, by which
+            the points are corrected; None for a scanner at rest.
     """
     ranges = np.frombuffer(message.ranges, np.float32)
     with np.errstate(over="ignore", invalid="ignore"):
@@ -121,26 +121,26 @@ def read_scan(message: Any, sweep: Transform | None = None) -> Cloud:
         points = ranges[:, None] * across
         if sweep is not None and len(points) > 1:
             points = _swept(points, sweep)
-        hit = (ranges >= message.range_min) & (ranges <= message.range_max) & near(points)
+        hit = (ranges >= message.range_min) & (ranges <= message.range_max) & drawable_mask(points)
         points = points.astype(np.float32)
     intensities = np.frombuffer(message.intensities, np.float32)
     channels = {"intensity": intensities} if len(intensities) == len(ranges) else {}
-    return kept_points(points, len(ranges), channels, hit)
+    return masked_cloud(points, len(ranges), channels, hit)
 
 
-def near(points: Array) -> npt.NDArray[np.bool_]:
-    """Return which points are near enough to be seen, as an array of flags."""
+def drawable_mask(points: Array) -> npt.NDArray[np.bool_]:
+    """Return a mask, (n,), of the points that are finite and within 1000 km, shape (n, 3)."""
     return np.asarray((np.abs(points) < _FARTHEST_M).all(axis=-1))
 
 
-def kept_points(points: Floats, total: int, channels: dict[str, Array], kept: Array) -> Cloud:
-    """Return the points that a mask keeps.
+def masked_cloud(points: Floats, total: int, channels: dict[str, Array], kept: Array) -> Cloud:
+    """Return a cloud of the points for which a mask is true.
 
     Args:
-        points: All, (n, 3).
-        total: How many there were, before some were left out.
-        channels: What was measured at each, (n,), by name.
-        kept: Which stay, (n,).
+        points: All points, (n, 3).
+        total: See `Cloud`.
+        channels: Values of each channel, (n,), by name.
+        kept: The mask, (n,).
     """
     if kept.all():
         return Cloud(points, total, channels)
@@ -148,7 +148,7 @@ def kept_points(points: Floats, total: int, channels: dict[str, Array], kept: Ar
 
 
 def _swept(points: Array, sweep: Transform) -> Array:
-    """Move each point with the scanner, which moves evenly from the start to the end."""
+    """Return points corrected by the scanner's motion, which is even from start to end."""
     part = np.linspace(0.0, 1.0, len(points))[:, None]
     x, y, z, w = sweep.rotation if sweep.rotation[3] >= 0.0 else [-one for one in sweep.rotation]
     # The line between the two rotations: for the little that a scanner turns, as good as the arc.
@@ -162,5 +162,5 @@ def _swept(points: Array, sweep: Transform) -> Array:
 
 
 def has_moved(sweep: Transform) -> bool:
-    """Return whether a scanner moved visibly during one scan."""
+    """Return whether a scanner moved by more than 1 mm or 1 mrad during a scan."""
     return math.hypot(*sweep.translation) > 1e-3 or abs(sweep.rotation[3]) < math.cos(5e-4)

@@ -1,4 +1,4 @@
-"""The colours of points: RViz's colour transformers."""
+"""RViz's colour transformers: colours of points by channel, axis or one for all."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ _STEPS = 256
 
 
 def _rainbow() -> Colors:
-    """RViz's: from red over yellow, green and blue to magenta."""
+    """Return RViz's rainbow: red, yellow, green, blue, magenta, (256, 3)."""
     hue = 5.0 * np.linspace(1.0, 0.0, _STEPS)
     # as a hue's colours: those of 0 to 5/6 of the circle, from magenta back to red
     place = (5.0 - hue)[:, None]
@@ -51,17 +51,18 @@ _RAINBOW = _rainbow()
 
 @dataclass(frozen=True, slots=True)
 class Coloring:
-    """The colour properties of a point display, for use in another thread.
+    """A copy of a point display's colour properties, for use in another thread.
 
     Attributes:
-        transformer: One of RViz's names; empty where nobody has chosen.
-        color: Of all points, for ``FlatColor``.
-        channel: The field that ``Intensity`` shows.
-        axis: The index of the axis that ``AxisColor`` shows.
-        in_fixed_frame: Whether that is the fixed frame's axis, or the sensor's.
-        intensity_bounds: What is least and most; None is what is there.
-        value_bounds: Likewise, along the axis.
-        table: The colours from the least to the most, (256, 3).
+        transformer: RViz's name of the chosen transformer; empty if the file has none.
+        color: Colour of all points, for ``FlatColor``.
+        channel: Channel for ``Intensity``.
+        axis: Index of the axis for ``AxisColor``.
+        in_fixed_frame: Whether that is an axis of the fixed frame, instead of the sensor's.
+        intensity_bounds: Smallest and largest intensity of the colour scale; None for those of
+            the message.
+        value_bounds: Likewise, of the coordinate for ``AxisColor``.
+        table: The colour scale from smallest to largest, (256, 3).
     """
 
     transformer: str
@@ -74,8 +75,8 @@ class Coloring:
     table: Colors
 
     @classmethod
-    def of(cls, values: Properties) -> Coloring:
-        """Read the colour properties of a display."""
+    def from_properties(cls, values: Properties) -> Coloring:
+        """Return a copy of the colour properties of a display."""
         if values.flag("Use rainbow"):
             table = _RAINBOW[::-1] if values.flag("Invert Rainbow") else _RAINBOW
         else:
@@ -98,15 +99,15 @@ class Coloring:
         )
 
     def colors(self, cloud: Cloud, pose: Transform) -> tuple[Colors, str]:
-        """Return the colours of points.
+        """Return the colours of points, and the name of the transformer that made them.
 
         Args:
             cloud: The points.
-            pose: Where their frame stands in the fixed frame.
+            pose: Pose of their frame in the fixed frame.
 
         Returns:
-            Colours, (n, 3), or one for all, (3,); and the transformer that was used, which is
-            another one than was chosen where the points lack what that needs.
+            Colours, (n, 3), or one for all, (3,); and the transformer, another than the chosen one
+            if the points lack the channels that it needs.
         """
         wishes = (self.transformer or RGB8, RGB8, RGBF32, INTENSITY, AXIS)
         for transformer in wishes:
@@ -155,7 +156,7 @@ class Coloring:
 
 # Any: four bytes, whatever they are called.
 def _unpacked(packed: npt.NDArray[Any]) -> Colors:
-    """0xAARRGGBB, which drivers often call a float: its bits count."""
+    """Return RGB bytes of 0xAARRGGBB, which drivers often declare as float32."""
     order = packed.dtype.newbyteorder("=")
     bits = np.ascontiguousarray(packed.astype(order)).view(np.uint32)
     return np.stack([bits >> 16, bits >> 8, bits], -1).astype(np.uint8)

@@ -1,4 +1,4 @@
-"""``DepthCloud``: the pixels of a depth camera as points, in the colours of another camera."""
+"""RViz's ``DepthCloud``: points of a depth image, in the colours of another image."""
 
 from __future__ import annotations
 
@@ -13,13 +13,17 @@ from teleopctl.node import qos_profile_sensor_data
 from teleopctl.pictures import COMPRESSED, RAW, GreyRange, PictureError, depths_of, image_of
 from teleopctl.tf import stamp_of
 from teleopctl.viewer.displays.base import OK, WARN
-from teleopctl.viewer.displays.picture_feed import base_topic, camera_info_topic, type_by_name
 from teleopctl.viewer.displays.properties import Property
-from teleopctl.viewer.displays.sensors.cloud import Cloud, CloudError, kept_points, near
+from teleopctl.viewer.displays.sensors.cloud import Cloud, CloudError, drawable_mask, masked_cloud
+from teleopctl.viewer.displays.sensors.images import (
+    base_topic,
+    camera_info_topic,
+    image_type_by_name,
+)
 from teleopctl.viewer.displays.sensors.points import (
     POINT_PROPERTIES,
-    Drawable,
-    Job,
+    ColoredPoints,
+    PointJob,
     PointsDisplay,
 )
 
@@ -38,7 +42,7 @@ _STEP = math.log(1.1)
 
 
 class DepthCloud(PointsDisplay):
-    """Display of the points of a depth image."""
+    """RViz's ``DepthCloud``: points of a depth image, in the colours of another image."""
 
     rviz_class = "DepthCloud"
     message_type = RAW
@@ -57,35 +61,37 @@ class DepthCloud(PointsDisplay):
         super()._prepare()
         said = self.values.given.get(_DEPTH_TOPIC)
         if isinstance(said, str):
-            self.topic = _transported(said, self.values.text(_DEPTH_HINT))
+            self.topic = _with_transport(said, self.values.text(_DEPTH_HINT))
         # The CameraInfo, and the newest images
         self._info: Any = None
         self._colors: deque[Any] = deque(maxlen=_MOST_COLORS)
         self._ends: list[Callable[[], None]] = []
         self._wrong = ""
 
-    def listen_to(self, topic: str) -> None:
-        """Set the depth topic, with its transport as ``.rviz`` files have it."""
-        super().listen_to(topic)
+    def set_topic(self, topic: str) -> None:
+        """Set the depth topic; the file's mapping gets base topic and transport, as in RViz."""
+        super().set_topic(topic)
         base = base_topic(topic)
         self.values.given[_DEPTH_TOPIC] = base
         self.values.given[_DEPTH_HINT] = topic.removeprefix(base).lstrip("/") or "raw"
 
-    def type_of_topic(self) -> str:
-        """Return the type of the depth topic: the published one, else by the topic's name."""
+    def subscription_type(self) -> str:
+        """Return the type of the depth topic: the publishers', else the one its name implies."""
         return self._type_of(self.topic)
 
     def started(self) -> None:
         """Subscribe to the CameraInfo and to the colour image."""
         if not self.topic:
             return
-        self._listen_to(camera_info_topic(self.topic), _INFO, self._take_info)
-        color = _transported(self.values.text(_COLOR_TOPIC).strip(), self.values.text(_COLOR_HINT))
+        self._subscribe_to(camera_info_topic(self.topic), _INFO, self._receive_info)
+        color = _with_transport(
+            self.values.text(_COLOR_TOPIC).strip(), self.values.text(_COLOR_HINT)
+        )
         if color:
-            self._listen_to(color, self._type_of(color), self._colors.append)
+            self._subscribe_to(color, self._type_of(color), self._colors.append)
 
     def stopped(self) -> None:
-        """Remove the points from the scene, and unsubscribe."""
+        """Remove the points, and unsubscribe from CameraInfo and colours."""
         super().stopped()
         while self._ends:
             self._ends.pop()()
@@ -93,9 +99,9 @@ class DepthCloud(PointsDisplay):
         self._info, self._wrong = None, ""
 
     def changed(self, name: str) -> None:
-        """Redraw, or subscribe again if a topic was changed."""
+        """Redraw; subscribe again if a topic or transport hint was set."""
         if name == _DEPTH_HINT:
-            self.listen_to(_transported(base_topic(self.topic), self.values.text(name)))
+            self.set_topic(_with_transport(base_topic(self.topic), self.values.text(name)))
         elif name in (_COLOR_TOPIC, _COLOR_HINT):
             self.stopped()
             self.started()
@@ -105,31 +111,31 @@ class DepthCloud(PointsDisplay):
             self._newest, self._due = newest, 0.0
 
     def tick(self) -> None:
-        """Draw the newest depth image, once the CameraInfo has been received."""
+        """Draw the newest depth image; without a CameraInfo set a warning."""
         if self._info is not None:
             super().tick()
         elif self.messages:
             topic = camera_info_topic(self.topic)
-            self.say(WARN, f"Nothing has come from {topic}: where the points are is not known")
+            self.set_status(WARN, f"No message received on {topic}: the points cannot be placed")
 
-    def read(self, job: Job) -> Cloud:
-        """Return the points of a depth image."""
+    def read(self, job: PointJob) -> Cloud:
+        """Return the points of a depth image; called in another thread."""
         self._wrong = ""
         try:
             return self._points(job)
         except PictureError as error:
             raise CloudError(error.message) from error
 
-    def size_m(self, drawable: Drawable) -> float:
-        """Return the size of a point in metres; with auto size that of a pixel at its distance."""
+    def point_size_m(self, drawable: ColoredPoints) -> float:
+        """Return the size of points in metres: with Auto Size a pixel's, at the median distance."""
         size = self.values.number(_FACTOR) * drawable.spacing
         if not self.values.flag(_AUTO) or not size > 0.0:
-            return super().size_m(drawable)
+            return super().point_size_m(drawable)
         return math.exp(_STEP * round(math.log(size) / _STEP))
 
-    def verdict(self, drawable: Drawable) -> tuple[str, str]:
-        """Return the status: the number of points, or what is wrong with their colours."""
-        level, text = super().verdict(drawable)
+    def status_of(self, drawable: ColoredPoints) -> tuple[str, str]:
+        """Return the status: the number of points, or the fault of their colours."""
+        level, text = super().status_of(drawable)
         return (WARN, self._wrong) if self._wrong and level == OK else (level, text)
 
     # --- its own ------------------------------------------------------------------------------
@@ -137,15 +143,15 @@ class DepthCloud(PointsDisplay):
     def _type_of(self, topic: str) -> str:
         offered = [one.topic_type for one in self.stage.node.get_publishers_info_by_topic(topic)]
         known = (self.message_type, *self.other_types)
-        return next((name for name in known if name in offered), type_by_name(topic))
+        return next((name for name in known if name in offered), image_type_by_name(topic))
 
-    def _listen_to(self, topic: str, kind: str, take: Callable[[Any], object]) -> None:
+    def _subscribe_to(self, topic: str, kind: str, take: Callable[[Any], object]) -> None:
         self._ends.append(self.stage.subscribe(topic, kind, take, qos_profile_sensor_data))
 
-    def _take_info(self, info: Any) -> None:
+    def _receive_info(self, info: Any) -> None:
         self._info = info
 
-    def _points(self, job: Job) -> Cloud:
+    def _points(self, job: PointJob) -> Cloud:
         depths, info = depths_of(job.message), self._info
         rows, width = depths.shape
         fx, fy, cx, cy = _lens(info, width, rows, camera_info_topic(self.topic))
@@ -160,13 +166,13 @@ class DepthCloud(PointsDisplay):
         channels = {}
         if (colors := self._colors_of(job.message, depths.shape)) is not None:
             channels["rgb"] = colors[::every, ::every].reshape(-1)
-        measured = near(points) & (points[:, 2] > 0.0)
-        cloud = kept_points(points, rows * width, channels, measured)
+        measured = drawable_mask(points) & (points[:, 2] > 0.0)
+        cloud = masked_cloud(points, rows * width, channels, measured)
         middle = float(np.median(cloud.points[:, 2])) if len(cloud.points) else 0.0
         return Cloud(cloud.points, cloud.total, cloud.channels, every * middle / fx)
 
     def _colors_of(self, depth: Any, size: tuple[int, ...]) -> Any:
-        """The colour of each pixel of a depth image as 0x00RRGGBB; None for none."""
+        """Return the colour of each depth pixel as 0x00RRGGBB, or None without matching image."""
         at = stamp_of(depth.header.stamp)
         taken = [(abs(stamp_of(one.header.stamp) - at), one) for one in tuple(self._colors)]
         apart, image = min(taken, key=lambda one: one[0], default=(0, None))
@@ -177,8 +183,8 @@ class DepthCloud(PointsDisplay):
             return None
         if image.header.frame_id != depth.header.frame_id:
             self._wrong = (
-                f"The colours are seen from [{image.header.frame_id}], "
-                f"the depths from [{depth.header.frame_id}]"
+                f"The colours are in frame [{image.header.frame_id}], "
+                f"the depths in [{depth.header.frame_id}]"
             )
         try:
             pixels = np.asarray(image_of(image, GreyRange()).convert("RGB")).astype(np.uint32)
@@ -194,18 +200,18 @@ class DepthCloud(PointsDisplay):
         return pixels[..., 0] << 16 | pixels[..., 1] << 8 | pixels[..., 2]
 
 
-def _transported(topic: str, hint: str) -> str:
-    """The topic of a transport beside the one of images that are not compressed."""
+def _with_transport(topic: str, hint: str) -> str:
+    """Return the topic of a base topic and a transport hint of image_transport."""
     hint = hint.strip()
     return f"{topic}/{hint}" if topic and hint not in ("", "raw") else topic
 
 
 # Any: a CameraInfo.
 def _lens(info: Any, width: int, rows: int, topic: str) -> tuple[float, float, float, float]:
-    """The focal lengths and the principal point of a camera, in pixels of its image.
+    """Return focal lengths fx, fy and principal point cx, cy in pixels of the depth image.
 
     Raises:
-        CloudError: It is not known, or is that of other images.
+        CloudError: The CameraInfo is not calibrated, or is of another image size.
     """
     across, down = max(info.binning_x, 1), max(info.binning_y, 1)
     size = (info.roi.width or info.width) // across, (info.roi.height or info.height) // down
@@ -223,4 +229,4 @@ def _lens(info: Any, width: int, rows: int, topic: str) -> tuple[float, float, f
                 (cx - info.roi.x_offset) / across,
                 (cy - info.roi.y_offset) / down,
             )
-    raise CloudError(f"{topic} does not say how the camera sees: it is not calibrated")
+    raise CloudError(f"{topic} is not calibrated: it has no focal length")

@@ -1,7 +1,7 @@
-"""What the displays of points share: when they are drawn, where, and as what.
+"""Displays of points: ``PointCloud2``, ``PointCloud`` and ``LaserScan``, and their base.
 
-A message is drawn where its frame stood at its stamp. It waits until that is known, and newer ones
-wait behind it, of which only the last one counts. Points are put together in another thread.
+A message is drawn at the pose of its frame at its stamp. It waits until that is known; of newer
+ones only the last is kept meanwhile. Messages are converted to points in another thread.
 """
 
 from __future__ import annotations
@@ -17,10 +17,18 @@ from teleopctl.node import QoSProfile, Time
 from teleopctl.tf import Transform, TransformException, stamp_of
 from teleopctl.viewer.displays.base import ERROR, OK, WARN, Display
 from teleopctl.viewer.displays.properties import Property
-from teleopctl.viewer.displays.sensors.cloud import Cloud, CloudError, Floats
+from teleopctl.viewer.displays.sensors.cloud import (
+    Cloud,
+    CloudError,
+    Floats,
+    has_moved,
+    read_cloud,
+    read_legacy_cloud,
+    read_scan,
+)
 from teleopctl.viewer.displays.sensors.colors import COLOR_PROPERTIES, Coloring, Colors
 from teleopctl.viewer.displays.sensors.points_node import BOXES, STYLES, PointsNode
-from teleopctl.viewer.displays.stamped import no_transform, place_of
+from teleopctl.viewer.displays.stamped import no_transform_text, pose_at_stamp
 
 if TYPE_CHECKING:
     from teleopctl.tf import Quaternion
@@ -30,7 +38,7 @@ if TYPE_CHECKING:
 # More is not seen, and each costs the page's process, the browser and what lies between.
 _CLOUDS_PER_S = 10.0
 # A transform that is this late does not come any more.
-_PATIENCE_S = 1.0
+_LONGEST_WAIT_S = 1.0
 # With a decay time, so many are kept at most, however long it is.
 _MOST_CLOUDS = 60
 _MOST_POINTS_KEPT = 1_000_000
@@ -40,26 +48,30 @@ POINT_PROPERTIES = (
     Property("Style", "Flat Squares", choices=STYLES),
     Property("Size (m)", 0.01, low=0.0001, high=100.0),
     Property("Size (Pixels)", 3, low=1, high=100, hint="Of Points"),
-    Property("Alpha", 1.0, low=0.0, high=1.0, hint="Only boxes can be seen through"),
+    Property("Alpha", 1.0, low=0.0, high=1.0, hint="Between 0 and 1 for boxes only"),
     Property("Decay Time", 0.0, low=0.0, high=3600.0, hint="Seconds; 0 is the latest only"),
     Property(
-        "Point Budget", 150_000, low=100, high=2_000_000, hint="The most that is drawn of one"
+        "Point Budget",
+        150_000,
+        low=100,
+        high=2_000_000,
+        hint="Largest number of points per message",
     ),
     *COLOR_PROPERTIES,
 )
 
 
 @dataclass(frozen=True, slots=True)
-class Job:
-    """A point message with the poses and properties that its drawing needs.
+class PointJob:
+    """A message with the poses and properties for its conversion in another thread.
 
     Attributes:
         message: The message.
-        fixed: The fixed frame of now.
-        pose: Where the message's frame stood in that.
-        sweep: Where the sensor stood at the message's end, in its frame; None if it stood still.
-        coloring: How to colour.
-        most: The most points.
+        fixed: The fixed frame.
+        pose: Pose of the message's frame in the fixed frame, at its stamp.
+        sweep: Motion of the sensor during the measurement; None at rest.
+        coloring: The colour properties.
+        most: Largest number of points.
     """
 
     message: Any
@@ -71,16 +83,16 @@ class Job:
 
 
 @dataclass(frozen=True, slots=True)
-class Drawable:
+class ColoredPoints:
     """Points with colours, ready to be drawn.
 
     Attributes:
-        center: The middle of the points in their frame.
-        points: From there, (n, 3).
-        colors: Theirs, (n, 3), or one for all, (3,).
-        total: How many there were in the message.
-        transformer: What gave them their colours.
-        spacing: How far neighbours are from each other; see `Cloud`.
+        center: Centre of the points in their frame.
+        points: Coordinates relative to the centre, (n, 3).
+        colors: Colours, (n, 3), or one for all, (3,).
+        total: Number of points in the message.
+        transformer: The colour transformer that was used.
+        spacing: See `Cloud`.
     """
 
     center: tuple[float, float, float]
@@ -93,16 +105,16 @@ class Drawable:
 
 @dataclass(slots=True)
 class _Drawn:
-    """Points in the picture, where they belong, and until when."""
+    """A message's points in the scene, and the time at which they are removed."""
 
     node: PointsNode
-    job: Job
-    drawable: Drawable
+    job: PointJob
+    drawable: ColoredPoints
     until: float
 
 
 class PointsDisplay(Display):
-    """Base of displays of points."""
+    """Base of displays that draw messages as points, such as clouds and scans."""
 
     properties: ClassVar[tuple[Property, ...]] = POINT_PROPERTIES
 
@@ -114,35 +126,35 @@ class PointsDisplay(Display):
         self._due = 0.0
         self._turn = 0
         self._busy = False
-        self._ready: tuple[Job, Drawable] | None = None
+        self._ready: tuple[PointJob, ColoredPoints] | None = None
         self._drawn_ones: deque[_Drawn] = deque()
         self._count = 0
         self._fares = (OK, "")
 
-    def read(self, job: Job) -> Cloud:
-        """Return the points of a message; called in another thread.
+    def read(self, job: PointJob) -> Cloud:
+        """Return the points of a message; called in another thread. Override.
 
         Raises:
-            CloudError: It holds none that can be drawn.
+            CloudError: The message is not valid.
         """
         raise NotImplementedError
 
-    def size_m(self, drawable: Drawable) -> float:  # noqa: ARG002 -- for those that measure it
-        """Return the size of a point in metres."""
+    def point_size_m(self, drawable: ColoredPoints) -> float:  # noqa: ARG002 -- for overrides
+        """Return the size of the drawn points in metres."""
         return self.values.number("Size (m)")
 
-    def duration_ns(self, message: Any) -> int:  # noqa: ARG002 -- for those that take their time
-        """Return how long the sensor took to measure the message, in nanoseconds."""
+    def duration_ns(self, message: Any) -> int:  # noqa: ARG002 -- for overrides
+        """Return the duration of the message's measurement in nanoseconds; 0 for an instant."""
         return 0
 
     def qos(self) -> QoSProfile:
-        """Return a best-effort QoS: only the newest message is drawn."""
+        """Return the QoS of `Display.qos` with a depth of 1: only the newest message is drawn."""
         qos = super().qos()
         qos.depth = 1
         return qos
 
     def stopped(self) -> None:
-        """Remove the points from the scene, and drop pending messages."""
+        """Remove the points from the scene, and drop waiting messages."""
         self._turn += 1
         self._waiting = self._newest = self._ready = None
         while self._drawn_ones:
@@ -150,25 +162,25 @@ class PointsDisplay(Display):
         self._fares = (OK, "")
 
     def changed(self, name: str) -> None:  # noqa: ARG002 -- each of them changes all points
-        """Redraw the points that are drawn."""
+        """Draw the last message again with the changed property."""
         newest = self._newest_message()
         self.stopped()
         self._newest, self._due = newest, 0.0
 
     def _newest_message(self) -> Any:
-        """The message that is to be drawn next, or again; None for none."""
+        """Return the waiting message, else the one drawn last, or None."""
         last = self._drawn_ones[-1].job.message if self._drawn_ones else self._waiting
         return self._newest if self._newest is not None else last
 
     def received(self, message: Any) -> None:
-        """Store a message, to be drawn with the next picture."""
-        self.say(*self._fares)
+        """Store a message, to be drawn by a later `tick`."""
+        self.set_status(*self._fares)
         self._newest = message
 
     def tick(self) -> None:
-        """Draw what is ready, start on the next message, and remove what is too old."""
+        """Draw converted points, convert the next message, and remove expired points."""
         self._draw_ready()
-        self._stay_in_place()
+        self._update_fixed_frame()
         now = time.monotonic()
         while len(self._drawn_ones) > 1 and self._is_over(now):
             self._drawn_ones.popleft().node.remove()
@@ -178,7 +190,7 @@ class PointsDisplay(Display):
             self._waiting, self._newest, self._since = self._newest, None, now
         if self._waiting is not None:
             self._begin(self._waiting, now)
-        self.say(*self._fares)
+        self.set_status(*self._fares)
 
     def _is_over(self, now: float) -> bool:
         drawn = self._drawn_ones
@@ -188,16 +200,16 @@ class PointsDisplay(Display):
             or sum(len(one.drawable.points) for one in drawn) > _MOST_POINTS_KEPT
         )
 
-    # --- a message becomes points ---------------------------------------------------------------
+    # --- conversion of messages -----------------------------------------------------------------
 
     def _begin(self, message: Any, now: float) -> None:
         header, frames = message.header, self.stage.frames
         try:
-            pose = place_of(frames, header)
+            pose = pose_at_stamp(frames, header)
             sweep = self._sweep(pose, message)
         except TransformException as error:
-            self._fares = (WARN, no_transform(header, frames.fixed, error))
-            if self._newest is not None and now - self._since > _PATIENCE_S:
+            self._fares = (WARN, no_transform_text(header, frames.fixed, error))
+            if self._newest is not None and now - self._since > _LONGEST_WAIT_S:
                 self._waiting = None
             return
         self._waiting, self._busy = None, True
@@ -205,39 +217,43 @@ class PointsDisplay(Display):
         self._due = max(self._due + 1.0 / _CLOUDS_PER_S, now)
         boxes = self.values.text("Style") == BOXES
         budget = int(self.values.number("Point Budget"))
-        job = Job(
+        job = PointJob(
             message,
             frames.fixed,
             pose,
             sweep,
-            Coloring.of(self.values),
+            Coloring.from_properties(self.values),
             min(budget, _MOST_BOXES) if boxes else budget,
         )
         turn = self._turn
-        self.stage.work(lambda: self._put_together(job), lambda done: self._done(turn, job, done))
+        self.stage.run_in_background(
+            lambda: self._convert(job), lambda done: self._done(turn, job, done)
+        )
 
     def _sweep(self, pose: Transform, message: Any) -> Transform | None:
         duration, header = self.duration_ns(message), message.header
         begin = stamp_of(header.stamp)
         if not duration or begin <= 0:
             return None
-        end = self.stage.frames.pose_in_fixed(header.frame_id, Time(nanoseconds=begin + duration))
+        end = self.stage.frames.pose_in_fixed_frame(
+            header.frame_id, Time(nanoseconds=begin + duration)
+        )
         return None if end == pose else pose.inverse() @ end
 
-    def _put_together(self, job: Job) -> Drawable:
+    def _convert(self, job: PointJob) -> ColoredPoints:
         cloud = self.read(job)
         if not len(cloud.points):
             nothing = np.empty((0, 3), np.uint8)
-            return Drawable((0.0, 0.0, 0.0), cloud.points, nothing, cloud.total, "")
+            return ColoredPoints((0.0, 0.0, 0.0), cloud.points, nothing, cloud.total, "")
         colors, transformer = job.coloring.colors(cloud, job.pose)
         # Around their middle they need fewer digits.
         center = (cloud.points.min(axis=0) + cloud.points.max(axis=0)) / 2.0
         x, y, z = (float(part) for part in center)
-        return Drawable(
+        return ColoredPoints(
             (x, y, z), cloud.points - center, colors, cloud.total, transformer, cloud.spacing
         )
 
-    def _done(self, turn: int, job: Job, done: Any) -> None:
+    def _done(self, turn: int, job: PointJob, done: Any) -> None:
         self._busy = False
         if turn != self._turn or not self.is_drawn:
             return
@@ -248,9 +264,9 @@ class PointsDisplay(Display):
         else:
             self._ready = (job, done)
             return
-        self.say(*self._fares)
+        self.set_status(*self._fares)
 
-    # --- points become part of the picture ------------------------------------------------------
+    # --- drawing --------------------------------------------------------------------------------
 
     def _draw_ready(self) -> None:
         if self._ready is None:
@@ -271,23 +287,23 @@ class PointsDisplay(Display):
             drawable.points,
             drawable.colors,
             values.text("Style"),
-            self.size_m(drawable),
+            self.point_size_m(drawable),
             int(values.number("Size (Pixels)")),
             values.number("Alpha"),
         )
         self._place(drawn, job.pose)
-        self._fares = self.verdict(drawable)
-        self.say(*self._fares)
+        self._fares = self.status_of(drawable)
+        self.set_status(*self._fares)
 
-    def verdict(self, drawable: Drawable) -> tuple[str, str]:
-        """Return the status of drawn points: their number and any fault."""
+    def status_of(self, drawable: ColoredPoints) -> tuple[str, str]:
+        """Return the status of drawn points: their number, and a substitute colour transformer."""
         shown, total = len(drawable.points), drawable.total
         count = f"{shown:,} points" if shown == total else f"{shown:,} of {total:,} points"
         chosen = self.values.given.get("Color Transformer")
         if shown and chosen and chosen != drawable.transformer:
             return (
                 OK,
-                f"{count}; coloured by {drawable.transformer}, not having what {chosen} needs",
+                f"{count}; coloured by {drawable.transformer}, since {chosen} needs other channels",
             )
         return OK, count
 
@@ -295,23 +311,66 @@ class PointsDisplay(Display):
         place = pose @ Transform(drawn.drawable.center)
         x, y, z, w = place.rotation
         rotation: Quaternion = (w, x, y, z)
-        drawn.node.place(place.translation, rotation)
+        drawn.node.set_pose(place.translation, rotation)
 
-    def _stay_in_place(self) -> None:
-        """In another fixed frame everything stands elsewhere."""
+    def _update_fixed_frame(self) -> None:
+        """Move the drawn points after a change of the fixed frame."""
         fixed = self.stage.frames.fixed
         for drawn in self._drawn_ones:
             job = drawn.job
             if job.fixed == fixed:
                 continue
-            pose = self._pose_again(job.message.header)
+            pose = self._pose_or_none(job.message.header)
             drawn.node.show(shown=pose is not None)
             if pose is not None:
                 drawn.job = replace(job, fixed=fixed, pose=pose)
                 self._place(drawn, pose)
 
-    def _pose_again(self, header: Any) -> Transform | None:
+    def _pose_or_none(self, header: Any) -> Transform | None:
         try:
-            return place_of(self.stage.frames, header)
+            return pose_at_stamp(self.stage.frames, header)
         except TransformException:
             return None
+
+
+class PointCloud2(PointsDisplay):
+    """RViz's ``PointCloud2``: the points of the newest message, or of those of the decay time."""
+
+    rviz_class = "PointCloud2"
+    message_type = "sensor_msgs/msg/PointCloud2"
+
+    def read(self, job: PointJob) -> Cloud:
+        """Return the points of a message; called in another thread."""
+        return read_cloud(job.message, job.most)
+
+
+class PointCloud(PointsDisplay):
+    """RViz's ``PointCloud``: likewise, of the deprecated message type."""
+
+    rviz_class = "PointCloud"
+    message_type = "sensor_msgs/msg/PointCloud"
+
+    def read(self, job: PointJob) -> Cloud:
+        """Return the points of a message; called in another thread."""
+        return read_legacy_cloud(job.message, job.most)
+
+
+# A scanner turns several times a second; what claims to take longer has a wrong number in it.
+_LONGEST_S = 1.0
+
+
+class LaserScan(PointsDisplay):
+    """RViz's ``LaserScan``: points of a scan, corrected by the scanner's motion."""
+
+    rviz_class = "LaserScan"
+    message_type = "sensor_msgs/msg/LaserScan"
+
+    def duration_ns(self, message: Any) -> int:
+        """Return the time from a scan's first to its last ray in nanoseconds; 0 if invalid."""
+        duration = float(message.time_increment) * (len(message.ranges) - 1)
+        return round(duration * 1e9) if 0.0 < duration <= _LONGEST_S else 0
+
+    def read(self, job: PointJob) -> Cloud:
+        """Return the points of a scan; called in another thread."""
+        sweep = job.sweep
+        return read_scan(job.message, sweep if sweep is not None and has_moved(sweep) else None)

@@ -1,4 +1,4 @@
-"""Points as a node of the scene, in RViz's styles."""
+"""Points as a viser scene node, in RViz's styles."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from teleopctl.viewer.scene.srgb import linear_light
+from teleopctl.viewer.scene.gltf import linear_rgb
 from teleopctl.viewer.scene.unit_shapes import unit_shape
 
 if TYPE_CHECKING:
@@ -26,11 +26,11 @@ _HALF_PRECISION = 2.0**-11
 
 
 class PointsNode:
-    """A point cloud in the viser scene that can be replaced.
+    """A viser scene node of points, boxes or spheres whose points can be replaced.
 
     Args:
-        scene: Where to draw.
-        path: The name of the node.
+        scene: The viser scene.
+        path: Path of the node.
     """
 
     def __init__(self, scene: viser.SceneApi, path: str) -> None:
@@ -41,15 +41,21 @@ class PointsNode:
         self._kind: tuple[object, ...] = ()
 
     def draw(
-        self, points: Floats, colors: Colors, style: str, size_m: float, pixels: int, alpha: float
+        self,
+        points: Floats,
+        colors: Colors,
+        style: str,
+        point_size_m: float,
+        pixels: int,
+        alpha: float,
     ) -> None:
-        """Draw points in place of the previous ones.
+        """Replace the node's points.
 
         Args:
-            points: Where they are, (n, 3).
-            colors: Theirs, (n, 3), or one for all, (3,).
-            style: One of RViz's.
-            size_m: The size of a point in metres.
+            points: Coordinates, (n, 3), in metres.
+            colors: Colours, (n, 3), or one for all, (3,).
+            style: One of `STYLES`.
+            point_size_m: The size of a point in metres.
             pixels: Its size in pixels, where the style has that.
             alpha: From 0, invisible, to 1; between them for boxes only.
         """
@@ -57,10 +63,10 @@ class PointsNode:
             self.remove()
             return
         if style == BOXES:
-            self._draw_boxes(points, colors, size_m, alpha)
+            self._draw_boxes(points, colors, point_size_m, alpha)
         else:
             self._draw_points(
-                points, colors, style, pixels * _PIXEL_M if style == _PIXELS else size_m
+                points, colors, style, pixels * _PIXEL_M if style == _PIXELS else point_size_m
             )
 
     def _draw_points(self, points: Floats, colors: Colors, style: str, size: float) -> None:
@@ -98,7 +104,7 @@ class PointsNode:
             faces,
             unturned,
             points,
-            batched_colors=_as_light(colors),
+            batched_colors=_linear_colors(colors),
             opacity=None if alpha >= 1.0 else alpha,
             lod="off",
             flat_shading=True,
@@ -106,10 +112,10 @@ class PointsNode:
             receive_shadow=False,
         )
 
-    def place(
+    def set_pose(
         self, position: tuple[float, float, float], wxyz: tuple[float, float, float, float]
     ) -> None:
-        """Set the pose of the points' frame."""
+        """Set the pose of the node."""
         if self._handle is not None:
             self._handle.position, self._handle.wxyz = position, wxyz
 
@@ -125,6 +131,6 @@ class PointsNode:
         self._handle, self._kind = None, ()
 
 
-def _as_light(colors: Colors) -> Colors:
-    """Colours for viser's batches, which take numbers for amounts of light."""
-    return np.rint(255.0 * linear_light(colors / 255.0)).astype(np.uint8)
+def _linear_colors(colors: Colors) -> Colors:
+    """Return colours as linear light, which viser's batched meshes take."""
+    return np.rint(255.0 * linear_rgb(colors / 255.0)).astype(np.uint8)

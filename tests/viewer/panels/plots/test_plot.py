@@ -9,11 +9,9 @@ import pytest
 from PIL import Image
 
 from teleopctl.interfaces import from_seconds, get_message, set_stamp
-from teleopctl.viewer.panels import plot
+from teleopctl.viewer.panels import plot, plot_series as topic
 from teleopctl.viewer.panels.plot import PlotPanel
-from teleopctl.viewer.panels.plots import topic
-from teleopctl.viewer.panels.plots.chart import MOST_LINES
-from teleopctl.viewer.panels.plots.files import PlotCurve, to_csv, to_png
+from teleopctl.viewer.panels.plot_chart import MOST_LINES, PlotCurve, plot_csv, plot_png
 
 JointState = get_message("sensor_msgs/msg/JointState")
 Number = get_message("std_msgs/msg/Float64")
@@ -211,7 +209,7 @@ def test_a_topic_that_has_ended_is_not_shown_as_if_it_went_on(page, panel, monke
     steady_s[0] += 12.0
     for _ in range(10):
         panel.tick()
-    assert note(chart).endswith(" came 12 s ago")
+    assert note(chart).endswith(": 12 s ago")
     page.publish("/joint_states", state(start_s + 15, 0.0))
     for _ in range(10):
         panel.tick()
@@ -325,13 +323,13 @@ def test_a_plot_is_saved_as_its_samples_and_as_a_picture(page, panel):
 
 def test_a_table_has_a_row_for_each_time_and_gaps_where_there_is_none():
     one, two = (np.array([0.0, 1.0]), np.array([5.0, 6.0])), (np.array([1.0]), np.array([7.0]))
-    text = to_csv(["/a", "/b"], [one, two]).decode().splitlines()
+    text = plot_csv(["/a", "/b"], [one, two]).decode().splitlines()
     assert text == ["time,/a,/b", "0.000000000,5.0,", "1.000000000,6.0,7.0"]
 
 
 def test_a_picture_has_the_curves_in_their_colours():
     times = np.linspace(-1.0, 0.0, 50)
-    content = to_png(times, [PlotCurve("/a", "#ff0000", times * 2)])
+    content = plot_png(times, [PlotCurve("/a", "#ff0000", times * 2)])
     colors = {color for _, color in Image.open(io.BytesIO(content)).getcolors(1 << 20) or ()}
     assert (255, 0, 0) in colors
 
@@ -339,5 +337,5 @@ def test_a_picture_has_the_curves_in_their_colours():
 @pytest.mark.parametrize("value", [0.0, 1e-300, 1e300, -1e300, float("nan")])
 def test_a_picture_can_be_made_of_any_values(value):
     times = np.array([0.0, 1.0])
-    assert to_png(times, [PlotCurve("x", "#ff0000", np.array([0.0, value]))])
-    assert to_png(np.array([]), [PlotCurve("x", "#ff0000", np.array([]))])
+    assert plot_png(times, [PlotCurve("x", "#ff0000", np.array([0.0, value]))])
+    assert plot_png(np.array([]), [PlotCurve("x", "#ff0000", np.array([]))])

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies
 
-from teleopctl.viewer.panels.plots.series import MOST_ROOM, MOST_SAMPLES, Series, sampled
+from teleopctl.viewer.panels.plot_series import MOST_ROOM, MOST_SAMPLES, Series, resample
 
 
 def series(*samples):
@@ -15,26 +15,26 @@ def series(*samples):
 
 
 def test_few_samples_are_drawn_as_they_are():
-    times, (values,) = sampled([series((0, 1), (1, 3), (2, 2))], 0, 2)
+    times, (values,) = resample([series((0, 1), (1, 3), (2, 2))], 0, 2)
     assert times.tolist() == [0, 1, 2]
     assert values.tolist() == [1, 3, 2]
 
 
 def test_a_line_enters_the_window_where_it_should():
-    times, (values,) = sampled([series((0, 0), (4, 4), (6, 6))], 3, 6)
+    times, (values,) = resample([series((0, 0), (4, 4), (6, 6))], 3, 6)
     assert times.tolist() == [3, 4, 6]
     assert values.tolist() == [3, 4, 6]
 
 
 def test_lines_of_different_rates_share_their_times():
-    times, (fast, slow) = sampled([series((0, 0), (1, 1), (2, 2)), series((0, 0), (2, 20))], 0, 2)
+    times, (fast, slow) = resample([series((0, 0), (1, 1), (2, 2)), series((0, 0), (2, 20))], 0, 2)
     assert times.tolist() == [0, 1, 2]
     assert fast.tolist() == [0, 1, 2]
     assert slow.tolist() == [0, 10, 20]
 
 
 def test_a_window_begins_where_all_of_its_lines_have_begun():
-    times, (early, late) = sampled([series((0, 0), (1, 1), (2, 2)), series((1, 5), (2, 5))], 0, 2)
+    times, (early, late) = resample([series((0, 0), (1, 1), (2, 2)), series((1, 5), (2, 5))], 0, 2)
     assert times.tolist() == [1, 2]
     assert early.tolist() == [1, 2]
     assert late.tolist() == [5, 5]
@@ -42,7 +42,7 @@ def test_a_window_begins_where_all_of_its_lines_have_begun():
 
 def test_a_line_without_samples_hides_no_other():
     nothing = series((0, float("nan")), (1, float("inf")))
-    times, (values, empty) = sampled([series((0, 7), (1, 8)), nothing], 0, 1)
+    times, (values, empty) = resample([series((0, 7), (1, 8)), nothing], 0, 1)
     assert times.tolist() == [0, 1]
     assert values.tolist() == [7, 8]
     assert empty[0] == 7
@@ -53,7 +53,7 @@ def test_no_peak_is_lost_in_a_long_window():
     long = Series()
     for number in range(20_000):
         long.add(number * 0.001, 100.0 if number == 12_345 else -50.0 if number == 777 else 0.0)
-    times, (values,) = sampled([long], 0.0, 20.0)
+    times, (values,) = resample([long], 0.0, 20.0)
     assert len(times) <= 1000
     assert values.max() == 100.0
     assert values.min() == -50.0
@@ -61,7 +61,7 @@ def test_no_peak_is_lost_in_a_long_window():
 
 
 def test_samples_that_overtook_each_other_are_drawn_in_order():
-    times, (values,) = sampled([series((0, 0), (2, 2), (1, 1))], 0, 2)
+    times, (values,) = resample([series((0, 0), (2, 2), (1, 1))], 0, 2)
     assert times.tolist() == [0, 1, 2]
     assert values.tolist() == [0, 1, 2]
 
@@ -87,7 +87,7 @@ samples = strategies.lists(
     strategies.floats(0.1, 300),
 )
 def test_what_is_drawn_fits_uplot(many, start_s, length_s):
-    times, values = sampled([series(*some) for some in many], start_s, start_s + length_s, 20)
+    times, values = resample([series(*some) for some in many], start_s, start_s + length_s, 20)
     assert len(values) == len(many)
     assert all(len(some) == len(times) for some in values)
     assert len(times) <= 20

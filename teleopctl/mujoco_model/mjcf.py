@@ -1,0 +1,240 @@
+"""What only a robot from an MJCF file has: its initial state and actuator controls."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
+
+import mujoco
+import numpy as np
+import numpy.typing as npt
+
+from teleopctl.mujoco_model.base import WORLD, FixedBase, FixedBy, FreeBase, FreeBody, quaternion
+from teleopctl.mujoco_model.cameras import CameraModel, camera_models
+from teleopctl.mujoco_model.joints import JointSpec, joint_specs
+from teleopctl.mujoco_model.surroundings.scene import complete_scene
+from teleopctl.mujoco_model.surroundings.world import WorldObject, add_world, objects_since
+from teleopctl.robot import (
+    JointActuator,
+    Mjcf,
+    ball_joint_names,
+    joint_actuators,
+    load_mjcf,
+    sensor_tags,
+)
+
+if TYPE_CHECKING:
+    from teleopctl.robot import Pose, RobotDescription, World
+
+Values = Mapping[str, npt.NDArray[np.float64]]
+
+
+@dataclass(frozen=True)
+class MjcfStart:
+    """Initial state of an MJCF file, by names of joints and actuators.
+
+    Attributes:
+        positions: Of joints, as MuJoCo's ``qpos``.
+        velocities: Of joints, as MuJoCo's ``qvel``.
+        controls: Of actuators.
+        activations: Of actuators.
+    """
+
+    positions: Values = field(default_factory=dict)
+    velocities: Values = field(default_factory=dict)
+    controls: Mapping[str, float] = field(default_factory=dict)
+    activations: Values = field(default_factory=dict)
+
+    # Any stands for MuJoCo's types, which have no static ones.
+    @classmethod
+    def of(cls, model: Any, data: Any) -> MjcfStart:
+        """Return the state of a simulation."""
+        joints = [(model.joint(n).name, data.joint(n)) for n in range(model.njnt)]
+        actuators = [model.actuator(n) for n in range(model.nu)]
+        return cls(
+            {name: np.array(joint.qpos) for name, joint in joints},
+            {name: np.array(joint.qvel) for name, joint in joints},
+            {actuator.name: float(data.ctrl[actuator.id]) for actuator in actuators},
+            {
+                actuator.name: np.array(data.act[_activations(actuator)])
+                for actuator in actuators
+                if actuator.actnum[0]
+            },
+        )
+
+    def without(self, joint: str) -> MjcfStart:
+        """Return the state without a joint."""
+        return replace(
+            self,
+            positions={name: values for name, values in self.positions.items() if name != joint},
+            velocities={name: values for name, values in self.velocities.items() if name != joint},
+        )
+
+    def apply(self, model: Any, data: Any) -> None:
+        """Set a simulation to the state."""
+        for name, values in self.positions.items():
+            data.joint(name).qpos[:] = values
+        for name, values in self.velocities.items():
+            data.joint(name).qvel[:] = values
+        for name, value in self.controls.items():
+            data.actuator(name).ctrl[0] = value
+        for name, values in self.activations.items():
+            data.act[_activations(model.actuator(name))] = values
+
+
+def _activations(actuator: Any) -> slice:
+    first = int(actuator.actadr[0])
+    return slice(first, first + int(actuator.actnum[0]))
+
+
+_FREE, _BALL = mujoco.mjtJoint.mjJNT_FREE, mujoco.mjtJoint.mjJNT_BALL
+
+
+@dataclass(frozen=True)
+class MjcfDraft:
+    """Spec of an MJCF robot in its world, before compilation."""
+
+    # Any: a `mujoco.MjSpec`.
+    spec: Any
+    joints: list[JointSpec]
+    cameras: list[CameraModel]
+    free_bodies: list[FreeBody]
+    things: tuple[WorldObject, ...]
+    base: FreeBase | None
+    fixed: FixedBase | None
+    start: MjcfStart
+    keyframes: dict[str, MjcfStart]
+    bodies: frozenset[str]
+    warnings: list[str]
+
+
+def draft_mjcf(
+    description: RobotDescription,
+    world: World | None,
+    extend: Callable[[mujoco.MjSpec], None] | None,
+    *,
+    fixed_base: bool,
+    spawn_pose: Pose | None,
+) -> MjcfDraft:
+    """Return the spec of an MJCF robot in its world.
+
+    Raises:
+        InvalidDescriptionError: MuJoCo does not accept the file, or not with this world.
+    """
+    assert description.mjcf is not None
+    mjcf = load_mjcf(description.mjcf)
+    spec, bare, data = mjcf.spec, mjcf.model, mjcf.start()
+    actuators, warnings = joint_actuators(bare)
+    joints, complaints = _joints(description, mjcf, actuators)
+    warnings += complaints + sensor_tags(mjcf)[1]
+    # The description has those of the file.
+    cameras, complaints = camera_models(description)
+    warnings += complaints
+    fixed = None
+    if mjcf.root == WORLD:
+        fixed = FixedBase(WORLD, FixedBy.NAME)
+    elif fixed_base:
+        placed = spawn_pose if spawn_pose and any((*spawn_pose.xyz, *spawn_pose.rpy)) else None
+        fixed = FixedBase(mjcf.root, FixedBy.ASKED, placed)
+    frame = WORLD if fixed is None else fixed.world_frame
+    cameras = [replace(c, link=frame) if c.link == WORLD else c for c in cameras]
+    base = None
+    if mjcf.root != WORLD:
+        root = FreeBody(mjcf.root, bare.joint(int(bare.body(mjcf.root).jntadr[0])).name, WORLD)
+        if fixed is None:
+            base = _placed(mjcf, data, root, spawn_pose)
+    start = MjcfStart.of(bare, data)
+    if mjcf.home < 0:
+        # Nobody has said what actuators are told: they hold what there is.
+        start = replace(start, controls={}, activations={})
+    keyframes = {name: MjcfStart.of(bare, there) for name, there in mjcf.keyframes().items()}
+    # They have the size of this model; more joints may come.
+    for key in list(spec.keys):
+        spec.delete(key)
+    free = _free_bodies(bare)
+    if base is not None:
+        free = [base.body, *(body for body in free if body != base.body)]
+    elif mjcf.root != WORLD:
+        free.remove(root)
+        start = start.without(root.joint)
+        keyframes = {name: there.without(root.joint) for name, there in keyframes.items()}
+        _fix(spec, mjcf.root)
+        if fixed is not None:
+            fixed.place(spec)
+    names = frozenset(bare.body(body).name for body in mjcf.bodies())
+    # What its file has beside it.
+    things = objects_since(names, spec, free, prefix="")
+    if world is not None:
+        before = {body.name for body in spec.worldbody.bodies}
+        moving, complaints = add_world(spec, world, frame)
+        things += objects_since(before, spec, moving)
+        free += moving
+        warnings += complaints
+    complete_scene(spec)
+    if extend is not None:
+        extend(spec)
+    return MjcfDraft(
+        spec, joints, cameras, free, things, base, fixed, start, keyframes, names, warnings
+    )
+
+
+def _joints(
+    description: RobotDescription, mjcf: Mjcf, actuators: list[JointActuator]
+) -> tuple[list[JointSpec], list[str]]:
+    """The joints as the description has them, with what takes their commands in the file."""
+    specs, warnings = joint_specs(description)
+    turns = {
+        turn: joint.name
+        for joint in map(mjcf.model.joint, range(mjcf.model.njnt))
+        if joint.type[0] == _BALL
+        for turn in ball_joint_names(joint.name)
+    }
+    joints = []
+    for spec in specs:
+        own = tuple(actuator for actuator in actuators if actuator.joint == spec.name)
+        kinds = {actuator.interface for actuator in own}
+        why = f"actuator takes {' and '.join(sorted(kinds))}" if own else "actuators move others"
+        commands = tuple(command for command in spec.command_interfaces if command in kinds)
+        warnings += [
+            f"Command interface '{spec.name}/{command}' is left out: the file's {why}"
+            for command in spec.command_interfaces
+            if command not in kinds
+        ]
+        joints.append(
+            replace(spec, command_interfaces=commands, actuators=own, ball=turns.get(spec.name, ""))
+        )
+    return joints, warnings
+
+
+# Any stands for MuJoCo's types, which have no static ones.
+def _placed(mjcf: Mjcf, data: Any, root: FreeBody, pose: Pose | None) -> FreeBase:
+    """Where the file has the robot's root, or where somebody wants it; 0 is the file's height."""
+    m = mjcf.model
+    place = data.joint(root.joint).qpos
+    if pose is not None and any((*pose.xyz, *pose.rpy)):
+        height = pose.xyz[2] or float(place[2])
+        place[:3] = [*pose.xyz[:2], height]
+        place[3:] = quaternion(pose)
+    can_touch = any(
+        m.geom_contype[geom] or m.geom_conaffinity[geom]
+        for geom in range(m.ngeom)
+        if int(m.body_rootid[m.geom_bodyid[geom]]) in mjcf.tops
+    )
+    return FreeBase(root, float(place[2]), rests=False, can_touch=can_touch)
+
+
+def _free_bodies(m: Any) -> list[FreeBody]:
+    return [
+        FreeBody(m.body(int(m.jnt_bodyid[joint])).name, m.joint(joint).name, WORLD)
+        for joint in range(m.njnt)
+        if m.jnt_type[joint] == _FREE
+    ]
+
+
+def _fix(spec: Any, root: str) -> None:
+    """Let a body stand in the world's origin, as the root link of a URDF does."""
+    body = spec.body(root)
+    for joint in list(body.joints):
+        spec.delete(joint)
+    body.pos, body.quat = np.zeros(3), np.array([1.0, 0.0, 0.0, 0.0])

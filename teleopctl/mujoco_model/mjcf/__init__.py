@@ -1,1 +1,0 @@
-"""Models of robots that are written for MuJoCo."""

@@ -1,1 +1,0 @@
-"""What sensors need of the model: frames of images, and what of their tags has no effect."""

@@ -1,1 +1,0 @@
-"""Mesh files: the one reader, the files that they name, and meshes that are written."""

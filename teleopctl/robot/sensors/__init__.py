@@ -1,1 +1,0 @@
-"""What a robot description says of sensors: their tags, and the names of their topics."""

@@ -1,0 +1,134 @@
+"""The browsers that have the page open, and viser's server that keeps track of them.
+
+viser's browser side reads on in a worker, which no browser slows down, and does not report whether
+the page is visible. So each browser is sent a script that does, with a request to the page's own
+address:
+
+    GET /visibility
+    Teleopctl-Browser: 3
+    Teleopctl-Visibility: hidden
+
+The number is viser's, a new one for each connection. Browsers send headers of such names only to
+the page that they are from (others would need a permission that no page is given here), so no
+foreign page can send a report. A browser without a report counts as visible.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from http import HTTPStatus
+
+import viser
+
+from teleopctl.base.access import Answer
+from teleopctl.base.log_once import LogOnce
+
+_PATH = "/visibility"
+_BROWSER, _VISIBILITY = "teleopctl-browser", "teleopctl-visibility"
+
+# One request at a time, so that none overtakes another; a change during a request is sent by the
+# next one. After a new connection the script of the former one sends nothing any more.
+_SCRIPT = """
+const browser = "%d";
+let reported = "visible";
+let sending = false;
+window.teleopctlBrowser = browser;
+document.onvisibilitychange = async () => {
+  if (sending) return;
+  sending = true;
+  while (reported !== document.visibilityState && window.teleopctlBrowser === browser) {
+    const visibility = document.visibilityState;
+    const headers = {"Teleopctl-Browser": browser, "Teleopctl-Visibility": visibility};
+    try {
+      await fetch("visibility", {headers, cache: "no-store", keepalive: true});
+      reported = visibility;
+    } catch {
+      await new Promise((again) => setTimeout(again, 1000));
+    }
+  }
+  sending = false;
+};
+document.onvisibilitychange();
+"""
+
+
+class ClientTracker:
+    """The browsers that have the page open, and whether the page is visible in each."""
+
+    def __init__(self) -> None:
+        self._visible: dict[int, bool] = {}
+        self._changed: list[Callable[[], object]] = []
+
+    def attach(self, server: viser.ViserServer) -> None:
+        """Send each browser that connects the script that reports the page's visibility.
+
+        Args:
+            server: The page's server.
+        """
+        from viser._messages import RunJavascriptMessage
+        from viser.infra import WebsockClientConnection
+
+        below = server._websock_server  # noqa: SLF001 -- viser's own callbacks come later
+
+        def add(connection: WebsockClientConnection) -> None:
+            self._visible[connection.client_id] = True
+            connection.queue_message(RunJavascriptMessage(_SCRIPT % connection.client_id))
+
+        def remove(connection: WebsockClientConnection) -> None:
+            self._visible.pop(connection.client_id, None)
+
+        below.on_client_connect(add)
+        below.on_client_disconnect(remove)
+
+    def on_change(self, callback: Callable[[], object]) -> None:
+        """Register a callback for changes of visibility; called in the server's thread."""
+        self._changed.append(callback)
+
+    def is_visible(self, browser: int) -> bool:
+        """Return whether the page is visible in a browser; True without a report.
+
+        Args:
+            browser: viser's client ID.
+        """
+        return self._visible.get(browser, True)
+
+    def handle_request(self, path: str, headers: Mapping[str, str]) -> Answer | None:
+        """Handle an HTTP request that is a visibility report; return None for any other request.
+
+        Args:
+            path: Path and query of the request.
+            headers: The request's headers, by lower-case names.
+        """
+        if path != _PATH or not {_BROWSER, _VISIBILITY} <= headers.keys():
+            return None
+        visible = headers[_VISIBILITY] != "hidden"
+        for browser in self._visible:
+            if str(browser) == headers[_BROWSER]:
+                self._visible[browser] = visible
+        for callback in self._changed:
+            callback()
+        return Answer(HTTPStatus.OK)
+
+
+class PageServer(viser.ViserServer):
+    """viser's server with a `ClientTracker`; `open_server` adds the access checks.
+
+    Args:
+        host: The address to listen on.
+        port: The port; 0 for any free one.
+        clients: Gets the visibility reports that `open_server` passes to it.
+        client_errors: Gets the errors in browsers' messages from `open_server`.
+
+    Attributes:
+        clients: The browsers that have the page open.
+        client_errors: Log of invalid messages from browsers, each kind once; its target is
+            `LogOnce.log`.
+    """
+
+    def __init__(
+        self, host: str, port: int, clients: ClientTracker, client_errors: LogOnce
+    ) -> None:
+        super().__init__(host, port, verbose=False)
+        self.clients = clients
+        self.client_errors = client_errors
+        clients.attach(self)

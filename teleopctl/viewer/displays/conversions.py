@@ -1,0 +1,77 @@
+"""Conversions of messages and properties to numbers that can be drawn.
+
+Any stands for messages throughout: their classes are made at run time, from definitions.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+
+from teleopctl.tf import Transform
+from teleopctl.viewer.scene.drawing import Floats, Rgba, drawable_rows, is_drawable, unit_rotation
+
+# Any stands for messages throughout: their classes are made at run time, from definitions.
+
+
+def vector_of(message: Any) -> tuple[float, float, float]:
+    """Return the coordinates of a ``Point``, ``Point32`` or ``Vector3``."""
+    return (message.x, message.y, message.z)
+
+
+def pose_of(pose: Any) -> Transform | None:
+    """Return the transform of a ``geometry_msgs/msg/Pose``; None if it cannot be drawn."""
+    p, q = pose.position, pose.orientation
+    place, turn = (p.x, p.y, p.z), (q.x, q.y, q.z, q.w)
+    if not is_drawable((*place, *turn)):
+        return None
+    return Transform(place, unit_rotation(*turn))
+
+
+def points_of(points: Iterable[Any]) -> tuple[Floats, int]:
+    """Return the points with drawable coordinates, shape (n, 3), and how many were left out."""
+    rows = np.array([(p.x, p.y, p.z) for p in points], np.float64).reshape(-1, 3)
+    good = drawable_rows(rows)
+    return rows[good], int(len(rows) - good.sum())
+
+
+def poses_of(poses: Iterable[Any]) -> tuple[Floats, Floats, int]:
+    """Return the poses with drawable numbers as arrays, and how many were left out.
+
+    Returns:
+        Positions, shape (n, 3); unit rotations w x y z, shape (n, 4); how many cannot be drawn.
+    """
+    rows = np.array(
+        [
+            (p.x, p.y, p.z, q.w, q.x, q.y, q.z)
+            for p, q in ((pose.position, pose.orientation) for pose in poses)
+        ],
+        np.float64,
+    ).reshape(-1, 7)
+    good = drawable_rows(rows)
+    rows, left_out = rows[good], int(len(rows) - good.sum())
+    lengths = np.linalg.norm(rows[:, 3:7], axis=1)
+    unset = lengths == 0.0
+    rows[unset, 3] = lengths[unset] = 1.0
+    rows[:, 3:7] /= lengths[:, None]
+    return rows[:, 0:3], rows[:, 3:7], left_out
+
+
+def rgba_of(color: tuple[int, int, int], alpha: float = 1.0) -> Rgba:
+    """Return an RGB colour of 0 to 255 with an opacity as four numbers from 0 to 1."""
+    red, green, blue = color
+    return (red / 255, green / 255, blue / 255, alpha)
+
+
+def not_drawn_text(count: int, what: str) -> str:
+    """Return the status text for a number of items with non-finite numbers, such as poses."""
+    one = "1 is" if count == 1 else f"{count} are"
+    return f"{one} not drawn: {what} must be finite numbers"
+
+
+def length_of(x: float, y: float, z: float) -> float:
+    """Return the Euclidean length of a vector."""
+    return math.sqrt(x * x + y * y + z * z)

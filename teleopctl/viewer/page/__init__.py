@@ -1,1 +1,0 @@
-"""The page's frame: who may open it, the server behind it, and pieces of HTML."""

@@ -1,0 +1,300 @@
+"""The web server of the page: viser's server behind the access rules of `base.access`."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import gc
+import io
+import logging
+import socket
+import threading
+import warnings
+from collections.abc import Iterator, Mapping
+from http import HTTPStatus
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from teleopctl.base.access import Access, Answer, host_in_url, is_loopback
+from teleopctl.base.log_once import LogOnce
+from teleopctl.base.token_file import Address
+from teleopctl.errors import TeleopctlError
+
+if TYPE_CHECKING:
+    import viser
+    from websockets.asyncio.server import ServerConnection
+    from websockets.http11 import Request, Response
+
+    from teleopctl.viewer.client_tracker import ClientTracker, PageServer
+
+DEFAULT_PORT = 8080
+_PORTS_TRIED = 20
+_LAST_PORT = 65_535
+_SILENT_MS = 30_000
+# What waits in the kernel is old when it is read: a second of a slow network, and no more. Linux
+# takes twice as much.
+_WAITING_BYTES = 128 * 1024
+_USER_TIMEOUT: int | None = getattr(socket, "TCP_USER_TIMEOUT", None)  # Linux has it
+_BRAND = (20, 120, 190)
+# No page of another origin may show this one in a frame, below buttons of its own, or keep hold of
+# its window.
+_FOR_ALL = {
+    "Content-Security-Policy": "frame-ancestors 'self'",
+    "X-Frame-Options": "SAMEORIGIN",
+    "Cross-Origin-Opener-Policy": "same-origin",
+    "Cross-Origin-Resource-Policy": "same-origin",
+    "Referrer-Policy": "no-referrer",
+    "X-Content-Type-Options": "nosniff",
+}
+
+
+class PageError(TeleopctlError):
+    """The page cannot be opened."""
+
+
+def open_server(
+    host: str = "127.0.0.1", port: int = DEFAULT_PORT, *, token: str | None = None
+) -> PageServer:
+    """Open the page's server.
+
+    Args:
+        host: The address to listen on.
+        port: The port; one of the next if it is taken, any for 0.
+        token: What the page's address has to carry; needed unless the host is loopback.
+
+    Raises:
+        PageError: Nothing can listen there, or a token is missing.
+    """
+    if token is None and not is_loopback(host):
+        raise PageError(f"On {host} others could open the page: it needs a token")
+    port = _free_port(host, port)
+    from teleopctl.viewer.client_tracker import ClientTracker, PageServer
+
+    access, clients = Access(host, token), ClientTracker()
+
+    # viser's warnings about values of another type quote the values.
+    warnings.filterwarnings("ignore", r"\[viser\]", module=r"viser\.infra\._messages")
+    client_errors = LogOnce(logging.getLogger(__name__).warning)
+    with _guarded(access, clients, client_errors), contextlib.redirect_stdout(io.StringIO()):
+        server = PageServer(host, port, clients, client_errors)
+    set_events_in_server_thread(server)
+    server.gui.configure_theme(
+        show_logo=False,
+        show_share_button=False,
+        dark_mode=True,
+        brand_color=_BRAND,
+        control_width="large",
+    )
+    return server
+
+
+def _free_port(host: str, port: int) -> int:
+    """Return a port that is free; viser by itself would try a thousand, and then wait for ever."""
+    if not 0 <= port <= _LAST_PORT:
+        raise PageError(f"There is no port {port}", hint=f"Ports go from 0 to {_LAST_PORT}.")
+    last: OSError | None = None
+    for candidate in range(port, min(port + (_PORTS_TRIED if port else 1), _LAST_PORT + 1)):
+        try:
+            family, _, _, _, address = socket.getaddrinfo(host, candidate, type=socket.SOCK_STREAM)[
+                0
+            ]
+            with socket.create_server(address[:2], family=family):
+                return candidate
+        except OSError as error:
+            last = error
+    raise PageError(f"The page cannot be opened at {host}:{port}: {last}")
+
+
+_patching = threading.Lock()
+
+
+@contextlib.contextmanager
+def _guarded(access: Access, clients: ClientTracker, client_errors: LogOnce) -> Iterator[None]:
+    """Within the context, the server that viser starts checks each HTTP request before viser does.
+
+    The access rules come first, then visibility reports, then the version of the page. An invalid
+    message ends the browser's connection and is recorded as one of the client errors.
+
+    viser offers no hook for requests, so `serve` of the library below is replaced meanwhile.
+    """
+    import websockets.asyncio.server as below
+
+    serve = below.serve
+
+    def guarded_serve(*args: Any, process_request: Any, **kwargs: Any) -> Any:
+        def process(connection: ServerConnection, request: Request) -> Response | None:
+            headers = {name.lower(): value for name, value in request.headers.raw_items()}
+            answer = (
+                access.check(request.path, request.headers.raw_items())
+                or clients.handle_request(request.path, headers)
+                or _check_protocol(headers)
+            )
+            response: Response | None
+            if answer is None:
+                _limit_send_buffer(connection)
+                try:
+                    response = process_request(connection, request)
+                except (OSError, ValueError):  # a name that no file can have
+                    response = connection.respond(HTTPStatus.NOT_FOUND, "There is no such file.\n")
+            else:
+                response = connection.respond(answer.status, answer.text)
+                response.headers.update(answer.headers)
+            if response is not None:
+                response.headers.update(_FOR_ALL)
+            return response
+
+        if _USER_TIMEOUT is not None:
+            kwargs["ping_timeout"] = None
+        kwargs["logger"] = _logger_of(client_errors)
+        asyncio.get_running_loop().set_exception_handler(
+            lambda _loop, context: _note(client_errors, context.get("exception"))
+        )
+        return serve(*args, process_request=process, **kwargs)
+
+    with _patching:
+        below.serve = guarded_serve  # type: ignore[assignment, misc]
+        try:
+            yield
+        finally:
+            below.serve = serve  # type: ignore[misc]
+
+
+class _ErrorHandler(logging.Handler):
+    """Logging handler that records the server's connection errors, without traceback."""
+
+    def __init__(self, client_errors: LogOnce) -> None:
+        super().__init__(logging.WARNING)
+        self._client_errors = client_errors
+
+    def emit(self, record: logging.LogRecord) -> None:
+        _note(self._client_errors, record.exc_info[1] if record.exc_info else None)
+
+
+def _logger_of(client_errors: LogOnce) -> logging.Logger:
+    """Return a logger, of this server alone, that records connection errors."""
+    logger = logging.Logger("page", logging.WARNING)
+    logger.addHandler(_ErrorHandler(client_errors))
+    return logger
+
+
+def _note(client_errors: LogOnce, error: BaseException | None) -> None:
+    """Record an error in a browser's message by its type; its text may quote the message."""
+    kind = "" if error is None else f" ({type(error).__name__})"
+    client_errors.note(f"Invalid message from a browser{kind}")
+
+
+def _check_protocol(headers: Mapping[str, str]) -> Answer | None:
+    """Return a refusal for a websocket of another program or page version, else None."""
+    import viser
+
+    offered = headers.get("sec-websocket-protocol", "").split(",")
+    if "upgrade" not in headers or f"viser-v{viser.__version__}" in map(str.strip, offered):
+        return None
+    return Answer(HTTPStatus.BAD_REQUEST, "The page is of another version: load it again.\n")
+
+
+def _limit_send_buffer(connection: ServerConnection) -> None:
+    """Limit a connection's send buffer, and its time without an acknowledgement.
+
+    viser replaces messages that are not sent yet by newer ones, but only those that the kernel has
+    not taken, which by default are megabytes: a browser that reads slowly would lag behind.
+
+    A ping of websockets waits behind unsent messages: it would end slow connections instead of
+    dead ones. So, where the kernel has a limit for that (Linux), it ends the connection of a closed
+    laptop or a stopped browser, for which everything would be drawn. Tabs that wake up connect
+    again.
+    """
+    below = connection.transport.get_extra_info("socket")
+    below.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _WAITING_BYTES)
+    if _USER_TIMEOUT is not None:
+        below.setsockopt(socket.IPPROTO_TCP, _USER_TIMEOUT, _SILENT_MS)
+
+
+def close_server(server: viser.ViserServer) -> None:
+    """Close the page's server without viser's messages."""
+    with contextlib.redirect_stdout(io.StringIO()):
+        server.stop()
+
+
+def page_address(host: str, port: int, token_file: Path | None = None) -> Address:
+    """Return the URL of the page for a browser, and the file of its token.
+
+    Args:
+        host: What the server listens on.
+        port: Its port.
+        token_file: Where the token is that the page asks for, if it asks for one.
+    """
+    return Address(f"http://{host_in_url(host)}:{port}/", token_file)
+
+
+class _LoopEvent(asyncio.Event):
+    """asyncio event whose `set` has an effect in one thread only."""
+
+    def __init__(self, thread: threading.Thread) -> None:
+        super().__init__()
+        self._thread = thread
+
+    def set(self) -> None:
+        """Set the event, in the given thread; do nothing in others."""
+        if threading.current_thread() is self._thread:
+            super().set()
+
+
+def set_events_in_server_thread(server: viser.ViserServer) -> None:
+    """Make viser set its message events in the server's thread alone.
+
+    Drawing sets an event twice: directly, in the thread that draws, and by a call in the server's
+    event loop. The first walks through a list of asyncio's that the loop changes meanwhile: at
+    times "deque mutated during iteration" is raised, which has ended pages. The second is enough.
+
+    Args:
+        server: The page's server, without connections yet.
+    """
+    below: Any = server._websock_server  # noqa: SLF001 -- viser offers no way
+    thread = below._server_thread  # noqa: SLF001
+
+    def replace_event(connection: Any) -> None:
+        connection.get_message_buffer().message_event = _LoopEvent(thread)
+
+    replace_event(below)
+    below.on_client_connect(replace_event)
+
+
+CLEANUP_PERIOD_S = 10.0
+"""Period of `MemoryCleanup.run`."""
+
+# viser reports that a browser has gone before its own reference to the connection is gone.
+_COLLECTIONS_PER_DISCONNECT = 2
+
+
+class MemoryCleanup:
+    """Frees the memory of closed browser connections and removed scene nodes.
+
+    A connection that has ended is half a megabyte in objects that refer to each other. Python's
+    garbage collector starts after so many new objects that here it would be minutes or hours.
+
+    viser keeps the removal of each scene node for browsers that do not have it yet, and clears
+    these only when another browser connects, which may be days later; a program that gives each
+    marker a new name would fill the memory meanwhile.
+
+    Args:
+        server: The page's server.
+    """
+
+    def __init__(self, server: viser.ViserServer) -> None:
+        self._server = server
+        self._collections_due = 0
+        # viser's own callback leaves out browsers that have not sent their camera yet.
+        server._websock_server.on_client_disconnect(self._disconnected)  # noqa: SLF001
+
+    def run(self) -> None:
+        """Clear viser's old messages; after a browser has disconnected, collect garbage too."""
+        server = self._server
+        # In the server's thread, which also adds browsers.
+        server._event_loop.call_soon_threadsafe(server._run_garbage_collector)  # noqa: SLF001
+        if self._collections_due:
+            self._collections_due -= 1
+            gc.collect()
+
+    def _disconnected(self, _connection: object) -> None:
+        self._collections_due = _COLLECTIONS_PER_DISCONNECT

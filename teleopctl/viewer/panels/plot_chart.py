@@ -1,0 +1,418 @@
+"""One plot of the Plot panel: lines, legend and vertical axis, also as CSV and PNG files."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from decimal import Decimal
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from teleopctl.base.printable import printable_line
+from teleopctl.viewer.panels.plot_series import Floats, Series, resample
+
+if TYPE_CHECKING:
+    import viser
+
+_ABSOLUTE_FLOOR = 1e-9
+_RELATIVE_FLOOR = 1e-10
+# Above and below flat data, of its magnitude. Zero has none, and is drawn between -1 and 1.
+_FLAT_ROOM = 0.1
+_LEAST_FLAT_ROOM = 1e3 * _ABSOLUTE_FLOOR
+# An axis is kept while its data takes at least this share of it, so that it does not jump about.
+_KEPT_SHARE = 0.2
+# Longer labels than this do not fit beside a plot of the page.
+_LONGEST_TICK_LABEL = 7
+# Differences of larger numbers are infinite.
+_LARGEST_END = 4e307
+
+
+@dataclass(frozen=True)
+class VerticalAxis:
+    """Range and ticks of a plot's vertical axis.
+
+    A tick stands at ``base + factor * label``; the title names base and factor, as matplotlib's
+    offset text does.
+
+    Attributes:
+        low: Lower end of the range.
+        high: Upper end.
+        ticks: Values of the ticks, ascending.
+        labels: Label of each tick; all differ.
+        title: Factor and base of the labels, such as ``x1e-6 + 1.2``; empty for 1 and 0.
+        is_flat: Whether the data changes by less than the floor.
+        step: The distance of two ticks.
+    """
+
+    low: float
+    high: float
+    ticks: tuple[float, ...]
+    labels: tuple[str, ...]
+    title: str
+    is_flat: bool
+    step: float
+
+    def suits(self, low: float, high: float) -> bool:
+        """Return whether this axis can be kept for data between two values."""
+        inside = self.low <= low and high <= self.high
+        large = high - low >= _KEPT_SHARE * (self.high - self.low)
+        return inside and self.is_flat == _is_flat(low, high) and (self.is_flat or large)
+
+
+def vertical_axis(low: float, high: float, most_steps: int = 4) -> VerticalAxis:
+    """Return the vertical axis for data between two values.
+
+    Args:
+        low: The least value.
+        high: The greatest value, not below ``low``.
+        most_steps: How many steps of the ticks the data spans at most.
+    """
+    low, high = max(low, -_LARGEST_END), min(high, _LARGEST_END)
+    is_flat = _is_flat(low, high)
+    if is_flat:
+        magnitude = max(abs(low), abs(high))
+        room = max(_FLAT_ROOM * magnitude, _LEAST_FLAT_ROOM)
+        low, high = (low - room, high + room) if magnitude > _ABSOLUTE_FLOOR else (-1.0, 1.0)
+    step, factor, exponent = _tick_step((high - low) / most_steps)
+    # A quotient may be rounded to the wrong side: the range has to contain the data.
+    first, last = math.floor(low / step), math.ceil(high / step)
+    numbers = range(first - (first * step > low), last + (last * step < high) + 1)
+    values = [Decimal(number * factor).scaleb(exponent) for number in numbers]
+    labels, title = _tick_labels(values, exponent)
+    ticks = tuple(map(float, values))
+    return VerticalAxis(ticks[0], ticks[-1], ticks, labels, title, is_flat, step)
+
+
+def _is_flat(low: float, high: float) -> bool:
+    floor = max(_ABSOLUTE_FLOOR, _RELATIVE_FLOOR * max(abs(low), abs(high)))
+    return high - low <= floor
+
+
+def _tick_step(rough: float) -> tuple[float, int, int]:
+    """Return the next round number a * 10^b above a number, with a and b."""
+    exponent = math.floor(math.log10(rough))
+    power = float(f"1e{exponent}")
+    for factor in (1, 2, 5):
+        if factor * power >= rough * (1.0 - 1e-9):
+            return factor * power, factor, exponent
+    return float(f"1e{exponent + 1}"), 1, exponent + 1
+
+
+def _tick_labels(values: list[Decimal], exponent: int) -> tuple[tuple[str, ...], str]:
+    """Return the labels of ticks, and the axis title with their factor and base."""
+    plain = tuple(f"{value:.{max(0, -exponent)}f}" for value in values)
+    if max(map(len, plain)) <= _LONGEST_TICK_LABEL:
+        return plain, ""
+    base = Decimal(0)
+    scaled = _in_units(values, base, exponent)
+    if max(map(len, scaled)) > _LONGEST_TICK_LABEL:
+        base = values[len(values) // 2]
+        scaled = _in_units(values, base, exponent)
+    terms = [f"x1e{exponent}"] * (exponent != 0) + [f"+ {_number_text(base)}"] * bool(base)
+    return scaled, " ".join(terms)
+
+
+def _in_units(values: list[Decimal], base: Decimal, exponent: int) -> tuple[str, ...]:
+    return tuple(f"{(value - base).scaleb(-exponent):.0f}" for value in values)
+
+
+def _number_text(value: Decimal) -> str:
+    """Return a number as text with all digits and without trailing zeros."""
+    short = f"{value.normalize():f}"
+    return short if len(short) <= 20 else f"{value.normalize():e}"
+
+
+# Drawn larger and made smaller: Pillow's lines have no soft edges by themselves.
+_LARGER = 2
+_SIZE_PX = (1600, 900)
+_LEFT, _TOP, _RIGHT, _LINE_HEIGHT = 110, 30, 30, 34
+_FONT_SIZE = 22
+_INK, _GRID, _PAPER = "#202428", "#dde1e6", "#ffffff"
+_MOST_STEPS = 8
+
+
+def plot_csv(names: Sequence[str], samples: Sequence[tuple[Floats, Floats]]) -> bytes:
+    """Return the samples of a plot as CSV: a row per time and a column per line.
+
+    Args:
+        names: Titles of the columns.
+        samples: Times and values for each name.
+    """
+    rows: dict[float, list[str]] = {}
+    for column, (times, values) in enumerate(samples):
+        for time_s, value in zip(times.tolist(), values.tolist(), strict=True):
+            rows.setdefault(time_s, [""] * len(names))[column] = repr(value)
+    text = io.StringIO()
+    writer = csv.writer(text)
+    writer.writerow(["time", *map(printable_line, names)])
+    for time_s in sorted(rows):
+        writer.writerow([f"{time_s:.9f}", *rows[time_s]])
+    return text.getvalue().encode()
+
+
+class PlotCurve(NamedTuple):
+    """A curve for `plot_png`: name, colour and values."""
+
+    name: str
+    color: str
+    values: Floats
+
+
+def plot_png(times: Floats, curves: Sequence[PlotCurve]) -> bytes:
+    """Return a plot of curves as PNG image, with axes and a legend.
+
+    Args:
+        times: Times of all curves in seconds.
+        curves: The curves; NaN values are left out.
+    """
+    from PIL import Image, ImageDraw, ImageFont
+
+    width, height = (_LARGER * side for side in _SIZE_PX)
+    image = Image.new("RGB", (width, height), _PAPER)
+    draw = ImageDraw.Draw(image)
+    font = ImageFont.load_default(_LARGER * _FONT_SIZE)
+    left, top, right = _LARGER * _LEFT, _LARGER * _TOP, width - _LARGER * _RIGHT
+    line_height = _LARGER * _LINE_HEIGHT
+    bottom = height - line_height * (2 + len(curves))
+    across = _axis_of(times)
+    upwards = _axis_of(np.concatenate([np.empty(0), *(curve.values for curve in curves)]))
+
+    def x_of(value: float) -> float:
+        return left + (value - across.low) / (across.high - across.low) * (right - left)
+
+    def y_of(value: float) -> float:
+        return bottom - (value - upwards.low) / (upwards.high - upwards.low) * (bottom - top)
+
+    for tick, label in zip(across.ticks, across.labels, strict=True):
+        draw.line([(x_of(tick), top), (x_of(tick), bottom)], _GRID, _LARGER)
+        draw.text((x_of(tick), bottom + line_height / 2), f"{label} s", _INK, font, "mm")
+    for tick, label in zip(upwards.ticks, upwards.labels, strict=True):
+        draw.line([(left, y_of(tick)), (right, y_of(tick))], _GRID, _LARGER)
+        draw.text((left - 8 * _LARGER, y_of(tick)), label, _INK, font, "rm")
+    draw.text((left, top - 4 * _LARGER), upwards.title, _INK, font, "lb")
+    draw.rectangle([left, top, right, bottom], outline=_INK, width=_LARGER)
+    for number, curve in enumerate(curves):
+        there = np.isfinite(curve.values)
+        points = [
+            (x_of(time_s), y_of(value))
+            for time_s, value in zip(
+                times[there].tolist(), curve.values[there].tolist(), strict=True
+            )
+        ]
+        if len(points) > 1:
+            draw.line(points, curve.color, 3 * _LARGER, joint="curve")
+        y = bottom + line_height * (1.6 + number)
+        draw.line([(left, y), (left + 2 * line_height, y)], curve.color, 4 * _LARGER)
+        draw.text((left + 2.5 * line_height, y), printable_line(curve.name), _INK, font, "lm")
+    file = io.BytesIO()
+    image.resize(_SIZE_PX, Image.Resampling.LANCZOS).save(file, "PNG", optimize=True)
+    return file.getvalue()
+
+
+def _axis_of(values: Floats) -> VerticalAxis:
+    finite = values[np.isfinite(values)]
+    low, high = (float(finite.min()), float(finite.max())) if len(finite) else (0.0, 1.0)
+    return vertical_axis(low, high, _MOST_STEPS)
+
+
+MOST_LINES = 16
+COLORS = (
+    *("#4c9ae8", "#f2a33a", "#5ac27d", "#ef6461", "#b48ead", "#6bd3d8", "#e7d34c", "#d98cc8"),
+    *("#9aa5b1", "#c49a6c", "#7f8cff", "#a3d65c", "#ff9d9d", "#3fb8a8", "#d0b3ff", "#ffc9a3"),
+)
+
+BUTTONS = ("CSV", "PNG", "Remove")
+
+_WAITING = "Waiting for messages…"
+_NO_NUMBERS = "Waiting for numbers: the messages have NaN there."
+_HEIGHT_PX = 190
+# Where uPlot's labels, of three decimals and with commas, differ and fit.
+_LEAST_USUAL_STEP = 0.005
+_LARGEST_USUAL = 1e4
+_AXIS_WIDTH_PX = 62
+_LONGEST_LABEL = 60
+
+
+class PlotLine(NamedTuple):
+    """A line of a `Chart`: topic, field, label and samples."""
+
+    topic: str
+    path: str
+    label: str
+    series: Series
+
+    @property
+    def full_name(self) -> str:
+        """Name of the line in rqt_plot's spelling: ``/joint_states/position[0]``."""
+        return f"{self.topic}/{self.path.replace('.', '/')}"
+
+
+class Chart:
+    """One plot on the page, with its legend and its `BUTTONS`.
+
+    Args:
+        gui: The viser GUI.
+        title: Title of the plot.
+        on_button: Called with viser's event when a button is pressed.
+
+    Attributes:
+        title: Title of the plot.
+        lines: The drawn lines.
+        frozen_s: End of the frozen time window; None while the window follows new samples.
+    """
+
+    # Any: viser's event.
+    def __init__(self, gui: viser.GuiApi, title: str, on_button: Callable[[Any], None]) -> None:
+        self.title = title
+        self.lines: list[PlotLine] = []
+        self.frozen_s: float | None = None
+        self._gui = gui
+        self._handle: Any = None
+        self._drawn: tuple[object, ...] = ()
+        self._axis: VerticalAxis | None = None
+        self._folder = gui.add_folder(title)
+        with self._folder:
+            self._note = gui.add_markdown(_WAITING, order=0.0)
+            gui.add_button_group("This plot", BUTTONS, order=1.0).on_click(on_button)
+
+    def add(self, lines: Sequence[PlotLine]) -> None:
+        """Add lines to the plot."""
+        self.lines += lines
+        self._drawn = ()
+        # uPlot is given its series at the start.
+        if self._handle is not None:
+            self._handle.remove()
+            self._handle = None
+        self.show_note("")
+
+    def show_note(self, fault: str) -> None:
+        """Show a text above the plot; without one, what the plot is waiting for, if it is empty."""
+        text = fault
+        if self._handle is None and not fault:
+            # A velocity that nobody measures is NaN.
+            come = [line.series.between(-np.inf, np.inf)[1] for line in self.lines]
+            values = np.concatenate([np.empty(0), *come])
+            text = _NO_NUMBERS if len(values) and np.isnan(values).all() else _WAITING
+        if text != self._note.content:
+            self._note.content = text
+        if self._note.visible != bool(text):
+            self._note.visible = bool(text)
+
+    def remove(self) -> None:
+        """Remove the plot from the page."""
+        self._folder.remove()
+
+    def freeze(self) -> None:
+        """Stop the time window at the newest sample."""
+        self.frozen_s = self._end_s()
+
+    def resume(self) -> None:
+        """Let the time window follow new samples again."""
+        self.frozen_s = None
+
+    def draw(self, window_s: float) -> None:
+        """Send the lines within the time window to the browsers, if they have changed."""
+        news = (window_s, self.frozen_s, *(line.series.added for line in self.lines))
+        if self.frozen_s is not None:
+            news = news[:2]
+        if news == self._drawn:
+            return
+        self._drawn = news
+        times, values = self.window(window_s)
+        if len(times) < 2:
+            return
+        # Seconds before the newest sample: the numbers below the plot stand still.
+        data = (times - self._end_s(), *values)
+        axis = self._axis_for(values)
+        if self._handle is None:
+            self._show(data, axis)
+        else:
+            self._handle.data = data
+            if axis != self._axis:
+                self._handle.scales, self._handle.axes = _scales(axis), _axes(axis)
+        self._axis = axis
+
+    def _axis_for(self, values: Sequence[Floats]) -> VerticalAxis | None:
+        """Return the vertical axis, or None if uPlot's automatic one is as good.
+
+        uPlot's own follows the data when the user zooms in. It labels ticks with three decimals at
+        most, which are equal for small ranges.
+        """
+        numbers = np.concatenate(values)
+        numbers = numbers[np.isfinite(numbers)]
+        low, high = float(numbers.min()), float(numbers.max())
+        if self._axis is not None and self._axis.suits(low, high):
+            return self._axis
+        axis = vertical_axis(low, high)
+        is_usual = axis.step >= _LEAST_USUAL_STEP and max(-low, high) < _LARGEST_USUAL
+        return None if is_usual and not axis.is_flat else axis
+
+    def _show(self, data: tuple[Floats, ...], axis: VerticalAxis | None) -> None:
+        # Not before there is data: the page would keep the range that it makes of none.
+        names: list[dict[str, object]] = [{"label": "s"}]
+        names += [
+            {
+                "label": line.label[:_LONGEST_LABEL],
+                "stroke": COLORS[number],
+                "width": 1.5,
+                "points": {"show": False},
+            }
+            for number, line in enumerate(self.lines)
+        ]
+        series: Any = tuple(names)
+        with self._folder:
+            self._handle = self._gui.add_uplot(
+                data,
+                series,
+                scales=_scales(axis),
+                axes=_axes(axis),
+                height=_HEIGHT_PX,
+                padding=(8, 8, 0, 0),
+                order=0.0,
+            )
+        self.show_note("")
+
+    def window(self, window_s: float) -> tuple[Floats, list[Floats]]:
+        """Return the resampled times, and the values of each line, within the time window."""
+        end_s = self._end_s()
+        return resample([line.series for line in self.lines], end_s - window_s, end_s)
+
+    def samples(self, window_s: float) -> list[tuple[Floats, Floats]]:
+        """Return the received times and values of each line within the time window."""
+        end_s = self._end_s()
+        start_s = end_s - window_s
+        found = (line.series.between(start_s, end_s) for line in self.lines)
+        return [(times[times >= start_s], values[times >= start_s]) for times, values in found]
+
+    def _end_s(self) -> float:
+        if self.frozen_s is not None:
+            return self.frozen_s
+        ends = [line.series.last_s for line in self.lines]
+        return max((end for end in ends if end is not None), default=0.0)
+
+
+# Any, here and below: uPlot's options, of which viser's types leave out some.
+def _scales(axis: VerticalAxis | None) -> Any:
+    scales: dict[str, object] = {"x": {"time": False}}
+    if axis is not None:
+        scales["y"] = {"range": (axis.low, axis.high)}
+    return scales
+
+
+def _axes(axis: VerticalAxis | None) -> Any:
+    if axis is None:
+        return None
+    no_marks = {"show": False}
+    vertical: dict[str, object] = {
+        "ticks": no_marks,
+        "splits": axis.ticks,
+        "values": axis.labels,
+        "size": _AXIS_WIDTH_PX,
+    }
+    if axis.title:
+        vertical["label"] = axis.title
+    return ({"ticks": no_marks}, vertical)

@@ -1,0 +1,283 @@
+"""Samples of plotted fields over time, and the subscriptions that collect them."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from teleopctl.errors import InvalidMessageError
+from teleopctl.interfaces import (
+    NumericField,
+    field_reader,
+    numeric_fields,
+    to_nanoseconds,
+    to_seconds,
+)
+from teleopctl.viewer.subscriptions import topic_qos
+
+if TYPE_CHECKING:
+    from teleopctl.node import QoSProfile
+    from teleopctl.viewer.displays.base import Stage
+
+Floats = npt.NDArray[np.float64]
+
+MOST_SAMPLES = 50_000
+"""Largest number of samples of a series: 50 s of a topic with 1 kHz, in 1 MB."""
+
+MOST_ROOM = MOST_SAMPLES * 5 // 4
+"""Size of the arrays; older samples are removed in blocks, not with each new one."""
+
+_FIRST_ROOM = 1024
+# What is larger is no measurement, and differences of two such numbers are infinite.
+_LARGEST = 1e100
+
+
+class Series:
+    """The last samples of one message field, with times in seconds.
+
+    Attributes:
+        added: Counter that rises with each change.
+    """
+
+    def __init__(self) -> None:
+        self.added = 0
+        self._times = np.empty(_FIRST_ROOM)
+        self._values = np.empty(_FIRST_ROOM)
+        self._count = 0
+
+    def add(self, time_s: float, value: float) -> None:
+        """Add a sample; NaN marks a gap."""
+        if self._count == len(self._times):
+            self._make_room()
+        self._times[self._count] = time_s
+        self._values[self._count] = value
+        self._count += 1
+        self.added += 1
+
+    def _make_room(self) -> None:
+        if self._count < MOST_ROOM:
+            room = min(2 * self._count, MOST_ROOM)
+            self._times = np.resize(self._times, room)
+            self._values = np.resize(self._values, room)
+            return
+        self._times[:MOST_SAMPLES] = self._times[-MOST_SAMPLES:]
+        self._values[:MOST_SAMPLES] = self._values[-MOST_SAMPLES:]
+        self._count = MOST_SAMPLES
+
+    @property
+    def last_s(self) -> float | None:
+        """Time of the last sample; None for none."""
+        return float(self._times[self._count - 1]) if self._count else None
+
+    def clear(self) -> None:
+        """Drop all samples."""
+        self._count = 0
+        self.added += 1
+
+    def between(self, start_s: float, end_s: float) -> tuple[Floats, Floats]:
+        """Return times and values within a time window, with the last sample before its start.
+
+        With that sample, the line enters the window at the right height.
+        """
+        start = max(0, self._count - MOST_SAMPLES)
+        times, values = self._times[start : self._count], self._values[start : self._count]
+        if len(times) > 1 and np.any(np.diff(times) < 0):
+            # Two publishers, or a network that overtakes itself.
+            order = np.argsort(times, kind="stable")
+            times, values = times[order], values[order]
+        first = max(0, int(np.searchsorted(times, start_s)) - 1)
+        end = int(np.searchsorted(times, end_s, side="right"))
+        return times[first:end], values[first:end]
+
+
+def resample(
+    series: Sequence[Series], start_s: float, end_s: float, most: int = 1000
+) -> tuple[Floats, list[Floats]]:
+    """Return several series resampled at common times.
+
+    Too many samples are reduced to the least and the greatest value of each short interval, so that
+    no peak is lost. Values between samples are interpolated; after its last sample a series has
+    NaN. Values that are not finite are ignored.
+
+    The window begins where every series in it has begun, since uPlot, with viser's data, draws
+    nothing if the first value of a series is missing.
+
+    Args:
+        series: The series.
+        start_s: Start of the time window.
+        end_s: Its end.
+        most: Largest number of times.
+
+    Returns:
+        The times, and for each series its values.
+    """
+    windows = [_finite(*one.between(start_s, end_s)) for one in series]
+    lively = [bool(len(times)) and times[-1] >= start_s for times, _ in windows]
+    begun = [times[0] for (times, _), lives in zip(windows, lively, strict=True) if lives]
+    if not begun:
+        return np.empty(0), [np.empty(0) for _ in series]
+    start_s = max([start_s, *begun])
+    inside = [times[times >= start_s] for times, _ in windows]
+    times = np.unique(np.concatenate([np.array([start_s]), *inside]))
+    if len(times) > most:
+        edges = np.linspace(start_s, end_s, most // 2 + 1)
+        width = edges[1] - edges[0]
+        times = np.sort(np.concatenate([edges[:-1] + width / 4, edges[:-1] + 3 * width / 4]))
+        windows = [_thinned(*window, edges) for window in windows]
+    values = [
+        np.interp(times, *window, right=np.nan) if lives else np.full(len(times), np.nan)
+        for window, lives in zip(windows, lively, strict=True)
+    ]
+    starts = [some[0] for some in values if np.isfinite(some[0])]
+    if not starts:
+        # Times that no clock tells apart.
+        return np.empty(0), [np.empty(0) for _ in series]
+    for some in values:
+        if not np.isfinite(some[0]):
+            # It ended before the others began. One point is no line, and stands on another one.
+            some[0] = starts[0]
+    return times, values
+
+
+def _finite(times: Floats, values: Floats) -> tuple[Floats, Floats]:
+    there = np.abs(values) <= _LARGEST  # false for NaN
+    return times[there], values[there]
+
+
+def _thinned(times: Floats, values: Floats, edges: Floats) -> tuple[Floats, Floats]:
+    """Return the least and the greatest value of each interval, in their order of time."""
+    inside = times >= edges[0]
+    before = np.flatnonzero(~inside)[-1:]
+    intervals = np.clip(np.searchsorted(edges, times[inside], "right") - 1, 0, len(edges) - 2)
+    kept_times, kept_values = times[before], values[before]
+    if not len(intervals):
+        return kept_times, kept_values
+    values = values[inside]
+    starts = np.flatnonzero(np.diff(intervals, prepend=-1))
+    ends = np.append(starts[1:], len(values)) - 1
+    least, greatest = np.fmin.reduceat(values, starts), np.fmax.reduceat(values, starts)
+    rises = values[ends] >= values[starts]
+    width = edges[1] - edges[0]
+    left = edges[intervals[starts]]
+    own_times = np.column_stack([left + width / 4, left + 3 * width / 4]).ravel()
+    own_values = np.column_stack(
+        [np.where(rises, least, greatest), np.where(rises, greatest, least)]
+    ).ravel()
+    return np.append(kept_times, own_times), np.append(kept_values, own_values)
+
+
+# Stamps further from the node's clock than this are of another one; see `PlottedTopic`.
+_SAME_CLOCK_S = 10.0
+# A stamp so far before the last one is no late message: time has jumped back.
+_JUMP_BACK_S = 1.0
+
+
+class PlottedTopic:
+    """Subscription of a plotted topic, which collects samples of numeric fields.
+
+    The time of a message is its stamp. Where it has none, or the first one is more than ten seconds
+    from the node's clock (a recording that is played, a machine whose clock is wrong), it is the
+    time of receipt, so that several topics fit in one plot.
+
+    Args:
+        stage: The viewer's node.
+        name: The topic.
+        type_name: Its type.
+
+    Attributes:
+        name: The topic.
+        type_name: Its type.
+        series: Collected samples by path of the field.
+        newest: The newest message, or None.
+        received_s: Steady time of its receipt, or of the construction.
+    """
+
+    def __init__(self, stage: Stage, name: str, type_name: str) -> None:
+        self.name = name
+        self.type_name = type_name
+        self.series: dict[str, Series] = {}
+        self.newest: Any = None
+        self._readers: dict[str, Callable[[Any], Any]] = {}
+        self._stage = stage
+        self._qos: QoSProfile | None = None
+        self._end: Callable[[], None] | None = None
+        self._uses_stamps: bool | None = None
+        self._last_s = -float("inf")
+        self.received_s = time.monotonic()
+
+    def subscribe(self) -> None:
+        """Subscribe with a QoS that suits the publishers; subscribe again if that has changed."""
+        qos = topic_qos(self._stage.node, self.name, {})
+        if self._end is not None and qos == self._qos:
+            return
+        self.unsubscribe()
+        self._qos = qos
+        self._end = self._stage.subscribe(self.name, self.type_name, self._receive, qos)
+
+    def unsubscribe(self) -> None:
+        """Unsubscribe; the samples stay."""
+        if self._end is not None:
+            self._end()
+            self._end = None
+
+    @property
+    def is_listening(self) -> bool:
+        """Whether the topic is subscribed to."""
+        return self._end is not None
+
+    def clear(self) -> None:
+        """Drop all samples of all fields."""
+        self._uses_stamps = None
+        self._last_s = -float("inf")
+        for one in self.series.values():
+            one.clear()
+
+    def add_field(self, path: str) -> Series:
+        """Collect samples of a field from now on; return their series."""
+        if path not in self.series:
+            self._readers[path] = field_reader(path)
+            self.series[path] = Series()
+        return self.series[path]
+
+    def remove_field(self, path: str) -> None:
+        """Stop collecting samples of a field, and drop them."""
+        self.series.pop(path, None)
+        self._readers.pop(path, None)
+
+    def fields(self) -> list[NumericField]:
+        """Return the numeric fields of the newest message."""
+        return [] if self.newest is None else numeric_fields(self.newest)
+
+    def _receive(self, message: Any) -> None:
+        self.newest, self.received_s = message, time.monotonic()
+        if not self.series:
+            return
+        time_s = self._time_of(message)
+        if time_s < self._last_s - _JUMP_BACK_S:
+            self.clear()
+            time_s = self._time_of(message)
+        self._last_s = max(self._last_s, time_s)
+        for path, one in self.series.items():
+            one.add(time_s, _number(self._readers[path], message))
+
+    def _time_of(self, message: Any) -> float:
+        now_s = self._stage.node.get_clock().now().nanoseconds * 1e-9
+        stamp = getattr(getattr(message, "header", None), "stamp", None)
+        if stamp is None:
+            return now_s
+        stamp_s = to_seconds(to_nanoseconds(stamp))
+        if self._uses_stamps is None:
+            self._uses_stamps = abs(stamp_s - now_s) < _SAME_CLOCK_S
+        return stamp_s if self._uses_stamps else now_s
+
+
+def _number(read: Callable[[Any], Any], message: Any) -> float:
+    """Return the value of a field; NaN if the message lacks it."""
+    try:
+        return float(read(message))
+    except (InvalidMessageError, TypeError, ValueError, OverflowError):
+        return float("nan")

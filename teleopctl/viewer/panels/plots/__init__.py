@@ -1,1 +1,0 @@
-"""What the plot panel is made of."""

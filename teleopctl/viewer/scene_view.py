@@ -1,0 +1,294 @@
+"""The 3D view: displays and camera, which an ``.rviz`` file can hold."""
+
+from __future__ import annotations
+
+import copy
+import math
+from collections.abc import Iterable, Iterator, Mapping
+from itertools import product
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from teleopctl import plugins
+from teleopctl.base.printable import printable_line
+from teleopctl.robot import Joints, JointSet, RobotDescription, SegmentTree
+from teleopctl.tf import Transform, Vector3, quaternion_from_rpy
+from teleopctl.viewer.displays.base import Display, Stage
+from teleopctl.viewer.displays.robot_model import RobotModelDisplay
+from teleopctl.viewer.rviz_file import RvizFile, View, unsupported_text
+from teleopctl.viewer.scene.assets import MeshFile
+from teleopctl.viewer.scene.shapes import bounding_box
+
+if TYPE_CHECKING:
+    import viser
+
+# Where each light comes from, and how strong it is. viser's own shines from straight above, so
+# bright that what lies there is white in every colour.
+_LIGHTS = (((1.2, -2.0, 2.6), 1.7), ((-2.0, 0.6, 0.8), 0.5))
+_SKY = 0.7
+
+
+def add_lights(scene: viser.SceneApi) -> None:
+    """Replace viser's default lights by two lights without shadows and a sky."""
+    scene.configure_default_lights(enabled=False, cast_shadow=False)
+    scene.configure_environment_map("city", environment_intensity=_SKY)
+    for number, (position, intensity) in enumerate(_LIGHTS):
+        scene.add_light_directional(f"/light{number}", position=position, intensity=intensity)
+
+
+# From the front, from the right, and from above.
+_DIRECTION = (0.66, -0.6, 0.45)
+# How many radii away the whole robot is seen beside the panels, with some air around it.
+_RADII = 2.0
+_SMALLEST_RADIUS_M = 0.02
+_LARGEST_RADIUS_M = 1000.0
+# viser's cameras are as OpenCV's: x right, y down, z ahead.
+_AHEAD_OF_OPTICAL = Transform(rotation=(0.5, -0.5, 0.5, 0.5))
+
+
+def robot_view(description: RobotDescription, meshes: Mapping[str, MeshFile]) -> tuple[View, float]:
+    """Return a camera view of the whole robot at its resting positions, and its radius.
+
+    Args:
+        description: The robot.
+        meshes: Its loaded meshes by URI.
+
+    Returns:
+        The view in the frame of the root link, and half the diagonal of the bounding box in metres.
+    """
+    points = list(_corners(description, meshes)) or [(0.0, 0.0, 0.0)]
+    xs, ys, zs = zip(*points, strict=True)
+    low, high = (min(xs), min(ys), min(zs)), (max(xs), max(ys), max(zs))
+    x, y, z = ((least + most) / 2 for least, most in zip(low, high, strict=True))
+    radius = min(max(math.dist(low, high) / 2, _SMALLEST_RADIUS_M), _LARGEST_RADIUS_M)
+    dx, dy, dz = (_RADII * radius * step for step in _DIRECTION)
+    return View((x + dx, y + dy, z + dz), (x, y, z)), radius
+
+
+def last_camera_pose(cameras: Iterable[viser.CameraHandle]) -> Transform | None:
+    """Return the pose (x ahead, y left, z up) of the camera that was moved last, or None."""
+    camera = max(cameras, key=lambda one: one.update_timestamp, default=None)
+    if camera is None:
+        return None
+    w, x, y, z = (float(part) for part in camera.wxyz)
+    px, py, pz = (float(part) for part in camera.position)
+    return Transform((px, py, pz), (x, y, z, w)) @ _AHEAD_OF_OPTICAL
+
+
+def round_down(number: float) -> float:
+    """Return the largest of 1, 2, 5, 10, 20, … or 0.5, 0.2, … that is not above a number."""
+    power = 10.0 ** math.floor(math.log10(number))
+    return power * max(step for step in (1, 2, 5) if step * power <= number * (1 + 1e-9))
+
+
+def _corners(description: RobotDescription, meshes: Mapping[str, MeshFile]) -> Iterator[Vector3]:
+    """Yield the corners of the bounding boxes of all visual geometry, in the root's frame."""
+    poses = _poses_at_rest(description)
+    for name, link in description.links.items():
+        for visual in link.visuals:
+            box = bounding_box(visual.geometry, meshes)
+            origin = Transform(visual.origin.xyz, quaternion_from_rpy(*visual.origin.rpy))
+            for x, y, z in product(*zip(*box, strict=True)) if box is not None else ():
+                yield (poses[name] @ origin @ Transform((x, y, z))).translation
+
+
+def _poses_at_rest(description: RobotDescription) -> dict[str, Transform]:
+    joints = Joints.for_display(description, lambda _warning: None)
+    rest = JointSet(joints)
+    tree = SegmentTree(description, joints)
+    local = {segment.joint.child: segment.origin for segment in tree.fixed}
+    positions = dict(zip(rest.names, rest.positions(), strict=True))
+    for joint, transform in tree.transforms(positions):
+        local[joint.child] = transform
+    poses = {description.root: Transform()}
+    for joint in description.tree:
+        poses[joint.child] = poses[joint.parent] @ local.get(joint.child, Transform())
+    return poses
+
+
+# The displays without an .rviz file: class, name, properties.
+_DEFAULT_DISPLAYS: tuple[tuple[str, str, dict[str, Any]], ...] = (
+    ("Grid", "Grid", {"Cell Size": 0.5, "Plane Cell Count": 20, "Color": "60; 62; 66"}),
+    ("RobotModel", "RobotModel", {"Description Topic": {"Value": "/robot_description"}}),
+    ("TF", "TF", {"Enabled": False, "Value": False, "Marker Scale": 0.5}),
+)
+_SIMULATED_WORLD: tuple[str, str, dict[str, Any]] = (
+    "MarkerArray",
+    "World",
+    {"Topic": {"Value": "/mujoco_sim/world_markers"}},
+)
+_DEFAULT_VIEW = View((1.5, -1.5, 1.1), (0.0, 0.0, 0.35))
+
+
+class SceneView:
+    """The 3D view: list of displays, and camera.
+
+    Args:
+        server: The page's server.
+        stage: The viewer's node.
+        path: The ``.rviz`` file to load and to save to; None for the default displays: grid, robot,
+            tf (disabled) and, in simulation, the world's markers.
+        simulated: Whether the robot is simulated.
+
+    Attributes:
+        displays: The displays in their order.
+        file: The ``.rviz`` document, which changes with the displays.
+        path: The file to save to; None for a download by the browser.
+
+    Raises:
+        TeleopctlError: The file cannot be read.
+    """
+
+    def __init__(
+        self,
+        server: viser.ViserServer,
+        stage: Stage,
+        path: Path | None = None,
+        *,
+        simulated: bool = False,
+    ) -> None:
+        self.displays: list[Display] = []
+        self._server = server
+        self._stage = stage
+        self._drawn = False
+        self._count = 0
+        server.scene.set_up_direction("+z")
+        add_lights(server.scene)
+        self.path = path
+        # A view of the user's own stays as it is.
+        self._framed = path is not None
+        if path is None:
+            self.file = RvizFile()
+            world = (_SIMULATED_WORLD,) if simulated else ()
+            for rviz_class, name, given in _DEFAULT_DISPLAYS + world:
+                self.add(rviz_class, name, copy.deepcopy(given))
+        else:
+            self.file = RvizFile.load(path)
+            self._load(self.file, path)
+        self.set_initial_view(self.file.view or _DEFAULT_VIEW)
+
+    def _load(self, file: RvizFile, path: Path) -> None:
+        for entry in file.displays():
+            if plugins.find(plugins.DISPLAYS, entry.rviz_class) is not None:
+                display = self._make(entry.rviz_class, entry.name, entry.given)
+                display.in_shown_group = entry.in_shown_group
+        if text := unsupported_text(file, path, self.displays):
+            self._stage.node.get_logger().warning(text)
+        if file.fixed_frame:
+            self._stage.frames.set_fixed_frame(file.fixed_frame)
+        if file.background is not None:
+            pixel = np.array([[file.background]], np.uint8)
+            self._server.scene.set_background_image(pixel)
+
+    # Any stands for what YAML holds.
+    def add(self, rviz_class: str, name: str = "", given: dict[str, Any] | None = None) -> Display:
+        """Add a display to the view and to the ``.rviz`` document; return it.
+
+        Args:
+            rviz_class: Its class in RViz, without package.
+            name: Its name; by default the class, with a number if that is taken.
+            given: Its mapping in the document; None for the defaults.
+        """
+        given = {} if given is None else given
+        display = self._make(rviz_class, name or self._free_name(rviz_class), given)
+        self.file.add(rviz_class, display.name, given)
+        return display
+
+    def _make(self, rviz_class: str, name: str, given: dict[str, Any]) -> Display:
+        kind: type[Display] = plugins.load(plugins.DISPLAYS, rviz_class)
+        self._count += 1
+        display = kind(self._stage, name, f"/display{self._count}", given)
+        self.displays.append(display)
+        if self._drawn and display.is_enabled:
+            display.begin()
+        return display
+
+    def _free_name(self, rviz_class: str) -> str:
+        taken = {display.name for display in self.displays}
+        numbered = (f"{rviz_class} {number}" for number in range(2, len(taken) + 3))
+        return next(name for name in (rviz_class, *numbered) if name not in taken)
+
+    def remove(self, display: Display) -> None:
+        """Remove a display from the view and from the ``.rviz`` document."""
+        display.end()
+        self.displays.remove(display)
+        self.file.remove(display.values.given)
+
+    def enable(self, display: Display, *, enabled: bool) -> None:
+        """Enable or disable a display, which is then subscribed and drawn, or not."""
+        display.in_shown_group = True
+        display.values.given["Enabled"] = display.values.given["Value"] = enabled
+        if enabled and self._drawn:
+            display.begin()
+        elif not enabled:
+            display.end()
+
+    def begin(self) -> None:
+        """Subscribe and draw the enabled displays; called when a browser shows the page."""
+        self._drawn = True
+        for display in self.displays:
+            if display.is_enabled:
+                display.begin()
+
+    def end(self) -> None:
+        """Unsubscribe and remove all displays; called when no browser shows the page any more."""
+        self._drawn = False
+        for display in self.displays:
+            display.end()
+
+    def reset(self) -> None:
+        """Clear all displays, which subscribe again."""
+        for display in self.displays:
+            display.reset()
+
+    def tick(self, *, jumped_back: bool) -> None:
+        """Update all displays; called 30 times a second while a browser shows the page.
+
+        Args:
+            jumped_back: Whether the node's time has gone back since the last call.
+        """
+        for display in self.displays:
+            display.update(jumped_back=jumped_back)
+        if not self._framed:
+            self._frame()
+
+    def _frame(self) -> None:
+        """Once a robot is loaded, set camera, grid and axes by its size; only once."""
+        model = next((one for one in self.displays if isinstance(one, RobotModelDisplay)), None)
+        if model is None or model.description is None:
+            return
+        self._framed = True
+        self._server.gui.set_panel_label(printable_line(model.description.name) or None)
+        view, radius = robot_view(model.description, model.meshes)
+        self.set_initial_view(view)
+        for client in self._server.get_clients().values():
+            client.camera.position, client.camera.look_at = view.eye, view.focus
+        for display in self.displays:
+            if display.rviz_class == "Grid":
+                display.set("Cell Size", round_down(radius))
+            elif display.rviz_class == "TF":
+                display.set("Marker Scale", round_down(radius))
+
+    def set_initial_view(self, view: View) -> None:
+        """Set the camera pose of browsers that open the page from now on."""
+        self._server.initial_camera.position = view.eye
+        self._server.initial_camera.look_at = view.focus
+
+    def camera(self) -> Transform | None:
+        """Return the camera's pose; see `Stage.camera`."""
+        return last_camera_pose(client.camera for client in self._server.get_clients().values())
+
+    def text(self, camera: viser.CameraHandle | None = None) -> str:
+        """Return the text of an ``.rviz`` file with the displays, fixed frame and camera.
+
+        Args:
+            camera: The camera to save; None for the one that was loaded.
+        """
+        self.file.fixed_frame = self._stage.frames.fixed
+        if camera is not None:
+            ex, ey, ez = (float(part) for part in camera.position)
+            fx, fy, fz = (float(part) for part in camera.look_at)
+            self.file.view = View((ex, ey, ez), (fx, fy, fz))
+        return self.file.text()

@@ -1,0 +1,111 @@
+"""Asynchronous calls of other nodes' services, and the servers of a service in the graph.
+
+Each call ends with a callback: with the response, or with a sentence about its failure.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from teleopctl.interfaces import get_service
+from teleopctl.node import Clock, ClockType
+
+if TYPE_CHECKING:
+    from teleopctl.node import Client, Node, ResponseFuture
+    from teleopctl.viewer.panels.base import Page
+
+_TIMEOUT_S = 5.0
+
+# Any stands for messages: their classes are made at run time, from definitions.
+
+
+def servers_of(node: Node, service: str, type_name: str) -> list[str]:
+    """Return the full names of the nodes that offer a private service, sorted.
+
+    Args:
+        node: The node whose graph to read.
+        service: Name of the service below its node's name, such as ``list_parameters``.
+        type_name: Type of the service.
+    """
+    return sorted(
+        name.removesuffix(f"/{service}")
+        for name, types in node.get_service_names_and_types()
+        # The graph lists the services of clients too.
+        if name.endswith(f"/{service}") and type_name in types and node.count_services(name)
+    )
+
+
+class ServiceCalls:
+    """Asynchronous service calls with timeouts, whose clients are kept until `close`.
+
+    Args:
+        page: The viewer's node, on whose thread the callbacks are called.
+    """
+
+    def __init__(self, page: Page) -> None:
+        self._page = page
+        self._node = page.node
+        self._clients: dict[str, Client[Any, Any]] = {}
+        self._timers: set[Any] = set()
+
+    def call(
+        self,
+        service: str,
+        type_name: str,
+        then: Callable[[Any], object],
+        failed: Callable[[str], object],
+        *,
+        timeout_s: float | None = None,
+        **fields: Any,
+    ) -> None:
+        """Call a service without waiting; the response or the failure is passed to a callback.
+
+        Args:
+            service: Name of the service.
+            type_name: Type of the service, such as ``std_srvs/srv/Trigger``.
+            then: Called with the response.
+            failed: Called with a sentence if there is no server, or no response in time.
+            timeout_s: Time to wait for the response, in seconds of wall time; None for 5 s.
+            fields: Fields of the request.
+        """
+        timeout_s = _TIMEOUT_S if timeout_s is None else timeout_s
+        client = self._clients.get(service)
+        if client is None:
+            client = self._node.create_client(get_service(type_name), service)
+            self._clients[service] = client
+        if not client.service_is_ready():
+            failed(f"{service} has no server")
+            return
+        future = client.call_async(client.srv_type.Request(**fields))
+
+        def expired() -> None:
+            client.remove_pending_request(future)
+            self._end(timer)
+            failed(f"{service} did not respond within {timeout_s:g} s")
+
+        timer = self._node.create_timer(
+            timeout_s,
+            self._page.on_node_thread(expired),
+            clock=Clock(clock_type=ClockType.STEADY_TIME),
+        )
+        self._timers.add(timer)
+
+        def answered(done: ResponseFuture[Any]) -> None:
+            if not done.cancelled() and timer in self._timers:
+                self._end(timer)
+                then(done.result())
+
+        future.add_done_callback(self._page.on_node_thread(answered))
+
+    def _end(self, timer: Any) -> None:
+        self._timers.discard(timer)
+        self._node.destroy_timer(timer)
+
+    def close(self) -> None:
+        """Drop all pending calls; their callbacks are not called."""
+        for timer in tuple(self._timers):
+            self._end(timer)
+        for client in self._clients.values():
+            self._node.destroy_client(client)
+        self._clients.clear()

@@ -1,0 +1,137 @@
+"""QoS of the page's subscriptions, and topics whose message type is not installed here."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from teleopctl.interfaces import known_types
+from teleopctl.node import DurabilityPolicy, QoSProfile, ReliabilityPolicy, add_type_from_graph
+
+if TYPE_CHECKING:
+    from teleopctl.node import Node
+
+_DEPTH = 5
+_MOST = 100
+
+
+# Any: what YAML holds.
+def topic_qos(
+    node: Node, topic: str, given: Mapping[str, Any], *, latched: bool = False
+) -> QoSProfile:
+    """Return the QoS profile of a display's subscription, as far as publishers offer it.
+
+    RViz subscribes with its file's QoS, and receives nothing from publishers that offer less.
+
+    Args:
+        node: The node whose graph to read.
+        topic: The topic.
+        given: The display's mapping in an ``.rviz`` file, which may have a QoS.
+        latched: Whether to be transient local, whatever the file says.
+    """
+    said = given.get("Topic")
+    said = said if isinstance(said, Mapping) else {}
+    offered = [one.qos_profile for one in node.get_publishers_info_by_topic(topic)]
+    reliable = said.get("Reliability Policy", "Reliable") != "Best Effort" and all(
+        profile.reliability == ReliabilityPolicy.RELIABLE for profile in offered
+    )
+    keeps = any(profile.durability == DurabilityPolicy.TRANSIENT_LOCAL for profile in offered)
+    depth = said.get("Depth", _DEPTH)
+    depth = depth if isinstance(depth, int) and 0 < depth <= _MOST else _DEPTH
+    return QoSProfile(
+        depth=depth,
+        reliability=ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT,
+        durability=DurabilityPolicy.TRANSIENT_LOCAL
+        if latched or keeps
+        else DurabilityPolicy.VOLATILE,
+    )
+
+
+@dataclass(slots=True, eq=False)
+class _Pending:
+    """A function to call once a type is known, and the function that ends what it began."""
+
+    type_name: str
+    begin: Callable[[], Callable[[], None]]
+    end: Callable[[], None] | None = None
+
+
+class UnknownTypes:
+    """Requests of unknown message types' definitions, from nodes that use the types.
+
+    Args:
+        node: The viewer's node.
+        run_in_background: See `Stage.run_in_background`.
+    """
+
+    # Any: what a task returns.
+    def __init__(
+        self,
+        node: Node,
+        run_in_background: Callable[[Callable[[], Any], Callable[[Any], object]], object],
+    ) -> None:
+        self._node = node
+        self._run_in_background = run_in_background
+        self._pending: list[_Pending] = []
+        # The nodes that used a type when it was last requested.
+        self._requested: dict[str, frozenset[str]] = {}
+
+    def call_when_known(
+        self, type_name: str, begin: Callable[[], Callable[[], None]]
+    ) -> Callable[[], None]:
+        """Call a function on the node's thread as soon as a message type is known.
+
+        Args:
+            type_name: Full name of the type.
+            begin: The function; it returns a function that ends what it began.
+
+        Returns:
+            A function that ends the wait, or what ``begin`` began.
+        """
+        pending = _Pending(type_name, begin)
+        self._pending.append(pending)
+        self.request_missing()
+
+        def end() -> None:
+            if pending in self._pending:
+                self._pending.remove(pending)
+            if pending.end is not None:
+                pending.end()
+                pending.end = None
+
+        return end
+
+    def request_missing(self) -> None:
+        """Request missing definitions from nodes that have come; called on graph changes."""
+        if not self._pending:
+            return
+        graph = self._node.graph()
+        for type_name in {pending.type_name for pending in self._pending}:
+            users = frozenset(
+                e.full_name
+                for e in graph.endpoints
+                if e.type_name == type_name and graph.servers(f"{e.full_name}/get_type_description")
+            )
+            if users and users != self._requested.get(type_name):
+                self._requested[type_name] = users
+                self._request(type_name)
+
+    def _request(self, type_name: str) -> None:
+        graph = self._node.graph()
+        self._run_in_background(
+            lambda: add_type_from_graph(self._node, type_name, graph),
+            lambda result: self._received(type_name, result),
+        )
+
+    # Any: None, or what went wrong.
+    def _received(self, type_name: str, result: Any) -> None:
+        if isinstance(result, BaseException):
+            self._node.get_logger().warning(
+                f"The definition of {type_name} was not received: {result}"
+            )
+        if known_types().find(type_name) is None:
+            return
+        for pending in [one for one in self._pending if one.type_name == type_name]:
+            self._pending.remove(pending)
+            pending.end = pending.begin()
