@@ -1,4 +1,4 @@
-"""A robot from its description file: links, joints, limits, meshes, forward kinematics."""
+"""Robot from a description file: links, joints, limits, meshes, forward kinematics."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ Array = npt.NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class RobotJoint:
-    """A joint that moves along or about one axis.
+    """Joint of a robot that moves along or about one axis.
 
     Positions are in rad, or in m for prismatic joints; the other units follow from these, and
     efforts are in N m or N. A missing limit is infinite.
@@ -79,7 +79,7 @@ class RobotJoint:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RobotMesh:
-    """A mesh file of a robot and its place on a link.
+    """Mesh file of a robot, with its place on a link.
 
     Attributes:
         link: Name of the link.
@@ -141,7 +141,7 @@ class Robot:
 
     @property
     def actuated_joint_names(self) -> list[str]:
-        """Names of the joints that follow no other joint."""
+        """Names of the joints that mimic no other joint."""
         return [name for name, joint in self.joints.items() if joint.mimic is None]
 
     def forward_kinematics(self, positions: Mapping[str, float] | None = None) -> dict[str, Array]:

@@ -94,7 +94,7 @@ class RobotSimulation:
 
     @property
     def mujoco(self) -> tuple[mujoco.MjModel, mujoco.MjData]:
-        """MuJoCo's model, and a copy of its data at the present time, sensors included."""
+        """MuJoCo model, and a copy of its data at the present time, sensors included."""
         return self._simulation.observe()
 
     def command(

@@ -123,10 +123,10 @@ def call_all(
     Returns:
         The response of each, or an UnavailableError where one did not answer.
     """
-    from teleopctl.wire import answers_of_nodes
+    from teleopctl.wire import responses_of_nodes
 
     futures = {
         name: node.create_client(type_, f"{name}/{service}").call_async(request)
         for name in node_names
     }
-    return answers_of_nodes(futures, timeout_s)
+    return responses_of_nodes(futures, timeout_s)

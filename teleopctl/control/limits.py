@@ -18,7 +18,7 @@ from teleopctl.control.handles import (
     CommandInterface,
     StateInterface,
 )
-from teleopctl.interfaces import is_since
+from teleopctl.interfaces import is_distribution_since
 from teleopctl.robot import clamped_command_text
 
 if TYPE_CHECKING:
@@ -35,7 +35,7 @@ def limits_enforced_by_default() -> bool:
 
     They are from Kilted on; in Jazzy the parameter is false, and before there was none.
     """
-    return is_since("kilted")
+    return is_distribution_since("kilted")
 
 
 def limits_text(limits: JointLimits) -> str:

@@ -1,18 +1,287 @@
-"""Where the boxes and arrows of a diagram stand: in columns from left to right.
-
-The method of Sugiyama, Tagawa and Toda (1981) in its usual four steps: arrows of circles are
-turned round, boxes get columns, boxes of a column are ordered so that few arrows cross, and then
-moved up and down so that arrows are straight. It is our own, since the libraries that have it are
-under the GPL (grandalf, igraph) or need Graphviz' programs.
-"""
+"""Diagrams of boxes and arrows, and their layout in columns from left to right."""
 
 from __future__ import annotations
 
+import itertools
+from bisect import bisect_right, insort
 from typing import NamedTuple
 
-from teleopctl.diagram.columns import in_columns, in_order
-from teleopctl.diagram.model import Diagram, DiagramBox, Edge
-from teleopctl.diagram.straight import straight
+
+class DiagramBox(NamedTuple):
+    """Box of a diagram: key, text and kind of frame.
+
+    Attributes:
+        key: What tells it from all others.
+        text: What stands in it.
+        kind: How it is drawn: ``node`` and ``topic`` have a frame of their own; a ``label`` has
+            none and stands on an arrow, of which it is the middle.
+    """
+
+    key: str
+    text: str
+    kind: str
+
+
+class Edge(NamedTuple):
+    """Arrow between two boxes of a diagram; ``both`` has a head at each end."""
+
+    source: str
+    target: str
+    both: bool = False
+
+
+class Diagram(NamedTuple):
+    """Diagram: boxes, and the arrows between them."""
+
+    boxes: tuple[DiagramBox, ...]
+    edges: tuple[Edge, ...]
+
+
+def connect(boxes: list[DiagramBox], pairs: list[tuple[str, str]]) -> Diagram:
+    """Return a diagram with an arrow for each pair of keys, one for opposite pairs.
+
+    A pair that stands more than once counts once.
+    """
+    known = dict.fromkeys(pairs)
+    edges = []
+    for source, target in known:
+        back = (target, source) in known and source != target
+        if not back:
+            edges.append(Edge(source, target))
+        elif source < target:
+            edges.append(Edge(source, target, both=True))
+    return Diagram(tuple(boxes), tuple(edges))
+
+
+_ORDER_SWEEPS = 12
+
+Pair = tuple[int, int]
+
+
+def assign_columns(count: int, pairs: list[Pair]) -> tuple[list[list[int]], list[list[int]]]:
+    """Assign boxes to columns so that arrows lead to the right where possible.
+
+    Args:
+        count: How many boxes there are; they are numbered from 0.
+        pairs: From which box to which one each arrow leads.
+
+    Returns:
+        The columns; and for each arrow the places that it passes through, from left to right, from
+        box to box. Those between are no boxes', one in each column, numbered from ``count``.
+    """
+    position = _sequence(count, pairs)
+    rightward = {
+        (first, last) if position[first] < position[last] else (last, first)
+        for first, last in pairs
+        if first != last
+    }
+    rank = _ranks(count, rightward, position)
+    columns: list[list[int]] = [[] for _ in range(max(rank, default=0) + 1)]
+    for number in sorted(range(count), key=lambda one: position[one]):
+        columns[rank[number]].append(number)
+    chains = []
+    passed: dict[Pair, list[int]] = {}
+    following = count
+    for first, last in pairs:
+        if first == last:
+            chains.append([first])
+            continue
+        if rank[first] > rank[last]:
+            first, last = last, first
+        chain = passed.get((first, last))
+        if chain is None:
+            between = range(rank[first] + 1, rank[last])
+            chain = passed[first, last] = [first, *range(following, following + len(between)), last]
+            for column, number in zip(between, chain[1:], strict=False):
+                columns[column].append(number)
+            following += len(between)
+        chains.append(chain)
+    return columns, chains
+
+
+def _sequence(count: int, pairs: list[Pair]) -> list[int]:
+    """The position of each box in a row in which few arrows lead back.
+
+    The greedy heuristic of Eades, Lin and Smyth (1993): what has no arrow to it comes next, what
+    has none from it comes last, and of the others next who sends more than it gets.
+    """
+    targets: list[set[int]] = [set() for _ in range(count)]
+    sources: list[set[int]] = [set() for _ in range(count)]
+    for first, last in pairs:
+        if first != last:
+            targets[first].add(last)
+            sources[last].add(first)
+    left = set(range(count))
+    head: list[int] = []
+    tail: list[int] = []
+    while left:
+        ends = [one for one in sorted(left) if not targets[one] and sources[one]]
+        starts = [one for one in sorted(left) if not sources[one]]
+        if ends:
+            tail += ends
+        elif starts:
+            head += starts
+        else:
+            starts = [max(sorted(left), key=lambda one: len(targets[one]) - len(sources[one]))]
+            head += starts
+        for one in ends or starts:
+            left.discard(one)
+            for other in targets[one]:
+                sources[other].discard(one)
+            for other in sources[one]:
+                targets[other].discard(one)
+    position = [0] * count
+    for index, one in enumerate([*head, *reversed(tail)]):
+        position[one] = index
+    return position
+
+
+def _ranks(count: int, rightward: set[Pair], position: list[int]) -> list[int]:
+    targets: list[list[int]] = [[] for _ in range(count)]
+    sources: list[list[int]] = [[] for _ in range(count)]
+    for first, last in rightward:
+        targets[first].append(last)
+        sources[last].append(first)
+    rank = [0] * count
+    row = sorted(range(count), key=lambda one: position[one])
+    for one in row:
+        rank[one] = max((rank[source] + 1 for source in sources[one]), default=0)
+    # Who sends more than it gets stands beside those to whom it sends.
+    for one in reversed(row):
+        if len(targets[one]) > len(sources[one]):
+            rank[one] = min(rank[target] for target in targets[one]) - 1
+    return rank
+
+
+def order_columns(columns: list[list[int]], chains: list[list[int]]) -> list[list[int]]:
+    """Return the columns with boxes reordered so that few arrows cross (barycentre heuristic)."""
+    before: dict[int, set[int]] = {}
+    after: dict[int, set[int]] = {}
+    for chain in chains:
+        for first, last in itertools.pairwise(chain):
+            after.setdefault(first, set()).add(last)
+            before.setdefault(last, set()).add(first)
+    best = [list(column) for column in columns]
+    fewest = _crossings(best, after)
+    present = [list(column) for column in best]
+    for sweep in range(_ORDER_SWEEPS):
+        if fewest == 0:
+            break
+        rightward = sweep % 2 == 0
+        others = before if rightward else after
+        row = range(1, len(present)) if rightward else range(len(present) - 2, -1, -1)
+        for index in row:
+            beside = present[index - 1 if rightward else index + 1]
+            place = {number: at for at, number in enumerate(beside)}
+            present[index] = _by_barycentre(present[index], others, place)
+        crossings = _crossings(present, after)
+        if crossings < fewest:
+            fewest, best = crossings, [list(column) for column in present]
+    return best
+
+
+def _by_barycentre(
+    column: list[int], others: dict[int, set[int]], place: dict[int, int]
+) -> list[int]:
+    """Order a column by the mean place of what each is joined with; the rest keeps its place."""
+    means = {}
+    for number in column:
+        joined = [place[other] for other in others.get(number, ()) if other in place]
+        if joined:
+            means[number] = sum(joined) / len(joined)
+    moved = iter(sorted(means, key=lambda number: means[number]))
+    return [next(moved) if number in means else number for number in column]
+
+
+def _crossings(columns: list[list[int]], after: dict[int, set[int]]) -> int:
+    found = 0
+    for left, right in itertools.pairwise(columns):
+        place = {number: at for at, number in enumerate(right)}
+        seen: list[int] = []
+        for number in left:
+            ends = sorted(place[other] for other in after.get(number, ()))
+            found += sum(len(seen) - bisect_right(seen, end) for end in ends)
+            for end in ends:
+                insort(seen, end)
+    return found
+
+
+_STRAIGHTEN_SWEEPS = 16
+# Bends of a long arrow are the ugliest.
+_WEIGHT_OF_A_LONG_ARROW = 8.0
+
+
+def straighten(
+    columns: list[list[int]],
+    chains: list[list[int]],
+    heights: list[float],
+    gap: float,
+    boxes: int,
+) -> list[float]:
+    """Return the vertical positions of boxes that make the arrows as straight as possible.
+
+    Each place moves towards the mean of those that it is joined with, again and again; in a column
+    that is least squares under the condition that nothing overlaps.
+
+    Args:
+        columns: The places of each column, from top to bottom.
+        chains: The places that each arrow passes through.
+        heights: How high each place is.
+        gap: What lies at least between two places of a column.
+        boxes: Places from this number on are those of arrows.
+    """
+    joined: list[dict[int, float]] = [{} for _ in heights]
+    for chain in chains:
+        for first, last in itertools.pairwise(chain):
+            is_long = first >= boxes and last >= boxes
+            weight = _WEIGHT_OF_A_LONG_ARROW if is_long else 1.0
+            joined[first][last] = joined[last][first] = weight
+    centers = [0.0] * len(heights)
+    offsets = []
+    for column in columns:
+        offset, own = 0.0, []
+        for above, number in zip([None, *column], column, strict=False):
+            if above is not None:
+                offset += (heights[above] + heights[number]) / 2 + gap
+            own.append(offset)
+            centers[number] = offset
+        offsets.append(own)
+        middle = offset / 2
+        for number in column:
+            centers[number] -= middle
+    for sweep in range(_STRAIGHTEN_SWEEPS):
+        row = range(len(columns)) if sweep % 2 == 0 else range(len(columns) - 1, -1, -1)
+        for index in row:
+            column = columns[index]
+            wanted, weights = [], []
+            for number in column:
+                total = sum(joined[number].values())
+                mean = sum(weight * centers[other] for other, weight in joined[number].items())
+                wanted.append(mean / total if total else centers[number])
+                weights.append(total or 0.1)
+            found = _apart(wanted, weights, offsets[index])
+            for number, center in zip(column, found, strict=True):
+                centers[number] = center
+    return centers
+
+
+def _apart(wanted: list[float], weights: list[float], offsets: list[float]) -> list[float]:
+    """The least squares solution in which neighbours are as far apart as their offsets.
+
+    Without the offsets that is the question for a sequence that does not fall, which pooling
+    neighbours that violate it answers.
+    """
+    pools: list[tuple[float, float, int]] = []  # mean, weight, how many
+    for want, weight, offset in zip(wanted, weights, offsets, strict=True):
+        mean, total, count = want - offset, weight, 1
+        while pools and pools[-1][0] > mean:
+            other_mean, other_total, other_count = pools.pop()
+            mean = (mean * total + other_mean * other_total) / (total + other_total)
+            total, count = total + other_total, count + other_count
+        pools.append((mean, total, count))
+    means = [mean for mean, _, count in pools for _ in range(count)]
+    return [mean + offset for mean, offset in zip(means, offsets, strict=True)]
+
 
 Point = tuple[float, float]
 
@@ -28,7 +297,7 @@ _GAP_BETWEEN_PARTS = 26.0
 
 
 class BoxPlacement(NamedTuple):
-    """Position and size of a box."""
+    """Position of a box's top left corner and size of the box, in pixels."""
 
     x: float
     y: float
@@ -72,7 +341,7 @@ def lay_out(diagram: Diagram) -> DiagramLayout:
 
 
 def size_of(box: DiagramBox) -> tuple[float, float]:
-    """Return the size of a box for its text."""
+    """Return the width and height that a box needs for its text, in pixels."""
     lines = box.text.split("\n")
     width = 20 + _LETTER_WIDTH * max(map(len, lines))
     return width, _BOX_HEIGHT + LINE_HEIGHT * (len(lines) - 1)
@@ -109,12 +378,12 @@ def _lay_out_part(
     numbers = {box.key: number for number, box in enumerate(boxes)}
     sizes = [size_of(box) for box in boxes]
     pairs = [(numbers[edge.source], numbers[edge.target]) for edge in edges]
-    columns, chains = in_columns(len(boxes), pairs)
-    columns = in_order(columns, chains)
+    columns, chains = assign_columns(len(boxes), pairs)
+    columns = order_columns(columns, chains)
     # What an arrow passes through is a place without size.
     count = sum(map(len, columns))
     heights = [height for _, height in sizes] + [0.0] * (count - len(boxes))
-    centers = straight(columns, chains, heights, _GAP_BETWEEN_BOXES, len(boxes))
+    centers = straighten(columns, chains, heights, _GAP_BETWEEN_BOXES, len(boxes))
     lowest = min(center - heights[number] / 2 for number, center in enumerate(centers))
     centers = [center - lowest + top for center in centers]
 

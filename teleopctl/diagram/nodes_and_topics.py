@@ -1,4 +1,4 @@
-"""The graph of nodes and topics as a diagram, by the rules of rqt_graph.
+"""Diagram of the nodes and topics of a ROS graph, by the rules of rqt_graph.
 
 Hidden unless all is asked for: what every node has or what only watches (``/rosout``,
 ``/parameter_events``, ``/clock``, ``/statistics``, RViz, rqt, names with a part that starts with
@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from teleopctl.diagram.model import Diagram, DiagramBox, joined
+from teleopctl.diagram.layout import Diagram, DiagramBox, connect
 
 if TYPE_CHECKING:
     from teleopctl.wire import Graph
@@ -62,7 +62,7 @@ def ros_graph(graph: Graph, shown: str = "active", *, include_hidden: bool = Fal
     boxes += [DiagramBox(_topic(name), name, "topic") for name in sorted(topics)]
     pairs_of_keys = [(_node(node), _topic(topic)) for node, topic in sorted(published)]
     pairs_of_keys += [(_topic(topic), _node(node)) for node, topic in sorted(subscribed)]
-    return joined(boxes, pairs_of_keys)
+    return connect(boxes, pairs_of_keys)
 
 
 def _nodes_only(nodes: set[str], published: Pairs, subscribed: Pairs) -> Diagram:
@@ -80,7 +80,7 @@ def _nodes_only(nodes: set[str], published: Pairs, subscribed: Pairs) -> Diagram
         text = names if len(names) <= _MOST_NAMED else [f"{len(names)} topics"]
         boxes.append(DiagramBox(key, "\n".join(text), "label"))
         pairs += [(_node(node), key), (key, _node(reader))]
-    return joined(boxes, pairs)
+    return connect(boxes, pairs)
 
 
 # Of a node and a topic with the same name.

@@ -5,6 +5,10 @@ from __future__ import annotations
 from teleopctl.base.typed import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from teleopctl.interfaces.annotated_lines import (
+        DefinitionLine as DefinitionLine,
+        definition_lines as definition_lines,
+    )
     from teleopctl.interfaces.cdr import (
         as_numpy as as_numpy,
         check_readable as check_readable,
@@ -12,27 +16,27 @@ if TYPE_CHECKING:
         deserialize as deserialize,
         serialize as serialize,
     )
-    from teleopctl.interfaces.cdr.prepared import PreparedMessage as PreparedMessage
+    from teleopctl.interfaces.cdr.prepared_message import PreparedMessage as PreparedMessage
     from teleopctl.interfaces.definition import (
         Definition as Definition,
         Field as Field,
         FieldType as FieldType,
         Shape as Shape,
     )
-    from teleopctl.interfaces.fields.numeric import (
+    from teleopctl.interfaces.field_access import (
         MOST_ELEMENTS as MOST_ELEMENTS,
         NumericField as NumericField,
+        field_reader as field_reader,
         numeric_fields as numeric_fields,
     )
-    from teleopctl.interfaces.fields.path import field_reader as field_reader
+    from teleopctl.interfaces.foreign.definition_texts import (
+        hash_of_text as hash_of_text,
+        message_of_text as message_of_text,
+    )
     from teleopctl.interfaces.foreign.idl import (
         IdlStruct as IdlStruct,
         idl_includes as idl_includes,
         read_idl as read_idl,
-    )
-    from teleopctl.interfaces.foreign.written_types import (
-        hash_of_text as hash_of_text,
-        message_of_text as message_of_text,
     )
     from teleopctl.interfaces.message import (
         Message as Message,
@@ -48,10 +52,6 @@ if TYPE_CHECKING:
         ResultResponse as ResultResponse,
         ResultT as ResultT,
         ServiceType as ServiceType,
-    )
-    from teleopctl.interfaces.reading import (
-        DefinitionLine as DefinitionLine,
-        definition_lines as definition_lines,
     )
     from teleopctl.interfaces.slot_types import (
         AbstractGenericString as AbstractGenericString,
@@ -81,7 +81,10 @@ if TYPE_CHECKING:
         to_nanoseconds as to_nanoseconds,
         to_seconds as to_seconds,
     )
-    from teleopctl.interfaces.standard import distribution as distribution, is_since as is_since
+    from teleopctl.interfaces.standard import (
+        distribution as distribution,
+        is_distribution_since as is_distribution_since,
+    )
     from teleopctl.interfaces.store import (
         add_definition_text as add_definition_text,
         add_description as add_description,

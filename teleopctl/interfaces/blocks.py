@@ -1,4 +1,4 @@
-"""Blocks of values: how arrays and sequences of numbers, bools and bytes lie in a message.
+"""Arrays and sequences of numbers, bools and bytes, as messages store them in slots.
 
 A slot holds a block in the form it came in, and programs get the form that ROS 2 gives them when
 they read it: ``array.array`` for a sequence of numbers, a numpy array for a fixed array of
@@ -47,13 +47,13 @@ _EMPTY = {code: memoryview(b"").cast(code) for code in BLOCK_CODES.values()}
 
 
 def empty(base: str) -> memoryview:
-    """Return an empty block of a type."""
+    """Return an empty block for sequences of a base type."""
     block: memoryview = _EMPTY[BLOCK_CODES[base]]
     return block
 
 
 def as_block(base: str, data: bytes | bytearray | memoryview) -> memoryview:
-    """Return bytes as a block of values, without copying."""
+    """Return bytes as a block of values of a base type, without copying."""
     view = memoryview(data)
     code = BLOCK_CODES[base]
     return view if code == "B" else view.cast(code)
@@ -63,7 +63,7 @@ def as_block(base: str, data: bytes | bytearray | memoryview) -> memoryview:
 
 
 def byteswapped(base: str, data: memoryview) -> Any:
-    """Return a block converted from the other byte order."""
+    """Return a block of values converted from the other byte order."""
     code = BLOCK_CODES[base]
     if ITEM_SIZES[code] == 1:
         return as_block(base, data)
@@ -74,7 +74,7 @@ def byteswapped(base: str, data: memoryview) -> Any:
 
 
 def to_array(code: str, block: Any) -> array.array[Any]:
-    """Return a copy of a block of numbers, as an array."""
+    """Return a copy of a block of numbers, as an ``array.array``."""
     copy: array.array[Any] = array.array(code)
     copy.frombytes(memoryview(block).cast("B"))
     return copy
@@ -101,7 +101,7 @@ def to_own_numpy(base: str, block: Any) -> NumberArray:
 
 
 def numpy_type(base: str) -> np.dtype[Any]:
-    """Return the numpy dtype of a block's values."""
+    """Return the numpy dtype for a base type's values."""
     import numpy as np
 
     return np.dtype({"byte": "B"}.get(base) or BLOCK_CODES[base])
@@ -118,7 +118,7 @@ def is_numpy_bool(value: object) -> bool:
 
 
 def equal(one: Any, other: Any) -> bool:
-    """Return whether two slots hold equal values, in whatever representation."""
+    """Return whether two slot values are equal, in whatever representation."""
     if type(one) is type(other) and isinstance(one, _PLAIN):
         return bool(one == other)
     if isinstance(one, list) or isinstance(other, list):

@@ -1,4 +1,4 @@
-"""Where definitions come from, and what is known by which name."""
+"""Catalog of type definitions: built-in ones and those of packages, found by name."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _CHANGED = {
 
 
 class Catalog:
-    """Type definitions known to this process.
+    """Type definitions known to this process, by name.
 
     Looked up in this order: what was added by hand, rosbags' table of the distribution, the files
     that come with teleopctl, and the ROS packages of the user. Of a name only the file that
@@ -49,7 +49,7 @@ class Catalog:
         self._lock = RLock()
 
     def find(self, type_name: str) -> Definition | None:
-        """Return the definition of a type or of a derived type, or None.
+        """Return the definition of a type, also of one derived from a service or action; else None.
 
         Raises:
             TeleopctlError: There is a definition, but it cannot be understood.
@@ -97,7 +97,7 @@ class Catalog:
                     self._definitions[name] = definition
 
     def add_folder(self, folder: str | Path, package: str) -> list[str]:
-        """Add all definitions in a package's folder.
+        """Add all definitions in the ``msg``, ``srv`` and ``action`` folders of a package.
 
         Args:
             folder: Holds ``msg``, ``srv`` or ``action``.
@@ -169,7 +169,7 @@ class Catalog:
         return sorted(names)
 
     def parts(self, type_name: str) -> list[str]:
-        """Return a type's name and, for services and actions, those of all derived types."""
+        """Return the name of a type and, for services and actions, those of all derived types."""
         with self._lock:
             if self.find(type_name) is None:
                 return []
@@ -178,12 +178,12 @@ class Catalog:
 
     def place_of_use(self, type_name: str) -> str | None:
         """Return the ``file:line`` of a field that uses a type, or None."""
-        from teleopctl.interfaces.parser import line_with
+        from teleopctl.interfaces.parser import line_of_first_field
 
         with self._lock:
             for user, path in self._files.items():
                 if type_name in self._definitions[user].nested_types():
-                    return f"{path}:{line_with(_read(path), type_name, split(user)[0])}"
+                    return f"{path}:{line_of_first_field(_read(path), type_name, split(user)[0])}"
         return None
 
     def file(self, type_name: str) -> Path | None:

@@ -1,4 +1,4 @@
-"""Checking and converting the values that people and programs assign to fields.
+"""Checks and conversions of the values that programs assign to fields.
 
 A converter takes what was given and returns what the field stores, or raises TypeError or
 ValueError with a text like ``expected uint32, got 'abc'``. Whoever calls it knows the field and
@@ -35,7 +35,7 @@ _SHOWN = 60
 
 
 def expected(kind: FieldType | str, value: object) -> str:
-    """Return the error text for a value that does not fit a type."""
+    """Return the error text for a value that does not fit the type of its field."""
     shown = repr(value)
     if len(shown) > _SHOWN:
         shown = f"{shown[:_SHOWN]}…"
@@ -44,7 +44,7 @@ def expected(kind: FieldType | str, value: object) -> str:
 
 @cache
 def converter(kind: FieldType, message_class: Callable[[str], type]) -> Converter:
-    """Return the function that converts values for a field.
+    """Return the function that checks and converts values for a field of a type.
 
     Args:
         kind: Type of the field.

@@ -1,4 +1,4 @@
-"""What an interface definition says: fields with their types and defaults, and constants."""
+"""Parsed interface definitions: fields with types and defaults, and constants."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class Shape(IntEnum):
 
 
 class FieldType(NamedTuple):
-    """The type of a field.
+    """Type of a field: base type, multiplicity and bounds.
 
     Attributes:
         base: A primitive (``uint8``, ``string``, …) or ``package/msg/Name``.
@@ -151,7 +151,7 @@ class Definition(NamedTuple):
         return list(dict.fromkeys(f.type.base for f in self.fields if f.type.is_nested))
 
     def render(self) -> str:
-        """Return the text of the definition, composed if it has none."""
+        """Return the text of the definition: as it was parsed, else composed from the fields."""
         if self.text is not None:
             return self.text
         lines = [f"{c.base} {c.name}={_literal(c.value)}" for c in self.constants]

@@ -1,4 +1,4 @@
-"""RIHS01 type hashes, by which the ends of a topic or a service find each other."""
+"""RIHS01 type hashes, by which the endpoints of a topic or a service match."""
 
 from __future__ import annotations
 
@@ -101,7 +101,7 @@ def field_type_id(field: Field) -> int:
 
 
 def fields_of(definition: Definition) -> dict[str, object]:
-    """Return a single type's part of a type description."""
+    """Return the part of a type description that describes one type: its fields."""
     return {
         "type_name": definition.type_name,
         "fields": [

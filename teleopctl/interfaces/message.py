@@ -1,4 +1,4 @@
-"""Making the class of a message type, with the surface that rclpy's classes have."""
+"""Message classes, made from definitions, with the interface of rclpy's."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from teleopctl.interfaces.definition import (
     FieldType,
     Shape,
 )
-from teleopctl.interfaces.fields.errors import field_error, unknown_fields_error
+from teleopctl.interfaces.field_errors import field_error, unknown_fields_error
 from teleopctl.interfaces.typenames import module_name, split
 
 if TYPE_CHECKING:
@@ -158,7 +158,7 @@ def make_class(definition: Definition, lookup: ClassLookup) -> type[Message]:
 
 # Any: the field decides.
 def stored(message: Message, field: Field) -> Any:
-    """Return the raw content of a field's slot."""
+    """Return the raw value in the slot of a field, without conversion."""
     return getattr(message, f"_{field.attribute}")
 
 

@@ -1,4 +1,4 @@
-"""Reading ``.msg``, ``.srv`` and ``.action`` texts."""
+"""Parser of ``.msg``, ``.srv`` and ``.action`` files."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ _ALIASES = {
 _SECTIONS = {"msg": 1, "srv": 2, "action": 3}
 
 
-def sections(text: str, kind: str, where: str) -> list[tuple[str, int]]:
-    """Split a definition file's text into its sections.
+def split_sections(text: str, kind: str, where: str) -> list[tuple[str, int]]:
+    """Split the text of a definition file into its sections: one, two or three.
 
     Args:
         text: Content of the file.
@@ -42,7 +42,7 @@ def sections(text: str, kind: str, where: str) -> list[tuple[str, int]]:
     Raises:
         InvalidDefinitionError: The number of sections is not that of the kind.
     """
-    parts = [text] if kind == "msg" else separated(text)
+    parts = [text] if kind == "msg" else split_at_dashes(text)
     if len(parts) != _SECTIONS[kind]:
         raise InvalidDefinitionError(
             f"{where}: expected {_SECTIONS[kind]} sections separated by '---', got {len(parts)}"
@@ -56,8 +56,8 @@ def sections(text: str, kind: str, where: str) -> list[tuple[str, int]]:
     return found
 
 
-def separated(text: str) -> list[str]:
-    """Return the texts between lines of three dashes."""
+def split_at_dashes(text: str) -> list[str]:
+    """Return the parts of a text between lines of three dashes."""
     parts, start, at = [], 0, 0
     for line in text.split("\n"):
         if line.startswith("---") and not line[3:].strip(" \t"):
@@ -106,10 +106,10 @@ def parse(
     return Definition(type_name, tuple(fields.values()), tuple(constants), text)
 
 
-def line_with(text: str, type_name: str, package: str) -> int:
-    """Return the line number of the first field of a type in a definition file."""
+def line_of_first_field(text: str, type_name: str, package: str) -> int:
+    """Return the number of the line whose field first uses a type in a definition file."""
     for number, line in enumerate(text.splitlines(), start=1):
-        if held_message(line, package) == type_name:
+        if message_type_of_line(line, package) == type_name:
             return number
     return 1
 
@@ -197,7 +197,7 @@ def _message_name(base: str, package: str) -> str:
 
 def _value(text: str, kind: FieldType) -> object:
     if kind.shape is not Shape.SINGLE:
-        body = without_comment(text)
+        body = strip_comment(text)
         if not (body.startswith("[") and body.endswith("]")):
             raise ValueError("the default of an array stands in brackets")
         values = [_value(part, kind.element) for part in _elements(body[1:-1])]
@@ -208,7 +208,7 @@ def _value(text: str, kind: FieldType) -> object:
         return values
     if kind.base in STRINGS:
         return _text(text)
-    body = without_comment(text)
+    body = strip_comment(text)
     if kind.base == "bool":
         if body.lower() not in ("true", "false", "0", "1"):
             raise ValueError(f"{body!r} is no bool")
@@ -235,8 +235,8 @@ def _text(text: str) -> str:
     return str(ast.literal_eval(quoted[1]))
 
 
-def held_message(line: str, package: str) -> str | None:
-    """Return the message type of a field's line; None if it is no message.
+def message_type_of_line(line: str, package: str) -> str | None:
+    """Return the message type of the field on a line; None if the line has none.
 
     Args:
         line: A line that can be understood.
@@ -248,8 +248,8 @@ def held_message(line: str, package: str) -> str | None:
     return _message_name(words.base, package)
 
 
-def without_comment(text: str) -> str:
-    """Return a line without its comment."""
+def strip_comment(text: str) -> str:
+    """Return a line of a definition without its comment."""
     if "#" not in text:
         return text.strip()
     import re

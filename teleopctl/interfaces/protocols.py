@@ -1,4 +1,4 @@
-"""What type checkers know of interface classes; imported for annotations only."""
+"""Protocols of interface classes for type checkers; imported for annotations only."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ class FeedbackMessage(Protocol[Feedback_co]):
 
 
 class Strings(Protocol):
-    """Several strings: a list, tuple or set, but no string.
+    """List, tuple or set of strings, but not a single string.
 
     A single string is a sequence of strings too; what tells it apart is that it asks for a string
     where other collections can be asked whether they contain anything.

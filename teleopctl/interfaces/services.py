@@ -1,9 +1,9 @@
-"""The types that ROS 2 derives from the definition of a service or an action."""
+"""Types that ROS 2 derives from the definition of a service or an action."""
 
 from __future__ import annotations
 
 from teleopctl.interfaces.definition import Definition, Field, FieldType, Shape
-from teleopctl.interfaces.parser import parse, sections, separated
+from teleopctl.interfaces.parser import parse, split_at_dashes, split_sections
 from teleopctl.interfaces.typenames import split
 
 _UUID = Field("goal_id", FieldType("unique_identifier_msgs/msg/UUID"))
@@ -16,7 +16,7 @@ ACTION_SERVICES = ("SendGoal", "GetResult")
 
 
 def split_definition(text: str, type_name: str, where: str | None = None) -> list[Definition]:
-    """Return all types that a definition file defines.
+    """Return the definitions of all types that a definition file defines.
 
     Args:
         text: Content of the ``.msg``, ``.srv`` or ``.action`` file.
@@ -31,7 +31,7 @@ def split_definition(text: str, type_name: str, where: str | None = None) -> lis
     """
     package, kind, _ = split(type_name)
     place = where or type_name
-    parts = sections(text, kind, place)
+    parts = split_sections(text, kind, place)
     if kind == "msg":
         return [parse(text, type_name, package, place)]
     suffixes = SERVICE_PARTS if kind == "srv" else ACTION_PARTS
@@ -45,7 +45,7 @@ def split_definition(text: str, type_name: str, where: str | None = None) -> lis
 
 
 def service_of_event(type_name: str, text: str) -> str | None:
-    """Return the service definition in an event type's text, or None.
+    """Return the service definition in an event type's text, or None if it is incomplete.
 
     rosbag2 writes the ``.srv`` file of a service as the definition of its events.
 
@@ -55,7 +55,7 @@ def service_of_event(type_name: str, text: str) -> str | None:
     """
     service = type_name.removesuffix("_Event")
     is_event = service != type_name and split(type_name)[1] == "srv"
-    return service if is_event and len(separated(text)) > 1 else None
+    return service if is_event and len(split_at_dashes(text)) > 1 else None
 
 
 def service_types(name: str, text: str | None = None) -> list[Definition]:

@@ -1,4 +1,4 @@
-"""Types of fields as values, with the names and the equality of ``rosidl_parser.definition``."""
+"""Field types as objects with the names and the equality of ``rosidl_parser.definition``."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Between nanoseconds and ``builtin_interfaces`` Time and Duration: the one place that converts.
+"""Conversions between nanoseconds and ``builtin_interfaces`` Time and Duration.
 
 Both messages have ``int32 sec`` and ``uint32 nanosec``, and mean ``sec + nanosec / 10**9`` seconds
 with nanosec below 10**9. So the seconds of a negative time are rounded down, as in rcl: -0.25 s is
@@ -34,7 +34,7 @@ def set_stamp(stamp: Stamp, nanoseconds: int) -> None:
 
 
 def split(nanoseconds: int) -> tuple[int, int]:
-    """Return ``sec`` and ``nanosec`` of a time in nanoseconds."""
+    """Split nanoseconds into ``sec`` and ``nanosec``."""
     return divmod(nanoseconds, NANOSECONDS_PER_SECOND)
 
 

@@ -1,4 +1,4 @@
-"""The messages of a ROS 2 distribution as rosbags knows them, without importing its type store.
+"""Messages of a ROS 2 distribution from rosbags' tables, without importing its type store.
 
 The stores of rosbags build hundreds of classes when they are imported. All that is wanted of them
 is a table of fields and constants, so that table is kept in a file in the user's cache folder and
@@ -60,8 +60,8 @@ def distribution() -> str:
     return name
 
 
-def is_since(name: str) -> bool:
-    """Return whether `distribution` is this one or a later one."""
+def is_distribution_since(name: str) -> bool:
+    """Return whether the ROS 2 distribution in use is a given one or later."""
     return DISTRIBUTIONS.index(distribution()) >= DISTRIBUTIONS.index(name)
 
 
@@ -111,7 +111,7 @@ class StandardTypes:
 
 # Any: pairs and triples of what rosbags' tables hold.
 def definition_of(type_name: str, row: Any) -> Definition:
-    """Return the definition in a row of rosbags' tables.
+    """Return the definition that a row of rosbags' tables describes.
 
     Raises:
         TypeError, ValueError or LookupError: It is no such row.

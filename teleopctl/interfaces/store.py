@@ -1,4 +1,4 @@
-"""The message, service and action types of this process, by name.
+"""Message, service and action types of this process, by name.
 
 Classes are made when they are asked for, and each name has one class for good. The functions are
 safe to call from any thread.

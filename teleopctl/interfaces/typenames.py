@@ -1,4 +1,4 @@
-"""Names of interface types: as people write them, as they stand on the wire, as Python modules.
+"""Names of interface types: as written, on the wire, and as Python modules.
 
 Light on purpose: the graph commands show type names without knowing any type.
 """

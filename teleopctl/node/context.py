@@ -199,7 +199,7 @@ class Context:
         self._announced.pop(text, None)
         token.undeclare()
         if self._watcher is not None:
-            self._watcher.withdrawn(text)
+            self._watcher.remove_own_token(text)
 
     def _start_watcher(self) -> GraphWatcher:
         """Return a watcher that has all tokens of the present graph."""
@@ -210,9 +210,9 @@ class Context:
         watcher = GraphWatcher(self.session, self.domain_id, self._notify_graph_change)
         # Tokens that the session declared before, Zenoh 1.10 sometimes delivers a moment later.
         for text in tuple(self._announced):
-            watcher.announced(text)
+            watcher.add_own_token(text)
             if text not in self._announced:
-                watcher.withdrawn(text)
+                watcher.remove_own_token(text)
         # Own tokens grow meanwhile, and would count for others' that have not arrived yet.
         own = str(self.session.zid())
 

@@ -5,15 +5,18 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from teleopctl.pictures.depth import depths_of as depths_of
-    from teleopctl.pictures.grey import GreyRange as GreyRange
     from teleopctl.pictures.messages import (
         COMPRESSED as COMPRESSED,
         RAW as RAW,
+        depths_of as depths_of,
         image_of as image_of,
         picture_of as picture_of,
     )
-    from teleopctl.pictures.picture import Picture as Picture, PictureError as PictureError
+    from teleopctl.pictures.picture import (
+        GreyRange as GreyRange,
+        Picture as Picture,
+        PictureError as PictureError,
+    )
 else:
     from teleopctl.base.lazy import attach
 

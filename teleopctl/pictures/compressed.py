@@ -1,4 +1,4 @@
-"""``sensor_msgs/msg/CompressedImage`` as a picture: JPEG and PNG as they are, depths decoded."""
+"""``CompressedImage`` messages as pictures: JPEG and PNG unchanged, depth images decoded."""
 
 from __future__ import annotations
 
@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from teleopctl.base.budget import BudgetError, check_pixels
-from teleopctl.pictures.grey import GreyRange
-from teleopctl.pictures.picture import Picture, PictureError, fitted, to_jpeg
+from teleopctl.pictures.picture import GreyRange, Picture, PictureError, fitted, to_jpeg
 
 if TYPE_CHECKING:
     from PIL.Image import Image as PilImage
@@ -24,7 +23,7 @@ _DEPTH_HEADER = struct.Struct("<iff")
 
 # Any, here and below: a CompressedImage message.
 def compressed_picture(message: Any, width: int, shades: GreyRange) -> Picture:
-    """Convert a compressed image message to a picture.
+    """Return a CompressedImage message as a picture for browsers.
 
     Args:
         message: A ``sensor_msgs/msg/CompressedImage``.
@@ -48,7 +47,7 @@ def compressed_picture(message: Any, width: int, shades: GreyRange) -> Picture:
 
 
 def compressed_image(message: Any, width: int, shades: GreyRange) -> PilImage:
-    """Return the pixels of a compressed image message.
+    """Return the pixels of a CompressedImage message as a PIL image.
 
     Args:
         message: A ``sensor_msgs/msg/CompressedImage``.
@@ -59,7 +58,7 @@ def compressed_image(message: Any, width: int, shades: GreyRange) -> PilImage:
         PictureError: The bytes are no picture of a known format.
     """
     if "compressedDepth" in message.format:
-        return _grey(depths_inside(message), width, shades)
+        return _grey(depths_of_compressed(message), width, shades)
     return _shown(_opened(bytes(message.data), message.format), message.format, width, shades)
 
 
@@ -71,14 +70,14 @@ def _shown(image: PilImage, name: str, width: int, shades: GreyRange) -> PilImag
 
 
 def _depth_picture(message: Any, width: int, shades: GreyRange) -> Picture:
-    values = depths_inside(message)
+    values = depths_of_compressed(message)
     height, whole_width = values.shape
     grey = fitted(_grey(values, width, shades), width)
     return Picture(to_jpeg(grey), "jpeg", whole_width, height, message.format)
 
 
-def depths_inside(message: Any) -> np.ndarray[Any, Any]:
-    """Return the depths of a compressed depth image, (height, width)."""
+def depths_of_compressed(message: Any) -> np.ndarray[Any, Any]:
+    """Return the depths in a ``compressedDepth`` message, shape (height, width)."""
     data = bytes(message.data)
     if not data.startswith(_PNG, _DEPTH_HEADER.size):
         raise PictureError(f"Of '{message.format}' only what holds PNG can be shown")

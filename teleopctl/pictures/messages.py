@@ -1,16 +1,19 @@
-"""Messages of cameras, compressed or not, as pictures."""
+"""Image messages of cameras, compressed or not, as pictures, pixels or depths."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from teleopctl.pictures.compressed import compressed_image, compressed_picture
-from teleopctl.pictures.grey import GreyRange
-from teleopctl.pictures.picture import Picture, PictureError
-from teleopctl.pictures.raw import raw_image, raw_picture
+import numpy as np
+import numpy.typing as npt
+
+from teleopctl.pictures.compressed import compressed_image, compressed_picture, depths_of_compressed
+from teleopctl.pictures.picture import GreyRange, Picture, PictureError
+from teleopctl.pictures.raw import numbers_of, raw_image, raw_picture
 
 if TYPE_CHECKING:
     from PIL.Image import Image as PilImage
+
 
 RAW = "sensor_msgs/msg/Image"
 COMPRESSED = "sensor_msgs/msg/CompressedImage"
@@ -21,7 +24,7 @@ _ANY_WIDTH = 1 << 20
 
 # Any, of both: an Image or a CompressedImage message.
 def picture_of(message: Any, width: int, shades: GreyRange) -> Picture:
-    """Convert an image message to a picture for browsers.
+    """Return an image message, compressed or not, as a picture for browsers.
 
     Args:
         message: An ``Image`` or a ``CompressedImage``.
@@ -37,7 +40,7 @@ def picture_of(message: Any, width: int, shades: GreyRange) -> Picture:
 
 
 def image_of(message: Any, shades: GreyRange) -> PilImage:
-    """Return the pixels of an image message, grey or coloured.
+    """Return the pixels of an image message, compressed or not, as a PIL image.
 
     Args:
         message: An ``Image`` or a ``CompressedImage``.
@@ -52,3 +55,37 @@ def image_of(message: Any, shades: GreyRange) -> PilImage:
     if rows < message.height:
         raise PictureError(f"Only {rows} of {message.height} rows have arrived")
     return image
+
+
+Depths = npt.NDArray[np.float32]
+
+# REP 118: whole numbers are millimetres, floats are metres.
+_METRES = {"16UC1": 0.001, "mono16": 0.001, "32FC1": 1.0}
+_KINDS = {"16UC1": "u2", "mono16": "u2", "32FC1": "f4"}
+
+
+# Any: a message of one of two types.
+def depths_of(message: Any) -> Depths:
+    """Return the depth of each pixel of a depth image message in metres, shape (rows, width).
+
+    Args:
+        message: A ``sensor_msgs/msg/Image`` or ``sensor_msgs/msg/CompressedImage`` of depths.
+
+    Returns:
+        The depths; where nothing was measured, 0 or no number. Rows that have not arrived are
+        missing.
+
+    Raises:
+        PictureError: It holds no depths, or cannot be read.
+    """
+    if hasattr(message, "encoding"):
+        encoding = message.encoding
+        if encoding not in _METRES:
+            raise PictureError(f"Pictures in {encoding or 'no encoding'} hold no depths")
+        numbers = numbers_of(message, _KINDS[encoding], 1)[..., 0]
+    else:
+        if "compressedDepth" not in message.format:
+            raise PictureError(f"Pictures in '{message.format}' hold no depths")
+        numbers, encoding = depths_of_compressed(message), message.format[:5]
+    depths: Depths = numbers.astype(np.float32) * np.float32(_METRES.get(encoding, 0.001))
+    return depths

@@ -1,4 +1,4 @@
-"""Pixels whose colours lie apart: the pattern of Bayer sensors, and YUV of video.
+"""Conversion of Bayer patterns and YUV formats to RGB.
 
 Arrays of unsigned bytes, (height, width, 3) in red, green, blue.
 """
@@ -16,7 +16,7 @@ Pixels = npt.NDArray[np.uint8]
 
 
 def from_bayer(plane: Plane, pattern: str, *, coarse: bool) -> Pixels:
-    """Return the colours of a Bayer image.
+    """Return the RGB pixels of an image with a Bayer pattern.
 
     Each colour is the mean of its nearest neighbours (bilinear).
 
@@ -72,7 +72,7 @@ def _box(values: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
 
 
 def from_yuv422(rows: Pixels, order: str, *, coarse: bool) -> Pixels:
-    """Return the colours of a YUV 4:2:2 image.
+    """Return the RGB pixels of an image in YUV 4:2:2.
 
     Args:
         rows: The bytes, (height, 2 * width).
@@ -90,7 +90,7 @@ def from_yuv422(rows: Pixels, order: str, *, coarse: bool) -> Pixels:
 
 
 def from_semi_planar(luma: Pixels, chroma: Pixels, *, v_first: bool, coarse: bool) -> Pixels:
-    """Return the colours of a semi-planar YUV image, ``nv21`` or ``nv12``.
+    """Return the RGB pixels of a semi-planar YUV image, ``nv21`` or ``nv12``.
 
     Args:
         luma: The brightness, (height, width).

@@ -1,15 +1,71 @@
-"""A picture as a browser takes it, and how one is made small enough."""
+"""Encoded pictures for browsers, and numbers as shades of grey."""
 
 from __future__ import annotations
 
 import io
+import math
+from collections import deque
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from statistics import median
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+import numpy.typing as npt
 
 from teleopctl.errors import TeleopctlError
 
 if TYPE_CHECKING:
     from PIL.Image import Image as PilImage
+
+
+class GreyRange:
+    """Range of values that is drawn from black to white, adapted to the images so far.
+
+    Args:
+        automatic: Whether they are those of the picture, instead of the two that follow.
+        low: What is black.
+        high: What is white.
+        window: The automatic bounds are the median of those of so many pictures, so that one
+            outlier does not make the picture flicker.
+    """
+
+    def __init__(
+        self, *, automatic: bool = True, low: float = 0.0, high: float = 1.0, window: int = 5
+    ) -> None:
+        self._automatic = automatic
+        self._given = (low, high)
+        self._lows: deque[float] = deque(maxlen=max(window, 1))
+        self._highs: deque[float] = deque(maxlen=max(window, 1))
+
+    # Any: numbers of any type.
+    def shades(self, values: npt.NDArray[Any]) -> npt.NDArray[np.uint8]:
+        """Return the values of an image as grey levels; invalid and zero values are black.
+
+        Args:
+            values: Numbers, of any shape.
+        """
+        with np.errstate(over="ignore", invalid="ignore"):
+            numbers = values.astype(np.float32)
+        measured = np.isfinite(numbers) & (numbers != 0.0)
+        low, high = self._bounds(numbers[measured])
+        if not high > low:
+            return np.zeros(values.shape, np.uint8)
+        numbers[~measured] = low
+        # In doubles, where the range of floats has room for no difference.
+        scaled = (numbers - np.float64(low)) * (255.0 / (high - low))
+        return scaled.clip(0.0, 255.0).astype(np.uint8)
+
+    def _bounds(self, numbers: npt.NDArray[np.float32]) -> tuple[float, float]:
+        if not self._automatic:
+            return self._given
+        if numbers.size:
+            self._lows.append(float(numbers.min()))
+            self._highs.append(float(numbers.max()))
+        if not self._lows:
+            return 0.0, 1.0
+        low, high = median(self._lows), median(self._highs)
+        return (low, high) if math.isfinite(high - low) else (0.0, 1.0)
+
 
 # What viser's own pictures have, and hardly anybody tells from the original.
 _JPEG_QUALITY = 75
@@ -18,12 +74,12 @@ _LEAST_WIDTH = 320
 
 
 class PictureError(TeleopctlError):
-    """A message cannot be shown as a picture; the message says why."""
+    """Error for a message that cannot be shown as a picture."""
 
 
 @dataclass(frozen=True, slots=True)
 class Picture:
-    """An encoded picture.
+    """Picture encoded for browsers, with the size and encoding of its message.
 
     Attributes:
         data: Its bytes.
@@ -43,7 +99,7 @@ class Picture:
 
 
 def fitted(image: PilImage, width: int) -> PilImage:
-    """Return an image reduced to a width, and enlarged if tiny.
+    """Return an image reduced to at most a width, or enlarged if it is tiny.
 
     Args:
         image: The image.
@@ -63,7 +119,7 @@ def fitted(image: PilImage, width: int) -> PilImage:
 
 
 def to_jpeg(image: PilImage) -> bytes:
-    """Encode an image as JPEG."""
+    """Return an image encoded as JPEG."""
     buffer = io.BytesIO()
     image.save(buffer, "JPEG", quality=_JPEG_QUALITY)
     return buffer.getvalue()

@@ -1,4 +1,4 @@
-"""``sensor_msgs/msg/Image`` as a picture, in each encoding that the standard names."""
+"""``sensor_msgs/msg/Image`` messages as pictures, in all encodings of sensor_msgs."""
 
 from __future__ import annotations
 
@@ -8,13 +8,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from teleopctl.pictures.grey import GreyRange
 from teleopctl.pictures.mosaics import (
     from_bayer,
     from_semi_planar,
     from_yuv422,
 )
-from teleopctl.pictures.picture import Picture, PictureError, fitted, to_jpeg
+from teleopctl.pictures.picture import GreyRange, Picture, PictureError, fitted, to_jpeg
 
 if TYPE_CHECKING:
     from PIL.Image import Image as PilImage
@@ -43,7 +42,7 @@ Array = npt.NDArray[Any]
 
 # Any, here and below: an Image message.
 def raw_picture(message: Any, width: int, shades: GreyRange) -> Picture:
-    """Convert an Image message to a picture.
+    """Return an Image message as a picture for browsers.
 
     Args:
         message: A ``sensor_msgs/msg/Image``.
@@ -62,7 +61,7 @@ def raw_picture(message: Any, width: int, shades: GreyRange) -> Picture:
 
 
 def raw_image(message: Any, width: int, shades: GreyRange) -> tuple[PilImage, int]:
-    """Return the pixels of an Image message, and how many rows it has.
+    """Return the pixels of an Image message as a PIL image, and the number of its rows.
 
     Args:
         message: A ``sensor_msgs/msg/Image``.
@@ -108,7 +107,7 @@ def _rows(message: Any, row: int) -> tuple[int, int]:
 
 
 def numbers_of(message: Any, dtype: str, channels: int) -> Array:
-    """Return the numbers of an image message, (rows, width, channels), in native byte order."""
+    """Return the values of an Image message, (rows, width, channels), in native byte order."""
     numbers = np.dtype(dtype).newbyteorder(">" if message.is_bigendian else "<")
     row = message.width * channels * numbers.itemsize
     rows, step = _rows(message, row)

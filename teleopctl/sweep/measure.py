@@ -1,4 +1,4 @@
-"""One number of a run's bag: the last, the largest … of a field."""
+"""Measures of a run: one number computed from a field in the run's bag."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ _HOW: dict[str, Callable[[list[float]], float]] = {
 
 
 class Measure(NamedTuple):
-    """A measure of a run: a field of a topic, and a statistic of its values.
+    """Measure of a run: a field of a topic, and a statistic of its values.
 
     Attributes:
         field: Topic and field, ``/joint_states/position[0]``.
@@ -46,7 +46,7 @@ class Measure(NamedTuple):
 
 
 def parse_measure(text: str) -> Measure:
-    """Parse ``/joint_states/position[0]:max``; the default is the last value.
+    """Parse a measure such as ``/joint_states/position[0]:max``; the default is the last value.
 
     Raises:
         UsageError: It is not of that form.
@@ -62,7 +62,7 @@ def parse_measure(text: str) -> Measure:
 
 
 def measure_bag(bag: Path, measure: Measure) -> float:
-    """Return the value of a measure in a bag.
+    """Return the value of a measure for the messages in a run's bag.
 
     Raises:
         NotFoundError: The bag, or such a topic of it, is not there.

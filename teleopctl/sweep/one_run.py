@@ -1,4 +1,4 @@
-"""One run of a sweep: a launch from its first step to its end, with its bag, and what came of it.
+"""One run of a sweep: a launch, simulated and recorded, with its request and its result.
 
 It has a process of its own, in whose environment router, domain and folders are its own.
 """
@@ -48,7 +48,7 @@ _ENDS_WITHIN_S = 30.0
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RunRequest:
-    """Request for one run of a sweep.
+    """Request for one run of a sweep: launch file, arguments, parameters and end.
 
     Attributes:
         number: From 1.
@@ -74,18 +74,18 @@ class RunRequest:
     measures: list[str] = field(default_factory=list)
 
     def save(self, folder: Path) -> None:
-        """Write the request to the run's folder."""
+        """Write the request to a run's folder, as JSON."""
         (folder / _REQUEST_FILE).write_text(json.dumps(asdict(self), indent=1), encoding="utf-8")
 
 
-def load_run(folder: Path) -> RunRequest:
+def load_request(folder: Path) -> RunRequest:
     """Read the request in a run's folder."""
     return RunRequest(**json.loads((folder / _REQUEST_FILE).read_text(encoding="utf-8")))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RunResult:
-    """Result of one run of a sweep.
+    """Result of one run of a sweep: outcome, measures and times.
 
     Attributes:
         number: Of the run.
@@ -123,7 +123,7 @@ class RunResult:
 
 
 def load_result(folder: Path) -> RunResult | None:
-    """Read the result in a run's folder; None if there is none."""
+    """Read the result in a run's folder; return None if there is none."""
     try:
         return RunResult(**json.loads((folder / RESULT_FILE).read_text(encoding="utf-8")))
     except (OSError, ValueError, TypeError):
@@ -131,18 +131,18 @@ def load_result(folder: Path) -> RunResult | None:
 
 
 def launch_arguments(request: RunRequest) -> dict[str, str]:
-    """Return the launch arguments of a run, the varied ones included."""
+    """Return the launch arguments of a run, with the varied ones."""
     varied = {name: value for name, value in request.parameters.items() if ":" not in name}
     return request.arguments | varied
 
 
 def run_once(folder: Path) -> RunResult:
-    """Run the request in a run's folder, and write the result there.
+    """Execute the run that is requested in a folder, and write its result there.
 
     Raises:
         KeyboardInterrupt: It was stopped; nothing is written down then.
     """
-    request = load_run(folder)
+    request = load_request(folder)
     started = time.monotonic()
     result, error = "done", ""
     try:
@@ -312,7 +312,7 @@ def _look_into_bag(
 
 
 def environment(folder: Path, slot: int, port: int) -> Mapping[str, str]:
-    """Return the environment of a run, which isolates it from other runs.
+    """Return the environment variables of a run, which isolate it from other runs.
 
     Args:
         folder: The run's.

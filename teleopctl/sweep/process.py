@@ -1,4 +1,4 @@
-"""The processes of runs: each run has one, which is ended here with all that it has started."""
+"""Child processes of runs, one for each run, ended with all that they have started."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ GUARDED = "--guarded"
 
 
 class RunProcesses:
-    """Executes runs as child processes; thread-safe.
+    """Executes runs in child processes; thread-safe.
 
     Args:
         guarded: Whether the processes are to end when the present one is no more.
@@ -45,17 +45,17 @@ class RunProcesses:
         self._stopped = False
 
     def stop(self) -> None:
-        """Stop the running runs, and start no others."""
+        """Stop the present runs, and start no others."""
         with self._lock:
             self._stopped = True
             for process in self._at_work:
                 # Windows has no interrupt that reaches a process without a common console.
                 process.send_signal(signal.SIGTERM if os.name == "nt" else signal.SIGINT)
 
-    def do(
+    def run(
         self, request: RunRequest, folder: Path, slot: int, port: int, cwd: Path | None = None
     ) -> RunResult | None:
-        """Execute a run.
+        """Execute a run in a child process; return its result, or None if it was stopped.
 
         Args:
             request: What it is to be.
@@ -77,7 +77,7 @@ class RunProcesses:
         result = load_result(folder)
         if result is None and not self._stopped:
             reason = f"{ending}, see {folder / LOG_FILE}"
-            result = failed(request, folder, reason, time.monotonic() - started)
+            result = failed_result(request, folder, reason, time.monotonic() - started)
             with contextlib.suppress(OSError):
                 result.save()
         return None if self._stopped else result
@@ -116,8 +116,8 @@ class RunProcesses:
         return status
 
 
-def failed(request: RunRequest, folder: Path, error: str, wall_s: float = 0.0) -> RunResult:
-    """Return the result of a run that ended without one."""
+def failed_result(request: RunRequest, folder: Path, error: str, wall_s: float = 0.0) -> RunResult:
+    """Return a failed result for a run whose process ended without one."""
     return RunResult(
         number=request.number,
         parameters=request.parameters,

@@ -1,4 +1,4 @@
-"""Many runs of a launch file beside one another, each with its folder."""
+"""Sweep: many runs of a launch file in parallel, each with its folder."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 from teleopctl.errors import InvalidFileError, NotFoundError, RefusedError
-from teleopctl.sweep.one_run import RunRequest, RunResult, load_result, load_run
+from teleopctl.sweep.one_run import RunRequest, RunResult, load_request, load_result
 from teleopctl.sweep.process import RunProcesses, free_ports
 
 SWEEP_FILE = "sweep.json"
 
 
 class Sweep:
-    """Runs of a sweep, in a folder.
+    """Sweep in a folder: its runs, and their results.
 
     Args:
         folder: Theirs; each run has one below it, by its number.
@@ -31,14 +31,14 @@ class Sweep:
 
     @classmethod
     def create(
-        cls, folder: Path, requests: Sequence[RunRequest], asked: Mapping[str, object]
+        cls, folder: Path, requests: Sequence[RunRequest], options: Mapping[str, object]
     ) -> Sweep:
-        """Create a sweep's folder, with those of its runs.
+        """Create a sweep's folder and those of its runs, with their requests.
 
         Args:
             folder: Where there is nothing yet.
             requests: What each run is to be.
-            asked: What was asked for, to be kept beside the runs, as JSON.
+            options: Options of the command, to be kept beside the runs, as JSON.
 
         Raises:
             RefusedError: There is something already.
@@ -53,12 +53,12 @@ class Sweep:
             path = sweep.folder_of(request)
             path.mkdir(parents=True)
             request.save(path)
-        (folder / SWEEP_FILE).write_text(json.dumps(asked, indent=1), encoding="utf-8")
+        (folder / SWEEP_FILE).write_text(json.dumps(options, indent=1), encoding="utf-8")
         return sweep
 
     @classmethod
     def open(cls, folder: Path) -> Sweep:
-        """Open an existing sweep.
+        """Open an existing sweep, to continue or read it.
 
         Raises:
             NotFoundError: There is none in that folder.
@@ -67,7 +67,9 @@ class Sweep:
         if not (folder / SWEEP_FILE).is_file():
             raise NotFoundError(f"There is no sweep in '{folder}': it has no {SWEEP_FILE}")
         try:
-            runs = [load_run(path) for path in sorted(folder.iterdir()) if path.name.isdecimal()]
+            runs = [
+                load_request(path) for path in sorted(folder.iterdir()) if path.name.isdecimal()
+            ]
         except (OSError, ValueError, TypeError) as error:
             raise InvalidFileError(f"{folder}: a run cannot be read: {error}") from error
         return cls(folder, sorted(runs, key=lambda request: request.number))
@@ -85,19 +87,19 @@ class Sweep:
         ]
         return [result for result in found if result is not None]
 
-    def left(self) -> list[RunRequest]:
-        """Return the runs that are not yet done, failed ones included."""
+    def pending(self) -> list[RunRequest]:
+        """Return the runs that are not done, failed ones included."""
         found = ((request, load_result(self.folder_of(request))) for request in self.requests)
         return [request for request, result in found if result is None or not result.is_done]
 
-    def note(self, result: RunResult) -> None:
-        """Store a result, in case it could not be written."""
+    def add_result(self, result: RunResult) -> None:
+        """Keep a result in memory, in case it could not be written to the disk."""
         self._seen[result.number] = result
 
     def run(
         self, jobs: int, on_begin: Callable[[], None], on_result: Callable[[RunResult], None]
     ) -> None:
-        """Execute the runs that are not done.
+        """Execute the runs that are not done, several at a time.
 
         Args:
             jobs: How many at a time.
@@ -108,35 +110,35 @@ class Sweep:
             KeyboardInterrupt: Ctrl-C; the runs at work have been stopped, what is done is kept.
         """
         left: queue.SimpleQueue[RunRequest] = queue.SimpleQueue()
-        for request in self.left():
+        for request in self.pending():
             left.put(request)
         count = left.qsize()
-        crew = _Crew(self, left)
+        threads = _RunThreads(self, left)
         slots = [
-            threading.Thread(target=crew.work, args=(slot, port), daemon=True)
+            threading.Thread(target=threads.work, args=(slot, port), daemon=True)
             for slot, port in enumerate(free_ports(min(jobs, count)))
         ]
         for thread in slots:
             thread.start()
         try:
             while count:
-                result = crew.told.get()
+                result = threads.events.get()
                 if result is None:
                     on_begin()
                     continue
-                self.note(result)
+                self.add_result(result)
                 on_result(result)
                 count -= 1
         except BaseException:
-            crew.stop()
+            threads.stop()
             raise
         finally:
             for thread in slots:
                 thread.join()
 
 
-class _Crew:
-    """Those who do the runs, each one after another; told: None when one begins, then its result.
+class _RunThreads:
+    """Those who do the runs, each one after another; events: None when one begins, then its result.
 
     Args:
         sweep: Whose runs.
@@ -146,24 +148,24 @@ class _Crew:
     def __init__(self, sweep: Sweep, left: queue.SimpleQueue[RunRequest]) -> None:
         self._sweep = sweep
         self._left = left
-        self.told: queue.SimpleQueue[RunResult | None] = queue.SimpleQueue()
+        self.events: queue.SimpleQueue[RunResult | None] = queue.SimpleQueue()
         self._processes = RunProcesses()
         self._stopped = False
 
     def stop(self) -> None:
-        """Stop the running runs, and start no others."""
+        """Stop the present runs, and start no others."""
         self._stopped = True
         self._processes.stop()
 
     def work(self, slot: int, port: int) -> None:
-        """Execute runs until none is left."""
+        """Execute pending runs one after the other, until none is left."""
         while not self._stopped:
             try:
                 request = self._left.get_nowait()
             except queue.Empty:
                 return
-            self.told.put(None)
+            self.events.put(None)
             folder = self._sweep.folder_of(request)
-            result = self._processes.do(request, folder, slot, port)
+            result = self._processes.run(request, folder, slot, port)
             if result is not None:
-                self.told.put(result)
+                self.events.put(result)

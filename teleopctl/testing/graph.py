@@ -1,4 +1,4 @@
-"""A ROS graph in a box: a router, a domain and folders of its own, and what runs in it."""
+"""Isolated ROS graph for tests: router, domain, folders and processes."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ _PATIENCE_S = 2.0
 
 
 class RosGraph:
-    """An isolated ROS graph for tests: its own router, domain and folders.
+    """Isolated ROS graph for tests, with a router, a domain and folders of its own.
 
     What is started here sees nothing of the machine's other nodes, and they see nothing of it. As
     a context manager it starts the router and takes this process in as well, so that nodes of the
@@ -251,11 +251,11 @@ class RosGraph:
 
     @property
     def node(self) -> Node:
-        """A node of the test's process, whose callbacks are executed."""
+        """Return a node of the test's process whose callbacks are executed on a thread."""
         return self._observing().node
 
     def wait_for_nodes(self, *names: str, timeout_s: float = LONGEST_WAIT_S) -> None:
-        """Wait until nodes of these full names are in the graph.
+        """Wait until nodes with these full names are in the graph.
 
         Raises:
             AssertionError: The time is up; the message lists the nodes that are there.
@@ -311,7 +311,7 @@ class RosGraph:
                 yield log_file.name, "".join(text.splitlines(keepends=True)[-_REPORTED_LINES:])
 
     def close(self) -> None:
-        """End all processes that were started here.
+        """End all processes that the graph has started.
 
         Whatever a test did to the environment variables: only this graph's folder counts.
         """

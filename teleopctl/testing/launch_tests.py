@@ -1,4 +1,4 @@
-"""What pytest knows of ROS 2's launch tests from its start.
+"""pytest hooks for ROS 2's launch tests, loaded when pytest starts.
 
 ``launch_testing`` and ``launch_pytest`` each bring a plug-in, which imports all of ``launch``. Of
 ours, pytest gets the option and the marks at its start, and each plug-in with the first file that
@@ -25,13 +25,13 @@ _MARKS = (
 
 
 def are_ours(site: str) -> bool:
-    """Return whether the launch packages are teleopctl's, and not those of a real ROS 2."""
+    """Return whether the launch packages are teleopctl's, rather than those of a ROS 2."""
     specs = [find_spec(name) for name in _PLUGINS]
     return all(spec is not None and (spec.origin or "").startswith(site) for spec in specs)
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    """Declare the option of launch_testing's plug-in."""
+    """Declare the option of launch_testing's pytest plug-in."""
     parser.addoption(
         "--launch-args",
         action="append",
@@ -42,7 +42,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Declare the marks of both."""
+    """Declare the marks of launch_testing and launch_pytest."""
     for line in _MARKS:
         config.addinivalue_line("markers", line)
 

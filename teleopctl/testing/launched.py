@@ -1,4 +1,4 @@
-"""A launch file that was brought up in a graph of its own."""
+"""Running launch file in an isolated graph."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from teleopctl.testing.process import LONGEST_WAIT_S, eventually
 
 
 class LaunchedSystem:
-    """A running launch file; made by `RosGraph.launch`.
+    """Running launch file; `RosGraph.launch` returns one.
 
     Args:
         record: The launch as a background process.
@@ -31,7 +31,7 @@ class LaunchedSystem:
 
     @property
     def output(self) -> str:
-        """Output of the launch's processes so far."""
+        """Output of the launched processes so far."""
         return self.log_file.read_text(encoding="utf-8", errors="replace")
 
     @property

@@ -1,4 +1,4 @@
-"""The test's own node in a graph: messages and nodes are waited for through it."""
+"""Node of the test's process through which tests wait for messages and nodes."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from teleopctl.testing.process import LONGEST_WAIT_S
 
 
 class Observer:
-    """A node of the test's process, whose callbacks run on a thread of their own.
+    """Node of the test's process whose callbacks run on a thread.
 
     Attributes:
         node: The node, for publishers, clients and whatever else a test needs. What a callback

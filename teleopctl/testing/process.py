@@ -1,4 +1,4 @@
-"""A program under test: its lines are waited for, its output stands in the failure."""
+"""Process under test: waits for output lines, and reports its output on failure."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ Stream = Literal["any", "stdout", "stderr"]
 
 
 class Process:
-    """A running program, whose output lines can be waited for.
+    """Running program under test, whose output lines can be waited for.
 
     Args:
         argv: Program and arguments.
@@ -197,7 +197,7 @@ class Process:
 def eventually(
     check: Callable[[], object], timeout_s: float = LONGEST_WAIT_S, what: str = "it"
 ) -> None:
-    """Wait until a check succeeds, for conditions without an event.
+    """Wait until a function returns without an assertion error or false value, or a timeout.
 
     Args:
         check: What is to become true.

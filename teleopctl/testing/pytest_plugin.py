@@ -1,4 +1,4 @@
-"""The pytest plug-in: fixtures, and ``rclpy`` and message packages for tests to import.
+"""pytest plug-in: fixtures, and ``rclpy`` and message packages for tests to import.
 
 pytest loads it wherever teleopctl is installed. So it puts one more entry at the end of the module
 search path, behind all that is installed, and imports nothing else of teleopctl before a fixture
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    """Declare the plug-in's setting."""
+    """Declare the ini setting of the plug-in."""
     parser.addini(
         "teleopctl_imports",
         "Let tests import rclpy and message packages from teleopctl where they are not installed.",
@@ -84,13 +84,13 @@ def shared_ros_graph(
 
 @pytest.fixture
 def ros_launch(ros_graph: RosGraph) -> Callable[..., LaunchedSystem]:
-    """Bring a launch file up in ``ros_graph`` and wait until it is up; see `RosGraph.launch`."""
+    """Return a function that starts a launch file in ``ros_graph`` and waits until it is up."""
     return ros_graph.launch
 
 
 @pytest.fixture
 def ros_bag_repeats() -> Callable[..., Verification]:
-    """Simulate a recorded session once more and compare; see `assert_bag_repeats`."""
+    """Return the function `assert_bag_repeats`."""
     from teleopctl.testing.replayed import assert_bag_repeats
 
     return assert_bag_repeats
@@ -100,7 +100,7 @@ def ros_bag_repeats() -> Callable[..., Verification]:
 def pytest_runtest_makereport(
     item: pytest.Item,
 ) -> Generator[None, pytest.TestReport, pytest.TestReport]:
-    """Put what ran in a test's graph into the report of its failure."""
+    """Add processes and logs of a test's graph to its failure report."""
     report = yield
     if report.failed:
         graph = getattr(item, "funcargs", {}).get("ros_graph_without_router")

@@ -1,4 +1,4 @@
-"""A recorded session as a regression test."""
+"""Recorded sessions as regression tests."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _MOST_LINES = 20
 
 
 def assert_bag_repeats(path: Path | str, *, tolerance: float = 0.0) -> Verification:
-    """Simulate a recorded session again, and assert that it is equal.
+    """Simulate a recorded session again, and assert that the messages are equal.
 
     Args:
         path: The bag, of a simulation from its start on.

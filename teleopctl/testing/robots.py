@@ -1,4 +1,4 @@
-"""A robot to try controllers and hardware components on."""
+"""Simple robots for tests of controllers and hardware components."""
 
 from __future__ import annotations
 

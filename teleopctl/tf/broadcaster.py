@@ -1,4 +1,4 @@
-"""Tell others where frames stand, with the names of ``tf2_ros``."""
+"""Broadcasters of transforms, with the names of ``tf2_ros``."""
 
 from __future__ import annotations
 
@@ -56,13 +56,13 @@ class StaticTransformBroadcaster:
     def sendTransform(  # noqa: N802 -- tf2_ros's name
         self, transform: TransformStamped | Iterable[TransformStamped]
     ) -> None:
-        """Publish one ``TransformStamped`` or several, together with all earlier ones."""
+        """Publish one static ``TransformStamped`` or several, together with all earlier ones."""
         for each in _as_list(transform):
             self._transforms[each.child_frame_id] = each
         self.pub_tf.publish(self._message(transforms=list(self._transforms.values())))
 
     def forget(self) -> None:
-        """Drop the earlier transforms (ours)."""
+        """Drop the transforms sent before, so that later messages lack them (ours)."""
         self._transforms.clear()
 
 

@@ -1,4 +1,4 @@
-"""The buffer of transforms that waits for what it is asked, with ``tf2_ros.Buffer``'s methods."""
+"""Buffer of transforms that can wait for a transform, with the methods of ``tf2_ros.Buffer``."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _Answer = TypeVar("_Answer")
 
 
 class Buffer(BufferCore, BufferInterface):
-    """Buffer of transforms over time, as tf2_ros has it.
+    """Buffer of transforms over time whose lookups can wait, as in tf2_ros.
 
     All methods may be called from any thread. A time of 0 (``Time()``) asks for the newest time
     at which every frame between the two is known. When the simulated time of its node goes back,
@@ -106,7 +106,7 @@ class Buffer(BufferCore, BufferInterface):
     def lookup(
         self, target_frame: str, source_frame: str, stamp: int, timeout: TimeLike | None = None
     ) -> tuple[int, Transform]:
-        """Return the transform as `lookup_transform` does, without messages (ours)."""
+        """Return stamp and transform as `lookup_transform` does, without messages (ours)."""
         answer = self._between(target_frame, source_frame, stamp, "lookupTransform")
         return self._when_known(answer, timeout)
 

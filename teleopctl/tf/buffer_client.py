@@ -36,7 +36,7 @@ _PADDING_S = 2.0
 
 
 class BufferClient(BufferInterface):
-    """Looks transforms up in a buffer server, by the action ``tf2_msgs/action/LookupTransform``.
+    """Client of a buffer server, for lookups by the action ``tf2_msgs/action/LookupTransform``.
 
     Calls block their thread, and need no executor meanwhile.
 
@@ -96,7 +96,7 @@ class BufferClient(BufferInterface):
     def can_transform(
         self, target_frame: str, source_frame: str, time: TimeLike, timeout: TimeLike | None = None
     ) -> bool:
-        """Return whether `lookup_transform` has a result."""
+        """Return whether the buffer server has the transform, within a timeout."""
         try:
             self.lookup_transform(target_frame, source_frame, time, timeout)
         except TransformException:
@@ -112,7 +112,7 @@ class BufferClient(BufferInterface):
         fixed_frame: str,
         timeout: TimeLike | None = None,
     ) -> bool:
-        """Return whether `lookup_transform_full` has a result."""
+        """Return whether the buffer server has the transform between two times."""
         frames = (target_frame, target_time, source_frame, source_time, fixed_frame)
         try:
             self.lookup_transform_full(*frames, timeout)

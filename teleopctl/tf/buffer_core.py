@@ -1,4 +1,4 @@
-"""The buffer of transforms without a node and without waiting, with ``tf2_py``'s methods."""
+"""Buffer of transforms without node and without waiting, with the methods of ``tf2_py``."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 _DEFAULT_CACHE_NS = 10_000_000_000
 
-Question = Callable[[], tuple[int, Transform]]
+Lookup = Callable[[], tuple[int, Transform]]
 
 
 class BufferCore:
@@ -63,17 +63,17 @@ class BufferCore:
                 self._changed.notify_all()
 
     def clear(self) -> None:
-        """Drop all moving frames."""
+        """Drop the transforms of moving frames; static ones stay."""
         with self._changed:
             self._tree.clear()
 
     def forget(self, frames: Iterable[str]) -> None:
-        """Drop frames, with all names that are then unused (ours)."""
+        """Remove frames, and names that no other frame refers to (ours)."""
         with self._changed:
             self._tree.forget(frames)
 
     def latest(self) -> list[tuple[str, TransformSample]]:
-        """Return every frame with its newest transform (ours)."""
+        """Return every frame that has a parent, with its newest transform (ours)."""
         with self._changed:
             return self._tree.latest()
 
@@ -122,7 +122,7 @@ class BufferCore:
         return self._told(self._through(*frames, "canTransform"))
 
     def get_latest_common_time(self, target_frame: str, source_frame: str) -> Time:
-        """Return the newest time at which a transform between two frames is known.
+        """Return the newest time at which the transform between two frames is known.
 
         Raises:
             LookupException: When a frame is not known.
@@ -224,7 +224,7 @@ class BufferCore:
             return frame_texts.as_dot(self._tree, now_ns)
 
     def known_frames(self) -> list[frame_texts.KnownFrame]:
-        """Return the statistics of each frame that has a parent (ours)."""
+        """Return authority, rate and time span of each frame that has a parent (ours)."""
         with self._changed:
             return frame_texts.known_frames(self._tree)
 
@@ -257,7 +257,7 @@ class BufferCore:
 
     # -- inside ----------------------------------------------------------------------------------
 
-    def _between(self, target_frame: str, source_frame: str, stamp: int, caller: str) -> Question:
+    def _between(self, target_frame: str, source_frame: str, stamp: int, caller: str) -> Lookup:
         """Return the question where one frame stands in another."""
 
         def answer() -> tuple[int, Transform]:
@@ -277,7 +277,7 @@ class BufferCore:
         source_time: TimeLike,
         fixed_frame: str,
         caller: str,
-    ) -> Question:
+    ) -> Lookup:
         """Return the question where one frame at one time stood in another at another time."""
         check = self._tree.check
         target_stamp, source_stamp = stamp_of(target_time), stamp_of(source_time)
@@ -293,7 +293,7 @@ class BufferCore:
 
         return answer
 
-    def _told(self, answer: Question) -> tuple[bool, str]:
+    def _told(self, answer: Lookup) -> tuple[bool, str]:
         try:
             with self._changed:
                 answer()

@@ -1,4 +1,4 @@
-"""What a buffer can transform besides frames: registered types, with the names of ``tf2_ros``."""
+"""Transformations and conversions of registered types, with the names of ``tf2_ros``."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class TransformRegistration:
         _transforms[key] = callback
 
     def get(self, key: type) -> DoTransform:
-        """Return the function that transforms a type.
+        """Return the function that transforms a type to another frame.
 
         Raises:
             TypeException: Nobody has said so.
@@ -117,7 +117,7 @@ def Stamped(obj: Any, stamp: Stamp, frame_id: str) -> Any:  # noqa: N802 -- tf2_
 
 
 class BufferInterface(abc.ABC):
-    """Base of buffers, with the methods that use their lookups."""
+    """Base of transform buffers: transforms stamped objects of registered types."""
 
     def __init__(self) -> None:
         self.registration = TransformRegistration()

@@ -1,4 +1,4 @@
-"""What ``tf2_echo`` does: print where one frame stands in another, again and again."""
+"""Printing the transform between two frames repeatedly, as ``tf2_echo`` does."""
 
 import math
 import threading
@@ -76,7 +76,7 @@ def echo_transforms(
     fail: Callable[[str], None],
     wait: Callable[[str], object],
 ) -> None:
-    """Print the transform between two frames until the context ends.
+    """Print the transform between two frames once a second, until the context ends.
 
     Args:
         node: Who listens; it need not be spun.
@@ -122,7 +122,7 @@ def wait_for_frames(
     ended: threading.Event,
     wait: Callable[[str], object],
 ) -> bool:
-    """Wait until two frames are connected.
+    """Wait until two frames are connected in a buffer, or the context ends.
 
     Args:
         buffer: What is known of frames.

@@ -1,4 +1,4 @@
-"""What can go wrong with a transform, under tf2's names."""
+"""Errors of transform lookups, under tf2's names."""
 
 from teleopctl.errors import TeleopctlError
 

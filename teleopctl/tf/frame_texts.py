@@ -1,4 +1,4 @@
-"""The frames of a tree as text: sentences, YAML and a graph, as tf2's tools read them."""
+"""Frames of a tree as text for tf2's tools: sentences, YAML and Graphviz."""
 
 from typing import NamedTuple
 
@@ -11,7 +11,7 @@ _NOBODY = "default_authority"
 
 
 class KnownFrame(NamedTuple):
-    """Statistics of a frame that has a parent; rate in Hz, times in seconds.
+    """Frame that has a parent: authority, rate in Hz and times in seconds.
 
     ``broadcaster`` is empty where it is unknown.
     """
@@ -31,7 +31,7 @@ def known_frames(tree: FrameTree) -> list[KnownFrame]:
 
 
 def as_string(tree: FrameTree) -> str:
-    """Return a sentence for each frame that has a parent."""
+    """Return a sentence, ``Frame A exists with parent B.``, for each frame that has a parent."""
     return "".join(
         f"Frame {child} exists with parent {parent}.\n" for child, parent in tree.parents()
     )
@@ -53,7 +53,7 @@ def as_yaml(tree: FrameTree) -> str:
 
 
 def as_dot(tree: FrameTree, now: int = 0) -> str:
-    """Return the frames as a Graphviz graph.
+    """Return the frames as a graph in Graphviz's language.
 
     Args:
         tree: The frames.

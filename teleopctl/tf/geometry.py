@@ -1,4 +1,4 @@
-"""Points, vectors and poses in another frame, with the names of ``tf2_geometry_msgs``.
+"""Points, vectors and poses transformed to another frame, with names of ``tf2_geometry_msgs``.
 
 Each function takes a message and the ``geometry_msgs/msg/TransformStamped`` that leads into the
 wanted frame, and returns a new message; those that have a header get the transform's.
@@ -32,14 +32,14 @@ _AXES = range(3)
 
 
 def do_transform_point(point: PointStamped, transform: TransformStamped) -> PointStamped:
-    """Transform a ``PointStamped``."""
+    """Return a ``PointStamped`` transformed by a ``TransformStamped``."""
     moved: PointStamped = _with_header("PointStamped", transform)
     _place(moved.point, transform_of(transform.transform), point.point)
     return moved
 
 
 def do_transform_vector3(vector3: Vector3Stamped, transform: TransformStamped) -> Vector3Stamped:
-    """Transform a ``Vector3Stamped``: rotate only."""
+    """Return a ``Vector3Stamped`` rotated by a ``TransformStamped``."""
     moved: Vector3Stamped = _with_header("Vector3Stamped", transform)
     turn = transform_of(transform.transform).rotation
     vector = vector3.vector
@@ -48,7 +48,7 @@ def do_transform_vector3(vector3: Vector3Stamped, transform: TransformStamped) -
 
 
 def do_transform_pose(pose: Pose, transform: TransformStamped) -> Pose:
-    """Transform a ``Pose``."""
+    """Return a ``Pose`` transformed by a ``TransformStamped``."""
     at = transform_of(transform.transform) @ _transform_of_pose(pose)
     moved: Pose = get_message("geometry_msgs/msg/Pose")()
     place, turn = moved.position, moved.orientation
@@ -60,7 +60,7 @@ def do_transform_pose(pose: Pose, transform: TransformStamped) -> Pose:
 
 
 def do_transform_pose_stamped(pose: PoseStamped, transform: TransformStamped) -> PoseStamped:
-    """Transform a ``PoseStamped``."""
+    """Return a ``PoseStamped`` transformed by a ``TransformStamped``."""
     moved: PoseStamped = _with_header("PoseStamped", transform)
     moved.pose = do_transform_pose(pose.pose, transform)
     return moved
@@ -69,7 +69,7 @@ def do_transform_pose_stamped(pose: PoseStamped, transform: TransformStamped) ->
 def do_transform_pose_with_covariance_stamped(
     pose: PoseWithCovarianceStamped, transform: TransformStamped
 ) -> PoseWithCovarianceStamped:
-    """Transform a ``PoseWithCovarianceStamped`` and its covariance."""
+    """Return a ``PoseWithCovarianceStamped``, transformed with its covariance."""
     moved: PoseWithCovarianceStamped = _with_header("PoseWithCovarianceStamped", transform)
     moved.pose.pose = do_transform_pose(pose.pose.pose, transform)
     moved.pose.covariance = transform_covariance(pose.pose.covariance, transform)
@@ -79,7 +79,7 @@ def do_transform_pose_with_covariance_stamped(
 def do_transform_polygon_stamped(
     polygon: PolygonStamped, transform: TransformStamped
 ) -> PolygonStamped:
-    """Transform a ``PolygonStamped``."""
+    """Return a ``PolygonStamped`` transformed by a ``TransformStamped``."""
     moved: PolygonStamped = _with_header("PolygonStamped", transform)
     by = transform_of(transform.transform)
     corner = get_message("geometry_msgs/msg/Point32")
@@ -92,7 +92,7 @@ def do_transform_polygon_stamped(
 def transform_covariance(
     cov_in: Sequence[float] | NDArray[np.float64], transform: TransformStamped
 ) -> list[float]:
-    """Rotate the 6 by 6 covariance of a pose, row by row."""
+    """Return the 6 by 6 covariance of a pose rotated by a transform, row by row."""
     turn = matrix_from_quaternion(transform_of(transform.transform).rotation)
     turned = [0.0] * 36
     for row in (0, 3):
@@ -127,7 +127,7 @@ def _transform_of_pose(pose: Any) -> Transform:
 
 
 def register() -> None:
-    """Register the transformations of ``geometry_msgs``' stamped messages."""
+    """Register these functions for ``geometry_msgs``' stamped messages."""
     registered = TransformRegistration()
     conversions = ConvertRegistration()
     for name, how in (

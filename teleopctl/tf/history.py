@@ -1,4 +1,4 @@
-"""The past of one frame: where it stood in its parent, and when.
+"""Transforms of one frame to its parent over time.
 
 Times are integers in nanoseconds.
 """
@@ -28,31 +28,31 @@ class StaticHistory:
 
     @property
     def is_static(self) -> bool:
-        """Return True."""
+        """Whether the frame is static: True."""
         return True
 
     @property
     def latest(self) -> TransformSample:
-        """Return the static transform."""
+        """The static transform."""
         return self._sample
 
     @property
     def stamps(self) -> list[int]:
-        """Return no times: a static frame has none."""
+        """Times of samples: none, since a static transform has no time."""
         return []
 
     def insert(self, sample: TransformSample) -> bool:
-        """Replace the transform. Always done."""
+        """Replace the static transform. Always done."""
         self._sample = sample
         return True
 
     def at(self, stamp: int) -> TransformSample:  # noqa: ARG002 -- the same question as to a MovingHistory
-        """Return the transform, whatever the time."""
+        """Return the static transform, whatever the time."""
         return self._sample
 
 
 class MovingHistory:
-    """Transforms of a moving frame over the last seconds.
+    """Transforms of a moving frame over the last seconds, interpolated between samples.
 
     Args:
         length: How far back samples are kept from the newest one, in nanoseconds.
@@ -65,21 +65,21 @@ class MovingHistory:
 
     @property
     def is_static(self) -> bool:
-        """Return False."""
+        """Whether the frame is static: False."""
         return False
 
     @property
     def latest(self) -> TransformSample:
-        """The newest sample."""
+        """Newest sample."""
         return self._samples[-1]
 
     @property
     def stamps(self) -> list[int]:
-        """The times of the samples, the oldest first."""
+        """Times of the samples, oldest first."""
         return self._stamps
 
     def insert(self, sample: TransformSample) -> bool:
-        """Add a transform, and drop those that are too old.
+        """Add a sample, and drop those that are older than the buffer reaches back.
 
         Returns:
             False when it is itself too old. One of a time that is known takes its place.
@@ -139,5 +139,5 @@ class MovingHistory:
 
 
 def seconds(stamp: int) -> str:
-    """Return a time as tf2 prints it: seconds with six decimals."""
+    """Return a time in nanoseconds as tf2 prints it: seconds with six decimals."""
     return f"{to_seconds(stamp):f}"

@@ -1,4 +1,4 @@
-"""Subscriptions that fill a buffer of transforms, with the names of ``tf2_ros``."""
+"""Subscriptions that fill a transform buffer, with the names of ``tf2_ros``."""
 
 import contextlib
 import threading
@@ -27,7 +27,7 @@ _UNKNOWN = "<no authority available>"
 
 
 class Senders:
-    """Names of the nodes of publishers, by their GIDs.
+    """Node names of publishers by GID, remembered after the nodes have ended.
 
     Args:
         node: The node that receives the messages.
@@ -39,7 +39,7 @@ class Senders:
         self._names: dict[bytes, str] = {}
 
     def name(self, gid: bytes) -> str:
-        """Return the name of a publisher's node, also after its end."""
+        """Return the name of the node that a publisher belongs to, also after its end."""
         if gid not in self._names:
             for endpoint in self._node.graph().endpoints:
                 if endpoint.gid == gid:
@@ -48,7 +48,7 @@ class Senders:
 
 
 class TransformListener:
-    """Subscribes ``/tf`` and ``/tf_static``.
+    """Subscriber to ``/tf`` and ``/tf_static`` that fills a buffer.
 
     Transforms enter the buffer as they arrive and not when an executor comes to it, so a callback
     may wait for a transform, whatever executor runs it. The executor hears of each message
@@ -104,7 +104,7 @@ class TransformListener:
         self.dedicated_listener_thread.start()
 
     def unregister(self) -> None:
-        """Unsubscribe."""
+        """Unsubscribe from ``/tf`` and ``/tf_static``."""
         if self.spin_thread:
             self.executor.shutdown()
         self.node.destroy_guard_condition(self._arrived)

@@ -1,4 +1,4 @@
-"""A buffer for what shows where frames are now, which one wrong clock cannot poison.
+"""Buffer for displays of present transforms, robust against one node with a wrong clock.
 
 tf2 keeps the newest stamp of a frame for the truth: one transform with a stamp of the wall in a
 tree of simulated stamps, and every later one is too old (``TF_OLD_DATA``) until someone clears the
@@ -78,7 +78,7 @@ class LiveBuffer(Buffer):
             self.left_out.clear()
 
     def forget(self, frames: Iterable[str]) -> None:
-        """Drop frames, with all names that are then unused."""
+        """Remove frames, and names that no other frame refers to."""
         names = tuple(frames)
         with self._changed:
             super().forget(names)

@@ -1,4 +1,4 @@
-"""Between ``geometry_msgs`` messages and plain transforms."""
+"""Conversions between ``geometry_msgs`` messages and plain transforms."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ TimeLike: TypeAlias = Nanoseconds | Stamp | int
 
 
 def stamp_of(time: TimeLike) -> int:
-    """Return a time, or a duration, in nanoseconds.
+    """Return a time, a duration or a message of either in nanoseconds.
 
     Args:
         time: A ``Time`` of the client library, a ``builtin_interfaces/msg/Time`` or nanoseconds.
@@ -36,7 +36,7 @@ def stamp_of(time: TimeLike) -> int:
 
 
 def transform_of(message: TransformMessage) -> Transform:
-    """Return the transform of a ``geometry_msgs/msg/Transform``."""
+    """Return a ``geometry_msgs/msg/Transform`` as a plain `Transform`."""
     move, turn = message.translation, message.rotation
     return Transform((move.x, move.y, move.z), (turn.x, turn.y, turn.z, turn.w))
 
@@ -44,7 +44,7 @@ def transform_of(message: TransformMessage) -> Transform:
 def transform_stamped(
     parent: str, child: str, stamp: int, transform: Transform
 ) -> TransformStamped:
-    """Make a ``geometry_msgs/msg/TransformStamped``.
+    """Return a new ``geometry_msgs/msg/TransformStamped`` with these values.
 
     Args:
         parent: The frame in which the transform is expressed.
@@ -60,7 +60,7 @@ def transform_stamped(
 
 
 def move_transform(message: TransformStamped, stamp: int, transform: Transform) -> None:
-    """Update stamp and transform of a ``geometry_msgs/msg/TransformStamped``.
+    """Set stamp and transform of an existing ``geometry_msgs/msg/TransformStamped``.
 
     Args:
         message: What `transform_stamped` made.

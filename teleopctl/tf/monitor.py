@@ -1,4 +1,4 @@
-"""What ``tf2_monitor`` does: measure how late transforms come, and how often from whom."""
+"""Measurement of delays and rates of transforms, as ``tf2_monitor`` does."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class Delay(NamedTuple):
 
 
 class FrameDelay(NamedTuple):
-    """A frame with its broadcaster and delay; None for a static frame."""
+    """Frame with its broadcaster and its delay, which is None for a static frame."""
 
     name: str
     publisher: str
@@ -53,7 +53,10 @@ class Broadcaster(NamedTuple):
 
 
 class MonitorResults(NamedTuple):
-    """Result of the measurement. ``chain`` and ``net`` are empty where all frames are watched."""
+    """Result of a `TransformMonitor`: delays of frames and of a chain, and broadcasters.
+
+    ``chain`` and ``net`` are empty where all frames are watched.
+    """
 
     chain: tuple[str, ...]
     net: Delay | None
@@ -61,7 +64,7 @@ class MonitorResults(NamedTuple):
     broadcasters: tuple[Broadcaster, ...]
 
     def text(self) -> str:
-        """Return the lines that tf2_monitor prints."""
+        """Return the results as the lines that tf2_monitor prints."""
         return "\n".join(map(printable_line, self._lines()))
 
     def _lines(self) -> Iterator[str]:
@@ -122,7 +125,7 @@ class TransformMonitor:
         ]
 
     def unregister(self) -> None:
-        """Unsubscribe."""
+        """Unsubscribe from ``/tf`` and ``/tf_static``."""
         for subscription in self._subscriptions:
             self._node.destroy_subscription(subscription)
 
@@ -138,7 +141,7 @@ class TransformMonitor:
             self._net.append(to_seconds(now - stamp) if stamp else 0.0)
 
     def results(self, chain: Sequence[str] = ()) -> MonitorResults:
-        """Return the results so far, of a chain's frames or of all."""
+        """Return the delays measured so far, of the frames of a chain or of all."""
         with self._lock:
             frames = tuple(
                 FrameDelay(name, self._names.name(gid), _delay(self._delays.get(name)))

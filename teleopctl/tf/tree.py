@@ -1,4 +1,4 @@
-"""The tree of all frames over time, without messages, nodes or clocks.
+"""Tree of frames over time, without messages, nodes or clocks.
 
 Times are integers in nanoseconds; 0 asks for the newest time at which everything is known.
 """
@@ -49,7 +49,7 @@ class FrameTree:
         }
 
     def forget(self, names: Iterable[str]) -> None:
-        """Drop frames, with all names that are then unused."""
+        """Remove frames, and names that no other frame refers to."""
         for name in names:
             self._histories.pop(name, None)
             self._warned.pop(name, None)
@@ -111,11 +111,11 @@ class FrameTree:
         return [(child, history.latest) for child, history in self._histories.items()]
 
     def authority(self, frame: str) -> str:
-        """Return the publisher of a frame's newest transform, or an empty string."""
+        """Return the publisher of a frame's newest transform; an empty string if unknown."""
         return self._frames.get(frame, "")
 
     def span(self, frame: str) -> tuple[int, bool] | None:
-        """Return the time of a frame's newest transform and whether it is static, or None."""
+        """Return the time of a frame's newest transform and whether it is static, else None."""
         history = self._histories.get(frame)
         return None if history is None else (history.latest.stamp, history.is_static)
 
@@ -125,7 +125,7 @@ class FrameTree:
         return [] if history is None else history.stamps
 
     def check(self, frame: str, argument: str, caller: str) -> str:
-        """Return a frame's name; raise if it is invalid or unknown.
+        """Return a frame's name, or raise if it is invalid or unknown.
 
         Raises:
             InvalidArgumentException: When it is empty or starts with a slash.
@@ -223,7 +223,7 @@ class FrameTree:
         return stamp, fixed_in_target @ in_fixed
 
     def latest_common_time(self, target: str, source: str) -> int:
-        """Return the newest time common to all frames between two; 0 for static ones.
+        """Return the newest time common to all frames between two; 0 if all are static.
 
         Raises:
             ConnectivityException: When no chain joins the frames.

@@ -1,4 +1,4 @@
-"""How frames move: differences of transforms over time."""
+"""Velocities of frames, from differences of transforms over time."""
 
 import math
 
@@ -20,7 +20,7 @@ def velocity(
     when: int,
     interval: int,
 ) -> tuple[Vector3, Vector3]:
-    """Return how a point that is fixed to a moving frame moves.
+    """Return the linear and angular velocity of a point that is fixed to a moving frame.
 
     With the poses (R0, p0) and (R1, p1) of the tracking frame at the ends of an interval T, its
     origin moves with v = (p1 - p0) / T, and it turns with w, the rotation vector of R1 R0^-1 over

@@ -26,30 +26,32 @@ if TYPE_CHECKING:
         query_graph as query_graph,
     )
     from teleopctl.wire.graph_watcher import GraphWatcher as GraphWatcher
-    from teleopctl.wire.introduction import hear_peers as hear_peers
+    from teleopctl.wire.invalid_messages import InvalidMessageCounter as InvalidMessageCounter
     from teleopctl.wire.keys import assertion_key as assertion_key, topic_key as topic_key
+    from teleopctl.wire.peer_discovery import (
+        flush_to_router as flush_to_router,
+        wait_for_peer_tokens as wait_for_peer_tokens,
+    )
     from teleopctl.wire.qos import INFINITE_NS as INFINITE_NS, EndpointQos as EndpointQos
     from teleopctl.wire.reach import (
         HOW_TO_CLOSE as HOW_TO_CLOSE,
         RouterReach as RouterReach,
         router_reach as router_reach,
     )
-    from teleopctl.wire.refusals import Refusals as Refusals
     from teleopctl.wire.requests import (
-        Question as Question,
-        answers_of_nodes as answers_of_nodes,
-        no_answer as no_answer,
+        ServiceRequest as ServiceRequest,
+        no_response_text as no_response_text,
         read_response as read_response,
+        responses_of_nodes as responses_of_nodes,
         send_request as send_request,
     )
-    from teleopctl.wire.roll_call import router_has_all as router_has_all
     from teleopctl.wire.router import (
-        be_router as be_router,
         daemon_address as daemon_address,
         ensure_router as ensure_router,
         find_router as find_router,
         port_holder as port_holder,
         router_is_running as router_is_running,
+        run_daemon as run_daemon,
         start_router as start_router,
         stop_router as stop_router,
     )

@@ -1,4 +1,4 @@
-"""Where a router is: the one value that sessions, the daemon and all messages take it from.
+"""Addresses of routers: endpoints at which sessions look for one and the daemon listens.
 
 Two places are told apart. A session connects to ``connect/endpoints`` of the session's
 configuration; a router listens on ``listen/endpoints`` of the router's, and its own
@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from teleopctl.wire.keys import decimal
+from teleopctl.wire.keys import parse_decimal
 
 DEFAULT_ENDPOINT = "tcp/localhost:7447"
 
@@ -63,28 +63,28 @@ class RouterAddress:
 
     @property
     def text(self) -> str:
-        """Return the endpoints as text."""
+        """Endpoints, joined by commas."""
         return ", ".join(self.endpoints)
 
     @property
     def fault(self) -> str | None:
-        """Return which endpoint is invalid and why; None if all are valid."""
+        """Which endpoint is invalid and why; None if all are valid."""
         return next(filter(None, map(_fault, self.endpoints)), None)
 
     @property
     def is_on_this_machine(self) -> bool:
-        """Return whether every endpoint is on this machine only."""
+        """Whether all endpoints are loopback addresses or Unix sockets."""
         return all(_is_local(endpoint) for endpoint in self.endpoints)
 
     def serves(self, other: RouterAddress) -> bool:
-        """Return whether a router that listens here is found by sessions of the other address.
+        """Return whether sessions with another address find a router that listens at this one.
 
         Loopback addresses with the same port are taken for one place.
         """
         return any(_serves(ours, theirs) for ours in self.endpoints for theirs in other.endpoints)
 
     def is_missed_by(self, other: RouterAddress) -> bool:
-        """Return whether sessions with the other address would not find this router."""
+        """Return whether sessions with another address do not find a router at this one."""
         return bool(other.endpoints) and not self.serves(other)
 
     def to_connect(self) -> RouterAddress:
@@ -98,12 +98,12 @@ DEFAULT_ADDRESS = RouterAddress((DEFAULT_ENDPOINT,))
 def tcp_address(endpoint: str) -> tuple[str, int | None]:
     """Return host and port of a TCP endpoint; the port is None for other kinds."""
     protocol, host, port = _parts(endpoint)
-    return host.strip("[]"), decimal(port) if protocol == "tcp" else None
+    return host.strip("[]"), parse_decimal(port) if protocol == "tcp" else None
 
 
 def _fault(endpoint: str) -> str | None:
     protocol, host, port = _parts(endpoint)
-    number = decimal(port)
+    number = parse_decimal(port)
     if protocol not in _PROTOCOLS_WITH_PORTS or (host and number and number <= _LARGEST_PORT):
         return None
     return f"{endpoint} does not end in a colon and a port from 1 to {_LARGEST_PORT}"

@@ -20,7 +20,7 @@ _LEGACY_FIRST_BYTE = 0x0F
 
 
 class Attachment(NamedTuple):
-    """Sequence number, source time (ns since the epoch) and GID of a message."""
+    """Attachment of a message: sequence number, source time and GID of its sender."""
 
     sequence: int
     time_ns: int
@@ -28,7 +28,7 @@ class Attachment(NamedTuple):
 
 
 def encode_attachment(sequence: int, time_ns: int, gid: bytes) -> bytes:
-    """Encode an attachment.
+    """Return an attachment as bytes, in the layout of rmw_zenoh.
 
     Args:
         sequence: Number of the message; a reply repeats that of its request.
@@ -44,7 +44,7 @@ def encode_attachment(sequence: int, time_ns: int, gid: bytes) -> bytes:
 
 
 def decode_attachment(data: bytes) -> Attachment | None:
-    """Decode an attachment; return None for anything else."""
+    """Parse the bytes of an attachment; return None if they are none."""
     if len(data) != _LAYOUT.size:
         return None
     sequence, time_ns, gid_size, gid = _LAYOUT.unpack(data)
@@ -52,5 +52,5 @@ def decode_attachment(data: bytes) -> Attachment | None:
 
 
 def is_legacy(data: bytes) -> bool:
-    """Return whether the sender is an rmw_zenoh from before April 2025, which is too old."""
+    """Return whether bytes are an attachment of rmw_zenoh from before April 2025, unsupported."""
     return len(data) == _LEGACY_SIZE and data[0] == _LEGACY_FIRST_BYTE

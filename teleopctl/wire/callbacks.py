@@ -1,4 +1,4 @@
-"""Functions that Zenoh calls on its own threads."""
+"""Callbacks that Zenoh calls on its own threads."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Zenoh configuration of sessions and of the router, equal to that of rmw_zenoh where it matters.
+"""Zenoh configuration of sessions and of the router, compatible with that of rmw_zenoh.
 
 The environment is honoured as by a ROS process: ``ZENOH_SESSION_CONFIG_URI`` and
 ``ZENOH_ROUTER_CONFIG_URI`` name a file that replaces the built-in configuration,
@@ -110,7 +110,7 @@ _ROUTER_TEMPLATE = (
 
 
 class SessionConfig:
-    """Configuration of a session.
+    """Zenoh configuration of a session, with its mode and the router that it looks for.
 
     Attributes:
         zenoh: The configuration in Zenoh's form.
@@ -127,7 +127,7 @@ class SessionConfig:
 
 
 class RouterConfig:
-    """Configuration of a router.
+    """Zenoh configuration of a router, with the address at which it listens.
 
     Attributes:
         zenoh: The configuration in Zenoh's form.
@@ -144,8 +144,8 @@ class RouterConfig:
         self.is_stated = is_stated
 
 
-def reason_of(error: zenoh.ZError) -> str:
-    """Return Zenoh's error message without places in its source code."""
+def zenoh_error_text(error: zenoh.ZError) -> str:
+    """Return the message of a Zenoh error, without places in Zenoh's source code."""
     import re
 
     text = re.sub(r" at \S+\.rs:\d+\.?", "", str(error)).strip()
@@ -155,7 +155,7 @@ def reason_of(error: zenoh.ZError) -> str:
 
 
 def session_config(mode: SessionMode) -> SessionConfig:
-    """Return the session configuration that the environment sets.
+    """Return the configuration of a session, as environment variables and files set it.
 
     Args:
         mode: What the session should be unless the environment says otherwise.
@@ -215,7 +215,7 @@ def probe_config(address: RouterAddress) -> SessionConfig:
 
 
 def router_config(listen: Sequence[str] = ()) -> RouterConfig:
-    """Return the router configuration that the environment sets.
+    """Return the configuration of a router, as environment variables and files set it.
 
     It listens where sessions look for a router, unless a file or an override says otherwise. What
     an override tells sessions to connect to is not that place: a router connects to other routers.
@@ -259,7 +259,7 @@ def router_config(listen: Sequence[str] = ()) -> RouterConfig:
     return RouterConfig(config, address, is_stated=is_stated)
 
 
-def how_to_start(router: RouterAddress) -> str:
+def start_hint(router: RouterAddress) -> str:
     """Return a hint on how to start a router at an address where none answers."""
     try:
         daemon = router_config().address
@@ -341,7 +341,7 @@ def _from_text(template: str, address: RouterAddress, **values: str) -> zenoh.Co
         return zenoh.Config.from_json5(text)
     except zenoh.ZError as error:
         raise UsageError(
-            f"Zenoh does not accept the endpoint {address}: {reason_of(error)}",
+            f"Zenoh does not accept the endpoint {address}: {zenoh_error_text(error)}",
             hint="An endpoint has the form tcp/host:port.",
         ) from error
 
@@ -352,7 +352,7 @@ def _from_file(path: str, variable: str) -> zenoh.Config:
     except zenoh.ZError as error:
         raise UsageError(
             f"The Zenoh configuration {path} named by {variable} cannot be used: "
-            f"{reason_of(error)}",
+            f"{zenoh_error_text(error)}",
         ) from error
 
 
@@ -368,7 +368,7 @@ def _override(config: zenoh.Config) -> set[str]:
             try:
                 config.insert_json5(key.strip(), value.strip())
             except zenoh.ZError as error:
-                fault = reason_of(error)
+                fault = zenoh_error_text(error)
         if fault is not None:
             raise UsageError(
                 f"A part of {_OVERRIDE} cannot be used, {assignment!r}: {fault}",

@@ -1,4 +1,4 @@
-"""Connections of the sessions of a graph: which local ones they have, and whether they answer.
+"""Connections of a router's sessions: their local TCP ports, and whether they are suspended.
 
 A session's token in the graph says nothing of its process. The router's administration space lists
 each session with the address that it connects from, which the operating system knows a process of.
@@ -9,13 +9,13 @@ from __future__ import annotations
 import zenoh
 
 from teleopctl.base.typed import Any
-from teleopctl.wire.roll_call import router_key
+from teleopctl.wire.peer_discovery import router_key
 
 _LONGEST_WAIT_S = 1.0
 
 
 def session_ports(session: zenoh.Session) -> dict[str, set[int]]:
-    """Return the TCP ports of a router's sessions, by Zenoh id.
+    """Return the local TCP ports from which sessions are connected to the router, by Zenoh id.
 
     Those of other machines are among them: a port is one of this machine only if a process here
     has a connection from that port to that router.
@@ -33,7 +33,7 @@ def session_ports(session: zenoh.Session) -> dict[str, set[int]]:
 
 
 def is_frozen(session: zenoh.Session, zid: str) -> bool:
-    """Return whether a session's process is suspended.
+    """Return whether the process of a session is suspended, so that not even Zenoh answers.
 
     Zenoh's own threads answer for a process that is merely busy. Of a session without an
     administration space, a client's for one, nothing is known.

@@ -1,4 +1,4 @@
-"""The ROS graph as the liveliness tokens of a domain tell it.
+"""Snapshot of the ROS graph of a domain, made from its liveliness tokens.
 
 Nothing is stored or cached between processes: `query_graph` asks once, a
 `GraphWatcher` follows the changes. Both give a `Graph`, a snapshot with ROS's own
@@ -36,14 +36,14 @@ def is_hidden_name(name: str) -> bool:
 
 
 def action_type(endpoint: EndpointToken) -> str | None:
-    """Return the action type of an endpoint of feedback; None for other endpoints."""
+    """Return the action type that a feedback endpoint belongs to; None for other endpoints."""
     if endpoint.name.endswith(_FEEDBACK_TOPIC) and endpoint.type_name.endswith(_FEEDBACK_TYPE):
         return endpoint.type_name.removesuffix(_FEEDBACK_TYPE)
     return None
 
 
 def actions_of(endpoints: Iterable[EndpointToken]) -> list[tuple[str, list[str]]]:
-    """Return the actions of publishers or subscriptions, with their types.
+    """Return the actions whose feedback endpoints are among some, with their types.
 
     As in rcl_action, the feedback alone decides.
     """
@@ -55,7 +55,7 @@ def actions_of(endpoints: Iterable[EndpointToken]) -> list[tuple[str, list[str]]
 
 
 class NodeEntry:
-    """Node of the graph, with its endpoints."""
+    """Node of the graph, with its publishers, subscriptions, servers and clients."""
 
     __slots__ = ("enclave", "endpoints", "name", "namespace", "nid", "zid")
 
@@ -69,12 +69,12 @@ class NodeEntry:
 
     @property
     def full_name(self) -> str:
-        """Namespace and name, ``/ns/node``."""
+        """Namespace and name of the node, such as ``/ns/node``."""
         return join_name(self.namespace, self.name)
 
     @property
     def is_hidden(self) -> bool:
-        """Return whether the node is hidden: its name starts with ``_``."""
+        """Whether the node is hidden: its name starts with ``_``."""
         return self.name.startswith("_")
 
     def of_kind(self, kind: EntityKind) -> list[EndpointToken]:
@@ -182,7 +182,7 @@ class Graph:
 
 
 def query_graph(session: zenoh.Session, domain: int | None = None, timeout_s: float = 5.0) -> Graph:
-    """Query all liveliness tokens of a domain once.
+    """Query the liveliness tokens of a domain once; return the graph that they make.
 
     Not in a session that has a `GraphWatcher`, which knows: there Zenoh 1.10 now and then leaves
     tokens out of an answer.
@@ -225,7 +225,7 @@ def _tokens(samples: Iterable[zenoh.Sample]) -> Iterator[NodeToken | EndpointTok
 
 
 def node_key(token: NodeToken | EndpointToken) -> _NodeKey:
-    """Return the key that a node's own token and its endpoints' tokens share."""
+    """Return what identifies the node of a token: session id, node id, namespace and name."""
     return (token.namespace, token.node, token.zid, token.nid)
 
 

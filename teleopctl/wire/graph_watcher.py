@@ -1,4 +1,4 @@
-"""Following the ROS graph of a domain as its tokens come and go."""
+"""Live view of the ROS graph of a domain, updated as liveliness tokens come and go."""
 
 import threading
 from collections import deque
@@ -8,8 +8,8 @@ import zenoh
 
 from teleopctl.wire.callbacks import direct_callback
 from teleopctl.wire.graph import MOST_TOKENS, Graph, node_key
+from teleopctl.wire.invalid_messages import InvalidMessageCounter
 from teleopctl.wire.keys import liveliness_key
-from teleopctl.wire.refusals import Refusals
 from teleopctl.wire.session import domain_id
 from teleopctl.wire.tokens import EndpointToken, EntityKind, NodeToken, parse_token
 
@@ -25,7 +25,7 @@ _MOST_GONE = 256
 
 
 class GraphWatcher:
-    """Live view of a domain's graph; thread-safe.
+    """Live view of the ROS graph of a domain; thread-safe.
 
     Args:
         session: The session to listen with; it stays open when the watcher closes.
@@ -50,7 +50,7 @@ class GraphWatcher:
         self._graph: Graph | None = None
         self._closed = False
         self._on_change = on_change
-        self.refusals = Refusals("a token of the graph", _report)
+        self.refusals = InvalidMessageCounter("a token of the graph", _report)
         domain = domain_id() if domain is None else domain
         self._own_zid = str(session.zid())
         self._own_gone: deque[str] = deque(maxlen=_MOST_GONE)
@@ -65,14 +65,14 @@ class GraphWatcher:
         )
 
     def snapshot(self) -> Graph:
-        """Return a snapshot of the graph."""
+        """Return the present graph."""
         with self._changed:
             return self._snapshot()
 
     def matching(
         self, kind: EntityKind, name: str, type_name: str | None = None
     ) -> list[EndpointToken]:
-        """Return the endpoints of a kind and name, optionally of one type.
+        """Return the endpoints of a kind and a topic or service name, optionally of one type.
 
         Takes as long in a large graph as in a small one, after each change, too.
         """
@@ -98,8 +98,8 @@ class GraphWatcher:
             )
             return not self._closed and bool(satisfied)
 
-    def announced(self, text: str) -> None:
-        """Add a token that this session has declared."""
+    def add_own_token(self, text: str) -> None:
+        """Add a token that the own session has declared, without waiting for Zenoh."""
         token = parse_token(text)
         with self._changed:
             if token is None or text in self._own_gone or text in self._tokens:
@@ -107,8 +107,8 @@ class GraphWatcher:
             self._add(text, token)
         self._tell()
 
-    def withdrawn(self, text: str) -> None:
-        """Remove a token that this session has undeclared.
+    def remove_own_token(self, text: str) -> None:
+        """Remove a token that the own session has undeclared, without waiting for Zenoh.
 
         Zenoh tells of it a moment later where the router has told the session of that token.
         """
@@ -120,7 +120,10 @@ class GraphWatcher:
         self._tell()
 
     def close(self) -> None:
-        """Stop following the graph, and wake waiting threads. Closing twice does no harm."""
+        """Unsubscribe from liveliness changes, and wake threads that wait for the graph.
+
+        Closing twice does no harm.
+        """
         with self._changed:
             if self._closed:
                 return

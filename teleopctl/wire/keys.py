@@ -20,7 +20,7 @@ _CPU_BUFFER_KEY = "_buf_cpu"
 
 
 class TopicKey(NamedTuple):
-    """Parsed data key of a sample: domain, topic, type and type hash."""
+    """Parsed key of a topic or service: domain, name, type and type hash."""
 
     domain: int
     name: str
@@ -29,7 +29,7 @@ class TopicKey(NamedTuple):
 
 
 def topic_key(domain: int, name: str, type_name: str, type_hash: str) -> str:
-    """Return the data key of a topic or service.
+    """Return the Zenoh key of a topic or service.
 
     Args:
         domain: ROS domain.
@@ -43,13 +43,13 @@ def topic_key(domain: int, name: str, type_name: str, type_hash: str) -> str:
 
 
 def assertion_key(key: str) -> str:
-    """Return the key for liveliness assertions of a topic's publishers (ours)."""
+    """Return the key on which a topic's publishers assert their liveliness (ours)."""
     # Verbatim, so that no subscription to the topic with a wildcard matches it.
     return f"{key}/{_ASSERTIONS}"
 
 
 def parse_topic_key(text: str) -> TopicKey | None:
-    """Parse a data key; return None for other keys.
+    """Parse the Zenoh key of a topic or service; return None for other keys.
 
     The extra levels on which ROS 2 Lyrical sends messages to buffer-aware subscribers are dropped.
     """
@@ -60,20 +60,20 @@ def parse_topic_key(text: str) -> TopicKey | None:
         del chunks[-2:]
     if len(chunks) < 4 or not all(chunks):
         return None
-    domain = decimal(chunks[0])
+    domain = parse_decimal(chunks[0])
     if domain is None:
         return None
     return TopicKey(domain, "/" + "/".join(chunks[1:-2]), from_dds(chunks[-2]), chunks[-1])
 
 
 def liveliness_key(domain: int, zid: str | None = None) -> str:
-    """Return the key expression of all tokens of a domain, or of one session."""
+    """Return the key expression of the tokens of a domain, or of one session in it."""
     # The domain is spelled out because a wildcard does not match the verbatim prefix.
     return f"{LIVELINESS_PREFIX}/{domain}/{'' if zid is None else f'{zid}/'}**"
 
 
-def decimal(text: str) -> int | None:
-    """Parse a decimal number of at most 20 digits; None for other texts."""
+def parse_decimal(text: str) -> int | None:
+    """Parse a decimal number of at most 20 digits; return None for other texts."""
     # int() would also take signs, blanks, underscores and the digits of every script.
     if 0 < len(text) <= 20 and text.isascii() and text.isdigit():
         return int(text)

@@ -1,4 +1,4 @@
-"""Quality of service as rmw_zenoh writes it into the liveliness token of an endpoint.
+"""QoS profiles in the liveliness tokens of endpoints, as rmw_zenoh writes them.
 
 The text is ``reliability:durability:history,depth:deadline:lifespan:liveliness,lease`` where a
 duration is ``seconds,nanoseconds`` and every number that equals rmw_zenoh's default is left out.
@@ -46,17 +46,17 @@ class EndpointQos(NamedTuple):
 
     @property
     def is_reliable(self) -> bool:
-        """Return whether the QoS is reliable; the system default is."""
+        """Whether the reliability is reliable, as the system default is."""
         return self.reliability in (0, RELIABILITY_RELIABLE)
 
     @property
     def is_transient_local(self) -> bool:
-        """Return whether the durability is transient local."""
+        """Whether the durability is transient local."""
         return self.durability == DURABILITY_TRANSIENT_LOCAL
 
 
 def format_qos(qos: EndpointQos) -> str:
-    """Return a QoS as text of a liveliness token.
+    """Return a QoS profile in the form of liveliness tokens.
 
     A policy left to the system (0), a depth of 0 and a duration of 0 become the defaults. The
     depth is always written, since implementations disagree on what an empty one means.
@@ -77,7 +77,7 @@ def format_qos(qos: EndpointQos) -> str:
 
 @lru_cache(maxsize=1000)  # a graph has thousands of endpoints, and few texts of QoS
 def parse_qos(text: str) -> EndpointQos | None:
-    """Parse the QoS of a liveliness token; None for other texts."""
+    """Parse the QoS part of a liveliness token; return None if it is malformed."""
     parts = text.split(":")
     if len(parts) != 6:
         return None

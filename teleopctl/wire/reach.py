@@ -1,4 +1,4 @@
-"""Who can reach a router: the addresses at which it listens, as it reports them itself.
+"""Addresses at which a router listens, and whether other machines can reach them.
 
 Zenoh's administration space has them with each wildcard written out as the addresses of the
 machine's interfaces, of ``rmw_zenohd`` as of ours. Where a router keeps it closed, the operating
@@ -13,7 +13,7 @@ from contextlib import suppress
 from teleopctl.base.typed import TYPE_CHECKING
 from teleopctl.wire.address import RouterAddress, tcp_address
 from teleopctl.wire.config import probe_config
-from teleopctl.wire.roll_call import router_key
+from teleopctl.wire.peer_discovery import router_key
 from teleopctl.wire.session import open_configured
 
 if TYPE_CHECKING:
@@ -47,7 +47,7 @@ class RouterReach:
 
     @property
     def danger(self) -> str | None:
-        """Return a sentence on who can reach the router from other machines; None if nobody can."""
+        """Sentence on who can reach the router from other machines; None if nobody can."""
         if not self.addresses:
             return (
                 "It cannot be found out where the router listens: it keeps Zenoh's administration "

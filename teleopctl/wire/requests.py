@@ -1,4 +1,4 @@
-"""Requests to services and their responses, as they go over the wire."""
+"""Service requests and responses on the wire."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def send_request(
     receive: Callable[[zenoh.Reply], None],
     end: Callable[[bool], None],
 ) -> None:
-    """Send a request to a service, with the time limit of `TimeLimits`.
+    """Send a service request; callbacks receive the replies and the end.
 
     Args:
         session: Who asks.
@@ -66,7 +66,7 @@ def send_request(
 def read_response(
     sample: zenoh.Sample, sequence: int, type_: type[ResponseT]
 ) -> tuple[ResponseT, Attachment]:
-    """Decode the response of a server.
+    """Decode the reply of a server; return the response and its attachment.
 
     Args:
         sample: As it came.
@@ -82,20 +82,20 @@ def read_response(
     return deserialize(sample.payload.to_bytes(), type_), meta
 
 
-def no_answer(service: str, refused: str = "") -> str:
-    """Return the message for a request without a valid response."""
+def no_response_text(service: str, refused: str = "") -> str:
+    """Return the error text for a service request that got no valid response."""
     why = f"its answer was dropped: {refused}" if refused else "no server for it"
     return f"service '{service}' did not answer: {why}"
 
 
-class Question(Generic[ResponseT]):
+class ServiceRequest(Generic[ResponseT]):
     """Service request without a node, for commands that send one and exit.
 
     To a server it is a request like any other; it takes a third of the time that a node and a
     client take to start. For commands that ask and end.
 
     Example:
-        ``Question(session, Trigger, "/calibrate", Trigger.Request()).wait_for_response(5.0)``
+        ``ServiceRequest(session, Trigger, "/calibrate", Trigger.Request()).wait_for_response(5.0)``
 
     Args:
         session: Who asks.
@@ -154,7 +154,7 @@ class Question(Generic[ResponseT]):
             self._unsettled.release()
 
     def wait_until_settled(self, timeout_sec: float | None = None) -> bool:
-        """Block this thread until there is a response or no server is left to send one.
+        """Block until there is a response or no server is left to send one.
 
         Returns:
             False when the time, in seconds of wall time, ran out.
@@ -165,7 +165,7 @@ class Question(Generic[ResponseT]):
         return settled
 
     def wait_for_response(self, timeout_sec: float | None = None) -> ResponseT | None:
-        """Block this thread until there is a response, and return it.
+        """Block until there is a response, and return it.
 
         Args:
             timeout_sec: Longest wait in seconds of wall time; None waits for ever.
@@ -177,21 +177,21 @@ class Question(Generic[ResponseT]):
             UnavailableError: No server answers.
         """
         if self.wait_until_settled(timeout_sec) and self._response is None:
-            raise UnavailableError(no_answer(self._service, self._refused))
+            raise UnavailableError(no_response_text(self._service, self._refused))
         return self._response
 
 
-class Pending(Protocol[_Response_co]):
-    """Interface of pending requests."""
+class PendingResponse(Protocol[_Response_co]):
+    """Interface of sent requests whose response can be waited for."""
 
     def wait_for_response(self, timeout_sec: float | None = None) -> _Response_co | None:
-        """Return the response; None on timeout."""
+        """Block until there is a response, and return it; None on timeout."""
 
 
-def answers_of_nodes(
-    pending: Mapping[str, Pending[ResponseT]], timeout_s: float
+def responses_of_nodes(
+    pending: Mapping[str, PendingResponse[ResponseT]], timeout_s: float
 ) -> dict[str, ResponseT | UnavailableError]:
-    """Wait for the responses of several nodes, or a timeout.
+    """Wait for the responses of several nodes; return a response or an error for each.
 
     Args:
         pending: What each was asked, by its full name.
@@ -205,7 +205,7 @@ def answers_of_nodes(
 
 
 def _answer(
-    node: str, pending: Pending[ResponseT], deadline: float, timeout_s: float
+    node: str, pending: PendingResponse[ResponseT], deadline: float, timeout_s: float
 ) -> ResponseT | UnavailableError:
     try:
         response = pending.wait_for_response(max(0.0, deadline - time.monotonic()))

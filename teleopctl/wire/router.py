@@ -1,4 +1,4 @@
-"""The daemon: a Zenoh router that introduces the processes of the graph to each other.
+"""Daemon: a Zenoh router that introduces the processes of the ROS graph to each other.
 
 ``python -m teleopctl.wire.router [ENDPOINT ...]`` is the router in the foreground; the functions
 here find, start and stop the one in the background. A running ``rmw_zenohd`` serves as well.
@@ -20,11 +20,11 @@ from teleopctl.base.typed import TYPE_CHECKING, Any
 from teleopctl.errors import RefusedError, TeleopctlError, UnavailableError
 from teleopctl.wire.address import RouterAddress, tcp_address
 from teleopctl.wire.config import (
-    how_to_start,
     probe_config,
-    reason_of,
     router_config,
     session_config,
+    start_hint,
+    zenoh_error_text,
 )
 from teleopctl.wire.session import RouterNotRunning, open_configured, open_zenoh
 
@@ -54,7 +54,7 @@ _UNKNOWN_WITHIN_S = 1.0
 
 
 def daemon_address() -> RouterAddress:
-    """Return the addresses at which the daemon listens, or would.
+    """Return the address at which the daemon listens when it runs.
 
     Raises:
         UsageError: The router's configuration cannot be used.
@@ -93,7 +93,7 @@ def ensure_router() -> None:
 
 
 def start_router() -> bool:
-    """Start the daemon, unless a router answers there already.
+    """Start the daemon in the background; return False if a router answers already.
 
     Returns:
         Whether it was started by this call.
@@ -124,10 +124,10 @@ def start_router() -> bool:
     return True
 
 
-def be_router(
+def run_daemon(
     log_level: str = "info", *, when_up: Callable[[RouterReach], object] | None = None
 ) -> bool:
-    """Run the daemon in this process until a signal, unless a router answers already.
+    """Run the daemon in this process until a signal; return False if a router answers already.
 
     Args:
         log_level: What of Zenoh's log goes to stdout; ``RUST_LOG`` goes before.
@@ -159,7 +159,7 @@ def _free_address() -> RouterAddress | None:
 
 
 def find_router() -> ProcessRecord | None:
-    """Return the record of the running daemon; None if the router was started otherwise.
+    """Return the process record of the daemon; None if it does not run in the background.
 
     Raises:
         UsageError: The router's configuration cannot be used.
@@ -174,7 +174,7 @@ def find_router() -> ProcessRecord | None:
 
 
 def stop_router() -> bool:
-    """Stop the daemon.
+    """Stop the daemon that runs in the background; return False if no router answers.
 
     Returns:
         Whether there was one to stop.
@@ -201,7 +201,7 @@ def stop_router() -> bool:
 def run_router(
     listen: Sequence[str] = (), *, when_up: Callable[[RouterReach], object] | None = None
 ) -> None:
-    """Run the router until SIGINT or SIGTERM.
+    """Run a router at given endpoints until SIGINT or SIGTERM.
 
     Args:
         listen: Where to listen, by default where clients expect it; a configuration file or an
@@ -225,7 +225,7 @@ def run_router(
     try:
         session = open_zenoh(router_config(listen).zenoh)
     except (zenoh.ZError, TeleopctlError) as error:
-        reason = reason_of(error) if isinstance(error, zenoh.ZError) else str(error)
+        reason = zenoh_error_text(error) if isinstance(error, zenoh.ZError) else str(error)
         failure = f"The router cannot start: {reason}"
         background.announce_ready(failure)
         raise UnavailableError(failure) from error
@@ -271,7 +271,7 @@ def _router_answers(address: RouterAddress) -> bool:
 
 
 def port_holder(address: RouterAddress) -> tuple[int, str] | None:
-    """Return an occupied port of an address, and the process that holds it; None if all are free.
+    """Return an occupied port of an address and the process that holds it, or None.
 
     For an address at which no router answers.
     """
@@ -307,7 +307,7 @@ def _endpoints_here(address: RouterAddress) -> tuple[str, ...]:
         raise UnavailableError(
             f"No router answers at {address}, and it cannot be started from here: {hosts} is not "
             "an address of this machine.",
-            hint=how_to_start(address),
+            hint=start_hint(address),
         )
     return here
 

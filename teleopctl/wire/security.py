@@ -1,4 +1,4 @@
-"""What ROS 2's security variables demand of a session, read as rcl reads them (rcl/security.c).
+"""ROS 2's security variables, read as rcl reads them (rcl/security.c).
 
 Only ``ROS_SECURITY_ENABLE=true`` turns security on, only ``ROS_SECURITY_STRATEGY=Enforce`` forbids
 to go on without keys; both are compared letter by letter. Keys (``ROS_SECURITY_KEYSTORE``,

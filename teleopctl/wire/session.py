@@ -12,11 +12,11 @@ from teleopctl.errors import UnavailableError, UsageError
 from teleopctl.wire.address import RouterAddress
 from teleopctl.wire.config import (
     SessionConfig,
-    how_to_start,
-    reason_of,
     session_config,
+    start_hint,
+    zenoh_error_text,
 )
-from teleopctl.wire.keys import decimal
+from teleopctl.wire.keys import parse_decimal
 from teleopctl.wire.security import check_security
 
 if TYPE_CHECKING:
@@ -33,7 +33,7 @@ _LONGEST_CLOSE_S = 2.0
 
 
 class RouterNotRunning(UnavailableError):
-    """No router answers.
+    """No router answers at the address of a session.
 
     Attributes:
         router: Where that is, and who said so.
@@ -41,25 +41,25 @@ class RouterNotRunning(UnavailableError):
 
     def __init__(self, router: RouterAddress) -> None:
         where = f" at {router}" if router.endpoints else f", and {router.origin} names no place"
-        super().__init__(f"No router answers{where}.", hint=how_to_start(router))
+        super().__init__(f"No router answers{where}.", hint=start_hint(router))
         self.router = router
 
 
 def domain_id() -> int:
-    """Return ``ROS_DOMAIN_ID``, by default 0.
+    """Return the domain id of ``ROS_DOMAIN_ID``, by default 0.
 
     Raises:
         UsageError: The variable does not hold a number.
     """
     text = os.environ.get("ROS_DOMAIN_ID", "").strip()
-    domain = decimal(text or "0")
+    domain = parse_decimal(text or "0")
     if domain is None:
         raise UsageError(f"ROS_DOMAIN_ID is {text!r}, but a domain is a number from 0.")
     return domain
 
 
 def open_session(mode: SessionMode) -> zenoh.Session:
-    """Open a Zenoh session; the caller closes it.
+    """Open a Zenoh session as the environment configures it; the caller closes it.
 
     A client speaks to the router alone: for short commands. Where the router does not know all
     peers, whoever asks for a client gets a peer, which asks them itself.
@@ -77,23 +77,23 @@ def open_session(mode: SessionMode) -> zenoh.Session:
     config = session_config(mode)
     session = open_configured(config)
     if mode == "client" and config.mode == "client":
-        from teleopctl.wire.roll_call import router_knows_all
+        from teleopctl.wire.peer_discovery import router_has_all_tokens
 
-        if not router_knows_all(session):
+        if not router_has_all_tokens(session):
             config = session_config("peer")
             # With a router on another machine it is a client again: peers there are out of reach.
             if config.mode == "peer":
-                from teleopctl.wire.introduction import hear_peers, meet_peers
+                from teleopctl.wire.peer_discovery import wait_for_peer_tokens, wait_for_peers
 
                 session.close()
                 session = open_configured(config)
-                meet_peers(session, _BUSY_ROUTER_S)
-                hear_peers(session)
+                wait_for_peers(session, _BUSY_ROUTER_S)
+                wait_for_peer_tokens(session)
     return session
 
 
 def open_configured(config: SessionConfig) -> zenoh.Session:
-    """Open a Zenoh session with a given configuration.
+    """Open a Zenoh session with a given configuration; the caller closes it.
 
     Raises:
         RouterNotRunning: There is no router for a client to connect to.
@@ -107,13 +107,13 @@ def open_configured(config: SessionConfig) -> zenoh.Session:
     except zenoh.ZError as error:
         if config.mode == "client":
             raise RouterNotRunning(config.router) from error
-        raise UnavailableError(f"Zenoh cannot open a session: {reason_of(error)}") from error
+        raise UnavailableError(f"Zenoh cannot open a session: {zenoh_error_text(error)}") from error
     if config.mode == "client":
         _clients.add(str(session.zid()))
     elif config.router.endpoints:
-        from teleopctl.wire.introduction import introduce
+        from teleopctl.wire.peer_discovery import wait_for_discovery
 
-        introduce(session, config.router)
+        wait_for_discovery(session, config.router)
     return session
 
 
@@ -129,7 +129,7 @@ def open_zenoh(config: zenoh.Config) -> zenoh.Session:
 
 
 def is_client(session: zenoh.Session) -> bool:
-    """Return whether a session is a client of the router."""
+    """Return whether a session is in client mode, where all data goes through the router."""
     return str(session.zid()) in _clients
 
 
@@ -148,7 +148,7 @@ def close_session(session: zenoh.Session) -> None:
         try:
             session.close()
         except zenoh.ZError as error:
-            faults.append(reason_of(error))
+            faults.append(zenoh_error_text(error))
         finally:
             closing.release()
 

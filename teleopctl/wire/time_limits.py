@@ -1,4 +1,4 @@
-"""How long Zenoh keeps the requests of this process open, so that their memory stays bounded.
+"""Time limits of service requests, since Zenoh keeps memory of each until then.
 
 Zenoh keeps 0.9 kB of each query until its time limit, answered or not: two timers that nothing ends
 sooner, neither the reply nor a `zenoh.CancellationToken` nor the end of a `zenoh.Querier` (1.10).
@@ -41,7 +41,7 @@ class _Service:
         self._interval_s = math.inf
 
     def next_interval_s(self, now_s: float) -> float:
-        """Count a call; return the mean interval of calls at a steady rate, else infinity."""
+        """Count a request; return the mean interval at a steady rate, else infinity."""
         self._calls += 1
         mean_s = (now_s - self._since_s) / self._calls
         if self._calls >= _MEASURED_CALLS:
@@ -51,7 +51,7 @@ class _Service:
 
 
 class TimeLimits:
-    """Time limits of a process's service requests; thread-safe.
+    """Time limits for the service requests of a process, shorter the more are open; thread-safe.
 
     A request that is alone stays open for months. With n open requests in the process, m of them to
     the same service, its limit is
@@ -69,7 +69,7 @@ class TimeLimits:
         self._services: dict[str, _Service] = {}
 
     def next_s(self, service: str) -> float:
-        """Return the time limit for a new request to a service, in seconds.
+        """Count a new request to a service; return its time limit in seconds.
 
         Args:
             service: The service's key.
@@ -92,7 +92,7 @@ class TimeLimits:
         return limit_s
 
     def open_requests(self) -> int:
-        """Return the number of requests that Zenoh keeps open."""
+        """Return the number of requests whose time limit is not over."""
         with self._lock:
             self._forget_ended(time.monotonic())
             return len(self._open)

@@ -1,4 +1,4 @@
-"""Liveliness tokens: what makes a Zenoh process a node of the ROS graph.
+"""Liveliness tokens, by which nodes and endpoints are visible in the ROS graph.
 
 Every node, publisher, subscription, service server and service client declares one token, whose
 key says all that ROS knows about it. Names and types are held here in their ROS form
@@ -12,7 +12,7 @@ from enum import StrEnum
 from teleopctl.base.printable import printable_line
 from teleopctl.base.typed import NamedTuple
 from teleopctl.interfaces import from_dds, to_dds
-from teleopctl.wire.keys import LIVELINESS_PREFIX, decimal
+from teleopctl.wire.keys import LIVELINESS_PREFIX, parse_decimal
 from teleopctl.wire.qos import EndpointQos, format_qos, parse_qos
 
 _BACKENDS = "backends:"
@@ -34,7 +34,7 @@ class EntityKind(StrEnum):
 
 
 class NodeToken(NamedTuple):
-    """Liveliness token of a node.
+    """Liveliness token of a node, parsed.
 
     ``text`` is the token as it was received; it is empty in a token that was not parsed.
     """
@@ -49,12 +49,12 @@ class NodeToken(NamedTuple):
 
     @property
     def full_name(self) -> str:
-        """Namespace and name, ``/ns/node``."""
+        """Namespace and name of the node, such as ``/ns/node``."""
         return join_name(self.namespace, self.node)
 
 
 class EndpointToken(NamedTuple):
-    """Liveliness token of an endpoint.
+    """Liveliness token of a publisher, subscription, server or client, parsed.
 
     ``backends`` is the list of buffer backends that ROS 2 Lyrical appends for some message types
     (``cpu:``), None elsewhere. ``text`` is the token as it was received; it is empty in a token
@@ -78,12 +78,12 @@ class EndpointToken(NamedTuple):
 
     @property
     def full_name(self) -> str:
-        """Namespace and name of the node, ``/ns/node``."""
+        """Namespace and name of the node, such as ``/ns/node``."""
         return join_name(self.namespace, self.node)
 
     @property
     def gid(self) -> bytes:
-        """The endpoint's GID, 16 bytes."""
+        """GID of the endpoint, 16 bytes."""
         return gid(self.text or format_token(self))
 
 
@@ -93,7 +93,7 @@ def join_name(namespace: str, name: str) -> str:
 
 
 def format_token(token: NodeToken | EndpointToken) -> str:
-    """Return the text of a token.
+    """Return a token as the key expression that Zenoh declares.
 
     Raises:
         ValueError: A part is empty or holds a character that has no place in a Zenoh key, so that
@@ -127,7 +127,7 @@ def format_token(token: NodeToken | EndpointToken) -> str:
 
 
 def parse_token(text: str) -> NodeToken | EndpointToken | None:
-    r"""Parse a token; return None for other texts.
+    r"""Parse the key expression of a liveliness token; return None if it is malformed.
 
     It comes from another process, so its size and form are checked. Control characters, which no
     name of ROS has, are visible in what it says (``\x1b``); ``text`` is as it was received.
@@ -138,7 +138,7 @@ def parse_token(text: str) -> NodeToken | EndpointToken | None:
     chunks = printable_line(text).split("/")
     if len(chunks) < _NODE_CHUNKS or chunks[0] != LIVELINESS_PREFIX or "" in chunks:
         return None
-    domain, nid, eid = decimal(chunks[1]), decimal(chunks[3]), decimal(chunks[4])
+    domain, nid, eid = parse_decimal(chunks[1]), parse_decimal(chunks[3]), parse_decimal(chunks[4])
     if domain is None or nid is None or eid is None:
         return None
     zid, kind = chunks[2], _KINDS.get(chunks[5])
@@ -172,7 +172,7 @@ def parse_token(text: str) -> NodeToken | EndpointToken | None:
 
 
 def gid(token_text: str) -> bytes:
-    """Return the GID of the endpoint with this token, 16 bytes."""
+    """Return the GID, 16 bytes, of the endpoint that has this liveliness token."""
     # Only publishers and verbose listings need it, so that a plain listing does not load the hash.
     import xxhash
 

@@ -128,9 +128,7 @@ def test_a_chunk_is_not_unpacked_beyond_what_it_claims(tmp_path):
 
     data = lz4.frame.compress(bytes(600 * 2**20), store_size=False)
     mcap(tmp_path / "x.mcap", "lz4", data, 1000)
-    assert "more than the 1000 bytes that it says" in refusal(
-        "bag", "check", "x.mcap", folder=tmp_path
-    )
+    assert "larger than the stated 1000 bytes" in refusal("bag", "check", "x.mcap", folder=tmp_path)
     mcap(tmp_path / "x.mcap", "zstd", zeros(2**32, says_size=False), 1000)
     assert "did not decompress" in refusal("bag", "check", "x.mcap", folder=tmp_path)
 

@@ -4,8 +4,8 @@ from xml.etree import ElementTree
 
 from hypothesis import given, strategies
 
-from teleopctl.diagram import DiagramBox, to_dot, to_svg
-from teleopctl.diagram.model import joined
+from teleopctl.diagram import DiagramBox, format_dot, to_svg
+from teleopctl.diagram.layout import connect
 
 SVG = "{http://www.w3.org/2000/svg}"
 
@@ -17,7 +17,7 @@ names = strategies.text(
 
 @given(names, names)
 def test_a_picture_has_every_name_as_text(first, second):
-    diagram = joined(
+    diagram = connect(
         [DiagramBox("a", first, "node"), DiagramBox("b", second, "topic")], [("a", "b")]
     )
     root = ElementTree.fromstring(to_svg(diagram))
@@ -33,19 +33,19 @@ def test_a_label_has_no_frame_and_no_arrowhead():
         DiagramBox("l", "/x\n/y", "label"),
         DiagramBox("b", "/b", "node"),
     ]
-    diagram = joined(boxes, [("a", "l"), ("l", "b")])
+    diagram = connect(boxes, [("a", "l"), ("l", "b")])
     svg = to_svg(diagram)
     assert svg.count("<rect") == 2
     assert svg.count("<path") == 3
     assert svg.count("<text") == 4
-    assert '"a" -> "l" [dir=none];' in to_dot(diagram)
+    assert '"a" -> "l" [dir=none];' in format_dot(diagram)
 
 
 def test_graphviz_gets_names_in_quotes():
-    diagram = joined(
+    diagram = connect(
         [DiagramBox("a", 'say "\\n"', "topic"), DiagramBox("b", "/b", "node")], [("a", "b")]
     )
-    assert to_dot(diagram).splitlines() == [
+    assert format_dot(diagram).splitlines() == [
         "digraph graph_of_nodes {",
         "  rankdir=LR;",
         '  "a" [label="say \\"\\\\n\\"", shape=box];',

@@ -4,8 +4,7 @@ import pytest
 from hypothesis import given, strategies
 
 from teleopctl.diagram import DiagramBox, lay_out, ros_graph, to_svg
-from teleopctl.diagram.columns import in_columns, in_order
-from teleopctl.diagram.model import joined
+from teleopctl.diagram.layout import assign_columns, connect, order_columns
 from teleopctl.wire import Graph
 
 numbers = strategies.integers(0, 11)
@@ -15,7 +14,7 @@ texts = strategies.lists(strategies.text(min_size=1, max_size=40), min_size=12, 
 
 def diagram_of(pairs, texts=("/name",) * 12):
     boxes = [DiagramBox(str(number), text, "node") for number, text in enumerate(texts)]
-    return joined(boxes, [(str(first), str(last)) for first, last in pairs])
+    return connect(boxes, [(str(first), str(last)) for first, last in pairs])
 
 
 @given(pairs_of_numbers, texts)
@@ -59,14 +58,14 @@ def test_without_circles_every_arrow_leads_to_the_right(pairs):
 
 @given(pairs_of_numbers)
 def test_an_arrow_passes_through_one_place_of_each_column_between(pairs):
-    columns, chains = in_columns(12, pairs)
+    columns, chains = assign_columns(12, pairs)
     column_of = {number: index for index, column in enumerate(columns) for number in column}
     assert sorted(column_of) == list(range(len(column_of)))
     for (first, last), chain in zip(pairs, chains, strict=True):
         assert {chain[0], chain[-1]} == {first, last}
         at = [column_of[number] for number in chain]
         assert at == list(range(at[0], at[0] + len(at)))
-    ordered = in_order(columns, chains)
+    ordered = order_columns(columns, chains)
     assert [sorted(column) for column in ordered] == [sorted(column) for column in columns]
 
 

@@ -8,7 +8,7 @@ from hypothesis import example, given, strategies as st
 
 from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces.definition import Constant, Field, FieldType, Shape
-from teleopctl.interfaces.parser import _words, parse, sections, separated
+from teleopctl.interfaces.parser import _words, parse, split_at_dashes, split_sections
 
 
 def one_field(line):
@@ -104,9 +104,9 @@ def test_the_same_field_twice_is_refused():
 
 
 def test_sections_are_counted():
-    assert sections("int8 a\n---\n", "srv", "here") == [("int8 a\n", 1), ("", 3)]
+    assert split_sections("int8 a\n---\n", "srv", "here") == [("int8 a\n", 1), ("", 3)]
     with pytest.raises(TeleopctlError, match="expected 3 sections"):
-        sections("int8 a\n---\n", "action", "here")
+        split_sections("int8 a\n---\n", "action", "here")
 
 
 @given(st.text(st.sampled_from("int8 []<=x#'\"\n/AB.-_")))
@@ -141,4 +141,4 @@ def test_a_line_is_taken_apart_by_the_grammar(line):
 
 @given(st.text("-\n\t a", max_size=20))
 def test_sections_are_separated_by_lines_of_three_dashes(text):
-    assert separated(text) == re.split(r"^---[ \t]*$", text, flags=re.MULTILINE)
+    assert split_at_dashes(text) == re.split(r"^---[ \t]*$", text, flags=re.MULTILINE)

@@ -15,7 +15,7 @@ import pytest
 from teleopctl.errors import RefusedError
 from teleopctl.launch import find_launch_file
 from teleopctl.sweep.cluster import parcel
-from teleopctl.sweep.cluster.parcel import make_parcel, not_sent, unpack
+from teleopctl.sweep.cluster.parcel import not_sent, pack_launch, unpack
 from teleopctl.sweep.one_run import RunRequest
 from teleopctl.testing import LONGEST_WAIT_S, RosGraph, eventually
 
@@ -124,7 +124,7 @@ def test_paths_below_what_is_sent_are_those_of_the_worker(tmp_path: Path) -> Non
     for each in (file, package / "package.xml", package / "worlds/w.yaml", package / ".git/x"):
         each.write_text("text")
     (package / "runs/sweep.json").touch()
-    found, data = make_parcel(file, None, package / "worlds")
+    found, data = pack_launch(file, None, package / "worlds")
     there = tmp_path / "there"
     unpack(data, there)
 
@@ -136,18 +136,18 @@ def test_paths_below_what_is_sent_are_those_of_the_worker(tmp_path: Path) -> Non
         arguments={"world": f"{package}/worlds/w.yaml", "other": f"{package}_2"},
         parameters={},
     )
-    moved = found.there(request, there)
+    moved = found.for_worker(request, there)
     assert moved.file == str(there / "launch/go.launch.yaml")
     assert moved.arguments == {"world": f"{there}/worlds/w.yaml", "other": f"{package}_2"}
     assert found.cwd == "worlds"
     values = ["w.yaml", "1.5", str(tmp_path / "my_package"), os.devnull]
     assert not_sent(values, found, package / "worlds") == [os.devnull]
 
-    built_in, nothing = make_parcel(find_launch_file(None, "sim.yaml"), None, tmp_path)
+    built_in, nothing = pack_launch(find_launch_file(None, "sim.yaml"), None, tmp_path)
     assert (built_in.root, nothing) == ("", b"")
-    assert Path(built_in.there(request, there).file).name == "sim.yaml"
+    assert Path(built_in.for_worker(request, there).file).name == "sim.yaml"
     with pytest.raises(RefusedError, match="does not lie in"):
-        make_parcel(file, package / "worlds", tmp_path)
+        pack_launch(file, package / "worlds", tmp_path)
 
 
 def test_links_are_sent_as_what_they_point_to_but_none_without_end(tmp_path: Path) -> None:
@@ -159,7 +159,7 @@ def test_links_are_sent_as_what_they_point_to_but_none_without_end(tmp_path: Pat
     (job / "meshes").symlink_to(meshes)
     (job / "one.stl").symlink_to(meshes / "arm.stl")
     (meshes / "back").symlink_to(job)
-    _, data = make_parcel(job / "go.launch.yaml", None, job)
+    _, data = pack_launch(job / "go.launch.yaml", None, job)
     there = tmp_path / "there"
     unpack(data, there)
     names = sorted(str(path.relative_to(there)) for path in there.rglob("*") if path.is_file())
@@ -171,5 +171,5 @@ def test_what_is_too_large_is_not_sent(tmp_path: Path, monkeypatch: pytest.Monke
     (tmp_path / "go.launch.yaml").write_text("text")
     (tmp_path / "large.bin").write_bytes(bytes((1 << 20) + 1))
     with pytest.raises(RefusedError, match="more than 1 MB to be sent") as raised:
-        make_parcel(tmp_path / "go.launch.yaml", None, tmp_path)
+        pack_launch(tmp_path / "go.launch.yaml", None, tmp_path)
     assert "--send FOLDER" in (raised.value.hint or "")

@@ -215,7 +215,7 @@ def test_what_the_session_has_taken_back_is_not_believed_of_a_late_word(world):
     gone, kept = (node(name, zid=str(session.zid()), nid=n) for n, name in enumerate("ab"))
     world.declare(session, gone)
     assert watcher.snapshot().node_names() == ["/a"]
-    watcher.withdrawn(format_token(gone))
+    watcher.remove_own_token(format_token(gone))
     assert watcher.snapshot().node_names() == []
     late: Any = SimpleNamespace(key_expr=format_token(gone), kind=zenoh.SampleKind.PUT)
     watcher._hear_own(late)
@@ -250,11 +250,11 @@ def test_a_watcher_follows_what_was_there_what_comes_and_what_goes(world, mode):
 def test_what_the_process_itself_has_announced_is_known_at_once_until_it_is_withdrawn(world):
     watcher = GraphWatcher(world.open("peer"), DOMAIN)
     text = format_token(endpoint("MP", "/chatter"))
-    watcher.announced(text)
+    watcher.add_own_token(text)
     assert watcher.snapshot().publishers("/chatter")
     assert watcher.matching(EntityKind.MP, "/chatter")
-    watcher.withdrawn(text)
-    watcher.announced(text)
+    watcher.remove_own_token(text)
+    watcher.add_own_token(text)
     assert not watcher.snapshot().publishers("/chatter"), "it comes late"
     watcher.close()
 
@@ -352,7 +352,7 @@ def test_what_a_session_declares_itself_and_takes_back_is_known_at_once(world):
     token = world.declare(session, own)
     assert len(watcher.snapshot().nodes) == 1
     token.undeclare()
-    watcher.withdrawn(format_token(own))
+    watcher.remove_own_token(format_token(own))
     assert watcher.snapshot().nodes == ()
     # The router tells of it late, and of what comes behind it.
     other = world.declare(world.open("client"), node("other"))

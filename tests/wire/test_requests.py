@@ -5,7 +5,7 @@ import pytest
 from teleopctl.errors import UnavailableError
 from teleopctl.interfaces import get_service, type_hash
 from teleopctl.testing import eventually
-from teleopctl.wire import Question, encode_attachment, open_session, query_graph, topic_key
+from teleopctl.wire import ServiceRequest, encode_attachment, open_session, query_graph, topic_key
 
 TRIGGER = get_service("std_srvs/srv/Trigger")
 
@@ -17,7 +17,7 @@ def session(shared_ros):
 
 
 def asked(session, service):
-    return Question(session, TRIGGER, service, TRIGGER.Request())
+    return ServiceRequest(session, TRIGGER, service, TRIGGER.Request())
 
 
 @pytest.fixture

@@ -10,7 +10,7 @@ from teleopctl.errors import TeleopctlError, UsageError
 from teleopctl.testing import LONGEST_WAIT_S, free_port
 from teleopctl.wire.address import RouterAddress
 from teleopctl.wire.config import router_config, session_config
-from teleopctl.wire.introduction import meet_peers
+from teleopctl.wire.peer_discovery import wait_for_peers
 from teleopctl.wire.session import RouterNotRunning, close_session, domain_id, open_session
 
 KEY = "0/chatter/std_msgs::msg::dds_::String_/RIHS01_df66"
@@ -84,9 +84,9 @@ def test_nobody_waits_for_a_peer_that_cannot_be_met(opened):
     config.insert_json5("listen/endpoints", "[]")
     config.insert_json5("scouting/gossip/enabled", "false")
     with zenoh.open(config) as hermit:
-        assert meet_peers(hermit)
+        assert wait_for_peers(hermit)
         newcomer = opened("peer")
-        assert not meet_peers(newcomer, peers_within_s=0.05)
+        assert not wait_for_peers(newcomer, peers_within_s=0.05)
 
 
 def test_a_client_without_a_router_is_told_how_to_start_one(ros_without_router):

@@ -236,7 +236,7 @@ class _TopicCheck:
         if topic.type_hash and found and found != topic.type_hash:
             yield BagFault(
                 topic.name,
-                f"its definition has the hash {found} and not, as is stated, {topic.type_hash}",
+                f"its definition has the hash {found} but the bag states {topic.type_hash}",
             )
 
     def add(self, message: BagMessage) -> None:

@@ -1,4 +1,4 @@
-"""Cursor over the messages of the on_published bags, which are read ahead on a thread."""
+"""Cursor over the messages of the played bags, which are read ahead on a thread."""
 
 from __future__ import annotations
 

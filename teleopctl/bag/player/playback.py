@@ -15,7 +15,7 @@ from teleopctl.bag.player.outputs import PlayerOutputs
 from teleopctl.bag.player.playback_time import CLOCK, PlaybackClock, PlaybackTime
 from teleopctl.bag.player.source import PlayedBags
 from teleopctl.bag.records import BagMessage
-from teleopctl.wire import hear_peers
+from teleopctl.wire import wait_for_peer_tokens
 
 if TYPE_CHECKING:
     from teleopctl.node import Node
@@ -280,7 +280,7 @@ class Playback:
     def _run(self) -> None:
         try:
             # Those who subscribe already are to have the first message too.
-            hear_peers(self._node.context.session)
+            wait_for_peer_tokens(self._node.context.session)
             while not self._delay():
                 # The first messages are to be there before the first is due.
                 self._cursor.jump_to(self.start_ns, _LONGEST_FILL_S)

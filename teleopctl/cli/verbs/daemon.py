@@ -29,15 +29,15 @@ def start(
 ) -> None:
     """Start the daemon if it is not running."""
     from teleopctl.wire import (
-        be_router,
         daemon_address,
         router_reach,
+        run_daemon,
         session_config,
         start_router,
     )
 
     if debug:
-        if not be_router(when_up=_say_who_reaches):
+        if not run_daemon(when_up=_say_who_reaches):
             console.out("The daemon is already running")
         return
     started = start_router()

@@ -6,7 +6,7 @@ from teleopctl.base.typed import Annotated
 from teleopctl.cli import console
 from teleopctl.cli.graph_lookup import live_graph
 from teleopctl.cli.verb import Option, Verb
-from teleopctl.diagram import SHOWN, ros_graph, to_dot, to_svg
+from teleopctl.diagram import SHOWN, format_dot, ros_graph, to_svg
 from teleopctl.errors import SystemFailureError, UsageError
 
 VERB = Verb(
@@ -65,4 +65,4 @@ def graph(
             }
         )
     else:
-        console.out_text(to_dot(diagram).removesuffix("\n"))
+        console.out_text(format_dot(diagram).removesuffix("\n"))

@@ -523,10 +523,10 @@ def _run(work: "Sweep", jobs: int) -> None:
 
 
 def _run_on_cluster(work: "Sweep", address: str, folder: Path | None) -> None:
-    from teleopctl.sweep import Cluster, make_parcel, not_sent
+    from teleopctl.sweep import Cluster, not_sent, pack_launch
 
     first, cwd = work.requests[0], Path.cwd()
-    parcel, data = make_parcel(Path(first.file), folder, cwd)
+    parcel, data = pack_launch(Path(first.file), folder, cwd)
     values = [
         value
         for request in work.requests
@@ -543,7 +543,7 @@ def _run_on_cluster(work: "Sweep", address: str, folder: Path | None) -> None:
 
 
 def _progress(work: "Sweep", jobs: int) -> SweepProgress:
-    count, left = len(work.requests), len(work.left())
+    count, left = len(work.requests), len(work.pending())
     done = count - left
     console.note(
         f"{left} {'run' if left == 1 else 'runs'}, {min(jobs, left)} at a time, into {work.folder}"

@@ -1,4 +1,4 @@
-"""The functions that write and read messages, made when they are first asked for.
+"""Functions that write and read messages as CDR, generated when they are first used.
 
 Most types are only ever sent or only ever received, and few are seen in both byte orders.
 """
@@ -12,8 +12,8 @@ from teleopctl.base.typed import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 from teleopctl.errors import InvalidMessageError
 from teleopctl.interfaces.cdr.codegen import Generator
 from teleopctl.interfaces.cdr.layout import Layout
-from teleopctl.interfaces.cdr.reading import Read
-from teleopctl.interfaces.cdr.writing import Write
+from teleopctl.interfaces.cdr.reading import ReaderGenerator
+from teleopctl.interfaces.cdr.writing import WriterGenerator
 
 if TYPE_CHECKING:
     from types import CodeType
@@ -33,7 +33,9 @@ class _Key(NamedTuple):
 
 
 class Codecs:
-    """Generated CDR functions of all types in use. Safe to call from any thread.
+    """CDR functions of all types in use, generated on demand; thread-safe.
+
+    Safe to call from any thread.
 
     The source of a function is found by tracebacks and debuggers, and is its ``__source__``.
 
@@ -86,11 +88,13 @@ class Codecs:
         try:
             self._layout.check(key.type_name)
             generator: Generator = (
-                Write(self._layout, nested)
+                WriterGenerator(self._layout, nested)
                 if key.direction == "write"
-                else Read(self._layout, nested, self.message_class, key.direction == "read_little")
+                else ReaderGenerator(
+                    self._layout, nested, self.message_class, key.direction == "read_little"
+                )
             )
-            source = generator.source(key.type_name, key.is_nested)
+            source = generator.function_source(key.type_name, key.is_nested)
             return _compile(key, source, generator.constants)
         except RecursionError:
             raise InvalidMessageError(f"{key.type_name} is nested too deeply") from None

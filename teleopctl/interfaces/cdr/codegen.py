@@ -1,4 +1,4 @@
-"""What the generators of readers and writers of CDR have in common.
+"""Base of the generators of CDR functions.
 
 For each message type and direction one Python function is made: straight code without any
 decision that the type already settles. A generator walks through the fields of a type, those of
@@ -43,6 +43,7 @@ class Generator(ABC):
         at: Where in the data, modulo 8, the function may be.
     """
 
+    function_name: ClassVar[str]
     parameters: ClassVar[str]
     order = "<"
 
@@ -63,37 +64,37 @@ class Generator(ABC):
     # What a direction decides
 
     @abstractmethod
-    def whole(self, definition: Definition) -> None:
-        """Emit the body of the function."""
+    def emit_body(self, definition: Definition) -> None:
+        """Emit the body of the function for a message definition."""
 
     @abstractmethod
     def emit_run(self, run: Run, values: list[str], at: Offsets) -> None:
-        """Emit the reading or writing of a run."""
+        """Emit the code that reads or writes a run of fixed-size values."""
 
     @abstractmethod
-    def single(self, kind: FieldType, place: str) -> None:
-        """Emit the code of a single value."""
+    def emit_value(self, kind: FieldType, place: str) -> None:
+        """Emit the code for a single number, bool or string."""
 
     @abstractmethod
-    def fixed_block(self, kind: FieldType, place: str) -> None:
-        """Emit the code of a fixed array of numbers, bools or bytes."""
+    def emit_fixed_array(self, kind: FieldType, place: str) -> None:
+        """Emit the code for a fixed array of numbers, bools or bytes."""
 
     @abstractmethod
-    def block(self, kind: FieldType, place: str) -> None:
-        """Emit the code of a sequence of numbers, bools or bytes."""
+    def emit_sequence(self, kind: FieldType, place: str) -> None:
+        """Emit the code for a sequence of numbers, bools or bytes."""
 
     @abstractmethod
-    def several(self, kind: FieldType, place: str) -> None:
-        """Emit the code of an array or sequence of strings or messages."""
+    def emit_elements(self, kind: FieldType, place: str) -> None:
+        """Emit the code for an array or sequence of strings or messages."""
 
     @abstractmethod
-    def nested(self, kind: FieldType, place: str) -> None:
-        """Emit the code of a nested message."""
+    def emit_nested(self, kind: FieldType, place: str) -> None:
+        """Emit the code for a nested message."""
 
     # What both use
 
-    def fields(self, definition: Definition, variable: str) -> None:
-        """Emit the code of all fields of a message in a variable."""
+    def emit_fields(self, definition: Definition, variable: str) -> None:
+        """Emit the code for all fields of the message that a variable holds."""
         if not definition.fields:
             self._run.add("x")
         for field in definition.fields:
@@ -103,28 +104,28 @@ class Generator(ABC):
         kind = field.type
         if kind.shape is Shape.SINGLE:
             if kind.is_nested:
-                self.nested(kind, place)
+                self.emit_nested(kind, place)
             else:
-                self.single(kind, place)
+                self.emit_value(kind, place)
         elif kind.base not in BLOCK_CODES:
-            self.several(kind, place)
+            self.emit_elements(kind, place)
         elif kind.shape is Shape.ARRAY:
-            self.fixed_block(kind, place)
+            self.emit_fixed_array(kind, place)
         else:
-            self.block(kind, place)
+            self.emit_sequence(kind, place)
 
-    def value(self, code: str, text: str) -> None:
-        """Append a value to the run."""
+    def add_value(self, code: str, text: str) -> None:
+        """Append a value to the current run."""
         self._run.add(code)
         self._values.append(text)
 
-    def value_block(self, kind: FieldType, text: str) -> None:
-        """Append a fixed array to the run."""
+    def add_array(self, kind: FieldType, text: str) -> None:
+        """Append a fixed array to the current run."""
         self._run.add_block(BLOCK_CODES[kind.base], kind.capacity)
         self._values.append(text)
 
-    def skip_byte(self) -> None:
-        """Append a padding byte to the run."""
+    def add_padding(self) -> None:
+        """Append a padding byte to the current run."""
         self._run.add("x")
 
     def flush(self) -> None:
@@ -134,12 +135,12 @@ class Generator(ABC):
             self.at = self._run.ends(self.at)
             self._run, self._values = Run(), []
 
-    def anywhere(self) -> None:
-        """Mark that all later positions depend on the content."""
+    def forget_position(self) -> None:
+        """Mark that the position in the data depends on the content from here on."""
         self.at = ANYWHERE
 
-    def structs(self, run: Run, method: str, at: Offsets) -> tuple[str, int | None]:
-        """Return the name of a struct's bound method for the run.
+    def struct_method(self, run: Run, method: str, at: Offsets) -> tuple[str, int | None]:
+        """Return the name of the struct method that packs or unpacks a run.
 
         Returns:
             The name of the method, and the size of the struct; or the name of a table, by place
@@ -157,7 +158,7 @@ class Generator(ABC):
 
     @contextmanager
     def loop(self, head: str) -> Iterator[None]:
-        """Emit a loop over elements, in a block."""
+        """Emit a loop over elements; the ``with`` block emits its body."""
         self.flush()
         before = self.at
         self._loops += 1
@@ -170,39 +171,39 @@ class Generator(ABC):
 
     @contextmanager
     def indented(self, head: str) -> Iterator[None]:
-        """Emit a line, and indent the block below it."""
-        self.line(head)
+        """Emit a line; the ``with`` block emits the indented lines below it."""
+        self.emit_line(head)
         self._depth += 1
         yield
         self._depth -= 1
 
     def inlines(self, type_name: str, is_element: bool = False) -> bool:
-        """Return whether to inline the code of a nested message."""
+        """Return whether the code of a nested message is inlined rather than called."""
         return self._loops < _DEEPEST_LOOP and self.layout.is_inlined(type_name, is_element)
 
-    def function(self, type_name: str) -> str:
-        """Return the name of the function for a nested message."""
+    def nested_function(self, type_name: str) -> str:
+        """Return the name under which the code calls the function of a nested message."""
         return self.constant("message", self._function(type_name))
 
     def constant(self, prefix: str, value: Any) -> str:
-        """Return a name for an object used in the code."""
+        """Return the name under which the code refers to an object."""
         name = self._names.get(value)
         if name is None:
-            name = self._names[value] = self.fresh(prefix.upper())
+            name = self._names[value] = self.unused_name(prefix.upper())
             self.constants[name] = value
         return name
 
-    def fresh(self, prefix: str) -> str:
-        """Return an unused name."""
+    def unused_name(self, prefix: str) -> str:
+        """Return a variable name with a prefix that the code does not use yet."""
         number = self._numbers[prefix] = self._numbers.get(prefix, -1) + 1
         return f"{prefix}_{number}"
 
-    def line(self, text: str) -> None:
-        """Emit one line."""
+    def emit_line(self, text: str) -> None:
+        """Emit one line of code at the present indentation."""
         self._lines.append(f"{_INDENT * (self._depth + 1)}{text}\n")
 
-    def source(self, name: str, is_nested: bool) -> str:
-        """Return the function's source; to be called once.
+    def function_source(self, name: str, is_nested: bool) -> str:
+        """Return the source of the function for a type; to be called once.
 
         Args:
             name: Full name of the type.
@@ -210,5 +211,5 @@ class Generator(ABC):
                 anywhere in the data.
         """
         self.at = ANYWHERE if is_nested else START
-        self.whole(self.layout.definition(name))
-        return f"def {type(self).__name__.lower()}({self.parameters}):\n{''.join(self._lines)}"
+        self.emit_body(self.layout.definition(name))
+        return f"def {self.function_name}({self.parameters}):\n{''.join(self._lines)}"

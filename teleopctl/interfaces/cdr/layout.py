@@ -1,4 +1,4 @@
-"""How values lie in CDR, the encoding of messages on the wire.
+"""Layout of values in CDR, the encoding of messages on the wire.
 
 The rules are those of XCDR version 1 (OMG DDS-XTypes 1.3, 7.4.3), called PLAIN_CDR:
 
@@ -49,7 +49,7 @@ def padding(position: int, alignment: int) -> int:
 
 
 class Run:
-    """A run of fixed-size values, packed by one struct format."""
+    """Run of fixed-size values that one struct format packs."""
 
     def __init__(self) -> None:
         self._items: list[tuple[int, str, int]] = []
@@ -58,7 +58,7 @@ class Run:
         return bool(self._items)
 
     def add(self, code: str) -> None:
-        """Append a value to the run; ``x`` is padding."""
+        """Append a value to the run by its struct code; ``x`` is padding."""
         size = ITEM_SIZES.get(code, 1)
         self._items.append((size, code, size))
 
@@ -68,7 +68,7 @@ class Run:
         self._items.append((size, f"{count * size}s", count * size))
 
     def is_single_pad(self) -> bool:
-        """Whether the run is a single padding byte, such as a string's NUL."""
+        """Whether the run is a single padding byte, such as a string's terminating NUL."""
         return [code for _, code, _ in self._items] == ["x"]
 
     def struct_at(self, start: int, order: str) -> Struct:
@@ -113,7 +113,7 @@ _USUAL_BYTES = 2**20
 
 
 class Layout:
-    """Wire sizes of message types.
+    """Wire sizes of message types, and checks whether they can be sent.
 
     Args:
         definition: Gives the definition of a type by name.
@@ -154,7 +154,7 @@ class Layout:
         return self._minimums[kind.base]
 
     def check(self, type_name: str) -> None:
-        """Raise for a type that cannot be sent, or whose messages are too large."""
+        """Raise if a type cannot be sent, or its messages are too large."""
         self._weight(type_name, ())
         least = self.minimum(FieldType(type_name))
         if least < _USUAL_BYTES:

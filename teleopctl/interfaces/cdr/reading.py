@@ -1,4 +1,4 @@
-"""Source of the functions that read messages from CDR.
+"""Generator of the functions that read messages from CDR.
 
 Received bytes are not trusted. Whatever lies outside of the data, a count that the bytes left
 cannot hold and a string without its NUL raise ValueError or ``struct.error``. Only of strings and
@@ -26,8 +26,8 @@ from teleopctl.interfaces.definition import Definition, FieldType, Shape
 _COUNT = "I"
 
 
-class Read(Generator):
-    """Generates ``read(d, v, p, end)``, which parses a message and returns the next position.
+class ReaderGenerator(Generator):
+    """Generator of ``read(d, v, p, end)``, which parses a message and returns the next position.
 
     ``d`` is the data, ``v`` a memoryview of it, ``p`` the place where the message starts, and
     ``end`` the length of the data.
@@ -39,6 +39,7 @@ class Read(Generator):
         is_little: The byte order of the data.
     """
 
+    function_name = "read"
     parameters = "d, v, p, end"
 
     # Any: values of generated code.
@@ -55,97 +56,97 @@ class Read(Generator):
         self._message_class = message_class
         self._after_run: list[str] = []
 
-    def whole(self, definition: Definition) -> None:
+    def emit_body(self, definition: Definition) -> None:
         """Emit the body of the function."""
         self.constants.update(
             new=object.__new__, bad_text=_bad_text, bad_count=_bad_count, swapped=byteswapped
         )
-        self.line(f"m = {self._new(definition.type_name)}")
-        self.fields(definition, "m")
+        self.emit_line(f"m = {self._new(definition.type_name)}")
+        self.emit_fields(definition, "m")
         self.flush()
-        self.line("return m, p")
+        self.emit_line("return m, p")
 
     def emit_run(self, run: Run, values: list[str], at: Offsets) -> None:
         """Emit the reading of a run."""
         if run.is_single_pad():
-            self.line("p += 1")
+            self.emit_line("p += 1")
             return
-        name, size = self.structs(run, "unpack_from", at)
+        name, size = self.struct_method(run, "unpack_from", at)
         if size is None:
-            self.line(f"unpack, size = {name}[p & 7]")
+            self.emit_line(f"unpack, size = {name}[p & 7]")
             name = "unpack"
         targets = f"{', '.join(values)}{',' if len(values) == 1 else ''} = " if values else ""
-        self.line(f"{targets}{name}(d, p)")
-        self.line(f"p += {'size' if size is None else size}")
+        self.emit_line(f"{targets}{name}(d, p)")
+        self.emit_line(f"p += {'size' if size is None else size}")
         for text in self._after_run:
-            self.line(text)
+            self.emit_line(text)
         self._after_run = []
 
-    def nested(self, kind: FieldType, place: str) -> None:
+    def emit_nested(self, kind: FieldType, place: str) -> None:
         """Emit the reading of one nested message."""
         if self.inlines(kind.base):
-            variable = self.fresh("m")
-            self.line(f"{variable} = {place} = {self._new(kind.base)}")
-            self.fields(self.layout.definition(kind.base), variable)
+            variable = self.unused_name("m")
+            self.emit_line(f"{variable} = {place} = {self._new(kind.base)}")
+            self.emit_fields(self.layout.definition(kind.base), variable)
         else:
             self._call(kind, place)
 
     def _call(self, kind: FieldType, place: str) -> None:
         self.flush()
-        self.line(f"{place}, p = {self.function(kind.base)}(d, v, p, end)")
-        self.anywhere()
+        self.emit_line(f"{place}, p = {self.nested_function(kind.base)}(d, v, p, end)")
+        self.forget_position()
 
     def _new(self, type_name: str) -> str:
         return f"new({self.constant('class', self._message_class(type_name))})"
 
-    def single(self, kind: FieldType, place: str) -> None:
+    def emit_value(self, kind: FieldType, place: str) -> None:
         """Emit the reading of a number or a string."""
         if kind.base in BLOCK_CODES:
-            self.value(BLOCK_CODES[kind.base], place)
+            self.add_value(BLOCK_CODES[kind.base], place)
             return
-        self.value(_COUNT, "n")
+        self.add_value(_COUNT, "n")
         self.flush()
         if kind.base == "wstring":
             self._wide_string(kind, place)
             return
-        self.line("e = p + n - 1")
+        self.emit_line("e = p + n - 1")
         with self.indented("if not p <= e < end or d[e]:"):
-            self.line("raise bad_text(n, p)")
-        self.line(f'{place} = str(d[p:e], "utf-8")')
+            self.emit_line("raise bad_text(n, p)")
+        self.emit_line(f'{place} = str(d[p:e], "utf-8")')
         if kind.string_capacity:
             with self.indented(f"if len({place}) > {kind.string_capacity}:"):
-                self.line("raise bad_text(n, p)")
-        self.line("p = e")
-        self.anywhere()
-        self.skip_byte()
+                self.emit_line("raise bad_text(n, p)")
+        self.emit_line("p = e")
+        self.forget_position()
+        self.add_padding()
 
     def _wide_string(self, kind: FieldType, place: str) -> None:
-        self.line("e = p + n * 2")
+        self.emit_line("e = p + n * 2")
         with self.indented("if e > end:"):
-            self.line("raise bad_count(n, p)")
+            self.emit_line("raise bad_count(n, p)")
         # Half a pair, which Python could not print, becomes the character for what is unreadable.
         code = f"utf-16-{'le' if self.order == '<' else 'be'}"
-        self.line(f'{place} = str(d[p:e], "{code}", "replace")')
+        self.emit_line(f'{place} = str(d[p:e], "{code}", "replace")')
         if kind.string_capacity:
             with self.indented(f"if len({place}) > {kind.string_capacity}:"):
-                self.line("raise bad_count(n, p)")
-        self.line("p = e")
-        self.anywhere()
+                self.emit_line("raise bad_count(n, p)")
+        self.emit_line("p = e")
+        self.forget_position()
 
-    def fixed_block(self, kind: FieldType, place: str) -> None:
+    def emit_fixed_array(self, kind: FieldType, place: str) -> None:
         """Emit the reading of a fixed array."""
         item = ITEM_SIZES[BLOCK_CODES[kind.base]]
         if kind.capacity * item < LARGE_ARRAY:
-            variable = self.fresh("b")
-            self.value_block(kind, variable)
+            variable = self.unused_name("b")
+            self.add_array(kind, variable)
             self._after_run.append(f"{place} = {self._view(kind, f'memoryview({variable})')}")
             return
         self.flush()
         self._slice(kind, place, str(kind.capacity))
 
-    def block(self, kind: FieldType, place: str) -> None:
+    def emit_sequence(self, kind: FieldType, place: str) -> None:
         """Emit the reading of a sequence of numbers, bools or bytes."""
-        self.value(_COUNT, "n")
+        self.add_value(_COUNT, "n")
         self.flush()
         self._check_bound(kind)
         before = self.at
@@ -153,48 +154,48 @@ class Read(Generator):
             self._slice(kind, place, "n")
         with self.indented("else:"):
             self.constants[f"empty_{kind.base}"] = empty(kind.base)
-            self.line(f"{place} = empty_{kind.base}")
+            self.emit_line(f"{place} = empty_{kind.base}")
         self.at |= before
 
     def _slice(self, kind: FieldType, place: str, count: str) -> None:
         size = ITEM_SIZES[BLOCK_CODES[kind.base]]
         self._align(size)
-        self.line(f"e = p + {count} * {size}" if size > 1 else f"e = p + {count}")
+        self.emit_line(f"e = p + {count} * {size}" if size > 1 else f"e = p + {count}")
         with self.indented("if e > end:"):
-            self.line(f"raise bad_count({count}, p)")
-        self.line(f"{place} = {self._view(kind, 'v[p:e]')}")
-        self.line("p = e")
+            self.emit_line(f"raise bad_count({count}, p)")
+        self.emit_line(f"{place} = {self._view(kind, 'v[p:e]')}")
+        self.emit_line("p = e")
         self.at = after_block(self.at, size)
 
-    def several(self, kind: FieldType, place: str) -> None:
+    def emit_elements(self, kind: FieldType, place: str) -> None:
         """Emit the reading of an array or a sequence of strings or messages."""
         count = str(kind.capacity)
         if kind.shape is not Shape.ARRAY:
             count = "n"
-            self.value(_COUNT, count)
+            self.add_value(_COUNT, count)
         self.flush()
         self._check_bound(kind)
         with self.indented(f"if {count} * {self.layout.element_minimum(kind)} > end - p:"):
-            self.line(f"raise bad_count({count}, p)")
-        elements = self.fresh("a")
-        self.line(f"{elements} = {place} = []")
+            self.emit_line(f"raise bad_count({count}, p)")
+        elements = self.unused_name("a")
+        self.emit_line(f"{elements} = {place} = []")
         with self.loop(f"for _ in range({count}):"):
             if not kind.is_nested:
-                self.single(kind.element, "t")
-                self.line(f"{elements}.append(t)")
+                self.emit_value(kind.element, "t")
+                self.emit_line(f"{elements}.append(t)")
             elif self.inlines(kind.base, is_element=True):
-                variable = self.fresh("m")
-                self.line(f"{variable} = {self._new(kind.base)}")
-                self.line(f"{elements}.append({variable})")
-                self.fields(self.layout.definition(kind.base), variable)
+                variable = self.unused_name("m")
+                self.emit_line(f"{variable} = {self._new(kind.base)}")
+                self.emit_line(f"{elements}.append({variable})")
+                self.emit_fields(self.layout.definition(kind.base), variable)
             else:
                 self._call(kind, "t")
-                self.line(f"{elements}.append(t)")
+                self.emit_line(f"{elements}.append(t)")
 
     def _check_bound(self, kind: FieldType) -> None:
         if kind.shape is Shape.BOUNDED:
             with self.indented(f"if n > {kind.capacity}:"):
-                self.line("raise bad_count(n, p)")
+                self.emit_line("raise bad_count(n, p)")
 
     def _view(self, kind: FieldType, data: str) -> str:
         code = BLOCK_CODES[kind.base]
@@ -206,9 +207,9 @@ class Read(Generator):
         """Emit the skipping of padding, where there may be some."""
         gaps = {padding(position, size) for position in self.at}
         if len(gaps) > 1:
-            self.line(f"p += ({HEADER_SIZE} - p) % {size}")
+            self.emit_line(f"p += ({HEADER_SIZE} - p) % {size}")
         elif gaps != {0}:
-            self.line(f"p += {gaps.pop()}")
+            self.emit_line(f"p += {gaps.pop()}")
 
 
 def _bad_text(size: int, position: int) -> ValueError:

@@ -1,4 +1,4 @@
-"""Messages to bytes and back: plain CDR in the encapsulation that ROS 2 uses.
+"""Serialization of messages: plain CDR in the encapsulation that ROS 2 uses.
 
 Received bytes are not trusted: whatever they hold, the result is a message or a TeleopctlError.
 """
@@ -53,7 +53,7 @@ def serialize(message: Message) -> bytearray:
 def deserialize(
     data: bytes | bytearray | memoryview, message_class: type[MessageType]
 ) -> MessageType:
-    """Return the message in CDR bytes.
+    """Return the message of a class that CDR bytes hold.
 
     Bytes behind the message mean nothing: ROS 2 pads some that it serialised ahead by up to 64.
 
@@ -86,14 +86,14 @@ def deserialize(
     return message  # type: ignore[no-any-return] # made by the class that was passed
 
 
-def use_codecs(message_class: type[Message], codecs: Codecs) -> None:
-    """Use codecs of another definition for a class."""
+def set_codecs(message_class: type[Message], codecs: Codecs) -> None:
+    """Set the codecs with which messages of a class and its nested classes are read and written."""
     _codecs_apart[message_class] = codecs
 
 
 # Any, of both: a class is made from its definition.
 def class_within(message_class: type[Any], type_name: str) -> type[Any]:
-    """Return the class of a nested type within a message class.
+    """Return the class of a nested message type, as the outer message class defines it.
 
     Raises:
         InvalidMessageError: There is no such type.

@@ -1,4 +1,4 @@
-"""Source of the functions that write messages as little-endian CDR.
+"""Generator of the functions that write messages as little-endian CDR.
 
 A function appends to a bytearray, whose length is the place in the data. A large block of numbers
 is copied once, by ``extend``; ``+=`` would be numpy's addition for a numpy array.
@@ -18,106 +18,107 @@ _COUNT = "I"
 _SWAPPED = sys.byteorder == "big"
 
 
-class Write(Generator):
-    """Generates ``write(out, m)``, which appends message ``m`` to bytearray ``out``."""
+class WriterGenerator(Generator):
+    """Generator of ``write(out, m)``, which appends message ``m`` to bytearray ``out``."""
 
+    function_name = "write"
     parameters = "out, m"
 
-    def whole(self, definition: Definition) -> None:
+    def emit_body(self, definition: Definition) -> None:
         """Emit the body of the function."""
         self.constants.update(
             fixed=_fixed, listed=_listed, swapped=_swapped, ValueError=ValueError, zeros=bytes(8)
         )
-        self.fields(definition, "m")
+        self.emit_fields(definition, "m")
         self.flush()
 
     def emit_run(self, run: Run, values: list[str], at: Offsets) -> None:
         """Emit the writing of a run."""
         if run.is_single_pad():
-            self.line("out.append(0)")
+            self.emit_line("out.append(0)")
             return
-        name, size = self.structs(run, "pack", at)
+        name, size = self.struct_method(run, "pack", at)
         pack = f"{name}[len(out) & 7]" if size is None else name
-        self.line(f"out += {pack}({', '.join(values)})")
+        self.emit_line(f"out += {pack}({', '.join(values)})")
 
-    def nested(self, kind: FieldType, place: str) -> None:
+    def emit_nested(self, kind: FieldType, place: str) -> None:
         """Emit the writing of one nested message."""
         if self.inlines(kind.base):
-            variable = self.fresh("m")
-            self.line(f"{variable} = {place}")
-            self.fields(self.layout.definition(kind.base), variable)
+            variable = self.unused_name("m")
+            self.emit_line(f"{variable} = {place}")
+            self.emit_fields(self.layout.definition(kind.base), variable)
         else:
             self._call(kind, place)
 
     def _call(self, kind: FieldType, place: str) -> None:
         self.flush()
-        self.line(f"{self.function(kind.base)}(out, {place})")
-        self.anywhere()
+        self.emit_line(f"{self.nested_function(kind.base)}(out, {place})")
+        self.forget_position()
 
-    def single(self, kind: FieldType, place: str) -> None:
+    def emit_value(self, kind: FieldType, place: str) -> None:
         """Emit the writing of a number or a string."""
         if kind.base in BLOCK_CODES:
-            self.value(BLOCK_CODES[kind.base], place)
+            self.add_value(BLOCK_CODES[kind.base], place)
             return
-        text = self.fresh("t")
+        text = self.unused_name("t")
         is_wide = kind.base == "wstring"
         code = '"utf-16-le"' if is_wide else ""
-        self.line(f"{text} = {place}.encode({code})")
-        self.value(_COUNT, f"len({text}) >> 1" if is_wide else f"len({text}) + 1")
+        self.emit_line(f"{text} = {place}.encode({code})")
+        self.add_value(_COUNT, f"len({text}) >> 1" if is_wide else f"len({text}) + 1")
         self.flush()
-        self.line(f"out += {text}")
-        self.anywhere()
+        self.emit_line(f"out += {text}")
+        self.forget_position()
         if not is_wide:
-            self.skip_byte()
+            self.add_padding()
 
-    def fixed_block(self, kind: FieldType, place: str) -> None:
+    def emit_fixed_array(self, kind: FieldType, place: str) -> None:
         """Emit the writing of a fixed array."""
         size = kind.capacity * ITEM_SIZES[BLOCK_CODES[kind.base]]
         data = self._data(kind, place)
         if size < LARGE_ARRAY:
-            self.value_block(kind, f"fixed({data}, {size})")
+            self.add_array(kind, f"fixed({data}, {size})")
             return
         self.flush()
-        variable = self.fresh("v")
-        self.line(f"{variable} = fixed({data}, {size})")
+        variable = self.unused_name("v")
+        self.emit_line(f"{variable} = fixed({data}, {size})")
         self._align(ITEM_SIZES[BLOCK_CODES[kind.base]])
-        self.line(f"out += {variable}")
+        self.emit_line(f"out += {variable}")
         self.at = after_block(self.at, ITEM_SIZES[BLOCK_CODES[kind.base]])
 
-    def block(self, kind: FieldType, place: str) -> None:
+    def emit_sequence(self, kind: FieldType, place: str) -> None:
         """Emit the writing of a sequence of numbers, bools or bytes."""
         size = ITEM_SIZES[BLOCK_CODES[kind.base]]
-        block, count = self.fresh("v"), self.fresh("n")
-        self.line(f"{block} = {self._data(kind, place)}")
-        self.line(f"{count} = len({block})")
+        block, count = self.unused_name("v"), self.unused_name("n")
+        self.emit_line(f"{block} = {self._data(kind, place)}")
+        self.emit_line(f"{count} = len({block})")
         self._check_bound(kind, count)
-        self.value(_COUNT, count)
+        self.add_value(_COUNT, count)
         self.flush()
         before = self.at
         with self.indented(f"if {count}:"):
             self._align(size)
-            self.line(f"end = len(out) + {count} * {size}")
-            self.line(f"out.extend({block})")
+            self.emit_line(f"end = len(out) + {count} * {size}")
+            self.emit_line(f"out.extend({block})")
             with self.indented("if len(out) != end:"):
-                self.line('raise ValueError("it changed while it was serialised")')
+                self.emit_line('raise ValueError("it changed while it was serialised")')
         self.at = before | after_block(self.at, size)
 
-    def several(self, kind: FieldType, place: str) -> None:
+    def emit_elements(self, kind: FieldType, place: str) -> None:
         """Emit the writing of an array or a sequence of strings or messages."""
-        elements = self.fresh("v")
-        self.line(f"{elements} = [*{place}]")
+        elements = self.unused_name("v")
+        self.emit_line(f"{elements} = [*{place}]")
         if kind.shape is Shape.ARRAY:
             with self.indented(f"if len({elements}) != {kind.capacity}:"):
-                self.line(f'raise ValueError("an array has not {kind.capacity} elements")')
+                self.emit_line(f'raise ValueError("an array has not {kind.capacity} elements")')
         else:
             self._check_bound(kind, f"len({elements})")
-            self.value(_COUNT, f"len({elements})")
-        element = self.fresh("e")
+            self.add_value(_COUNT, f"len({elements})")
+        element = self.unused_name("e")
         with self.loop(f"for {element} in {elements}:"):
             if not kind.is_nested:
-                self.single(kind.element, element)
+                self.emit_value(kind.element, element)
             elif self.inlines(kind.base, is_element=True):
-                self.fields(self.layout.definition(kind.base), element)
+                self.emit_fields(self.layout.definition(kind.base), element)
             else:
                 self._call(kind, element)
 
@@ -129,15 +130,17 @@ class Write(Generator):
     def _check_bound(self, kind: FieldType, count: str) -> None:
         if kind.shape is Shape.BOUNDED:
             with self.indented(f"if {count} > {kind.capacity}:"):
-                self.line(f'raise ValueError("a sequence has more than {kind.capacity} elements")')
+                self.emit_line(
+                    f'raise ValueError("a sequence has more than {kind.capacity} elements")'
+                )
 
     def _align(self, size: int) -> None:
         """Emit padding, where there may have to be some."""
         gaps = {padding(position, size) for position in self.at}
         if len(gaps) > 1:
-            self.line(f"out += zeros[: ({HEADER_SIZE} - len(out)) % {size}]")
+            self.emit_line(f"out += zeros[: ({HEADER_SIZE} - len(out)) % {size}]")
         elif gaps != {0}:
-            self.line(f"out += zeros[: {gaps.pop()}]")
+            self.emit_line(f"out += zeros[: {gaps.pop()}]")
 
 
 def _fixed(block: Any, size: int) -> bytes:

@@ -1,4 +1,4 @@
-"""Definitions from ``type_description_interfaces/msg/TypeDescription``, as other nodes send it."""
+"""Definitions from ``type_description_interfaces/msg/TypeDescription`` of other nodes."""
 
 from __future__ import annotations
 

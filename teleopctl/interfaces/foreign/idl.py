@@ -1,4 +1,4 @@
-"""Reading ``.idl`` files, the other form in which packages may define interfaces.
+"""Parser of ``.idl`` files, the other form in which packages define interfaces.
 
 rosbags has the grammar; it forgets annotations, among them default values, and where a mistake is.
 """
@@ -73,7 +73,7 @@ class IdlMember(NamedTuple):
 
 
 class IdlStruct(NamedTuple):
-    """An IDL struct, with the constants of its module ``NAME_Constants``.
+    """Struct of an IDL file, with the constants of its module ``NAME_Constants``.
 
     Attributes:
         name: With its modules, as ``package/msg/Name``.
@@ -179,12 +179,12 @@ def _plain(value: object) -> object:
 
 
 def idl_includes(text: str) -> list[str]:
-    """Return the files that an IDL text includes."""
+    """Return the files that the text of an IDL file includes."""
     return _INCLUDE.findall(text)
 
 
 def read_idl(text: str, where: str) -> list[IdlStruct]:
-    """Parse the structs of an IDL text.
+    """Parse the structs in the text of an IDL file.
 
     Args:
         text: The content of the file; included files are not read.
@@ -232,7 +232,7 @@ def _field_type(field: IdlField) -> FieldType:
 
 
 def split_idl(text: str, type_name: str, where: str) -> list[Definition]:
-    """Return all types that an IDL file defines.
+    """Return the definitions of all types that an IDL file defines.
 
     Args:
         text: Content of the file.

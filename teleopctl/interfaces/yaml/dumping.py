@@ -1,4 +1,4 @@
-"""What `output` writes by PyYAML."""
+"""Output of message values as YAML by PyYAML, where the fast writer does not suffice."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""YAML, or plain values, to messages."""
+"""Messages from YAML or plain values."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def message_from_yaml(
     content: str | Mapping[str, object] | None,
     now: int | Stamp | None = None,
 ) -> MessageType:
-    """Return a message made from YAML.
+    """Return a message whose fields are set from YAML text or plain values.
 
     Fields that are not mentioned, or null, keep their defaults. A ``std_msgs/msg/Header`` or a
     ``builtin_interfaces/msg/Time`` may be given as ``auto`` or ``now``. As in ROS 2 a value is

@@ -22,8 +22,8 @@ from teleopctl.node.values.qos import QoSProfile
 from teleopctl.wire import (
     Attachment,
     EntityKind,
-    Refusals,
-    no_answer,
+    InvalidMessageCounter,
+    no_response_text,
     read_response,
     send_request,
 )
@@ -110,7 +110,7 @@ class ResponseFuture(Future[ResultT]):
             return self.result()
         self._client.remove_pending_request(self)
         if settled:
-            raise ServiceUnavailableError(no_answer(self._client.service_name))
+            raise ServiceUnavailableError(no_response_text(self._client.service_name))
         return None
 
     def wait_until_answered(self, timeout_sec: float | None = None) -> ResultT | None:
@@ -170,7 +170,7 @@ class Client(ServiceEndpoint, QueuingEntity, Generic[RequestT, ResponseT]):
         self._pending: set[Future[ResponseT]] = set()
         self._callbacks: collections.deque[Callable[[], object]] = collections.deque()
         self._news = False
-        self.refusals = Refusals(f"an answer of '{name}'", node.get_logger().error)
+        self.refusals = InvalidMessageCounter(f"an answer of '{name}'", node.get_logger().error)
         self._announce()
 
     @property

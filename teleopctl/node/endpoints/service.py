@@ -20,7 +20,7 @@ from teleopctl.node.values.handle import Handle
 from teleopctl.node.values.qos import QoSProfile
 from teleopctl.wire import (
     EntityKind,
-    Refusals,
+    InvalidMessageCounter,
     decode_attachment,
     direct_callback,
     encode_attachment,
@@ -97,7 +97,7 @@ class Service(ServiceEndpoint, QueuingEntity, Generic[RequestT, ResponseT]):
         self.callback_group = callback_group
         self._depth = max(qos.queue_depth or 0, _MINIMUM_DEPTH)
         self._queries: KeepLastQueue[tuple[zenoh.Query, int]] = KeepLastQueue(self._depth)
-        self.refusals = Refusals(f"a request to '{name}'", node.get_logger().error)
+        self.refusals = InvalidMessageCounter(f"a request to '{name}'", node.get_logger().error)
         receive = self._answer_now if immediate else self._queue
         self._channel: Any = node.context.session.declare_queryable(
             self.key, direct_callback(receive), complete=True

@@ -23,7 +23,7 @@ from teleopctl.node.values.callback_groups import CallbackGroup
 from teleopctl.node.values.exceptions import RCLError
 from teleopctl.node.values.handle import Handle
 from teleopctl.node.values.qos import QoSProfile, ReliabilityPolicy, bound_ns
-from teleopctl.wire import EntityKind, Refusals, decode_attachment, direct_callback
+from teleopctl.wire import EntityKind, InvalidMessageCounter, decode_attachment, direct_callback
 
 if TYPE_CHECKING:
     from teleopctl.node.endpoints.events import EventHandler, SubscriptionEventCallbacks
@@ -122,7 +122,7 @@ class Subscription(Endpoint, QueuingEntity, Generic[MessageT]):
         self.raw = raw
         self._wants_info = _takes_two(callback)
         self._samples = self._make_queue(qos)
-        self.refusals = Refusals(f"a message on '{topic}'", node.get_logger().error)
+        self.refusals = InvalidMessageCounter(f"a message on '{topic}'", node.get_logger().error)
         self._watching: tuple[EventHandler, ...] = ()
         self._measure: Callable[[int | None], None] | None = None
         self._on_destroy: Callable[[], object] | None = None

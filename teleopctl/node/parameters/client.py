@@ -9,7 +9,7 @@ from teleopctl.base.typed import TYPE_CHECKING, Any, TypeAlias
 from teleopctl.interfaces import ResponseT, get_message, get_service, snake_case
 from teleopctl.node.values.callback_groups import CallbackGroup
 from teleopctl.node.values.qos import QoSProfile, qos_profile_services_default
-from teleopctl.wire import answers_of_nodes
+from teleopctl.wire import responses_of_nodes
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -230,7 +230,7 @@ def call_parameter_services(
         ExternalShutdownException: The context was shut down meanwhile.
     """
     futures = {name: request(AsyncParameterClient(node, name)) for name in remote_node_names}
-    return answers_of_nodes(futures, timeout_sec)
+    return responses_of_nodes(futures, timeout_sec)
 
 
 def _messages_of_file(path: str | Path, use_wildcard: bool) -> list[ParameterMessage]:

@@ -10,7 +10,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from teleopctl.base.printable import printable_line
-from teleopctl.diagram import Diagram, DiagramBox, Edge, to_svg, write_files
+from teleopctl.diagram import Diagram, DiagramBox, Edge, to_svg, write_diagram_files
 from teleopctl.errors import UnavailableError, UsageError
 from teleopctl.node import Node, init, parse_ros_arguments
 from teleopctl.tf import TF_STATIC_TOPIC, TF_TOPIC, KnownFrame, LiveBuffer, TransformListener
@@ -70,7 +70,7 @@ def view_frames(
     base = Path(output or time.strftime("frames_%Y-%m-%d_%H.%M.%S"))
     say("Generating graph...")
     dot = buffer.all_frames_as_dot(node.get_clock().now().nanoseconds)
-    return write_files(base, dot, to_svg(frames_diagram(frames)), say)
+    return write_diagram_files(base, dot, to_svg(frames_diagram(frames)), say)
 
 
 def frames_diagram(frames: Sequence[KnownFrame]) -> Diagram:

@@ -1,4 +1,4 @@
-"""A sweep whose runs are done by the workers of a Dask cluster."""
+"""Execution of a sweep by the workers of a Dask cluster."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from typing import Any
 
 from teleopctl.base.extras import extra
 from teleopctl.errors import RefusedError, UnavailableError
-from teleopctl.sweep.cluster.parcel import Parcel, unpack
-from teleopctl.sweep.cluster.worker import do_run, forget_sweep, stop_runs, versions
+from teleopctl.sweep.cluster.parcel import SentFolder, unpack
+from teleopctl.sweep.cluster.worker import remove_sweep, run_on_worker, stop_runs, versions
 from teleopctl.sweep.one_run import RunRequest, RunResult
-from teleopctl.sweep.process import clear_run, failed
+from teleopctl.sweep.process import clear_run, failed_result
 from teleopctl.sweep.sweep import Sweep
 
 _CONNECTS_WITHIN_S = 10.0
@@ -26,7 +26,7 @@ _RETURNS_WITHIN_S = 30.0
 
 
 class Cluster:
-    """Client of a Dask scheduler and its workers. To be used in a ``with``.
+    """Connection to a Dask scheduler whose workers execute runs. To be used in a ``with``.
 
     Args:
         address: The scheduler's, such as ``tcp://server:8786``.
@@ -92,12 +92,12 @@ class Cluster:
     def run(
         self,
         sweep: Sweep,
-        parcel: Parcel,
+        parcel: SentFolder,
         data: bytes,
         on_begin: Callable[[], None],
         on_result: Callable[[RunResult], None],
     ) -> None:
-        """Execute the runs of a sweep that are not done.
+        """Execute the runs of a sweep that are not done, on the workers.
 
         What comes of each is in its folder here, as if it had been done here. The runs of a worker
         that is lost are done again by others.
@@ -122,9 +122,9 @@ class Cluster:
             warnings.filterwarnings("ignore", "Sending large graph")
             sent = self._client.submit(bytes, data, key=f"{name}-sent", pure=False)
         asked: dict[Any, RunRequest] = {}
-        for request in sweep.left():
+        for request in sweep.pending():
             future = self._client.submit(
-                do_run, asdict(request), parcel, sent, name,
+                run_on_worker, asdict(request), parcel, sent, name,
                 key=f"{name}-{request.number}", pure=False,
             )  # fmt: skip
             asked[future] = request
@@ -143,11 +143,11 @@ class Cluster:
                     begun.add(request.number)
                     on_begin()
                 result = _received(each, request, sweep.folder_of(request))
-                sweep.note(result)
+                sweep.add_result(result)
                 on_result(result)
                 each.release()
             with contextlib.suppress(Exception):
-                self._client.run(forget_sweep, name)
+                self._client.run(remove_sweep, name)
         except BaseException:
             with contextlib.suppress(Exception):
                 self._client.cancel(list(asked))
@@ -177,7 +177,7 @@ def _received(future: Any, request: RunRequest, folder: Path) -> RunResult:
         fields, packed = future.result()
     except Exception as error:  # noqa: BLE001 - what Dask or the worker had against it
         words = f"{type(error).__name__}: {error}"
-        result = failed(request, folder, f"the cluster could not do it: {words}")
+        result = failed_result(request, folder, f"the cluster could not do it: {words}")
     else:
         if packed:
             unpack(packed, folder)

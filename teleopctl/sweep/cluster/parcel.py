@@ -1,4 +1,4 @@
-"""The files of a launch as they are sent to other machines, and paths that change on the way."""
+"""Files of a launch that are sent to workers, and paths rewritten for the other machine."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ _LARGEST_BACK = 1 << 30
 _NOT_SENT = ("metadata.yaml", "sweep.json", "COLCON_IGNORE")
 
 
-class Parcel(NamedTuple):
-    """The folder that is sent to workers with the runs.
+class SentFolder(NamedTuple):
+    """Folder that is sent to workers, with the launch file in it.
 
     Attributes:
         root: The folder, as its path is here; empty for none.
@@ -36,8 +36,8 @@ class Parcel(NamedTuple):
     file: str
     cwd: str
 
-    def there(self, request: RunRequest, root: Path) -> RunRequest:
-        """Return a run's request with the paths of a worker.
+    def for_worker(self, request: RunRequest, root: Path) -> RunRequest:
+        """Return a run's request with paths rewritten to those on a worker.
 
         Args:
             request: With the paths of this one.
@@ -61,8 +61,8 @@ class Parcel(NamedTuple):
         return value
 
 
-def make_parcel(file: Path, folder: Path | None, cwd: Path) -> tuple[Parcel, bytes]:
-    """Pack the files that the runs of a launch file need.
+def pack_launch(file: Path, folder: Path | None, cwd: Path) -> tuple[SentFolder, bytes]:
+    """Pack the folder of a launch file, with what its runs need, as an archive.
 
     Args:
         file: The launch file.
@@ -78,7 +78,7 @@ def make_parcel(file: Path, folder: Path | None, cwd: Path) -> tuple[Parcel, byt
     """
     if folder is None:
         if is_builtin(file):
-            return Parcel("", file.name, ""), b""
+            return SentFolder("", file.name, ""), b""
         folder = enclosing_package(file.parent) or file.parent
     folder = folder.absolute()
     inner = str(cwd.relative_to(folder)) if cwd.is_relative_to(folder) else ""
@@ -91,11 +91,11 @@ def make_parcel(file: Path, folder: Path | None, cwd: Path) -> tuple[Parcel, byt
             f"{file} does not lie in {folder}, which is sent",
             hint="--send names a folder with the launch file in it.",
         )
-    return Parcel(str(folder), name, inner), _packed_folder(folder)
+    return SentFolder(str(folder), name, inner), _packed_folder(folder)
 
 
-def not_sent(values: Iterable[str], parcel: Parcel, cwd: Path) -> list[str]:
-    """Return the values that name local files which are not sent to workers."""
+def not_sent(values: Iterable[str], parcel: SentFolder, cwd: Path) -> list[str]:
+    """Return the values that name local files outside of the folder that is sent."""
     found = []
     for value in dict.fromkeys(values):
         path = cwd / value
@@ -108,7 +108,7 @@ def not_sent(values: Iterable[str], parcel: Parcel, cwd: Path) -> list[str]:
 
 
 def pack(folder: Path) -> bytes:
-    """Return a run's folder as an archive.
+    """Return a finished run's folder as the bytes of an archive.
 
     Raises:
         RefusedError: It is too large to be sent back.

@@ -1,4 +1,4 @@
-"""What the workers of a cluster do: one run after another, each in a folder of its own."""
+"""Functions that the workers of a Dask cluster execute for a sweep."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import Any
 
 from teleopctl import __version__
 from teleopctl.errors import RefusedError
-from teleopctl.sweep.cluster.parcel import Parcel, pack, unpack
+from teleopctl.sweep.cluster.parcel import SentFolder, pack, unpack
 from teleopctl.sweep.one_run import RunRequest
 from teleopctl.sweep.process import RunProcesses, free_ports
 
@@ -21,17 +21,17 @@ _sweeps: dict[str, RunProcesses] = {}
 
 
 def versions() -> dict[str, str]:
-    """Return the versions that must be equal on all machines."""
+    """Return the versions of packages that must be equal on all machines of a sweep."""
     from importlib.metadata import version
 
     return {"teleopctl": __version__, "mujoco": version("mujoco")}
 
 
 # Any: what JSON may be.
-def do_run(
-    fields: dict[str, Any], parcel: Parcel, data: bytes, sweep: str
+def run_on_worker(
+    fields: dict[str, Any], parcel: SentFolder, data: bytes, sweep: str
 ) -> tuple[dict[str, Any], bytes]:
-    """Execute a run on this worker.
+    """Execute a run on this worker; return the fields of its result, and its packed folder.
 
     Args:
         fields: Those of a `RunRequest`, with the paths of whoever asks for it.
@@ -52,10 +52,10 @@ def do_run(
         prefix="run-", dir=home, ignore_cleanup_errors=True
     ) as folder_name:
         folder = Path(folder_name)
-        request = parcel.there(RunRequest(**fields), root)
+        request = parcel.for_worker(RunRequest(**fields), root)
         request.save(folder)
         (port,) = free_ports(1)
-        result = _processes(sweep).do(request, folder, port, port, root / parcel.cwd)
+        result = _processes(sweep).run(request, folder, port, port, root / parcel.cwd)
         if result is None:
             raise RefusedError("The sweep was stopped")
         try:
@@ -68,12 +68,12 @@ def do_run(
 
 
 def stop_runs(sweep: str) -> None:
-    """Stop the sweep's running runs, and start no others."""
+    """Stop a sweep's runs on this worker, and start no others."""
     _processes(sweep).stop()
 
 
 # Any: a worker of Dask's, which gives itself.
-def forget_sweep(sweep: str, dask_worker: Any = None) -> None:
+def remove_sweep(sweep: str, dask_worker: Any = None) -> None:
     """Remove the files of a finished sweep from this worker."""
     with _lock:
         _sweeps.pop(sweep, None)

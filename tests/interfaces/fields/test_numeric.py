@@ -3,7 +3,7 @@
 import pytest
 
 from teleopctl.interfaces import NumericField, field_reader, get_message, numeric_fields
-from teleopctl.interfaces.fields.numeric import MOST_ELEMENTS, MOST_FIELDS
+from teleopctl.interfaces.field_access import MOST_ELEMENTS, MOST_FIELDS
 
 JointState = get_message("sensor_msgs/msg/JointState")
 Transforms = get_message("tf2_msgs/msg/TFMessage")

@@ -377,19 +377,19 @@ def view_controller_chains(
     from pathlib import Path
 
     from teleopctl.cli.listing import out_files
-    from teleopctl.diagram import to_dot, to_svg, write_files
+    from teleopctl.diagram import format_dot, to_svg, write_diagram_files
 
     with manager.client() as client:
         diagram = controller_diagram(client.list_controllers())
     base = Path(output) if output else Path(tempfile.gettempdir()) / _NAME
-    files = write_files(base, to_dot(diagram), to_svg(diagram), console.note)
+    files = write_diagram_files(base, format_dot(diagram), to_svg(diagram), console.note)
     out_files(files, as_json=as_json)
 
 
 # Any: ControllerState of controller_manager_msgs.
 def controller_diagram(controllers: Iterable[Any]) -> "Diagram":
     """Return a diagram of controllers with their state and command interfaces."""
-    from teleopctl.diagram import DiagramBox, joined
+    from teleopctl.diagram import DiagramBox, connect
 
     boxes: dict[str, DiagramBox] = {}
     pairs: list[tuple[str, str]] = []
@@ -417,4 +417,4 @@ def controller_diagram(controllers: Iterable[Any]) -> "Diagram":
         pairs += [
             (key, interface(f"command {name}")) for name in controller.required_command_interfaces
         ]
-    return joined(list(boxes.values()), pairs)
+    return connect(list(boxes.values()), pairs)

@@ -14,12 +14,12 @@ from teleopctl.errors import (
 )
 from teleopctl.interfaces import get_service, snake_case
 from teleopctl.wire import (
-    Question,
-    answers_of_nodes,
+    ServiceRequest,
     close_session,
     domain_id,
     open_session,
     query_graph,
+    responses_of_nodes,
 )
 
 if TYPE_CHECKING:
@@ -150,9 +150,9 @@ class GraphParameters:
         """
         service = get_service(f"rcl_interfaces/srv/{type_}")
         request, name = service.Request(**fields), snake_case(type_)
-        return answers_of_nodes(
+        return responses_of_nodes(
             {
-                node: Question(self._session, service, f"{node}/{name}", request)
+                node: ServiceRequest(self._session, service, f"{node}/{name}", request)
                 for node in node_names
             },
             self._service_timeout_s,

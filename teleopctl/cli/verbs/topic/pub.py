@@ -21,7 +21,7 @@ from teleopctl.errors import (
     UsageError,
     what_there_is,
 )
-from teleopctl.wire import EntityKind, query_graph, router_has_all
+from teleopctl.wire import EntityKind, flush_to_router, query_graph
 
 if TYPE_CHECKING:
     from teleopctl.node import BareNode, Node, Publisher
@@ -156,7 +156,7 @@ def publish(
             publisher.publish(message)
         if keep_alive is not None:
             time.sleep(keep_alive)
-        elif not router_has_all(node.context.session):
+        elif not flush_to_router(node.context.session):
             time.sleep(_KEEP_ALIVE_S)
 
 

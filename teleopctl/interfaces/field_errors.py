@@ -1,4 +1,4 @@
-"""Errors about values that do not fit a field: in the words of ROS 2, and then what was there."""
+"""Errors for values that do not fit a field, in the words of ROS 2's assertions."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ from teleopctl.interfaces.typenames import split
 
 
 class FieldTypeError(AssertionError, TypeError):
-    """A value is not of its field's type, or there is no such field."""
+    """Value of the wrong type for a field, or a field that does not exist."""
 
 
 class FieldValueError(AssertionError, ValueError):
-    """A value is out of its field's range."""
+    """Value out of the range of its field."""
 
 
 def field_error(type_name: str, field: Field, error: Exception) -> Exception:
-    """Return the error for a value that a field cannot hold.
+    """Return the exception for a value that a message's field cannot hold.
 
     Args:
         type_name: The message.
@@ -30,7 +30,7 @@ def field_error(type_name: str, field: Field, error: Exception) -> Exception:
 
 
 def unknown_fields_error(type_name: str, given: list[str], known: list[str]) -> Exception:
-    """Return the error for unknown field names."""
+    """Return the exception for constructor arguments that are no fields."""
     names = ", ".join(known) or "none"
     return FieldTypeError(
         f"Invalid arguments passed to constructor: {', '.join(given)} ({type_name} has: {names})"

@@ -1,11 +1,11 @@
-"""The lines of a definition as people read them: what each one says, and which message it holds."""
+"""Lines of a definition for display: text, code without comment, and nested message."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 
 from teleopctl.base.typed import NamedTuple
-from teleopctl.interfaces.parser import held_message, without_comment
+from teleopctl.interfaces.parser import message_type_of_line, strip_comment
 from teleopctl.interfaces.store import definition_text, known_types
 from teleopctl.interfaces.typenames import normalize, split
 
@@ -25,7 +25,7 @@ class DefinitionLine(NamedTuple):
 
 
 def definition_lines(type_name: str) -> Iterator[DefinitionLine]:
-    """Return the definition lines of a type, sections separated by ``---``.
+    """Yield the lines of a type's definition, with ``---`` between sections.
 
     Args:
         type_name: Full name of a message, a service or an action.
@@ -40,5 +40,5 @@ def definition_lines(type_name: str) -> Iterator[DefinitionLine]:
     own = f"{package}/" if definition is not None and definition.text is None else ""
     for line in definition_text(name).splitlines():
         text = line.rstrip().removeprefix(own)
-        code = without_comment(text)
-        yield DefinitionLine(text, code, held_message(code, package))
+        code = strip_comment(text)
+        yield DefinitionLine(text, code, message_type_of_line(code, package))

@@ -1,4 +1,4 @@
-"""Messages of which only a time and numbers change: serialised once, then written in place."""
+"""Messages of which only stamp and numbers change: serialized once, then patched."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _STAMP = struct.Struct("<iI")
 
 
 class PreparedMessage:
-    """Preserialized message with a header and ``float64`` sequences of fixed lengths.
+    """Serialized message with a header and ``float64`` sequences that can be changed in place.
 
     At 1 kHz, to fill in a message and to serialise it takes more than a physics step; this takes a
     tenth of that. Where each value lies is found by which bytes change with it.
@@ -53,7 +53,7 @@ class PreparedMessage:
             self.numbers[name] = view[first:end].cast("d")
 
     def set_stamp(self, nanoseconds: int) -> None:
-        """Set the stamp of the header."""
+        """Set the stamp of the header in the serialized bytes."""
         _STAMP.pack_into(self.data, self._stamp, *split(nanoseconds))
 
 

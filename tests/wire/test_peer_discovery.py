@@ -6,8 +6,7 @@ import zenoh
 from teleopctl.testing import LONGEST_WAIT_S, eventually
 from teleopctl.wire.config import router_config, session_config
 from teleopctl.wire.graph import query_graph
-from teleopctl.wire.introduction import meet_peers
-from teleopctl.wire.roll_call import listed_peers
+from teleopctl.wire.peer_discovery import peers_in_report, wait_for_peers
 from teleopctl.wire.session import open_configured, open_session
 
 
@@ -40,7 +39,7 @@ def announce(ros_without_router):
 
     def announce_one(names):
         session = open_session("peer")
-        assert meet_peers(session, LONGEST_WAIT_S, LONGEST_WAIT_S)
+        assert wait_for_peers(session, LONGEST_WAIT_S, LONGEST_WAIT_S)
         sessions.append(session)
         for number, name in enumerate(names):
             place = f"{ros_without_router.domain}/{session.zid()}/{number}/{number}"
@@ -78,4 +77,4 @@ def test_a_command_asks_the_router_alone_when_that_knows_all(open_router, announ
     [b"", b"[]", b"{}", b"\xff", b'{"sessions": 1}', b'{"sessions": [[]]}', b'{"sessions": [{}]}'],
 )
 def test_a_router_with_a_strange_report_has_no_peers(report):
-    assert listed_peers(report) == set()
+    assert peers_in_report(report) == set()

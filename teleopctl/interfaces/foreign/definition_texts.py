@@ -1,4 +1,4 @@
-"""Message types by the texts that bags carry, apart from the types of this process.
+"""Message types from definition texts in bags, separate from the types of this process.
 
 A bag may hold types that this machine does not know, or knows in another version. Their classes are
 made from the text alone, and nothing else in the process is told of them.
@@ -15,7 +15,7 @@ from teleopctl.base.typed import Any
 from teleopctl.errors import InvalidDefinitionError, TeleopctlError
 from teleopctl.interfaces import hashing
 from teleopctl.interfaces.cdr.codec import Codecs
-from teleopctl.interfaces.cdr.serialization import use_codecs
+from teleopctl.interfaces.cdr.serialization import set_codecs
 from teleopctl.interfaces.definition import Definition
 from teleopctl.interfaces.message import Message, make_class
 from teleopctl.interfaces.parser import parse
@@ -33,7 +33,7 @@ _PART = re.compile(r"^=+[ \t]*\r?\n(?:MSG|IDL):[ \t]*(\S+)[ \t]*\r?$\n?", re.MUL
 # Any: the class is made from the text.
 @cache
 def message_of_text(type_name: str, text: str, encoding: str = ROS2MSG) -> type[Any]:
-    """Return the message class that a definition text defines.
+    """Return a message class made from a definition text, such as a bag has.
 
     Where all that the text defines is known here with the same fields, that is the class that
     `get_message` returns. Else it is one of its own, which takes part in nothing but `serialize`
@@ -57,7 +57,7 @@ def message_of_text(type_name: str, text: str, encoding: str = ROS2MSG) -> type[
 
 
 def hash_of_text(type_name: str, text: str, encoding: str = ROS2MSG) -> str:
-    """Return the type hash, ``RIHS01_…``, of a definition text.
+    """Return the type hash, ``RIHS01_…``, of the type in a definition text.
 
     Args:
         type_name: ``package/msg/Name``.
@@ -96,7 +96,7 @@ class _Apart:
         with self._lock:
             if type_name not in self._classes:
                 made = make_class(definition, self.message_class)
-                use_codecs(made, self._codecs)
+                set_codecs(made, self._codecs)
                 self._classes[type_name] = made
             return self._classes[type_name]
 

@@ -1,21 +1,100 @@
-"""Wait until a new peer is connected to the router and to the peers that are already there.
+"""Discovery of peers: waits until a new peer is connected to the router and to its peers.
 
 A Zenoh peer learns of the others from the router, after its session has opened. Whatever it
 publishes before that is lost to them without a trace. The router's administration space lists who
-is connected to it, and Zenoh reports each connection as it comes about: together they tell when a
-new peer has met everybody.
+is connected to it, and Zenoh reports each connection as it comes about: together they show when a
+new peer has met all others.
+
+A router of Zenoh 1.9 or newer drops the tokens that a peer of Zenoh 1.8 or older (ROS 2 of 2026)
+hands over as it connects, and receives only those that are announced later. A node that was there
+before the router (re)started would stay unknown to a session that asks the router alone.
 """
 
+from __future__ import annotations
+
 import os
-import threading
 import time
 
 import zenoh
 
 from teleopctl.base.typed import cast
 from teleopctl.wire.address import RouterAddress
-from teleopctl.wire.config import how_to_start
-from teleopctl.wire.roll_call import listed_peers, router_key
+from teleopctl.wire.config import start_hint
+from teleopctl.wire.keys import LIVELINESS_PREFIX
+
+# Of every domain: to the router, peers of all domains are alike.
+_FIRST_NODES = f"{LIVELINESS_PREFIX}/*/*/0/0/NN/**"
+_LONGEST_REPORT_S = 1.0
+
+
+def router_key(router: str) -> str:
+    """Return the key of a router's report in the administration space, by its Zenoh id."""
+    return f"@/{router}/router"
+
+
+def peers_in_report(report: bytes) -> set[str]:
+    """Return the Zenoh ids of the peers that a router's report lists."""
+    import json
+
+    try:
+        sessions = json.loads(report)["sessions"]
+        return {entry["peer"] for entry in sessions if entry["whatami"] == "peer"}
+    except (ValueError, KeyError, TypeError):
+        return set()
+
+
+def flush_to_router(session: zenoh.Session) -> bool:
+    """Wait until the router has processed what a session sent; return False without one.
+
+    The router takes what comes over a connection in order, so that its answer follows.
+
+    Args:
+        session: A session that sent something.
+    """
+    if session.info.peers_zid():
+        return False
+    for router in session.info.routers_zid():
+        for _ in session.get(router_key(str(router)), timeout=_LONGEST_REPORT_S):
+            pass
+    return True
+
+
+def router_has_all_tokens(session: zenoh.Session) -> bool:
+    """Return whether the router has the tokens of all peers that are connected to it.
+
+    A process numbers its nodes and endpoints from 0 and announces them in that order. Whose first
+    node the router knows, of that process it missed nothing; a peer whose first node it does not
+    know may have none, or may have been there before the router.
+
+    Args:
+        session: A session in client mode.
+    """
+    reports = [
+        reply.ok.payload.to_bytes()
+        for router in session.info.routers_zid()
+        for reply in session.get(router_key(str(router)), timeout=_LONGEST_REPORT_S)
+        if reply.ok is not None
+    ]
+    known = {
+        str(reply.ok.key_expr).split("/")[2]
+        for reply in session.liveliness().get(_FIRST_NODES, timeout=_LONGEST_REPORT_S)
+        if reply.ok is not None
+    }
+    own = str(session.zid())
+    return all(
+        _names_only(report, own, known) or peers_in_report(report) <= known for report in reports
+    )
+
+
+def _names_only(report: bytes, own: str, known: set[str]) -> bool:
+    """Whether all whom a report names, peers or not, are known, as far as a glance can tell.
+
+    So it is nearly always, and the import of json takes as long as all that is asked here.
+    """
+    _, *parts = report.decode(errors="replace").split('"peer":"')
+    named = {part.partition('"')[0] for part in parts}
+    return own in named and named <= {own, *known}
+
 
 LONGEST_WAIT_S = 0.5
 """No longer than Zenoh's own wait: a peer that left without a word is listed for a while."""
@@ -23,8 +102,8 @@ LONGEST_WAIT_S = 0.5
 _ATTEMPTS = "ZENOH_ROUTER_CHECK_ATTEMPTS"
 
 
-def introduce(session: zenoh.Session, router: RouterAddress) -> None:
-    """Wait until a new peer has met the others; warn if there is no router.
+def wait_for_discovery(session: zenoh.Session, router: RouterAddress) -> None:
+    """Wait until a new peer is connected to the other peers; warn if no router answers.
 
     ``ZENOH_ROUTER_CHECK_ATTEMPTS`` is honoured as by a ROS process: how many seconds to wait for a
     router, 0 for ever, a negative number not at all.
@@ -36,23 +115,23 @@ def introduce(session: zenoh.Session, router: RouterAddress) -> None:
     patience_s = _router_patience_s()
     if patience_s is not None and patience_s < 0:
         return
-    if not meet_peers(session, patience_s) and not session.info.routers_zid():
+    if not wait_for_peers(session, patience_s) and not session.info.routers_zid():
         import logging
 
         logging.getLogger(__name__).warning(
             "No router answers at %s. Going on without one: other processes become visible as "
             "soon as it runs. %s",
             router,
-            how_to_start(router),
+            start_hint(router),
         )
 
 
-def meet_peers(
+def wait_for_peers(
     session: zenoh.Session,
     router_within_s: float | None = LONGEST_WAIT_S,
     peers_within_s: float = LONGEST_WAIT_S,
 ) -> bool:
-    """Wait until the session is connected to all peers of its router, or a timeout.
+    """Wait until a session is connected to all peers of its router, or a timeout.
 
     Args:
         session: A session in peer mode.
@@ -62,6 +141,8 @@ def meet_peers(
     Returns:
         Whether everybody has been met.
     """
+    import threading  # takes 5 ms, which clients need not wait
+
     changed = threading.Condition()
     connected: dict[str, str] = {}
 
@@ -87,8 +168,8 @@ def meet_peers(
             )
 
 
-def hear_peers(session: zenoh.Session, within_s: float = LONGEST_WAIT_S) -> None:
-    """Wait until the tokens of all connected peers have come, or a timeout.
+def wait_for_peer_tokens(session: zenoh.Session, within_s: float = LONGEST_WAIT_S) -> None:
+    """Wait until the tokens of all connected peers were received, or a timeout.
 
     A peer hands its tokens over when a connection opens, so that they are here when it has answered
     a question that was put after that.
@@ -100,11 +181,13 @@ def hear_peers(session: zenoh.Session, within_s: float = LONGEST_WAIT_S) -> None
 
 def _peers_of(session: zenoh.Session, router: str, timeout_s: float) -> set[str]:
     """Ask a router for the identities of the peers that are connected to it."""
-    return listed_peers(_ask(session, router_key(router), timeout_s))
+    return peers_in_report(_ask(session, router_key(router), timeout_s))
 
 
 def _ask(session: zenoh.Session, key: str, timeout_s: float) -> bytes:
     """What a participant tells about itself under its key; nothing when the time is up."""
+    import threading
+
     offered = threading.Event()
 
     def note(status: zenoh.MatchingStatus) -> None:

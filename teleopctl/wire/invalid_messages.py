@@ -1,4 +1,4 @@
-"""What came over the wire and was refused: counted, and reported at a pace that people can read."""
+"""Invalid messages from the wire: counted, and reported at a limited rate."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ REPORT_PERIOD_S = 1.0
 """Shortest time between two reports of one source."""
 
 
-class Refusals:
-    """Counts and reports the invalid messages of one source; thread-safe.
+class InvalidMessageCounter:
+    """Counts and reports the invalid messages of one source, such as a topic; thread-safe.
 
     A source is whatever a person would look for: a topic, a service, the graph's tokens. The
     first refusal is reported at once, those that follow at most once in `REPORT_PERIOD_S` with
@@ -34,7 +34,7 @@ class Refusals:
         self.count = 0
 
     def refuse(self, reason: str) -> None:
-        """Count an invalid message, and report it unless one was just reported."""
+        """Count an invalid message, and report it unless one was reported within a second."""
         with self._lock:
             self.count += 1
             now_s = time.monotonic()

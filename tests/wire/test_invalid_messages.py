@@ -2,8 +2,8 @@
 
 import pytest
 
-from teleopctl.wire import refusals
-from teleopctl.wire.refusals import Refusals
+from teleopctl.wire import invalid_messages
+from teleopctl.wire.invalid_messages import InvalidMessageCounter
 
 
 class _Time:
@@ -18,9 +18,9 @@ class _Time:
 
 def test_the_first_is_reported_at_once_and_a_flood_once_a_second(monkeypatch: pytest.MonkeyPatch):
     clock = _Time()
-    monkeypatch.setattr(refusals, "time", clock)
+    monkeypatch.setattr(invalid_messages, "time", clock)
     lines: list[str] = []
-    source = Refusals("a message on '/clock'", lines.append)
+    source = InvalidMessageCounter("a message on '/clock'", lines.append)
     for _ in range(1000):
         source.refuse("it ends too early")
     assert lines == ["dropped a message on '/clock': it ends too early"]
@@ -35,18 +35,18 @@ def test_the_first_is_reported_at_once_and_a_flood_once_a_second(monkeypatch: py
 def test_sources_do_not_hide_each_other():
     lines: list[str] = []
     for topic in ("/a", "/b"):
-        Refusals(f"a message on '{topic}'", lines.append).refuse("x")
+        InvalidMessageCounter(f"a message on '{topic}'", lines.append).refuse("x")
     assert lines == ["dropped a message on '/a': x", "dropped a message on '/b': x"]
 
 
 def test_a_report_may_refuse_again():
     # A report is published on /rosout, to which the same process may listen.
-    source: Refusals
+    source: InvalidMessageCounter
 
     def report(text: str) -> None:
         del text
         source.refuse("again")
 
-    source = Refusals("a message", report)
+    source = InvalidMessageCounter("a message", report)
     source.refuse("once")
     assert source.count == 2
