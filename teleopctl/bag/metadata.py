@@ -47,7 +47,7 @@ _Yaml = dict[str, Any]
 _SAFE_DUMPER: Any = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
 
 
-class _Dumper(_SAFE_DUMPER):  # type: ignore[misc] - libyaml may be missing
+class _Dumper(_SAFE_DUMPER):  # type: ignore[misc]
     """Quotes also what ROS 2's reader takes for a number and YAML 1.1 does not, such as 1e5."""
 
 
