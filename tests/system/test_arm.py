@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from teleopctl import packages, robot
-from teleopctl.interfaces.store import get_message
+from teleopctl.interfaces.store import get_message, get_service
 from teleopctl.node import Context, Node, SingleThreadedExecutor
 from teleopctl.wire.tokens import EntityKind
 
@@ -20,6 +20,7 @@ JOINT_STATE = "sensor_msgs/msg/JointState"
 TRAJECTORY = "trajectory_msgs/msg/JointTrajectory"
 FOLLOW_JOINT_TRAJECTORY = "control_msgs/action/FollowJointTrajectory"
 ARRAY = "std_msgs/msg/Float64MultiArray"
+SET_PAUSE = "mujoco_ros2_control_msgs/srv/SetPause"
 # A pose in which nothing touches anything.
 POSE = {"joint_1": 0.5, "joint_2": 0.6, "joint_3": -0.7}
 
@@ -158,7 +159,8 @@ def test_a_command_beyond_a_limit_is_clamped_and_reported_once(arm, watcher):
 def test_a_crash_of_one_node_leaves_the_others_running(ros, watcher):
     import psutil
 
-    ros.launch("sim.yaml", "camera:=false")
+    # Without the simulator, which would be most of the work of this test and is not asked here.
+    ros.launch("controller.yaml", "hardware:=mock")
     rows = json.loads(ros.run("ps --json").stdout)
     publisher = next(row for row in rows if row["name"].startswith("robot_state_publisher"))
     # Looking before it dies: Zenoh may show a token for ever to who first looks in that moment.
@@ -182,6 +184,8 @@ def record_a_run(ros, watcher, count):
         get_message(JOINT_STATE), "/joint_states", recorded.append, 1000, raw=True
     )
     assert watcher.wait_for_match(EntityKind.MP, "/joint_states", JOINT_STATE, 1, 10)
+    set_pause = watcher.create_client(get_service(SET_PAUSE), "/mujoco_sim/set_pause")
+    assert set_pause.wait_for_service(10)
     command_arm(ros, POSE, seconds=2)
     command_gripper(ros, -1)
     unpaused = ros.run(
@@ -189,7 +193,7 @@ def record_a_run(ros, watcher, count):
             "service",
             "call",
             "/mujoco_sim/set_pause",
-            "mujoco_ros2_control_msgs/srv/SetPause",
+            SET_PAUSE,
             "{paused: false}",
         ]
     )
@@ -199,6 +203,10 @@ def record_a_run(ros, watcher, count):
         left = deadline - time.monotonic()
         assert left > 0, f"only {len(recorded)} states came"
         watcher.executor.spin_once(left)
+    # As fast as it can it would go on until the command below has started.
+    paused = set_pause.call_async(set_pause.srv_type.Request(paused=True))
+    watcher.executor.spin_until_future_complete(paused, 20)
+    watcher.destroy_client(set_pause)
     watcher.destroy_subscription(subscription)
     assert ros.run("stop sim").returncode == 0
     return recorded[:count]
