@@ -198,15 +198,11 @@ def overlaps(
 
 
 def _joints_between(model: mujoco.MjModel, first: int, second: int) -> list[str]:
-    ways: list[set[int]] = []
-    for body in (first, second):
-        way = set()
-        while body:
-            way.add(body)
-            body = int(model.body_parentid[body])
-        ways.append(way)
-    return [
-        model.joint(int(model.body_jntadr[body]) + number).name
-        for body in ways[0] ^ ways[1]
-        for number in range(int(model.body_jntnum[body]))
-    ]
+    joints = []
+    # A parent's number is below those of its children: the higher of two goes up until they meet.
+    while first != second:
+        first, second = min(first, second), max(first, second)
+        begin, count = int(model.body_jntadr[second]), int(model.body_jntnum[second])
+        joints += [model.joint(number).name for number in range(begin, begin + count)]
+        second = int(model.body_parentid[second])
+    return joints

@@ -93,7 +93,7 @@ lock.acquire()
 """
 WORKS_FOR_SECONDS = """
 import time
-while time.process_time() < 4.0:
+while time.process_time() < 3.0:
     pass
 import rclpy
 rclpy.init()
@@ -119,7 +119,7 @@ def test_a_program_that_spins_is_given_up_after_the_time_in_all(ros):
 
 def test_a_program_that_works_is_waited_for_and_shown(ros):
     (ros.folder / "late.py").write_text(WORKS_FOR_SECONDS)
-    result = ros.run("run -d --stall-timeout 1 ./late.py")
+    result = ros.run("run -d --stall-timeout 2 ./late.py")
     assert result.returncode == 0, result.stderr
     assert result.stdout.startswith("late is up: /late [pid ")
     assert "Starting: late (its node has not appeared)" in result.stderr
