@@ -25,6 +25,9 @@ from dataclasses import dataclass, field
 import pytest
 
 from teleopctl.testing import Process, RosGraph, eventually
+from teleopctl.wire.config import session_config
+from teleopctl.wire.graph import query_graph
+from teleopctl.wire.session import RouterNotRunning, open_configured
 from tests.system.terminal import Terminal
 from tests.test_docs import whole_lines
 
@@ -190,7 +193,7 @@ def missing(shown: tuple[str, ...], output: str, *, numbers: bool = False) -> li
         expected = _numbers("\n".join(wanted))
         if _numbers(output)[: len(expected)] != pytest.approx(expected, abs=TOLERANCE):
             return wanted
-    return [line for line in wanted if not any(pattern(line).fullmatch(one) for one in lines)]
+    return [line for line in wanted if not any(map(pattern(line).fullmatch, lines))]
 
 
 def _numbers(text: str) -> list[float]:
@@ -271,13 +274,11 @@ class Reader:
 
     def _unseen(self, step: Step, argv: list[str], words: list[str]) -> None:
         """Type what the page does not show: until it is up, or has drawn something."""
-        before = self.ros.run("node list").stdout if words[1] == "run" else ""
+        before = _nodes() if words[1] == "run" else []
         terminal = Terminal(argv, self.ros.env, self.ros.folder)
         self._running.append((terminal, step.remark == "stays open"))
         if words[1] == "run":
-            eventually(
-                lambda: self.ros.run("node list").stdout != before, LONGEST_COMMAND_S, step.line
-            )
+            eventually(lambda: _nodes() != before, LONGEST_COMMAND_S, step.line)
         else:
             terminal.until(r"Up: " if words[1] == "launch" else A_WORD, LONGEST_COMMAND_S)
         if words[1] == "top":
@@ -290,11 +291,16 @@ class Reader:
 
     def _until_shown(self, step: Step, process: Process, words: list[str]) -> None:
         shown = _of_this_command(step.shown)
+        seen = -1
 
         def has_come() -> bool:
+            nonlocal seen
             has_ended = process.returncode is not None
             if has_ended:
                 process.wait()  # for all its output
+            before, seen = seen, len(process.stdout) + len(process.stderr)
+            if seen == before and not has_ended:
+                return False
             if not step.lacks(shown, process):
                 return True
             assert not has_ended, f"it ends by itself:\n{process.report()}"
@@ -333,6 +339,15 @@ class Reader:
         while self._running and (final or not self._running[-1][1]):
             _press_ctrl_c(self._running[-1][0])
             self._running.pop()
+
+
+def _nodes() -> list[str]:
+    """Return the names of the nodes, as this process sees them; none where no router runs."""
+    try:
+        with open_configured(session_config("client")) as session:
+            return query_graph(session).node_names()
+    except RouterNotRunning:
+        return []
 
 
 def _shows_failure(step: Step) -> bool:
