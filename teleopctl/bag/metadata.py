@@ -43,7 +43,8 @@ _NO_START_NS = 2**63 - 1
 _Yaml = dict[str, Any]
 
 
-# libyaml's takes a third of the time: a bag that is split writes this again for each file.
+# libyaml's takes a third of the time: a bag that is split writes this again for each file. Where
+# libyaml is missing, PyYAML has no such class.
 _SAFE_DUMPER: Any = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
 
 
