@@ -7,6 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from tests import LEAN_PYTEST
+
 EXAMPLES = Path(__file__).parents[2] / "docs" / "examples"
 MOST_LINES = 31
 
@@ -42,8 +44,8 @@ def test_a_controller_of_ones_own_moves_a_joint(tmp_path):
 
 
 def test_a_robot_is_checked_by_pytest(tmp_path):
-    words = ["-m", "pytest", "-q", "-p", "no:cacheprovider", EXAMPLES / "test_robot.py"]
-    done = run(tmp_path, *words, "-c", os.devnull)
+    words = ["-m", "pytest", *LEAN_PYTEST, "-q", "-p", "no:cacheprovider", "-c", os.devnull]
+    done = run(tmp_path, *words, EXAMPLES / "test_robot.py")
     assert done.returncode == 0, done.stdout
     assert "4 passed" in done.stdout
 

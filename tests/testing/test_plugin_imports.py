@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).parents[2]
+from tests import LEAN_PYTEST, ROOT
 
 TEST = """
 import rclpy
@@ -48,7 +48,7 @@ def run_pytest(
 ) -> subprocess.CompletedProcess[str]:
     path = os.pathsep.join([str(ROOT), str(folder.parent / "installed")])
     return subprocess.run(
-        [sys.executable, *python, "-m", "pytest", "-p", "no:cacheprovider", *args],
+        [sys.executable, *python, "-m", "pytest", *LEAN_PYTEST, "-p", "no:cacheprovider", *args],
         cwd=folder,
         env={**os.environ, "PYTHONPATH": path},
         capture_output=True,

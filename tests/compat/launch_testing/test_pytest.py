@@ -4,6 +4,8 @@ import textwrap
 
 import pytest
 
+from tests import LEAN_PYTEST
+
 LAUNCH_TEST = """
 import sys
 import unittest
@@ -150,7 +152,7 @@ def run_pytest(shared_ros, tmp_path):
     def run(text, *words):
         (tmp_path / "pytest.ini").write_text("[pytest]\n")
         (tmp_path / "test_it.py").write_text(textwrap.dedent(text), encoding="utf-8")
-        words = ("-p", "no:cacheprovider", "-rA", "--strict-markers", *words)
+        words = (*LEAN_PYTEST, "-p", "no:cacheprovider", "-rA", "--strict-markers", *words)
         done = shared_ros.run(["python", "-m", "pytest", *words], cwd=tmp_path)
         return done.returncode, done.stdout + done.stderr
 
