@@ -99,7 +99,7 @@ def test_of_a_file_in_which_nothing_is_set_nothing_is_told(told: Told) -> None:
             "rviz_default_plugins/FrameAligned",
             "view controller rviz_default_plugins/FrameAligned",
         ),
-        ("Frame: <Fixed Frame>", "Frame: base", "that the view follows 'base'"),
+        ("Frame: <Fixed Frame>", "Frame: base", "target frame 'base' of the view"),
     ],
 )
 def test_what_somebody_has_set_and_is_not_shown_is_told_with_its_line(

@@ -261,11 +261,11 @@ def test_a_controller_that_takes_positions_at_once_is_not_given_jumps(
         assert commands[-1] == 0.5
         # Nobody says any more where the joints are: nothing is sent on a guess.
         switch(ros, "switch_controllers --deactivate joint_state_broadcaster")
-        live.until(lambda: "no joint states" in panel._note.content)
+        live.until(lambda: "No joint states" in panel._note.content)
         assert enabled(panel) == set()
         switch(ros, "switch_controllers --activate joint_state_broadcaster")
         live.until(lambda: "joint_1" in enabled(panel))
-        assert "no joint states" not in panel._note.content
+        assert "No joint states" not in panel._note.content
 
 
 # --- absurd states ------------------------------------------------------------------------------

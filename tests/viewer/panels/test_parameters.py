@@ -180,11 +180,11 @@ def test_a_node_that_does_not_answer_is_told_and_holds_nothing_up(live, panel, m
         node.create_timer(0.001, lambda: stuck.wait(20))
         with monkeypatch.context() as patience:
             patience.setattr(service_calls, "_TIMEOUT_S", 0.1)
-            live.click(panel._again)
-            live.until(lambda: "did not answer" in panel._note.content)
-        assert panel._again.visible
+            live.click(panel._retry)
+            live.until(lambda: "did not respond" in panel._note.content)
+        assert panel._retry.visible
         stuck.set()
-        live.click(panel._again)
+        live.click(panel._retry)
         live.until(lambda: "speed" in panel._rows)
 
 

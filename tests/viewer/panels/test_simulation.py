@@ -119,6 +119,6 @@ def test_the_world_is_reset_and_a_refusal_is_told(live, panel, simulator):
     press(live, panel, "Pause")
     live.until(lambda: "paused" in text(panel))
     assert live.told == []
-    panel._ask("Reset the world", "reset_world", "ResetWorld", lambda: None, keyframe="home")
+    panel._call("Reset the world", "reset_world", "ResetWorld", lambda: None, keyframe="home")
     live.until(lambda: live.told)
     assert "home" in live.told[0][1]
