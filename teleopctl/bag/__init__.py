@@ -97,7 +97,7 @@ if TYPE_CHECKING:
         Difference as Difference,
         DifferenceKind as DifferenceKind,
         RecordedMessage as RecordedMessage,
-        Verdict as Verdict,
+        ReplayComparison as ReplayComparison,
         flatten_fields as flatten_fields,
     )
     from teleopctl.bag.verify.session import (

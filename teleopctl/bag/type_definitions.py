@@ -21,15 +21,15 @@ _HEAD = "MSG: "
 _EVENT = "_Event"
 
 
-def known_definition(type_name: str, version: str = "") -> TypeText | None:
-    """Return the definition of a type as this process knows it; None if unknown.
+def known_definition(type_name: str, required_hash: str = "") -> TypeText | None:
+    """Return a type's definition text from this process's type catalog; None if unknown.
 
     Args:
         type_name: ``package/msg/Name``.
-        version: The hash that it has to have; any if empty.
+        required_hash: Type hash (``RIHS01_…``) that the definition must have; any if empty.
     """
     try:
-        if known_types().find(type_name) is None or version not in ("", type_hash(type_name)):
+        if known_types().find(type_name) is None or required_hash not in ("", type_hash(type_name)):
             return None
         return TypeText(ROS2MSG, complete_definition_text(type_name))
     except TeleopctlError:
@@ -37,9 +37,10 @@ def known_definition(type_name: str, version: str = "") -> TypeText | None:
 
 
 def register_types(topic: BagTopic) -> None:
-    """Register a topic's type and its nested types from the definition in the bag.
+    """Add a topic's type, as defined in the bag, to this process's type catalog.
 
-    Nothing known is replaced. A service is learnt from the definition of its events.
+    Nested types are added with it, and known types are not replaced. A service is defined by the
+    definition of its event type.
 
     Raises:
         TeleopctlError: The definition cannot be understood.
@@ -61,7 +62,7 @@ def register_types(topic: BagTopic) -> None:
 
 
 def topic_type_hash(topic: BagTopic) -> str:
-    """Return the type hash of a topic: the recorded one, else that of the type of this name.
+    """Return the type hash recorded for a topic, or else that of the known type of this name.
 
     Raises:
         TeleopctlError: The type is not known.
@@ -71,7 +72,7 @@ def topic_type_hash(topic: BagTopic) -> str:
 
 # Any: a class made from its definition.
 def topic_message_class(topic: BagTopic) -> type[Any]:
-    """Return the class for a topic's messages, made from the definition in the bag.
+    """Return the message class of a bag's topic, made from the definition in the bag.
 
     Where the bag has none, the type of that name is taken, if this process knows one.
 
@@ -92,7 +93,7 @@ def topic_message_class(topic: BagTopic) -> type[Any]:
 
 
 def _texts(topic: BagTopic) -> dict[str, str]:
-    """The definitions by type; those that a type uses stand before it."""
+    """Return the topic's definition texts by type, nested types before those that use them."""
     head, *others = topic.definition.text.split(f"{_SEPARATOR}\n")
     texts = {topic.type_name: head}
     for other in others:

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from teleopctl.diagram.layout import (
     LINE_HEIGHT,
-    BoxPlacement,
+    BoxRectangle,
     Diagram,
     DiagramBox,
     DiagramLayout,
@@ -109,7 +109,7 @@ def _head(before: Point, end: Point) -> str:
     )
 
 
-def _box(box: DiagramBox, place: BoxPlacement) -> str:
+def _box(box: DiagramBox, place: BoxRectangle) -> str:
     fill = _FILLS.get(box.kind, _FILLS["topic"])
     x, y, width, height = map(_text_of, place)
     frame = ""

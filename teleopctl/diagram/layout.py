@@ -100,7 +100,7 @@ def assign_columns(count: int, pairs: list[Pair]) -> tuple[list[list[int]], list
 
 
 def _sequence(count: int, pairs: list[Pair]) -> list[int]:
-    """The position of each box in a row in which few arrows lead back.
+    """Return the position of each box in a sequence in which few arrows lead back.
 
     The greedy heuristic of Eades, Lin and Smyth (1993): what has no arrow to it comes next, what
     has none from it comes last, and of the others next who sends more than it gets.
@@ -183,7 +183,7 @@ def order_columns(columns: list[list[int]], chains: list[list[int]]) -> list[lis
 def _by_barycentre(
     column: list[int], others: dict[int, set[int]], place: dict[int, int]
 ) -> list[int]:
-    """Order a column by the mean place of what each is joined with; the rest keeps its place."""
+    """Return a column sorted by the mean position of each box's neighbours in another one."""
     means = {}
     for number in column:
         joined = [place[other] for other in others.get(number, ()) if other in place]
@@ -266,7 +266,7 @@ def straighten(
 
 
 def _apart(wanted: list[float], weights: list[float], offsets: list[float]) -> list[float]:
-    """The least squares solution in which neighbours are as far apart as their offsets.
+    """Return the positions closest to the wanted ones (least squares) without overlaps.
 
     Without the offsets that is the question for a sequence that does not fall, which pooling
     neighbours that violate it answers.
@@ -296,8 +296,8 @@ _GAP_BETWEEN_COLUMNS = 46.0
 _GAP_BETWEEN_PARTS = 26.0
 
 
-class BoxPlacement(NamedTuple):
-    """Position of a box's top left corner and size of the box, in pixels."""
+class BoxRectangle(NamedTuple):
+    """Rectangle of a box in a laid-out diagram: top left corner and size, in pixels."""
 
     x: float
     y: float
@@ -306,7 +306,7 @@ class BoxPlacement(NamedTuple):
 
 
 class DiagramLayout(NamedTuple):
-    """Positions of all boxes and arrows, in pixels.
+    """Layout of a diagram: rectangles of all boxes and points of all arrows, in pixels.
 
     Attributes:
         width: Of the whole picture.
@@ -318,19 +318,19 @@ class DiagramLayout(NamedTuple):
 
     width: float
     height: float
-    places: dict[str, BoxPlacement]
+    places: dict[str, BoxRectangle]
     routes: list[list[Point]]
 
 
 def lay_out(diagram: Diagram) -> DiagramLayout:
-    """Return the positions of a diagram's boxes and arrows.
+    """Return the layout of a diagram, in columns from left to right.
 
     The same diagram has the same layout each time.
 
     What is not joined by arrows stands below each other, the largest part first.
     """
     routes: dict[Edge, list[Point]] = {}
-    places: dict[str, BoxPlacement] = {}
+    places: dict[str, BoxRectangle] = {}
     width = y = _MARGIN
     for boxes, edges in _parts(diagram):
         part_width, part_height = _lay_out_part(boxes, edges, y, places, routes)
@@ -348,7 +348,7 @@ def size_of(box: DiagramBox) -> tuple[float, float]:
 
 
 def _parts(diagram: Diagram) -> list[tuple[list[DiagramBox], list[Edge]]]:
-    """The parts that no arrow joins."""
+    """Return the connected parts of a diagram: boxes and arrows of each."""
     group = {box.key: box.key for box in diagram.boxes}
 
     def top(key: str) -> str:
@@ -371,7 +371,7 @@ def _lay_out_part(
     boxes: list[DiagramBox],
     edges: list[Edge],
     top: float,
-    places: dict[str, BoxPlacement],
+    places: dict[str, BoxRectangle],
     routes: dict[Edge, list[Point]],
 ) -> tuple[float, float]:
     """Lay one part out below ``top``; return its right end and its height."""
@@ -400,7 +400,7 @@ def _lay_out_part(
         width, height = sizes[number]
         index = column_of[number]
         middle = (lefts[index] + rights[index]) / 2
-        places[box.key] = BoxPlacement(
+        places[box.key] = BoxRectangle(
             middle - width / 2, centers[number] - height / 2, width, height
         )
     for edge, chain in zip(edges, chains, strict=True):
@@ -412,7 +412,7 @@ def _lay_out_part(
 def _route(
     edge: Edge,
     chain: list[int],
-    places: dict[str, BoxPlacement],
+    places: dict[str, BoxRectangle],
     centers: list[float],
     column_of: dict[int, int],
     ends: tuple[list[float], list[float]],

@@ -26,7 +26,7 @@ _CHANGED = {
 
 
 class Catalog:
-    """Type definitions known to this process, by name.
+    """Parsed definitions of message, service and action types, found by type name.
 
     Looked up in this order: what was added by hand, rosbags' table of the distribution, the files
     that come with teleopctl, and the ROS packages of the user. Of a name only the file that
@@ -49,7 +49,9 @@ class Catalog:
         self._lock = RLock()
 
     def find(self, type_name: str) -> Definition | None:
-        """Return the definition of a type, also of one derived from a service or action; else None.
+        """Return a type's `Definition`, read on first use; None if the type is unknown.
+
+        Types derived from a service or action are found too.
 
         Raises:
             TeleopctlError: There is a definition, but it cannot be understood.
@@ -77,7 +79,7 @@ class Catalog:
         self.add(split_definition(text, type_name, where))
 
     def add(self, definitions: Iterable[Definition]) -> None:
-        """Add definitions; known ones with the same fields are unchanged.
+        """Add definitions, or replace those with other fields that are not in use yet.
 
         Raises:
             InvalidMessageError: A type is in use with another definition.
@@ -123,14 +125,14 @@ class Catalog:
         return list(files)
 
     def names(self, kind: str | None = None) -> list[str]:
-        """Return the sorted names of all defined types, without derived ones."""
+        """Return the sorted names of the known types of a kind, ``msg`` for example, or of all."""
         with self._lock:
             names = {name for name in self._definitions if "_" not in split(name)[2]}
             names.update(self.built_in_names(), self.user_names())
         return sorted(name for name in names if kind is None or split(name)[1] == kind)
 
     def built_in_names(self) -> list[str]:
-        """Return the names of the built-in types, without derived ones.
+        """Return the sorted names of the built-in types.
 
         These are the same on every machine.
         """
@@ -139,14 +141,14 @@ class Catalog:
         return sorted({*self._standard.names(), *(name for files in ours for name, _ in files)})
 
     def user_names(self) -> list[str]:
-        """Return the names of the types of the user's packages, without derived ones."""
+        """Return the sorted names of the types that the user's ROS packages define."""
         from teleopctl.packages import list_packages
 
         found = list_packages()
         return sorted(name for each in found for name, _ in _files(str(each.folder), each.name))
 
     def package_names(self, package: str, kind: str | None = None) -> list[str]:
-        """Return the sorted type names of a package; empty for an unknown one.
+        """Return the sorted names of a package's types of a kind, or all; empty if unknown.
 
         The user's packages are looked through for what nobody else has: a package, or its
         definitions of one kind.

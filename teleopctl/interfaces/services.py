@@ -16,7 +16,7 @@ ACTION_SERVICES = ("SendGoal", "GetResult")
 
 
 def split_definition(text: str, type_name: str, where: str | None = None) -> list[Definition]:
-    """Return the definitions of all types that a definition file defines.
+    """Return the definitions of all types in a ``.msg``, ``.srv`` or ``.action`` file's text.
 
     Args:
         text: Content of the ``.msg``, ``.srv`` or ``.action`` file.
@@ -45,7 +45,7 @@ def split_definition(text: str, type_name: str, where: str | None = None) -> lis
 
 
 def service_of_event(type_name: str, text: str) -> str | None:
-    """Return the service definition in an event type's text, or None if it is incomplete.
+    """Return the service's name if an event type's text defines the whole service, else None.
 
     rosbag2 writes the ``.srv`` file of a service as the definition of its events.
 
@@ -59,7 +59,14 @@ def service_of_event(type_name: str, text: str) -> str | None:
 
 
 def service_types(name: str, text: str | None = None) -> list[Definition]:
-    """Return a service and its event type, for known request and response."""
+    """Return the definitions of a service's event type and of the service.
+
+    Those of request and response are not among them.
+
+    Args:
+        name: ``package/srv/Name``.
+        text: Content of the ``.srv`` file, kept in the service's definition.
+    """
     request, response = FieldType(f"{name}_Request"), FieldType(f"{name}_Response")
     event = Definition(
         f"{name}_Event",
@@ -82,7 +89,14 @@ def service_types(name: str, text: str | None = None) -> list[Definition]:
 
 
 def action_types(name: str, text: str) -> list[Definition]:
-    """Return an action and its wire types, for known goal, result and feedback."""
+    """Return the definitions of an action and of the types derived from it, such as SendGoal.
+
+    Those of goal, result and feedback are not among them.
+
+    Args:
+        name: ``package/action/Name``.
+        text: Content of the ``.action`` file, kept in the action's definition.
+    """
     goal, result, feedback = (FieldType(f"{name}_{part}") for part in ACTION_PARTS[:3])
     send_goal, get_result = (f"{name}_{part}" for part in ACTION_SERVICES)
     feedback_message = Definition(f"{name}_FeedbackMessage", (_UUID, Field("feedback", feedback)))

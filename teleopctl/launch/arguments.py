@@ -20,7 +20,7 @@ from teleopctl.launch.actions.nesting import (
 from teleopctl.launch.actions.settings import DeclareArgument, Let
 from teleopctl.launch.evaluation.context import LaunchContext
 from teleopctl.launch.evaluation.evaluation import undeclared
-from teleopctl.launch.evaluation.substitution import render
+from teleopctl.launch.evaluation.substitution import evaluated_text
 from teleopctl.launch.frontends import read_launch_file
 from teleopctl.launch.model.action import Step
 from teleopctl.launch.model.template import Call, Template
@@ -167,7 +167,7 @@ def _declared_in(
             yield from _not_given(below, given)
         elif isinstance(action, Include):
             try:
-                path = included_path(render(action.file, context), context.file)
+                path = included_path(evaluated_text(action.file, context), context.file)
             except TeleopctlError:
                 continue  # which file it is depends on what is known only at the start
             for argument, is_conditional in _not_given(
@@ -187,7 +187,7 @@ def _try_to_set(context: LaunchContext, name: str, value: Template) -> None:
     if _is_costly(value):
         return  # for a default that only names a file elsewhere
     try:
-        context.scope.variables[name] = render(value, context)
+        context.scope.variables[name] = evaluated_text(value, context)
     except TeleopctlError:
         return
 

@@ -293,7 +293,7 @@ def supported_inertias(
     if ground is None:
         return {}
     mass = float(bare.body_subtreemass[root])
-    borne = {}
+    added_inertias = {}
     for name in joints:
         joint = bare.joint(name)
         carried = _carried_by(bare, int(joint.bodyid[0]))
@@ -304,8 +304,8 @@ def supported_inertias(
         upright = abs(float(data.xaxis[joint.id][2])) > _UPRIGHT
         slides = bool(bare.jnt_type[joint.id] == mujoco.mjtJoint.mjJNT_SLIDE)
         if upright == slides:
-            borne[name] = mass if slides else mass * height**2
-    return borne
+            added_inertias[name] = mass if slides else mass * height**2
+    return added_inertias
 
 
 def _whole_robot(model: Any, root: int) -> list[int]:

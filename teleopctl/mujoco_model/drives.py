@@ -64,7 +64,7 @@ def motor_name(joint: str) -> str:
 
 
 def assumed_rotors_text(rotors: Mapping[str, float]) -> str:
-    """Return a sentence about assumed rotor inertias.
+    """Return the sentence that lists the rotor inertias assumed for a robot.
 
     Args:
         rotors: By joint, in kg m² or kg.
@@ -77,7 +77,7 @@ def assumed_rotors_text(rotors: Mapping[str, float]) -> str:
 
 
 def prepare_joints(spec: mujoco.MjSpec, joints: list[JointSpec]) -> None:
-    """Set limits, rotor inertias and mimic constraints of joints.
+    """Set joints' limits, rotor inertias and mimic constraints in a MuJoCo spec.
 
     Args:
         spec: The ``mujoco.MjSpec`` to edit.
@@ -96,7 +96,7 @@ def prepare_joints(spec: mujoco.MjSpec, joints: list[JointSpec]) -> None:
 
 
 def prepare_drives(spec: mujoco.MjSpec, driven: list[JointSpec]) -> None:
-    """Set rotor inertia and gravity compensation of driven joints.
+    """Set rotor inertia and gravity compensation of driven joints in a MuJoCo spec.
 
     Args:
         spec: The ``mujoco.MjSpec`` to edit.
@@ -124,7 +124,7 @@ def _add_rotor(element: Any, joint: JointSpec) -> None:
 
 
 def _limit(element: Any, limits: JointLimits) -> None:
-    """Replace what MuJoCo has read from the URDF: stops and effort, or none."""
+    """Replace a joint's range and effort limit, as MuJoCo read them, by the given limits."""
     lower, upper = limits.stops
     element.limited = math.isfinite(lower) or math.isfinite(upper)
     if element.limited:
@@ -141,7 +141,7 @@ def finite_range(lower: float, upper: float) -> list[float]:
 
 
 def add_mimic(spec: mujoco.MjSpec, name: str, leader: str, mimic: Mimic) -> None:
-    """Add the equality constraint of a mimic joint.
+    """Add the equality constraint of a mimic joint to a MuJoCo spec.
 
     Args:
         spec: The ``mujoco.MjSpec`` to edit.
@@ -165,15 +165,16 @@ def add_drives(
     spec: mujoco.MjSpec,
     model: mujoco.MjModel,
     joints: list[JointSpec],
-    borne: Mapping[str, float] = MappingProxyType({}),
+    added_inertias: Mapping[str, float] = MappingProxyType({}),
 ) -> None:
-    """Add the actuators of joints, tuned to the inertia that each moves.
+    """Add a servo, and a motor for effort, to each driven joint; gains follow the moved inertia.
 
     Args:
         spec: The ``mujoco.MjSpec`` to edit.
         model: The same spec compiled without actuators, for the joints' inertias.
         joints: The robot's movable joints.
-        borne: What joints move besides while the robot stands on them, by name.
+        added_inertias: Inertia by joint, in kg m² or kg, that a joint moves besides its links while
+            the robot stands on it; see `supported_inertias`.
     """
     moved = _moved_inertias(model, joints)
     for joint in joints:
@@ -186,7 +187,7 @@ def add_drives(
             rotor = max(_ROTOR_SHARE * inertia, _SMALLEST_ROTOR)
             inertia += rotor - element.armature
             element.armature = rotor
-        _add_drive(spec, joint, inertia + borne.get(joint.name, 0.0))
+        _add_drive(spec, joint, inertia + added_inertias.get(joint.name, 0.0))
         if "effort" in joint.command_interfaces:
             motor = spec.add_actuator(
                 name=motor_name(joint.name),
@@ -197,7 +198,7 @@ def add_drives(
 
 
 def _moved_inertias(model: mujoco.MjModel, joints: list[JointSpec]) -> dict[str, float]:
-    """Inertia that each joint's drive feels: its own and that of all joints that follow it.
+    """Return the inertia that each joint's drive moves, that of its mimic joints included.
 
     With J the velocities of all joints while this one moves at 1 rad/s (or m/s), it is J^T M J.
     """

@@ -213,11 +213,11 @@ def build_model(
         for pair in overlapping
         if not pair.one_robot
     ]
-    borne: dict[str, float] = {}
+    added_inertias: dict[str, float] = {}
     if base is not None:
         start, names = initial_positions(bare, joints), [joint.name for joint in joints]
-        borne = supported_inertias(bare, base, start, names)
-    add_drives(spec, bare, joints, borne)
+        added_inertias = supported_inertias(bare, base, start, names)
+    add_drives(spec, bare, joints, added_inertias)
     directed, told = directed_friction(description)
     warnings += [*told, *pair_surfaces(spec)]
     model = _compile(spec)

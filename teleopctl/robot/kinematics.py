@@ -69,7 +69,7 @@ class SegmentTree:
 
     @property
     def moving(self) -> list[Joint]:
-        """The joints with one axis."""
+        """Joints with one axis, whose positions `transforms` takes."""
         return [segment.joint for segment in self._moving.values()]
 
     def transforms(self, positions: Mapping[str, float]) -> list[tuple[Joint, Transform]]:

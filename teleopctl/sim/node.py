@@ -206,8 +206,8 @@ class MujocoSim(Node):
         before_now, self._subscriptions = (
             self._subscriptions,
             {
-                **self._ports.subscriptions(),
-                **self._sensors.subscriptions(),
+                **self._ports.subscription_counts(),
+                **self._sensors.subscription_counts(),
             },
         )
         if any(now > before_now.get(topic, 0) for topic, now in self._subscriptions.items()):

@@ -31,7 +31,7 @@ FREE_BODIES_TOPIC = "/mujoco_sim/free_joint_states"
 
 # Any: a message, whose class is made at run time.
 def _standing(base: FixedBase) -> Any:
-    """The transform from the world to a root link that is fixed elsewhere than at its origin."""
+    """Return the static transform from the world to a fixed root link, as a message."""
     assert base.pose is not None
     transform = _TransformStamped(child_frame_id=base.link)
     transform.header.frame_id = base.world_frame
@@ -118,8 +118,8 @@ class TopicPorts:
             return True
         return self._bodies is not None and self._bodies.is_viewed()
 
-    def subscriptions(self) -> dict[str, int]:
-        """Return the subscription count of each state topic, except the controller's."""
+    def subscription_counts(self) -> dict[str, int]:
+        """Return the number of subscriptions by topic: the clock, joint states, free bodies."""
         publishers = [self._clock_publisher, self._view_publisher]
         if self._bodies is not None:
             publishers += self._bodies.publishers()
@@ -191,7 +191,7 @@ class TopicPorts:
 
 
 class _JointStates:
-    """Joint states as a message whose numbers are written in place.
+    """JointState message whose numbers are written in place.
 
     Args:
         simulation: Whose states they are, as of its last `Simulation.read`.

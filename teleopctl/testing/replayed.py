@@ -33,9 +33,9 @@ def assert_bag_repeats(path: Path | str, *, tolerance: float = 0.0) -> Verificat
     verdict = found.verdict
     if not verdict.is_same:
         lines = [f"{path}: {verdict.messages} messages compared, first differences:"]
-        lines += [f"  {difference}" for difference in verdict.first[:_MOST_LINES]]
+        lines += [f"  {difference}" for difference in verdict.first_differences[:_MOST_LINES]]
         lines.append("largest differences:")
-        lines += [f"  {difference}" for difference in verdict.largest[:_MOST_LINES]]
+        lines += [f"  {difference}" for difference in verdict.largest_differences[:_MOST_LINES]]
         lines += [
             f"recorded with {name} {then}, and {now} is here"
             for name, (then, now) in found.other_versions.items()

@@ -31,7 +31,7 @@ _SKY = 0.7
 
 
 def add_lights(scene: viser.SceneApi) -> None:
-    """Replace viser's default lights by two lights without shadows and a sky."""
+    """Replace the default lights of a viser scene by two without shadows and a sky."""
     scene.configure_default_lights(enabled=False, cast_shadow=False)
     scene.configure_environment_map("city", environment_intensity=_SKY)
     for number, (position, intensity) in enumerate(_LIGHTS):

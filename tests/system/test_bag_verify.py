@@ -137,7 +137,9 @@ def test_a_bag_without_the_states_that_controllers_answer_is_compared_by_the_oth
     )
     found = verify_bag(other).verdict
     # The topic stands in the bag: that nothing came on it is a loss.
-    assert [(each.topic, each.kind) for each in found.first] == [(STATES, DifferenceKind.MISSING)]
+    assert [(each.topic, each.kind) for each in found.first_differences] == [
+        (STATES, DifferenceKind.MISSING)
+    ]
     without = rewritten(
         session, tmp_path, "bare", lambda ms: [m for m in ms if m.topic != STATES], {STATES}
     )
@@ -145,7 +147,7 @@ def test_a_bag_without_the_states_that_controllers_answer_is_compared_by_the_oth
     assert found.is_same
     assert found.not_compared[STATES] == "was not recorded"
     changed = rewritten(without, tmp_path, "changed", joint_states_changed)
-    (difference,) = verify_bag(changed).verdict.first
+    (difference,) = verify_bag(changed).verdict.first_differences
     assert (difference.topic, difference.field) == ("/joint_states", "position[joint_1]")
 
 
@@ -160,7 +162,7 @@ def test_sensors_and_what_moves_freely_are_compared(ros, tmp_path):
     ros.wait_for_message(Contacts, "/touch", lambda message: len(message.contacts) > 0)
     arm.stop()
     found = verify_bag(ros.folder / "session").verdict
-    assert found.is_same, found.first
+    assert found.is_same, found.first_differences
     compared = {each.topic: each.compared for each in found.streams}
     assert min(compared[t] for t in ("/touch", "/imu", "/tf", "/joint_states", FREE)) > 3
 

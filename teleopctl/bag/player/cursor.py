@@ -61,8 +61,8 @@ class ReadAhead:
             raise self._failure
         return None
 
-    def pop(self) -> None:
-        """Remove the oldest message, and let the thread refill a half-empty queue."""
+    def discard_oldest(self) -> None:
+        """Remove the message that `peek` returned, and let the thread refill a half-empty queue."""
         with self._changed:
             self._bytes -= len(self._queue.popleft().data)
             # In gulps: a reader that is woken for each message would disturb each message.
@@ -109,7 +109,7 @@ class ReadAhead:
             self._on_arrival()
 
     def _put(self, message: BagMessage) -> bool:
-        """Add a message; False when nobody wants more."""
+        """Add a message, and wait while the queue is full; return False after `close`."""
         with self._changed:
             self._queue.append(message)
             self._bytes += len(message.data)
@@ -229,9 +229,9 @@ class MessageCursor:
         return message, False
 
     def send_next(self, message: BagMessage) -> bool:
-        """Remove the next message and publish it; return False if it was not published."""
+        """Remove and publish the message that `peek` returned; return whether it was published."""
         assert self._queue is not None
-        self._queue.pop()
+        self._queue.discard_oldest()
         time_ns = self.due_ns(message)
         for split in self._source.splits_between(self.position_ns, time_ns):
             self._outputs.publish_split(split)

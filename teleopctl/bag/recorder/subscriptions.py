@@ -40,10 +40,10 @@ _MOST_BYTES = 64 * 2**20
 
 
 class DomainSubscription:
-    """Subscription to all topics of a domain, which keeps messages until a receiver is set.
+    """Zenoh subscription to all topics of a ROS domain; keeps messages until a receiver is set.
 
     Args:
-        node: Whose session listens.
+        node: Node whose session subscribes.
     """
 
     def __init__(self, node: Node) -> None:
@@ -56,26 +56,26 @@ class DomainSubscription:
             f"{node.context.domain_id}/**", direct_callback(self._take)
         )
 
-    def set_receiver(self, key: str, receiver: Receiver) -> None:
-        """Pass all messages of a key to a function, those kept so far first.
+    def set_receiver(self, key_expression: str, receiver: Receiver) -> None:
+        """Call a function with the messages of a Zenoh key expression: those kept, then new ones.
 
         Args:
-            key: Where the topic's publishers of one version of its type send.
+            key_expression: That of a topic with one type and type hash.
             receiver: Called on the transport's threads, with one message of a publisher after
                 the other.
         """
         with self._lock:
-            for data, info in self._held.pop(key, ()):
+            for data, info in self._held.pop(key_expression, ()):
                 self._bytes -= len(data)
                 receiver(data, info)
-            self._receivers[key] = receiver
+            self._receivers[key_expression] = receiver
 
-    def ignore(self, key: str) -> None:
-        """Drop the kept messages of a key, and all that come later."""
+    def ignore(self, key_expression: str) -> None:
+        """Drop the kept and all later messages of a Zenoh key expression."""
         with self._lock:
-            for data, _ in self._held.pop(key, ()):
+            for data, _ in self._held.pop(key_expression, ()):
                 self._bytes -= len(data)
-            self._receivers[key] = None
+            self._receivers[key_expression] = None
 
     def close(self) -> None:
         """Undeclare the subscription."""
@@ -124,11 +124,11 @@ _DEFAULT_DEPTH = 10
 
 
 class PauseGate:
-    """Switch that a paused recorder closes; counts the messages that come meanwhile.
+    """Pause state of a recorder, with the number of messages skipped while paused.
 
     Attributes:
         is_open: False while the recorder is paused.
-        skipped: How many messages came meanwhile.
+        skipped: Number of messages received while paused.
     """
 
     def __init__(self, *, is_open: bool) -> None:
@@ -243,7 +243,7 @@ class RecordedTopics:
                 self._put(topic.kept.pop(publisher)._replace(log_time_ns=now_ns))
 
     def close(self) -> None:
-        """Unsubscribe from all topics; those without a definition are added without."""
+        """Unsubscribe from all topics; topics without a type definition enter the bag without."""
         for topic in self._topics.values():
             if topic.subscription is not None:
                 self._node.destroy_subscription(topic.subscription)
@@ -320,7 +320,7 @@ class RecordedTopics:
             self._domain_subscription.ignore(subscription.key)
 
     def _renew_if_latched_now(self, topic: _Topic, graph: Graph) -> None:
-        """Subscribe anew where a publisher has come whose earlier messages would be missed."""
+        """Subscribe again with transient local QoS once a publisher of the topic is latched."""
         if topic.is_latched or topic.name in self._qos:
             return
         publishers = graph.publishers(topic.name, topic.type_name)
@@ -398,7 +398,7 @@ class RecordedTopics:
 
 
 def _ignore(_: bytes) -> None:
-    """Take no notice: the subscription is there for the graph, its messages come early."""
+    """Ignore a message: `DomainSubscription` delivers it; the subscription is for the graph."""
 
 
 def recording_qos(publishers: list[EndpointToken]) -> QoSProfile:

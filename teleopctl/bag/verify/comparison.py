@@ -130,7 +130,7 @@ class ComparedStream:
     largest: dict[str, Difference] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        """Sort what was recorded, and find what stands twice or in a wrong place."""
+        """Index the recorded messages by time; add a difference for repeated or unordered ones."""
         self._left: dict[int, RecordedMessage] = {}
         latest_ns = -1
         for message in self.recorded:
@@ -159,11 +159,11 @@ class ComparedStream:
         return not self.difference_count
 
     def at(self, time_ns: int) -> RecordedMessage | None:
-        """Return the recorded message of a simulated time; None if there is none left."""
+        """Return the recorded message of a simulated time; None if none or already compared."""
         return self._left.get(time_ns)
 
     def take(self, time_ns: int, data: bytes) -> RecordedMessage | None:
-        """Compare a replayed message with the recorded one of its time; return the latter.
+        """Compare a replayed message with the recorded one of its time; return the recorded one.
 
         Messages before the first recorded one are passed over, since whoever recorded or published
         came later; so are those after the last one, until `close`.
@@ -179,7 +179,7 @@ class ComparedStream:
         return recorded
 
     def add_missing(self, time_ns: int) -> None:
-        """Note that a replayed message has no recorded one: skipped, or a difference."""
+        """Count a replayed message without a recorded one as skipped, or as a difference."""
         if self.may_skip and self._is_whole_around(time_ns):
             self.skipped_ns.append(time_ns)
         else:
@@ -201,7 +201,7 @@ class ComparedStream:
                 self.add(found)
 
     def add(self, difference: Difference) -> None:
-        """Add a difference to the count, the first ones and the largest ones."""
+        """Count a difference, and keep it if it is among the first or the largest of its field."""
         self.difference_count += 1
         if len(self.differences) < MOST_LISTED:
             self.differences.append(difference)
@@ -212,7 +212,7 @@ class ComparedStream:
             self.largest[difference.field] = difference
 
     def close(self, reference: ComparedStream | None = None) -> None:
-        """Add the recorded messages that were never replayed, and those missing at the end.
+        """Finish the comparison: add a difference for each recorded message without a replayed one.
 
         Args:
             reference: What goes on for as long as this one does.
@@ -233,14 +233,14 @@ class ComparedStream:
             self.add(Difference(self.topic, self._after_ns, kind=DifferenceKind.MISSING))
 
     def _is_whole_around(self, time_ns: int) -> bool:
-        """Whether no recorded message was lost around a time, by the recorder's numbers."""
+        """Return whether the recorder lost no message around a time, by its sequence numbers."""
         before_ns = max(each for each in self._by_time if each < time_ns)
         first = self._by_time[before_ns].sequence
         last = self._by_time[self._later[before_ns]].sequence
         return 0 < first < last and all(each in self.numbers for each in range(first, last))
 
 
-class Verdict:
+class ReplayComparison:
     """Result of the comparison of a whole recording with its replay.
 
     Args:
@@ -275,15 +275,15 @@ class Verdict:
         return max((stream.end_ns for stream in self.streams if stream.compared), default=0)
 
     @property
-    def first(self) -> list[Difference]:
-        """Differences at the earliest time at which there are any."""
+    def first_differences(self) -> list[Difference]:
+        """Differences from the recording at the earliest time with any; empty if there are none."""
         listed = [each for stream in self.streams for each in stream.differences]
         first_ns = min((each.time_ns for each in listed), default=0)
         return [each for each in listed if each.time_ns == first_ns]
 
     @property
-    def largest(self) -> list[Difference]:
-        """Largest difference of each field that differs."""
+    def largest_differences(self) -> list[Difference]:
+        """Largest difference from the recording for each message field that differs."""
         return [each for stream in self.streams for each in stream.largest.values()]
 
 

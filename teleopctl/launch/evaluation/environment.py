@@ -12,7 +12,7 @@ from collections.abc import Mapping
 
 
 class EnvironmentOverlay:
-    """Changes ``os.environ`` to the launch's environment during an evaluation, and restores it."""
+    """The launch's changes to ``os.environ``, made while launch files are evaluated and undone."""
 
     def __init__(self) -> None:
         self._before: dict[str, str | None] = {}
@@ -20,36 +20,36 @@ class EnvironmentOverlay:
         self._seen: dict[str, str] = {}
         self._depth = 0
 
-    def show(self, changed: Mapping[str, str | None]) -> None:
-        """Set ``os.environ`` to its original state plus these changes; None removes a variable."""
-        for name in self._before.keys() - changed.keys():
+    def show(self, changes: Mapping[str, str | None]) -> None:
+        """Set ``os.environ`` to its original state plus changes; None removes a variable."""
+        for name in self._before.keys() - changes.keys():
             self._set(name, self._before.pop(name))
-        for name, value in changed.items():
+        for name, value in changes.items():
             self._before.setdefault(name, os.environ.get(name))
             self._set(name, value)
 
-    def begin_user_code(self, changed: dict[str, str | None]) -> None:
-        """Apply changes to ``os.environ``, and record further ones by a launch file's code."""
+    def begin_user_code(self, changes: dict[str, str | None]) -> None:
+        """Apply the launch's changes to ``os.environ``, before code of a launch file runs."""
         if self._depth:
-            self._take_in(changed)
-        self.show(changed)
+            self._take_in(changes)
+        self.show(changes)
         self._seen = dict(os.environ)
         self._depth += 1
 
-    def end_user_code(self, changed: dict[str, str | None]) -> None:
-        """Copy the changes that a launch file's code made to ``os.environ`` into ``changed``."""
-        self._take_in(changed)
-        self.show(changed)
+    def end_user_code(self, changes: dict[str, str | None]) -> None:
+        """Add what a launch file's code changed in ``os.environ`` to the launch's changes."""
+        self._take_in(changes)
+        self.show(changes)
         self._depth -= 1
 
-    def _take_in(self, changed: dict[str, str | None]) -> None:
+    def _take_in(self, changes: dict[str, str | None]) -> None:
         before, self._seen = self._seen, dict(os.environ)
         if before == self._seen:
             return
         for name in before.keys() | self._seen.keys():
             if before.get(name) != self._seen.get(name):
                 self._before.setdefault(name, before.get(name))
-                changed[name] = self._seen.get(name)
+                changes[name] = self._seen.get(name)
 
     def _set(self, name: str, value: str | None) -> None:
         if os.environ.get(name) == value:

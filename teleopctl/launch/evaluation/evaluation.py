@@ -25,7 +25,7 @@ from teleopctl.errors import LaunchError, NotFoundError, TeleopctlError, did_you
 from teleopctl.launch.evaluation.context import EvaluationPoint, LaunchContext, with_location
 from teleopctl.launch.evaluation.environment import EnvironmentOverlay
 from teleopctl.launch.evaluation.processes import ProcessBuilder
-from teleopctl.launch.evaluation.substitution import render
+from teleopctl.launch.evaluation.substitution import evaluated_text
 from teleopctl.launch.frontends import read_launch_file
 from teleopctl.launch.model import values
 from teleopctl.launch.model.action import Action, Handler, LaunchFile, Step
@@ -210,7 +210,7 @@ class Evaluation:
 
     def text(self, text: Template) -> str:
         """Return the text of a template with all substitutions evaluated."""
-        return render(text, self.context)
+        return evaluated_text(text, self.context)
 
     def environment_value(self, name: str) -> str | None:
         """Return an environment variable for a process started at this point; None if unset."""

@@ -10,7 +10,7 @@ import yaml
 from teleopctl.base.printable import shortened
 from teleopctl.errors import LaunchError
 from teleopctl.launch.evaluation.context import LaunchContext
-from teleopctl.launch.evaluation.substitution import render
+from teleopctl.launch.evaluation.substitution import evaluated_text
 from teleopctl.launch.model import values
 from teleopctl.launch.model.descriptions import ParameterEntry, ParameterTree
 from teleopctl.launch.model.template import Template
@@ -63,7 +63,7 @@ def _tree_value(tree: ParameterTree, type_name: str | None, context: LaunchConte
         item_type = type_name.removeprefix("list_of_") if type_name else None
         return unify_types([_tree_value(item, item_type, context) for item in tree])
     if isinstance(tree, Template):
-        text = render(tree, context)
+        text = evaluated_text(tree, context)
         with context.reading(tree):
             return infer_value(text) if type_name is None else convert(text, type_name)
     if type_name is None:

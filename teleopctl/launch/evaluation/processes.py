@@ -17,7 +17,7 @@ from teleopctl.base.files import read_text
 from teleopctl.errors import LaunchError, TeleopctlError
 from teleopctl.launch.evaluation.context import LaunchContext
 from teleopctl.launch.evaluation.parameters import parameter_file, parameter_value
-from teleopctl.launch.evaluation.substitution import evaluated_words, render
+from teleopctl.launch.evaluation.substitution import evaluated_text, evaluated_words
 from teleopctl.launch.finding import is_builtin
 from teleopctl.launch.model import values
 from teleopctl.launch.model.descriptions import (
@@ -417,7 +417,7 @@ class ProcessBuilder:
         return [text for word in words for text in evaluated_words(word, self._context)]
 
     def _text(self, text: Template) -> str:
-        return render(text, self._context)
+        return evaluated_text(text, self._context)
 
     def _optional(self, text: Template | None) -> str | None:
         return None if text is None else self._text(text)

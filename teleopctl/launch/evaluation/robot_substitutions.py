@@ -31,7 +31,7 @@ from teleopctl.launch.evaluation.extra_substitutions import (
     namespaces_of_managers,
     read_parameters,
 )
-from teleopctl.launch.evaluation.substitution import Substitution, render
+from teleopctl.launch.evaluation.substitution import Substitution, evaluated_text
 from teleopctl.launch.model.template import Call, Template, TemplateError, parse
 from teleopctl.packages import resolve_uri
 
@@ -297,7 +297,7 @@ def _filled(text: str, path: Path, robot: Sequence[str], context: LaunchContext)
             raise _without_value(missing, text, path)
         with context.scoped():
             context.scope.variables.update(values)
-            return render(template, context)
+            return evaluated_text(template, context)
     except (TemplateError, TeleopctlError) as error:
         if isinstance(error, TeleopctlError) and error.place is not None:
             raise

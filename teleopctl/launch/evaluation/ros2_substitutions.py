@@ -19,7 +19,7 @@ from teleopctl.launch.evaluation.context import LaunchContext
 from teleopctl.launch.evaluation.parameters import parameter_value
 from teleopctl.launch.evaluation.processes import find_command, replace_missing_command
 from teleopctl.launch.evaluation.robot_substitutions import expand
-from teleopctl.launch.evaluation.substitution import Substitution, render
+from teleopctl.launch.evaluation.substitution import Substitution, evaluated_text
 from teleopctl.launch.model import values
 from teleopctl.launch.model.descriptions import ParameterEntry
 from teleopctl.launch.model.template import Call, SubstitutionArgument
@@ -56,7 +56,7 @@ def _eval(arguments: Sequence[str], _: LaunchContext) -> str:
 
 
 def _requoted(argument: SubstitutionArgument, context: LaunchContext) -> str:
-    return f"{argument.quote}{render(argument.template, context)}{argument.quote}"
+    return f"{argument.quote}{evaluated_text(argument.template, context)}{argument.quote}"
 
 
 def _var(arguments: Sequence[str], context: LaunchContext) -> str:
@@ -247,7 +247,10 @@ def _loop_value(arguments: Sequence[str], context: LaunchContext) -> str:
 
 def _parameter(arguments: Sequence[str], context: LaunchContext) -> str:
     for entry in context.scope.parameters:
-        if isinstance(entry, ParameterEntry) and render(entry.name, context) == arguments[0]:
+        if (
+            isinstance(entry, ParameterEntry)
+            and evaluated_text(entry.name, context) == arguments[0]
+        ):
             return str(parameter_value(entry, context))
     if len(arguments) > 1:
         return arguments[1]

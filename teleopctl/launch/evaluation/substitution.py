@@ -54,8 +54,8 @@ class Substitution:
             raise LaunchError(f"{call.source}: {type(error).__name__}: {error}") from error
 
     def arguments(self, call: Call, context: LaunchContext) -> list[str]:
-        """Return the arguments of a substitution's call, evaluated."""
-        return [render(argument.template, context) for argument in call.arguments]
+        """Return the arguments of a substitution's call, nested substitutions evaluated."""
+        return [evaluated_text(argument.template, context) for argument in call.arguments]
 
     def _check_count(self, call: Call) -> None:
         least, most, count = self._least, self._most, len(call.arguments)
@@ -67,8 +67,8 @@ class Substitution:
             )
 
 
-def render(template: Template, context: LaunchContext) -> str:
-    """Return the text of a template with all substitutions evaluated.
+def evaluated_text(template: Template, context: LaunchContext) -> str:
+    """Return a launch file's text with all substitutions, such as ``$(var x)``, evaluated.
 
     Raises:
         TeleopctlError: When a substitution is unknown, has the wrong number of arguments or fails,
@@ -83,12 +83,12 @@ def render(template: Template, context: LaunchContext) -> str:
 
 
 def evaluated_words(word: Template, context: LaunchContext) -> list[str]:
-    """Return the evaluated words of one word of a command line; some substitutions give several.
+    """Return a word of a command line, evaluated: several words for some substitutions.
 
     Raises:
-        TeleopctlError: As for `render`.
+        TeleopctlError: As for `evaluated_text`.
     """
-    text = render(word, context)
+    text = evaluated_text(word, context)
     (part, *more) = word.parts or ("",)
     if more or not isinstance(part, Call) or part.name not in plugins.LAUNCH_SUBSTITUTIONS.ours:
         return [text]
@@ -105,7 +105,7 @@ def _evaluate(call: Call | ComputedText, context: LaunchContext) -> str:
         if call.name not in exposed_substitutions:
             load_launch_extensions()
         if call.name in exposed_substitutions:
-            return render(exposed_substitutions[call.name](call), context)
+            return evaluated_text(exposed_substitutions[call.name](call), context)
         raise LaunchError(
             f"{call.source}: unknown substitution '{call.name}'", hint=error.hint
         ) from error

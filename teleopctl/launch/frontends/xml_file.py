@@ -102,18 +102,18 @@ class XmlTag(Element):
         return self.name, self
 
     def describe(self) -> str:
-        """Return ``a tag <NAME>``, for error messages."""
+        """Return ``a tag <NAME>`` with the launch file tag's own name, for error messages."""
         return f"a tag <{self.name}>"
 
 
 class _Tags(Element):
-    """Nested tags of one name, or the actions in a tag."""
+    """Nested tags of one name in an XML launch file, or the actions in a tag."""
 
     __slots__ = ()
     noun = "tag"
 
     def describe(self) -> str:
-        """Return ``a tag <NAME>``, for error messages."""
+        """Return ``a tag <NAME>`` with the launch file tag's own name, for error messages."""
         return f"a tag <{self.path.rpartition('.')[2]}>"
 
 
@@ -137,7 +137,7 @@ def parse_xml(text: str, path: Path) -> XmlTag:
 
 
 class _Reader:
-    """Makes the tree from what expat reports."""
+    """Builder of the tree of `XmlTag` from expat's callbacks."""
 
     def __init__(self, path: Path) -> None:
         self._path = path
@@ -200,7 +200,7 @@ class _Reader:
 
 
 def _split(attributes: dict[str, Element]) -> dict[str, Element]:
-    """Divide the texts for which there is an attribute ``NAME-sep``."""
+    """Split each attribute NAME into a list where the tag has an attribute ``NAME-sep``."""
     separators = {
         name: f"{name}{_SEPARATOR}" for name in attributes if f"{name}{_SEPARATOR}" in attributes
     }
@@ -252,7 +252,7 @@ _ATTRIBUTES = {
 
 
 class _Sign(NamedTuple):
-    """A line that ROS 2 would not have.
+    """Sign of a ROS 1 launch file: an attribute or tag that ROS 2 would not have.
 
     Attributes:
         element: What stands there.
@@ -306,7 +306,7 @@ def _signs(tag: XmlTag) -> Iterator[_Sign]:
 
 
 def _is_of_ros_2(tag: XmlTag) -> bool:
-    """Whether something stands in a tag that ROS 1 does not have."""
+    """Return whether a tag contains an attribute or tag that only ROS 2 has."""
     if tag.name == "node" and "exec" in tag.attributes:
         return True
     texts = (element.value for element in tag.attributes.values())

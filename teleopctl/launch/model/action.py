@@ -22,7 +22,9 @@ _NO_NAMES: Mapping[str, str] = MappingProxyType({})
 
 
 class Entity:
-    """Keys of a launch file's entry, for `Action.parse`; unknown keys raise errors.
+    """Entry of an XML or YAML launch file, with values by key; unknown keys raise errors.
+
+    A key is an attribute or nested tag in XML, and a key of a mapping in YAML.
 
     Args:
         element: What stands below the action's name, or is the action's tag.
@@ -59,11 +61,11 @@ class Entity:
             self._fields[name] = value
 
     def element(self, key: str) -> Element | None:
-        """Return the element of a key; None if the key is missing."""
+        """Return a key's value as an element with file and line; None if the key is missing."""
         return self._fields.get(key)
 
     def required_element(self, key: str) -> Element:
-        """Return the element of a key; raise if the key is missing.
+        """Return a key's value as an element with file and line; raise if the key is missing.
 
         Raises:
             TeleopctlError: When the key is missing.
@@ -73,15 +75,15 @@ class Entity:
         return self._fields[key]
 
     def required(self, key: str) -> Template:
-        """Return the text of a key as a template of substitutions; raise if the key is missing."""
+        """Return a key's text as a template with substitutions; raise if the key is missing."""
         return self.required_element(key).template()
 
     def required_text(self, key: str) -> str:
-        """Return the text of a key as written, without substitutions; raise if missing."""
+        """Return a key's text as written, where substitutions are not allowed; raise if missing."""
         return self.required_element(key).text()
 
     def optional(self, key: str) -> Template | None:
-        """Return the text of a key as a template of substitutions; None if the key is missing."""
+        """Return a key's text as a template with substitutions; None if the key is missing."""
         element = self._fields.get(key)
         return None if element is None else element.template()
 
@@ -105,7 +107,7 @@ class Entity:
         )
 
     def steps(self, key: str) -> tuple[Step, ...]:
-        """Return the steps of a key that lists actions; raise if the key is missing."""
+        """Return the actions listed below a key, as steps; raise if the key is missing."""
         assert self._read_steps is not None
         return self._read_steps(self.required_element(key))
 

@@ -115,7 +115,7 @@ class Element:
         raise self.error(f"expected a text, got {self.describe()}")
 
     def template(self) -> template.Template:
-        """Parse the value as a template of substitutions.
+        """Parse the value as a template with substitutions.
 
         Raises:
             TeleopctlError: When it is no scalar or its substitutions are malformed.

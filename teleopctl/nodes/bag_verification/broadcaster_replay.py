@@ -13,17 +13,17 @@ _MANAGER = "controller_manager"
 
 
 class BroadcasterReplay:
-    """BroadcasterReplay of a recorded launch, run again in an in-memory control stack.
+    """Recorded launch's broadcasters, run again on recorded joint states in an in-memory stack.
 
     Args:
         urdf: The robot description.
-        parameters: Of all nodes, by full name and dotted name.
+        parameters: Recorded parameters of all nodes, by the node's full name and the dotted name.
         states_topic: Where the simulator publishes the states of the control ticks.
         period_ns: Time between two ticks, in nanoseconds.
         publish: Called with each topic, the simulated time in nanoseconds, and the message's CDR.
 
     Attributes:
-        topics: Those on which they publish.
+        topics: Topics on which the broadcasters publish.
         commanding: The controllers that claim commands and are not run, by their full names.
         not_run: The nodes of these and of others that cannot be run, and why.
     """
@@ -101,7 +101,7 @@ class BroadcasterReplay:
             }
 
     def _bring_up(self, name: str, parameters: Mapping[str, AllowableParameterValue]) -> str:
-        """Activate a controller that claims no command; otherwise return why it is not."""
+        """Activate a controller without command interfaces; otherwise return why it is not."""
         assert self._stack is not None
         stack, manager = self._stack, self._stack.manager
         # Its rate counts from when it was activated, which is not recorded: it runs at each tick.

@@ -15,7 +15,7 @@ from teleopctl.bag import (
     RecordedMessage,
     RecordedSession,
     RecordedTopic,
-    Verdict,
+    ReplayComparison,
     end_of_run_ns,
     open_bag,
     read_commands,
@@ -63,7 +63,7 @@ class Verification(NamedTuple):
         remarks: Other possible reasons for differences, one sentence each.
     """
 
-    verdict: Verdict
+    verdict: ReplayComparison
     other_versions: dict[str, tuple[str, str]]
     remarks: list[str]
 
@@ -135,7 +135,7 @@ class _Run:
     ) -> None:
         from teleopctl.sim import SimulationReplay
 
-        self.verdict = Verdict(tolerance)
+        self.verdict = ReplayComparison(tolerance)
         self.remarks: list[str] = []
         self._session = session
         self._on_message = on_message

@@ -27,7 +27,7 @@ _HOME = "home"
 # Any stands for MuJoCo's types, here and elsewhere: they have no static ones.
 @dataclass(frozen=True)
 class Mjcf:
-    """A compiled MJCF file.
+    """MJCF file that describes a robot, with its MuJoCo spec and compiled model.
 
     Attributes:
         path: The file.

@@ -34,7 +34,7 @@ from teleopctl.robot.sdf.sdf_file import read_sdf
 from teleopctl.robot.urdf import UNLIMITED
 from teleopctl.robot.urdf_text import add_origin, numbers, pose_text
 from teleopctl.robot.xacro.expansion import ExpandedXacro
-from teleopctl.robot.xacro.source_lines import line_places
+from teleopctl.robot.xacro.source_lines import source_places
 from teleopctl.tf import Transform, rotate
 
 _NO_FORM = frozenset({"plane", "heightmap"})
@@ -98,7 +98,7 @@ def sdf_as_urdf(path: Path) -> ExpandedXacro:
         for e in robot.iter("*")
     ]
     text: str = etree.tostring(robot, encoding="unicode")
-    return ExpandedXacro(text, scene.files, line_places(text, written))
+    return ExpandedXacro(text, scene.files, source_places(text, written))
 
 
 def _without_form(model: SceneModel) -> Iterator[str]:

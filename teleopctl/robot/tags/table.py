@@ -60,7 +60,7 @@ class TagEntry(NamedTuple):
 
 
 class TagFinding(NamedTuple):
-    """A tag or attribute that has no effect or is unknown.
+    """Unsupported tag or attribute in a description: it has no effect or is unknown.
 
     Attributes:
         element: The tag, or the tag with the attribute.
@@ -76,7 +76,7 @@ class TagFinding(NamedTuple):
 
     @property
     def described(self) -> str:
-        """Name of the tag or attribute, for a sentence."""
+        """Tag or attribute as text for a sentence: ``<tag>`` or ``'attribute' of <tag>``."""
         _, at, attribute = self.path.rpartition("@")
         if at:
             return f"'{attribute}' of <{local_name(self.element.tag)}>"
@@ -88,7 +88,7 @@ class TagFinding(NamedTuple):
 
     @property
     def sentence(self) -> str:
-        """Sentence about the finding, without its line."""
+        """Sentence that the tag or attribute is unknown, or why it has no effect."""
         if self.entry is not None and self.entry.fate == "works":
             return f"Of several <{local_name(self.element.tag)}> side by side the first is taken"
         if self.entry is None:
@@ -100,7 +100,7 @@ class TagFinding(NamedTuple):
 
 
 class Table(Mapping[str, TagEntry]):
-    """The tags of a format by their paths below an element, attributes as ``path@name``.
+    """Table of a format's known tags and attributes, by path: ``path`` or ``path@attribute``.
 
     Args:
         text: The table; see the module.
@@ -146,7 +146,7 @@ class Table(Mapping[str, TagEntry]):
         return len(self._entries)
 
     def findings(self, element: etree._Element, path: str = "") -> Iterator[TagFinding]:
-        """Yield the tags and attributes of an element that have no effect or are unknown.
+        """Yield a finding for each tag and attribute of an element without effect or unknown.
 
         Args:
             element: The element.

@@ -31,7 +31,7 @@ from teleopctl.errors import InvalidDescriptionError, NotFoundError, TeleopctlEr
 from teleopctl.packages import include_package_of, package_share
 from teleopctl.robot.any_robot import arguments_text, xacro_arguments
 from teleopctl.robot.xacro.python_values import BoundedPython
-from teleopctl.robot.xacro.source_lines import Places, line_places, recorded_lines
+from teleopctl.robot.xacro.source_lines import Places, recorded_lines, source_places
 
 SAFE = "TELEOPCTL_SAFE"
 """The variable that makes every process read descriptions in safe mode."""
@@ -146,7 +146,7 @@ def read_xacro(
     for line in printed.getvalue().splitlines():
         _log.warning("%s: %s", path, line)
     files = (Path(path).absolute(), *included)
-    return ExpandedXacro(text, files, line_places(text, written) if written else {})
+    return ExpandedXacro(text, files, source_places(text, written) if written else {})
 
 
 def over_budget(path: Path, error: Exception) -> TeleopctlError | None:

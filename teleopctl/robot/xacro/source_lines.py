@@ -1,4 +1,4 @@
-"""Where what stands in an expanded description was written: lines of xacro files, or of SDF.
+"""Source files and lines of the elements in an expanded robot description (xacro or SDF).
 
 xacro forgets lines. Here each element gets an attribute with its place as its file is read; macros
 copy it with the element, and it is taken out of what they have made.
@@ -24,7 +24,7 @@ _LINES = re.compile(r"\bline (\d+(?:, \d+)*)")
 
 
 def with_source_places(sentence: str, places: Places) -> str:
-    """Return a sentence with line numbers of the expanded text replaced by source places.
+    """Return a sentence with "line N" of the expanded text replaced by "FILE:LINE" of the source.
 
     Args:
         sentence: A sentence with "line 3" or "line 3, 5".
@@ -59,7 +59,7 @@ class SourceLines:
 
     # Any: documents of minidom, which xacro works on.
     def record(self, document: Any, path: Path) -> None:
-        """Record the source place in each element of a document.
+        """Store the source file and line in an attribute of each element of a parsed document.
 
         Args:
             document: Document that xacro has parsed.
@@ -78,7 +78,7 @@ class SourceLines:
 
     # Any: likewise.
     def remove(self, document: Any) -> list[tuple[Path, int] | None]:
-        """Remove the recorded places from a document; return one per element, in document order."""
+        """Remove the stored attributes; return each element's file and line, in document order."""
         found: list[tuple[Path, int] | None] = []
         for element in document.getElementsByTagName("*"):
             file, _, line = element.getAttribute(_NOTE).partition(":")
@@ -107,21 +107,24 @@ def recorded_lines(xacro: ModuleType) -> Iterator[SourceLines]:
         vars(xacro).update(parse=parse)
 
 
-def line_places(text: str, written: list[tuple[Path, int] | None]) -> dict[int, tuple[Path, int]]:
-    """Return the source file and line of each line of an expanded text that starts an element.
+def source_places(
+    text: str, element_places: list[tuple[Path, int] | None]
+) -> dict[int, tuple[Path, int]]:
+    """Return the source file and line for each line of expanded XML that starts an element.
 
     Args:
         text: The expanded XML.
-        written: Source place of each of its elements, in document order; see `SourceLines.remove`.
+        element_places: Source file and line of each element, in document order, as
+            `SourceLines.remove` returns them.
     """
     parser = etree.XMLParser(
         encoding="utf-8", resolve_entities=False, remove_comments=True, remove_pis=True
     )
     elements = list(etree.fromstring(text.encode(), parser).iter("*"))
-    if len(elements) != len(written):
+    if len(elements) != len(element_places):
         return {}
     return {
         element.sourceline: place
-        for element, place in zip(elements, written, strict=True)
+        for element, place in zip(elements, element_places, strict=True)
         if place is not None and element.sourceline
     }

@@ -20,19 +20,19 @@ if TYPE_CHECKING:
 
 
 class _Waiting(NamedTuple):
-    """One that waits, how it is read, and what takes it when it is in."""
+    """Queued entity: its name, the function that makes it, and the future of its spawning."""
 
     name: str
-    read: Callable[[], NewObject]
+    make_object: Callable[[], NewObject]
     done: Future[NewObject]
 
 
 class SpawnQueue:
-    """Queue of entities to spawn, added to the model on a thread of its own.
+    """Queue of entities to spawn, which a thread adds to the simulation's model.
 
     Args:
-        present: Returns the model so far.
-        take: Has the simulation go on with another one.
+        present: Returns the simulation's present model.
+        take: Called with the new model, with which the simulation is to continue.
 
     Attributes:
         changing: Lock to hold while changing the model.
@@ -47,21 +47,22 @@ class SpawnQueue:
         self._waiting: list[_Waiting] = []
         self._at_work: list[_Waiting] = []
 
-    def add(self, name: str, read: Callable[[], NewObject]) -> Future[NewObject]:
-        """Queue an entity; the returned future is done when the entity is in the simulation.
+    def add(self, name: str, make_object: Callable[[], NewObject]) -> Future[NewObject]:
+        """Queue an entity to be spawned; return a future, done when it is in the simulation.
 
         Args:
-            name: What it is to be called.
-            read: Returns a new copy of it at each call, or raises why it cannot be spawned.
+            name: Name of the entity.
+            make_object: Called on the queue's thread, again after a failed attempt; returns a new
+                object to add to the model, or raises why it cannot be spawned.
 
         Returns:
-            What takes it when it is there, or why it is not: what ``read`` has raised, an
+            A future of the object. Its exception is what ``make_object`` raised, an
             InvalidDescriptionError of MuJoCo's, or an UnavailableError of the simulation's.
         """
         done: Future[NewObject] = Future()
         with self._lock:
             begins = not self._waiting and not self._at_work
-            self._waiting.append(_Waiting(name, read, done))
+            self._waiting.append(_Waiting(name, make_object, done))
         if begins:
             threading.Thread(target=self._work, name="spawning", daemon=True).start()
         return done
@@ -84,7 +85,7 @@ class SpawnQueue:
         coming: list[tuple[_Waiting, NewObject]] = []
         for each in waiting:
             try:
-                coming.append((each, each.read()))
+                coming.append((each, each.make_object()))
             except Exception as error:  # noqa: BLE001 - reported to the caller that waits
                 each.done.set_exception(error)
         if not coming:

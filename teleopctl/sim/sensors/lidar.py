@@ -91,18 +91,18 @@ class Lidar(Sensor):
 
     @property
     def topic(self) -> str:
-        """Name of the topic; ``TOPIC/points`` for the point cloud of a lidar without plug-in."""
+        """Name of the published topic; ends in ``/points`` for Gazebo's additional point cloud."""
         below = self._wanted == _CLOUD and not self.names.has_plugin
         return f"{super().topic}/points" if below else super().topic
 
     def companions(self) -> Sequence[Sensor]:
-        """Return a second sensor for the point cloud, if no plug-in chooses the message."""
+        """Return a second lidar for the point cloud; none if a plug-in sets the message type."""
         if self.names.has_plugin or self._wanted != _SCAN:
             return ()
         return (Lidar(self.description, _CLOUD),)
 
     def add_to(self, spec: mujoco.MjSpec) -> None:
-        """Add the site from which the rays start to a spec."""
+        """Add the site where the rays start to a MuJoCo spec, before it is compiled."""
         if spec.site(self.name) is None:
             self.add_site(spec)
 
@@ -171,7 +171,7 @@ class Lidar(Sensor):
         return Rays(across, across, near, far)
 
     def _of_plugin(self, tag: str) -> float | None:
-        """A number of the plug-in's, where it has one."""
+        """Return the number in a tag of the sensor's plug-in, or None."""
         with contextlib.suppress(ValueError):
             return float(self.names.setting(tag))
         return None

@@ -58,7 +58,7 @@ def make_sensors(
 
 
 def add_sensors(spec: mujoco.MjSpec, sensors: list[Sensor], warn: Callable[[str], object]) -> None:
-    """Add sensors to a MuJoCo spec; remove from the list, with a warning, those that fail."""
+    """Add sensors to a MuJoCo spec; remove those that fail from the list, with a warning."""
     for sensor in list(sensors):
         try:
             sensor.add_to(spec)
@@ -68,7 +68,7 @@ def add_sensors(spec: mujoco.MjSpec, sensors: list[Sensor], warn: Callable[[str]
 
 
 class SensorPublisher:
-    """Publisher of simulated sensors, which are measured only with subscribers.
+    """Publisher of a robot's simulated sensors; each is measured only while it has subscribers.
 
     Args:
         node: Who publishes.
@@ -89,7 +89,7 @@ class SensorPublisher:
             channel.watched = channel.publisher.get_subscription_count() > 0
 
     def restart(self) -> None:
-        """Restart the schedules of all sensors at simulated time zero."""
+        """Restart the schedules of all sensors, after a reset of simulated time to zero."""
         for channel in self._channels:
             channel.schedule.restart()
 
@@ -98,16 +98,16 @@ class SensorPublisher:
         return min((c.schedule.next_ns for c in self._channels if c.running), default=None)
 
     def sample(self, time_ns: int) -> None:
-        """Measure and publish the subscribed sensors that are due at a time."""
+        """Measure and publish the subscribed sensors that are due at a simulated time."""
         self._publish([channel for channel in self._channels if channel.is_due(time_ns)], time_ns)
 
     def show(self, time_ns: int) -> None:
-        """Publish the subscribed sensors that report state, such as contacts, at once."""
+        """Publish the subscribed sensors of state, such as contacts, at once with this stamp."""
         shown = [one for one in self._channels if one.watched and one.sensor.is_state]
         self._publish(shown, time_ns)
 
-    def subscriptions(self) -> dict[str, int]:
-        """Return the subscription count of each topic of sensors that report state."""
+    def subscription_counts(self) -> dict[str, int]:
+        """Return the number of subscriptions by topic, for sensors of state such as contacts."""
         return {
             one.publisher.topic_name: one.publisher.get_subscription_count()
             for one in self._channels
@@ -128,7 +128,7 @@ class SensorPublisher:
 
 
 class _Channel:
-    """One sensor and its publisher."""
+    """Simulated sensor with its publisher, message and schedule."""
 
     def __init__(self, node: Node, sensor: Sensor, default_rate_hz: float) -> None:
         message_class = get_message(sensor.message_type)

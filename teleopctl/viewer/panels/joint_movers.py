@@ -53,7 +53,7 @@ class JointMover(Protocol):
     def command(
         self, joints: JointSet, moved: Mapping[str, float], measured: Mapping[str, float]
     ) -> float:
-        """Command joint positions.
+        """Command joint positions; return the duration of the motion in seconds.
 
         Args:
             joints: Wanted positions of all joints.
@@ -125,7 +125,7 @@ class StatePublisher:
         moved: Mapping[str, float],  # noqa: ARG002 -- all of them are published
         measured: Mapping[str, float],  # noqa: ARG002
     ) -> float:
-        """Publish the joint positions."""
+        """Publish the positions of the sliders as joint states."""
         self._joints = joints
         self._publish()
         return 0.0
@@ -193,7 +193,7 @@ class ControllerMover:
         self._timer.cancel()
 
     def can_move(self, joint: str, measured: Mapping[str, float]) -> bool:
-        """Return whether a controller commands a joint and all of its joints are measured."""
+        """Return whether a controller commands the joint, and all its joints are measured."""
         return any(
             joint in route.joints and all(name in measured for name in route.joints)
             for route in self._routes

@@ -25,7 +25,7 @@ def take_all(queue: ReadAhead, arrived: threading.Event) -> list[BagMessage]:
             assert arrived.wait(20)
             arrived.clear()
             continue
-        queue.pop()
+        queue.discard_oldest()
         taken.append(message)
     return taken
 
@@ -64,9 +64,9 @@ def test_what_cannot_be_read_is_told_behind_what_could():
 
     queue = ReadAhead(broken(), lambda: None, most=10)
     queue.wait_until_filled()
-    queue.pop()
+    queue.discard_oldest()
     assert queue.peek() == numbered(2)[1]
-    queue.pop()
+    queue.discard_oldest()
     with pytest.raises(InvalidFileError, match="a hole"):
         queue.peek()
     queue.close()

@@ -17,7 +17,7 @@ from teleopctl.bag.verify.comparison import (
     Difference,
     DifferenceKind,
     RecordedMessage,
-    Verdict,
+    ReplayComparison,
     differences,
     flatten_fields,
 )
@@ -98,7 +98,7 @@ def test_the_last_bit_counts_unless_a_tolerance_is_given(one, other):
 
 
 def test_the_first_difference_is_listed_and_the_largest_of_each_field():
-    verdict = Verdict()
+    verdict = ReplayComparison()
     compared = ComparedStream(
         TOPIC, TYPE, [RecordedMessage(t * S, data(t, 1.0)) for t in (1, 2, 3, 4)]
     )
@@ -106,9 +106,9 @@ def test_the_first_difference_is_listed_and_the_largest_of_each_field():
     for second, offset in ((1, 0.0), (2, 0.5), (3, 2.0), (4, 1.0)):
         compared.take(second * S, data(second, 1.0 + offset))
     compared.close()
-    assert [each.time_ns for each in verdict.first] == [2 * S]
-    assert verdict.largest == [Difference(TOPIC, 3 * S, "position[a]", 1.0, 3.0)]
-    assert str(verdict.first[0]) == (
+    assert [each.time_ns for each in verdict.first_differences] == [2 * S]
+    assert verdict.largest_differences == [Difference(TOPIC, 3 * S, "position[a]", 1.0, 3.0)]
+    assert str(verdict.first_differences[0]) == (
         "/joint_states 2.000 s: position[a] was 1.0 and is 1.5 (0.5 apart)"
     )
 

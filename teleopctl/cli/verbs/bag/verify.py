@@ -64,7 +64,11 @@ def _draw(found: "Verification", traces: "ComparedTraces", picture: Path, title:
     from teleopctl.bag import save_plot
 
     # A message that is missing has no curve.
-    differences = [each for each in found.verdict.first + found.verdict.largest if each.field]
+    differences = [
+        each
+        for each in found.verdict.first_differences + found.verdict.largest_differences
+        if each.field
+    ]
     if not differences:
         console.warn("No number differs that could be drawn")
         return
@@ -84,8 +88,8 @@ def _lines(found: "Verification") -> Iterator[str]:
     yield f"{told}: {how}." if verdict.is_same else f"{told}: not {how}."
     if not verdict.is_same:
         yield "First differences:"
-        yield from (f"  {difference}" for difference in verdict.first)
-    if largest := verdict.largest:
+        yield from (f"  {difference}" for difference in verdict.first_differences)
+    if largest := verdict.largest_differences:
         yield "Largest differences:"
         yield from (f"  {difference}" for difference in largest)
     yield "Compared:"
@@ -126,8 +130,8 @@ def _document(found: "Verification") -> console.Json:
             }
             for stream in verdict.streams
         ],
-        "first": [difference._asdict() for difference in verdict.first],
-        "largest": [difference._asdict() for difference in verdict.largest],
+        "first": [difference._asdict() for difference in verdict.first_differences],
+        "largest": [difference._asdict() for difference in verdict.largest_differences],
         "played_back": dict(verdict.played_back),
         "not_compared": dict(verdict.not_compared),
         "other_versions": {

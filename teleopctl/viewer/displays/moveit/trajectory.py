@@ -77,8 +77,8 @@ class PlannedPath:
         """Return the duration of the path's animation, in seconds.
 
         Args:
-            display_time: RViz's property: ``0.05 s`` for each state, ``3x`` as fast as planned, or
-                ``REALTIME``.
+            display_time: RViz's property "State Display Time": ``0.05 s`` for each state, ``3x`` as
+                fast as planned, or ``REALTIME``.
         """
         period, factor = _speed(display_time)
         if factor is not None and self.times and self.times[-1] > 0.0:
@@ -86,11 +86,11 @@ class PlannedPath:
         return period * len(self.states)
 
     def at(self, elapsed: float, display_time: str) -> Positions:
-        """Return the joint positions to show at a time of the animation.
+        """Return the joint positions, interpolated, to show at a time of the animation.
 
         Args:
             elapsed: Seconds since the animation started.
-            display_time: See `duration`.
+            display_time: RViz's property "State Display Time"; see `duration`.
         """
         period, factor = _speed(display_time)
         if factor is None or self.times[-1] <= 0.0:
