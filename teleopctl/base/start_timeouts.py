@@ -66,7 +66,7 @@ class ProgressMonitor:
         return self.elapsed_s >= self._timeouts.total_s
 
     def update(self, signs: object, pids: Iterable[int]) -> None:
-        """Compare signs of progress and processor times with the last ones, and note changes.
+        """Compare reports and processor times with the last ones; reset the stall time on progress.
 
         Args:
             signs: The reports and output so far; a difference from the last call is progress.
@@ -94,7 +94,7 @@ class ProgressMonitor:
 
 
 def processor_times(pids: Iterable[int]) -> dict[int, float]:
-    """Return the processor time of processes and their descendants, in seconds."""
+    """Return the processor time in seconds of each process and each descendant, by PID."""
     import psutil
 
     children: dict[int, list[psutil.Process]] = {}

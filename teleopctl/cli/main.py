@@ -62,7 +62,7 @@ def _take_interrupts() -> None:
 
 
 def _end(status: int) -> None:
-    """End the process without Python's tidying, which takes 3 ms."""
+    """Exit the process without Python's finalization, which takes 3 ms."""
     sys.stderr.flush()
     os._exit(status)
 
@@ -70,15 +70,15 @@ def _end(status: int) -> None:
 def run(
     arguments: Sequence[str],
     before_verb: Callable[[], None] | None = None,
-    with_nothing_left: Callable[[int], None] | None = None,
+    exit_early: Callable[[int], None] | None = None,
 ) -> int:
-    """Run a command line and return its exit status.
+    """Run a command line and return its exit status; `exit_early` may end the process with it.
 
     Args:
-        arguments: The words behind the program's name.
-        before_verb: Called before a verb is run; for Tab and a page of help nothing is.
-        with_nothing_left: Called with the status once all is written, after a verb whose group
-            says that it leaves nothing to be tidied up. It need not return.
+        arguments: The command line without the program's name.
+        before_verb: Called before a verb runs; not for completion and help.
+        exit_early: Called with the exit status after a verb whose group leaves nothing to clean
+            up, once all output is flushed. It need not return.
     """
     words = list(arguments)
     debug = bool(os.environ.get("TELEOPCTL_DEBUG"))
@@ -93,8 +93,8 @@ def run(
     try:
         status = _dispatch(words, before_verb)
         sys.stdout.flush()
-        if with_nothing_left is not None and _leaves_nothing(words):
-            with_nothing_left(status)
+        if exit_early is not None and _leaves_nothing(words):
+            exit_early(status)
     except BrokenPipeError:
         from teleopctl.base.output import discard_output
 
@@ -146,7 +146,7 @@ def _dispatch(words: list[str], before_verb: Callable[[], None] | None) -> int:
 
 
 def _leaves_nothing(words: Sequence[str]) -> bool:
-    """Whether the verb that was run says so; whatever else stood on the line, Python ends."""
+    """Return whether the verb that ran declares that it leaves nothing to clean up."""
     from teleopctl import plugins
 
     if not words or COMPLETION_VARIABLE in os.environ or _asks_for_help(words):
@@ -157,7 +157,7 @@ def _leaves_nothing(words: Sequence[str]) -> bool:
 
 
 def _collect_garbage() -> None:
-    """Collect from now on what a verb leaves, which may run for days."""
+    """Enable garbage collection for a verb, which may run for days."""
     gc.freeze()
     # What a short command makes stays below it: by default 2 ms of each are such collections.
     gc.set_threshold(_GARBAGE)
@@ -165,7 +165,7 @@ def _collect_garbage() -> None:
 
 
 def _asks_for_help(words: Sequence[str]) -> bool:
-    """Whether a page of help may be wanted."""
+    """Return whether the words may request a help page."""
     return not words or "-h" in words or "--help" in words
 
 
@@ -176,7 +176,7 @@ def _show_help(words: Sequence[str]) -> bool:
 
 
 def _with_verb(words: list[str]) -> list[str]:
-    """Add the verb that a noun means alone: ``doctor -r`` is ``doctor check -r``."""
+    """Return the words with a noun's default verb added: ``doctor -r`` is ``doctor check -r``."""
     has_none = len(words) == 1 or (len(words) > 1 and words[1].startswith("-"))
     if not has_none:
         return words
@@ -189,7 +189,7 @@ def _with_verb(words: list[str]) -> list[str]:
 
 
 def _run_quickly(words: list[str]) -> int | None:
-    """Run a well-formed command line of a light verb; None when Typer has to look at it."""
+    """Run a command line without Typer; return None if Typer has to parse it."""
     from teleopctl import plugins
 
     if not words or words[0].startswith("-") or plugins.find(plugins.VERBS, words[0]) is None:

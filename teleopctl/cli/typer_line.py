@@ -16,11 +16,11 @@ from teleopctl.cli.verb import Option, parameters
 
 
 def typer_line(tree: TyperGroup, words: Sequence[str]) -> list[str]:
-    """Return a command line in the form that Typer parses.
+    """Return a command line rewritten for Typer: list options repeated, abbreviations in full.
 
     Args:
         tree: The root command.
-        words: The line behind the program's name.
+        words: The command line without the program's name.
     """
     command: Any = tree
     spread: list[str] = []

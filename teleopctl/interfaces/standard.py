@@ -61,7 +61,7 @@ def distribution() -> str:
 
 
 def is_distribution_since(name: str) -> bool:
-    """Return whether the ROS 2 distribution in use is a given one or later."""
+    """Return whether the ROS 2 distribution in use is the named one or a later one."""
     return DISTRIBUTIONS.index(distribution()) >= DISTRIBUTIONS.index(name)
 
 
@@ -91,7 +91,7 @@ class StandardTypes:
         if row is None:
             return None
         try:
-            return definition_of(type_name, row)
+            return parse_type_row(type_name, row)
         except (TypeError, ValueError, LookupError):
             if not self._from_cache:
                 raise
@@ -110,13 +110,13 @@ class StandardTypes:
 
 
 # Any: pairs and triples of what rosbags' tables hold.
-def definition_of(type_name: str, row: Any) -> Definition:
-    """Return the definition that a row of rosbags' tables describes.
+def parse_type_row(type_name: str, table_row: Any) -> Definition:
+    """Return a type's `Definition` (fields, constants) from rosbags' table entry for that type.
 
     Raises:
-        TypeError, ValueError or LookupError: It is no such row.
+        TypeError, ValueError or LookupError: The row has another form.
     """
-    raw_constants, raw_fields = row
+    raw_constants, raw_fields = table_row
     constants = tuple(Constant(str(name), str(base), value) for name, base, value in raw_constants)
     values = {constant.name: constant.value for constant in constants}
     fields = tuple(
@@ -152,7 +152,7 @@ def _field_type(description: Any) -> FieldType:
 
 
 def cache_folder() -> Path:
-    """Return the cache folder of the tables."""
+    """Return the user's cache folder, which holds the type tables."""
     from pathlib import Path
 
     return Path(cache_dir())
@@ -171,7 +171,7 @@ def _cache_file(module: str) -> str:
 
 @cache
 def _stores() -> str:
-    """Return the folder of the tables that rosbags has."""
+    """Return the folder of rosbags' type tables."""
     # What importlib.util.find_spec does, which takes longer to import than this to read a table.
     spec = next(filter(None, (finder.find_spec("rosbags", None) for finder in sys.meta_path)))
     assert spec.submodule_search_locations is not None

@@ -73,8 +73,8 @@ class Hull(NamedTuple):
     """Comparison of a mesh with its convex hull.
 
     Attributes:
-        ratio: How many times the mesh's volume it has; 1 where that cannot be told.
-        is_open: Whether the mesh is far from closed, so that it has no volume to speak of.
+        ratio: Volume of the hull divided by that of the mesh; 1 if unknown.
+        is_open: Whether the mesh is far from closed, so that its volume is meaningless.
     """
 
     ratio: float
@@ -92,7 +92,7 @@ class Hull(NamedTuple):
 
 
 def measure_hull(path: Path) -> Hull:
-    """Return the measures of a mesh file's convex hull, cached by the file's content."""
+    """Return a mesh file's ratio of hull to mesh volume, and whether the mesh is open; cached."""
     kept = _kept_at(path, ".volumes")
     try:
         ratio, is_open = kept.read_text("utf-8").split()
@@ -105,7 +105,7 @@ def measure_hull(path: Path) -> Hull:
 
 
 def needs_decomposition(path: Path) -> bool:
-    """Return whether a mesh must be decomposed and is not yet cached."""
+    """Return whether a mesh file needs convex pieces that are not yet cached."""
     hull = measure_hull(path)
     return not hull.is_open and hull.ratio > _HOLLOW and not _kept_at(path, _PIECES).is_file()
 

@@ -112,7 +112,7 @@ class MjcfDraft:
 def draft_mjcf(
     description: RobotDescription,
     world: World | None,
-    extend: Callable[[mujoco.MjSpec], None] | None,
+    add_to_spec: Callable[[mujoco.MjSpec], None] | None,
     *,
     fixed_base: bool,
     spawn_pose: Pose | None,
@@ -172,8 +172,8 @@ def draft_mjcf(
         free += moving
         warnings += complaints
     complete_scene(spec)
-    if extend is not None:
-        extend(spec)
+    if add_to_spec is not None:
+        add_to_spec(spec)
     return MjcfDraft(
         spec, joints, cameras, free, things, base, fixed, start, keyframes, names, warnings
     )

@@ -38,7 +38,7 @@ from teleopctl.mujoco_model.inertia import repair_inertias
 from teleopctl.mujoco_model.joints import JointSpec, close_loops, joint_specs
 from teleopctl.mujoco_model.mjcf import MjcfDraft, MjcfStart, draft_mjcf
 from teleopctl.mujoco_model.surroundings.scene import add_scene
-from teleopctl.mujoco_model.surroundings.surfaces import pair_surfaces
+from teleopctl.mujoco_model.surroundings.surfaces import add_contact_pairs
 from teleopctl.mujoco_model.surroundings.world import (
     WorldObject,
     add_world,
@@ -150,18 +150,18 @@ class RobotModel:
 
 def build_model(
     description: RobotDescription,
-    extend: Callable[[mujoco.MjSpec], None] | None = None,
+    add_to_spec: Callable[[mujoco.MjSpec], None] | None = None,
     world: World | None = None,
     *,
     fixed_base: bool | None = None,
     spawn_pose: Pose | None = None,
 ) -> RobotModel:
-    """Build the model of a robot in a world.
+    """Build the compiled MuJoCo model of a robot in a world.
 
     Args:
         description: The robot.
-        extend: Adds to the ``mujoco.MjSpec`` what is not of the robot, such as sensors.
-        world: What stands around it.
+        add_to_spec: Adds sensors and the like to the ``mujoco.MjSpec`` before it is compiled.
+        world: World in which the robot stands.
         fixed_base: Whether its root link stands still although it is not named ``world``. By
             default that of a robot that neither drives nor walks does; MJCF says it itself.
         spawn_pose: Where its root link starts. At a height of 0, and by default, a free one has
@@ -179,7 +179,7 @@ def build_model(
             draft_mjcf(
                 description,
                 world,
-                extend,
+                add_to_spec,
                 fixed_base=bool(fixed_base),
                 spawn_pose=spawn_pose,
             ),
@@ -189,8 +189,8 @@ def build_model(
     except InvalidDescriptionError:
         draft = _draft(description, world, fixed_base, spawn_pose, try_each_mesh=True)
     spec, bare, joints, warnings = draft.spec, draft.bare, draft.joints, draft.warnings
-    if extend is not None:
-        extend(spec)
+    if add_to_spec is not None:
+        add_to_spec(spec)
     base = draft.base
     if base is not None:
         wheels = [one.name for one in joints if one.driven_by_velocity]
@@ -219,7 +219,7 @@ def build_model(
         added_inertias = supported_inertias(bare, base, start, names)
     add_drives(spec, bare, joints, added_inertias)
     directed, told = directed_friction(description)
-    warnings += [*told, *pair_surfaces(spec)]
+    warnings += [*told, *add_contact_pairs(spec)]
     model = _compile(spec)
     return RobotModel(
         name=description.name,
@@ -244,7 +244,7 @@ def build_model(
 
 
 def _build_mjcf(description: RobotDescription, draft: MjcfDraft) -> RobotModel:
-    draft.warnings.extend(pair_surfaces(draft.spec))
+    draft.warnings.extend(add_contact_pairs(draft.spec))
     model = _compile(draft.spec)
     around = (
         n for n in range(model.ngeom) if model.body(model.geom_bodyid[n]).name not in draft.bodies

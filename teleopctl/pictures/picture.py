@@ -99,7 +99,7 @@ class Picture:
 
 
 def fitted(image: PilImage, width: int) -> PilImage:
-    """Return an image reduced to at most a width, or enlarged if it is tiny.
+    """Return a PIL image scaled down to at most a width, or enlarged if it is tiny.
 
     Args:
         image: The image.
@@ -119,7 +119,7 @@ def fitted(image: PilImage, width: int) -> PilImage:
 
 
 def to_jpeg(image: PilImage) -> bytes:
-    """Return an image encoded as JPEG."""
+    """Return a PIL image encoded as JPEG."""
     buffer = io.BytesIO()
     image.save(buffer, "JPEG", quality=_JPEG_QUALITY)
     return buffer.getvalue()

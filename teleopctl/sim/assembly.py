@@ -20,7 +20,7 @@ from teleopctl.sim.sensors.settings import (
     base_settings,
     declare_base_settings,
     declare_sensor_settings,
-    numbers_of,
+    float_list_parameter,
     sensor_settings,
 )
 
@@ -172,7 +172,7 @@ def assemble(node: Node, robot: SimulatedRobot) -> Assembly:
     # Only now is it known what the world says.
     number = _ParameterDescriptor(dynamic_typing=True)
     node.declare_parameter("gravity", simulation.gravity, number)
-    gravity = numbers_of(node, "gravity", "x", "y", "z")
+    gravity = float_list_parameter(node, "gravity", "x", "y", "z")
     if gravity != simulation.gravity:
         simulation.set_gravity(gravity)
     return Assembly(robot, ports, sensors)

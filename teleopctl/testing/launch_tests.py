@@ -49,7 +49,7 @@ def pytest_configure(config: pytest.Config) -> None:
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> None:
-    """Load the plug-ins that a file needs, before it is collected."""
+    """Load the plug-in of launch_testing or launch_pytest if a test file mentions that package."""
     if file_path.suffix != ".py":
         return
     manager = parent.config.pluginmanager

@@ -23,7 +23,7 @@ TimeLike: TypeAlias = Nanoseconds | Stamp | int
 
 
 def stamp_of(time: TimeLike) -> int:
-    """Return a time, a duration or a message of either in nanoseconds.
+    """Return the nanoseconds of a time, a duration, or a message of either.
 
     Args:
         time: A ``Time`` of the client library, a ``builtin_interfaces/msg/Time`` or nanoseconds.
@@ -36,7 +36,7 @@ def stamp_of(time: TimeLike) -> int:
 
 
 def transform_of(message: TransformMessage) -> Transform:
-    """Return a ``geometry_msgs/msg/Transform`` as a plain `Transform`."""
+    """Return the `Transform` (translation, quaternion) of a ``geometry_msgs/msg/Transform``."""
     move, turn = message.translation, message.rotation
     return Transform((move.x, move.y, move.z), (turn.x, turn.y, turn.z, turn.w))
 
@@ -44,13 +44,13 @@ def transform_of(message: TransformMessage) -> Transform:
 def transform_stamped(
     parent: str, child: str, stamp: int, transform: Transform
 ) -> TransformStamped:
-    """Return a new ``geometry_msgs/msg/TransformStamped`` with these values.
+    """Return a new ``geometry_msgs/msg/TransformStamped`` from a child frame's pose.
 
     Args:
         parent: The frame in which the transform is expressed.
-        child: The frame that stands there.
+        child: The frame whose pose the transform is.
         stamp: Nanoseconds.
-        transform: Where it stands.
+        transform: Pose of the child frame.
     """
     message: TransformStamped = get_message("geometry_msgs/msg/TransformStamped")()
     message.header.frame_id = parent
@@ -63,9 +63,9 @@ def move_transform(message: TransformStamped, stamp: int, transform: Transform) 
     """Set stamp and transform of an existing ``geometry_msgs/msg/TransformStamped``.
 
     Args:
-        message: What `transform_stamped` made.
+        message: Message to change.
         stamp: Nanoseconds.
-        transform: Where it stands.
+        transform: Pose of the child frame.
     """
     set_stamp(message.header.stamp, stamp)
     move, turn = message.transform.translation, message.transform.rotation

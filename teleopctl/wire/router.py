@@ -54,7 +54,7 @@ _UNKNOWN_WITHIN_S = 1.0
 
 
 def daemon_address() -> RouterAddress:
-    """Return the address at which the daemon listens when it runs.
+    """Return the address at which the daemon, a Zenoh router, listens when it runs.
 
     Raises:
         UsageError: The router's configuration cannot be used.

@@ -55,16 +55,16 @@ _LIBRARIES = ("mujoco", "numpy", "eclipse-zenoh", "rosbags", "mcap")
 
 
 class RecordingMetadata:
-    """Collects versions, launch file, robot descriptions and parameters for a bag.
+    """Collector of versions, launch file, robot descriptions and parameters for a bag.
 
     What is there is written at once, since a recorder may be killed; what comes later, and what a
     node has otherwise once it has settled, when that is so, and at the latest at the end.
 
     Args:
-        node: Who looks at the graph.
-        attach: Called with each file that is to stand in the bag.
-        add_record: Called with each record of metadata that is to.
-        now_ns: The time that attachments bear.
+        node: The node that requests the parameters and subscribes to the descriptions.
+        attach: Called with each attachment to write to the bag.
+        add_record: Called with each metadata record to write to the bag: its name and values.
+        now_ns: Returns the time for attachments.
     """
 
     def __init__(
@@ -95,7 +95,7 @@ class RecordingMetadata:
         self._thread.start()
 
     def close(self) -> None:
-        """Collect what is missing for at most a second, and stop the collecting thread."""
+        """Write missing descriptions and parameters to the bag for at most 1 s; stop the thread."""
         self._end_s = time.monotonic() + _LONGEST_END_S
         self._is_over.set()
         self._changed.set()
@@ -138,7 +138,7 @@ class RecordingMetadata:
             )
 
     def _note_changes(self, graph: Graph, now_s: float) -> None:
-        """Take note of what has appeared."""
+        """Schedule requests for new nodes, and subscribe to new descriptions."""
         self._follow_descriptions(graph)
         together_s = math.ceil((now_s + _SETTLED_S) / _TOGETHER_S) * _TOGETHER_S
         for name in graph.node_names():
@@ -296,7 +296,7 @@ class _ParameterRequests:
 
     # Any: YAML's values.
     def step(self) -> dict[str, Any]:
-        """Handle the responses that have come; return the nodes' complete parameters."""
+        """Handle received responses; return the parameters of the nodes that have now sent all."""
         for name, future in [*self._lists.items()]:
             if future.is_settled():
                 del self._lists[name]

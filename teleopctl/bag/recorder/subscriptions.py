@@ -402,10 +402,10 @@ def _ignore(_: bytes) -> None:
 
 
 def recording_qos(publishers: list[EndpointToken]) -> QoSProfile:
-    """Return the QoS profile to subscribe with, so that all of a topic's publishers match.
+    """Return the QoS for recording a topic: fits all publishers, transient local if any of them is.
 
     As rosbag2 chooses it, but for two things that Zenoh allows and DDS does not: earlier messages
-    are asked for where any publisher keeps them, and where there is no publisher yet.
+    are requested where any publisher keeps them, and where there is no publisher yet.
     """
     if not publishers:
         return QoSProfile(depth=_DEFAULT_DEPTH, durability=DurabilityPolicy.TRANSIENT_LOCAL)

@@ -20,7 +20,7 @@ from teleopctl.interfaces.definition import Definition
 from teleopctl.interfaces.message import Message, make_class
 from teleopctl.interfaces.parser import parse
 from teleopctl.interfaces.services import service_of_event, split_definition
-from teleopctl.interfaces.standard import definition_of
+from teleopctl.interfaces.standard import parse_type_row
 from teleopctl.interfaces.store import get_message, known_types
 from teleopctl.interfaces.typenames import normalize, split
 
@@ -137,6 +137,6 @@ def _from_idl(name: str, text: str) -> dict[str, Definition]:
 
     try:
         rows = get_types_from_idl(text)
-        return {found: definition_of(found, row) for found, row in rows.items()}
+        return {found: parse_type_row(found, row) for found, row in rows.items()}
     except (TypesysError, ValueError, TypeError, LookupError) as error:
         raise InvalidDefinitionError(f"The IDL of {name} cannot be understood: {error}") from error

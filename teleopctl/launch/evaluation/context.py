@@ -163,7 +163,7 @@ class LaunchContext:
             raise LaunchError(f"the launch takes {error}") from error
 
     def declare(self, name: str) -> None:
-        """Record that the current launch file declares a launch argument."""
+        """Record that the launch file declares an argument; only others go to the robot's xacro."""
         self.declared.add(name)
         self._declared_in.setdefault(self.file, set()).add(name)
 

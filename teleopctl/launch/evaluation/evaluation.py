@@ -293,7 +293,7 @@ class Evaluation:
             self._depth -= 1
 
     def declare(self, name: str) -> None:
-        """Record that the current launch file declares a launch argument."""
+        """Record that the launch file declares an argument; only others go to the robot's xacro."""
         self.context.declare(name)
 
     def log(self, level: str, message: str, logger: str = "launch.user") -> None:

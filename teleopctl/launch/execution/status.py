@@ -98,24 +98,24 @@ def status_of(child: Child, start: StartTime) -> ProcessStatus:
     )
 
 
-def write(folder: Path, statuses: Iterable[ProcessStatus], pending: int) -> None:
-    """Replace the status file in a launch's log folder atomically.
+def write(folder: Path, processes: Iterable[ProcessStatus], pending_count: int) -> None:
+    """Write the states of a launch's processes to the status file in its log folder, atomically.
 
     Args:
         folder: The launch's log folder.
-        statuses: What became of its processes so far.
-        pending: How much is still to lead to something soon: timers, and components to be loaded.
+        processes: State of each process of the launch.
+        pending_count: Number of timers that fire soon and of service calls that are running.
 
     Raises:
-        OSError: It cannot be written; the old one is still there.
+        OSError: The file cannot be written; the previous one remains.
     """
-    processes = [status._asdict() for status in statuses]
-    text = json.dumps({"processes": processes, "pending": pending}, ensure_ascii=False)
+    states = [status._asdict() for status in processes]
+    text = json.dumps({"processes": states, "pending": pending_count}, ensure_ascii=False)
     write_private(folder / _STATUS_FILE, text)
 
 
 def read(folder: Path) -> list[ProcessStatus] | None:
-    """Return the processes in a launch's status file; None if there is no valid file."""
+    """Return the process states in a launch's status file; None if there is no valid file."""
     try:
         entries = _document(folder)["processes"]
         return [
@@ -126,7 +126,7 @@ def read(folder: Path) -> list[ProcessStatus] | None:
 
 
 def pending(folder: Path) -> int:
-    """Return the number of due timers and service calls in a launch's status file."""
+    """Return the number of pending timers and service calls in a launch's status file, or 0."""
     try:
         return int(_document(folder)["pending"])
     except (OSError, ValueError, LookupError, TypeError):
@@ -230,7 +230,7 @@ class StatusWriter:
     Args:
         folder: The launch's log folder.
         loop: The loop on which `publish` is called.
-        launch: Its state is written.
+        launch: The launch whose state is written.
     """
 
     def __init__(self, folder: Path, loop: EventLoop, launch: LaunchStatus) -> None:

@@ -221,7 +221,7 @@ class Launch(Protocol):
         """Read and evaluate another launch file."""
 
     def declare(self, name: str) -> None:
-        """Record that the current launch file declares a launch argument."""
+        """Record that the launch file declares an argument; only others go to the robot's xacro."""
 
     def log(self, level: str, message: str, logger: str = "launch.user") -> None:
         """Log a line with a level under a logger's name."""

@@ -108,9 +108,8 @@ class SignalPlan:
 class LaunchTimer(Protocol):
     """Interface of a timer whose steps the launch runs later."""
 
-    @property
-    def is_cancelled(self) -> Callable[[], bool]:
-        """Function that returns whether the timer was cancelled."""
+    def is_cancelled(self) -> bool:
+        """Return whether the timer was cancelled."""
 
     @property
     def outlives_shutdown(self) -> bool:

@@ -62,21 +62,23 @@ class _Contact(NamedTuple):
 
 # Any stands for MuJoCo's elements, here and below: their classes have no types.
 def store_surface(geom: Any, surface: Surface) -> None:
-    """Store the surface properties of a shape, for `pair_surfaces`."""
+    """Store bounce and friction of a shape in its user data, for `add_contact_pairs`."""
     geom.userdata = [_OURS, *surface.values]
 
 
-def pair_surfaces(spec: mujoco.MjSpec) -> list[str]:
-    """Add a contact pair for each two shapes whose surfaces need one.
+def add_contact_pairs(spec: mujoco.MjSpec) -> list[str]:
+    """Add a contact pair to a spec for each two shapes that bounce or resist spinning or rolling.
 
-    Shapes of one robot, or one thing, do not touch one another in this way; nor do links that
-    overlap at the start, or shapes of MJCF files that have contacts of their own.
+    The pair has restitution and friction as Gazebo combines those of the two shapes.
+
+    Shapes of one robot, or of one object, get no pair with one another; nor do links that overlap
+    at the start, or shapes of MJCF files that set contacts of their own.
 
     Args:
-        spec: The ``mujoco.MjSpec``, complete but for this; pairs of ours that are in it stay.
+        spec: The ``mujoco.MjSpec``, otherwise complete; pairs that this function added before stay.
 
     Returns:
-        A sentence where there are too many of them.
+        A warning if the shapes need too many pairs; else none.
     """
     usual = mujoco.MjSpec().default.geom
     touching = [

@@ -16,7 +16,7 @@ import numpy as np
 
 from teleopctl.errors import InvalidDescriptionError, NotFoundError
 from teleopctl.mujoco_model.surroundings.scene import add_default_sun, add_ground, remove_ground
-from teleopctl.mujoco_model.surroundings.surfaces import pair_surfaces
+from teleopctl.mujoco_model.surroundings.surfaces import add_contact_pairs
 from teleopctl.mujoco_model.surroundings.world import (
     WORLD_PREFIX,
     WorldObject,
@@ -265,7 +265,7 @@ def _belongs(name: str, prefix: str) -> bool:
 
 
 def _compiled(model: RobotModel, spec: mujoco.MjSpec, where: str) -> RobotModel:
-    told = pair_surfaces(spec)
+    told = add_contact_pairs(spec)
     try:
         with catch_warnings():
             # What it says in this way it says to `mujoco.set_mju_user_warning` too.

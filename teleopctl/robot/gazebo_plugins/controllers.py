@@ -43,7 +43,7 @@ DIFF_DRIVE_TAGS = words(
 
 
 def classic_diff_drive(plugin: PluginReader) -> PluginEffect:
-    """Return the equivalent of ``libgazebo_ros_diff_drive.so``, also with ROS 1's tags.
+    """Convert ``libgazebo_ros_diff_drive.so``, also of ROS 1, to a ``diff_drive_controller``.
 
     Raises:
         InvalidDescriptionError: The tags make no base.
@@ -86,7 +86,7 @@ def classic_diff_drive(plugin: PluginReader) -> PluginEffect:
 
 
 def diff_drive(plugin: PluginReader) -> PluginEffect:
-    """Return the equivalent of ``gz-sim-diff-drive-system``.
+    """Convert ``gz-sim-diff-drive-system`` to a ``diff_drive_controller``.
 
     Raises:
         InvalidDescriptionError: The tags make no base.
@@ -221,13 +221,15 @@ ACKERMANN_TAGS = _BASE_TAGS | words(
 
 
 def joint_states(plugin: PluginReader) -> PluginEffect:
-    """Return the equivalent of ``libgazebo_ros_joint_state_publisher.so``, for all joints."""
+    """Convert ``libgazebo_ros_joint_state_publisher.so`` to a ``joint_state_broadcaster``."""
+    # The broadcaster publishes all joints, not only those of the tags.
     plugin.joints("joint_name")
     return _broadcaster(plugin, plugin.topic("joint_states"))
 
 
 def gz_joint_states(plugin: PluginReader) -> PluginEffect:
-    """Return the equivalent of ``gz-sim-joint-state-publisher-system``, for all joints."""
+    """Convert ``gz-sim-joint-state-publisher-system`` to a ``joint_state_broadcaster``."""
+    # As above.
     plugin.joints("joint_name")
     own = f"world/default/model/{plugin.robot}/joint_state"
     return _broadcaster(plugin, f"/{plugin.text('topic', default=own).strip('/')}")
@@ -240,12 +242,12 @@ def _broadcaster(plugin: PluginReader, topic: str) -> PluginEffect:
 
 
 def joint_pose_trajectory(plugin: PluginReader) -> PluginEffect:
-    """Return the equivalent of ``libgazebo_ros_joint_pose_trajectory.so``."""
+    """Convert ``libgazebo_ros_joint_pose_trajectory.so`` to a ``joint_trajectory_controller``."""
     return _trajectories(plugin, plugin.free_joints(), plugin.topic("set_joint_trajectory"))
 
 
 def gz_joint_trajectory(plugin: PluginReader) -> PluginEffect:
-    """Return the equivalent of ``gz-sim-joint-trajectory-controller-system``, without its gains."""
+    """Convert ``gz-sim-joint-trajectory-controller-system``, without gains, to ros2_control's."""
     joints = plugin.joints("joint_name") or plugin.free_joints()
     return _trajectories(plugin, joints, plugin.gz_topic("topic", "joint_trajectory"))
 
@@ -270,7 +272,7 @@ def _trajectories(plugin: PluginReader, joints: list[str], topic: str) -> Plugin
 
 
 def mecanum(plugin: PluginReader) -> PluginEffect:
-    """Return the equivalent of ``gz-sim-mecanum-drive-system``.
+    """Convert ``gz-sim-mecanum-drive-system`` to a ``mecanum_drive_controller``.
 
     Raises:
         InvalidDescriptionError: It has not one joint in each place.
@@ -295,7 +297,7 @@ def mecanum(plugin: PluginReader) -> PluginEffect:
 
 
 def ackermann(plugin: PluginReader) -> PluginEffect:
-    """Return the equivalent of ``gz-sim-ackermann-steering-system``.
+    """Convert ``gz-sim-ackermann-steering-system`` to an ``ackermann_steering_controller``.
 
     Raises:
         InvalidDescriptionError: It has not one joint in each place.

@@ -47,7 +47,7 @@ class SdfReader:
     models: int = 0
 
     def include(self, file: SdfFile, element: Any, depth: int) -> SceneModel | None:
-        """Return the model of an ``<include>``; None, with a remark, if it cannot be found.
+        """Return the model that an SDF ``<include>`` names; None, with a remark, if not found.
 
         Raises:
             InvalidDescriptionError: It is broken, or includes itself.

@@ -41,7 +41,7 @@ def sensor_settings(node: Node) -> SensorSettings:
     seed = node.get_parameter("seed").value
     if isinstance(seed, bool) or not isinstance(seed, int):
         raise InvalidParameterError(f"Parameter 'seed' is '{seed}', expected a whole number")
-    origin = numbers_of(node, "gps_origin", "latitude", "longitude", "altitude")
+    origin = float_list_parameter(node, "gps_origin", "latitude", "longitude", "altitude")
     return SensorSettings(seed=seed, gps_origin=() if origin == _UNSAID else origin)
 
 
@@ -65,7 +65,7 @@ def base_settings(node: Node) -> BaseSettings:
     Raises:
         InvalidParameterError: One of them is something else.
     """
-    x, y, z, *rpy = numbers_of(node, "spawn_pose", "x", "y", "z", "roll", "pitch", "yaw")
+    x, y, z, *rpy = float_list_parameter(node, "spawn_pose", "x", "y", "z", "roll", "pitch", "yaw")
     pose = Pose((x, y, z), (rpy[0], rpy[1], rpy[2]))
     fixed = read_fixed_base(node.get_parameter("fixed_base").value)
     return BaseSettings(fixed_base=fixed, spawn_pose=pose)
@@ -85,25 +85,25 @@ def read_fixed_base(value: object) -> bool | None:
     return _FIXED_BASE[text]
 
 
-def numbers_of(node: Node, name: str, *parts: str) -> list[float]:
-    """Return a node's parameter that is a list of a given number of floats.
+def float_list_parameter(node: Node, name: str, *parts: str) -> list[float]:
+    """Return the floats of a node's list parameter, one for each named part.
 
     Args:
-        node: Whose parameter.
-        name: Of the parameter.
-        parts: What its numbers are.
+        node: The node.
+        name: Name of the parameter.
+        parts: Names of its numbers, for errors.
 
     Raises:
-        InvalidParameterError: It is something else.
+        InvalidParameterError: The parameter is no list of so many finite numbers.
     """
     return checked_numbers(node.get_parameter(name), *parts)
 
 
 def checked_numbers(parameter: Parameter, *parts: str) -> list[float]:
-    """Return the floats of a list parameter that is about to be set, checked for length.
+    """Return the floats of a list parameter, which may not be set yet, one for each named part.
 
     Raises:
-        InvalidParameterError: It is something else.
+        InvalidParameterError: The parameter is no list of so many finite numbers.
     """
     values = parameter.value
     fits = not isinstance(values, str) and isinstance(values, Sequence)

@@ -24,15 +24,15 @@ from teleopctl.viewer.scene.drawing import HAIR, ArrowSize, Drawing, Rgba, is_dr
 _MOST_M = 1000.0
 
 
-def shape_properties(group: str = "") -> tuple[Property, ...]:
-    """Return the definitions of a pose shape's properties: arrow or axes, colour and sizes.
+def shape_properties(parent_property: str = "") -> tuple[Property, ...]:
+    """Return `Property` definitions for a pose drawn as arrow or axes: shape, colour and sizes.
 
     Args:
-        group: Property that they are parts of; empty for properties of the display itself.
+        parent_property: Name of the property above them; empty for the top level of the display.
     """
-    above = f"{group}/" if group else ""
+    above = f"{parent_property}/" if parent_property else ""
     return (
-        Property(group or "Shape", "Arrow", choices=("Arrow", "Axes")),
+        Property(parent_property or "Shape", "Arrow", choices=("Arrow", "Axes")),
         Property(f"{above}Color", (255, 25, 0)),
         Property(f"{above}Alpha", 1.0, low=0.0, high=1.0),
         Property(f"{above}Shaft Length", 1.0, low=0.0, high=_MOST_M),
@@ -44,11 +44,13 @@ def shape_properties(group: str = "") -> tuple[Property, ...]:
     )
 
 
-def draw_pose(drawing: Drawing, pose: Transform, values: Properties, group: str = "") -> None:
-    """Add an arrow or axes at a pose to a drawing, as the `shape_properties` say."""
-    above = f"{group}/" if group else ""
+def draw_pose(
+    drawing: Drawing, pose: Transform, values: Properties, parent_property: str = ""
+) -> None:
+    """Add an arrow or axes at a pose to a drawing, by the values of `shape_properties`."""
+    above = f"{parent_property}/" if parent_property else ""
     alpha = values.number(f"{above}Alpha")
-    if values.text(group or "Shape") == "Axes":
+    if values.text(parent_property or "Shape") == "Axes":
         length = values.number(f"{above}Axes Length")
         drawing.axes(pose, length, values.number(f"{above}Axes Radius"), alpha)
         return
@@ -153,7 +155,7 @@ class OdometryDisplay(DrawnDisplay):
         self._covariance = self._covariance.moved(pose)
 
     def drawing(self, message: Any) -> Drawing:
-        """Return the drawing of a message's pose; make that of its covariance besides."""
+        """Return the drawing of a message's pose; store that of its covariance."""
         drawing = Drawing()
         pose = pose_of(message.pose.pose)
         if pose is not None:

@@ -7,7 +7,7 @@ from launch.substitutions import LaunchConfiguration, PathJoinSubstitution, This
 
 
 def part(name: str, condition: str) -> IncludeLaunchDescription:
-    """Return the inclusion of a file that stands beside this one."""
+    """Return the conditional inclusion of a launch file in the same folder."""
     return IncludeLaunchDescription(
         PathJoinSubstitution([ThisLaunchFileDir(), name]),
         condition=IfCondition(LaunchConfiguration(condition)),
@@ -15,7 +15,7 @@ def part(name: str, condition: str) -> IncludeLaunchDescription:
 
 
 def generate_launch_description() -> LaunchDescription:
-    """Return what is to be launched."""
+    """Return the arguments, and the included ``gzserver`` and ``gzclient``."""
     return LaunchDescription(
         [
             DeclareLaunchArgument(

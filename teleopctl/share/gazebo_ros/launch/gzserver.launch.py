@@ -61,7 +61,7 @@ def start(context: LaunchContext) -> list[LaunchDescriptionEntity]:
 
 
 def generate_launch_description() -> LaunchDescription:
-    """Return what is to be launched."""
+    """Return the arguments, and the simulator started with their values."""
     defaults = {
         **dict.fromkeys(FLAGS, "false"),
         **dict.fromkeys(VALUES, ""),

@@ -17,7 +17,7 @@ ARGUMENTS = {
 
 
 def generate_launch_description() -> LaunchDescription:
-    """Return what is to be launched."""
+    """Return the arguments, and the node ``bridge_node``."""
     return LaunchDescription(
         [
             DeclareLaunchArgument("bridge_name", description="The bridge's name."),

@@ -10,7 +10,7 @@ ARGUMENTS = {"world": "The world's name; there is one world.", "entity_name": "I
 
 
 def generate_launch_description() -> LaunchDescription:
-    """Return what is to be launched."""
+    """Return the arguments, and the node ``remove``, which deletes the entity."""
     values = {name: ParameterValue(LaunchConfiguration(name), value_type=str) for name in ARGUMENTS}
     return LaunchDescription(
         [

@@ -16,7 +16,7 @@ ARGUMENTS = {
 
 
 def generate_launch_description() -> LaunchDescription:
-    """Return what is to be launched."""
+    """Return the arguments, and the process ``gzserver``."""
     worlds = ("world_sdf_file", "world_sdf_string")
     return LaunchDescription(
         [

@@ -35,7 +35,7 @@ def start(context: LaunchContext) -> list[LaunchDescriptionEntity]:
 
 
 def generate_launch_description() -> LaunchDescription:
-    """Return what is to be launched."""
+    """Return the arguments, and the simulator started with their values."""
     return LaunchDescription(
         [
             DeclareLaunchArgument(

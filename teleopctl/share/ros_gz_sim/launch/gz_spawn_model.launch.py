@@ -19,7 +19,7 @@ POSE = ("x", "y", "z", "R", "P", "Y")
 
 
 def generate_launch_description() -> LaunchDescription:
-    """Return what is to be launched."""
+    """Return the arguments, and the node ``create``, which spawns the entity."""
     texts = {
         parameter: ParameterValue(
             LaunchConfiguration(name), value_type=bool if default == "False" else str

@@ -43,7 +43,7 @@ def part(package: str, file: str, arguments: dict[str, str]) -> IncludeLaunchDes
 
 
 def generate_launch_description() -> LaunchDescription:
-    """Return what is to be launched."""
+    """Return the arguments, and the included launch files of simulator and bridge."""
     bridge = {name: name for name in BRIDGE} | {"log_level": "bridge_log_level"}
     return LaunchDescription(
         [

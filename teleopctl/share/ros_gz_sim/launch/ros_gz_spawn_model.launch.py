@@ -37,7 +37,7 @@ def part(package: str, file: str, names: list[str]) -> IncludeLaunchDescription:
 
 
 def generate_launch_description() -> LaunchDescription:
-    """Return what is to be launched."""
+    """Return the arguments, and the included launch files of spawning and bridge."""
     return LaunchDescription(
         [
             *(

@@ -106,12 +106,12 @@ def read_legacy_cloud(message: Any, most: int) -> Cloud:
 
 
 # Any: a LaserScan message.
-def read_scan(message: Any, sweep: Transform | None = None) -> Cloud:
-    """Return the points within range of a ``sensor_msgs/msg/LaserScan``.
+def read_scan(message: Any, motion: Transform | None = None) -> Cloud:
+    """Return the points of a ``LaserScan``, corrected by the scanner's motion during the scan.
 
     Args:
         message: A ``sensor_msgs/msg/LaserScan``.
-        sweep: Pose of the scanner at the end of the scan, in its frame at the start, by which
+        motion: Pose of the scanner at the end of the scan, in its frame at the start, by which
             the points are corrected; None for a scanner at rest.
     """
     ranges = np.frombuffer(message.ranges, np.float32)
@@ -119,8 +119,8 @@ def read_scan(message: Any, sweep: Transform | None = None) -> Cloud:
         angles = message.angle_min + message.angle_increment * np.arange(len(ranges))
         across = np.stack([np.cos(angles), np.sin(angles), np.zeros(len(angles))], -1)
         points = ranges[:, None] * across
-        if sweep is not None and len(points) > 1:
-            points = _swept(points, sweep)
+        if motion is not None and len(points) > 1:
+            points = _swept(points, motion)
         hit = (ranges >= message.range_min) & (ranges <= message.range_max) & drawable_mask(points)
         points = points.astype(np.float32)
     intensities = np.frombuffer(message.intensities, np.float32)
@@ -147,20 +147,20 @@ def masked_cloud(points: Floats, total: int, channels: dict[str, Array], kept: A
     return Cloud(points[kept], total, {name: values[kept] for name, values in channels.items()})
 
 
-def _swept(points: Array, sweep: Transform) -> Array:
+def _swept(points: Array, motion: Transform) -> Array:
     """Return points corrected by the scanner's motion, which is even from start to end."""
     part = np.linspace(0.0, 1.0, len(points))[:, None]
-    x, y, z, w = sweep.rotation if sweep.rotation[3] >= 0.0 else [-one for one in sweep.rotation]
+    x, y, z, w = motion.rotation if motion.rotation[3] >= 0.0 else [-one for one in motion.rotation]
     # The line between the two rotations: for the little that a scanner turns, as good as the arc.
     axis, real = part * np.array([x, y, z]), 1.0 + part * (w - 1.0)
     length = np.sqrt((axis**2).sum(axis=-1, keepdims=True) + real**2)
     axis, real = axis / length, real / length
     twice = 2.0 * np.cross(axis, points)
     turned: Array = points + real * twice + np.cross(axis, twice)
-    moved: Array = turned + part * np.array(sweep.translation)
+    moved: Array = turned + part * np.array(motion.translation)
     return moved
 
 
-def has_moved(sweep: Transform) -> bool:
+def has_moved(motion: Transform) -> bool:
     """Return whether a scanner moved by more than 1 mm or 1 mrad during a scan."""
-    return math.hypot(*sweep.translation) > 1e-3 or abs(sweep.rotation[3]) < math.cos(5e-4)
+    return math.hypot(*motion.translation) > 1e-3 or abs(motion.rotation[3]) < math.cos(5e-4)

@@ -69,7 +69,7 @@ class PointJob:
         message: The message.
         fixed: The fixed frame.
         pose: Pose of the message's frame in the fixed frame, at its stamp.
-        sweep: Motion of the sensor during the measurement; None at rest.
+        motion: Motion of the sensor during the measurement; None at rest.
         coloring: The colour properties.
         most: Largest number of points.
     """
@@ -77,7 +77,7 @@ class PointJob:
     message: Any
     fixed: str
     pose: Transform
-    sweep: Transform | None
+    motion: Transform | None
     coloring: Coloring
     most: int
 
@@ -206,7 +206,7 @@ class PointsDisplay(Display):
         header, frames = message.header, self.stage.frames
         try:
             pose = pose_at_stamp(frames, header)
-            sweep = self._sweep(pose, message)
+            motion = self._motion(pose, message)
         except TransformException as error:
             self._fares = (WARN, no_transform_text(header, frames.fixed, error))
             if self._newest is not None and now - self._since > _LONGEST_WAIT_S:
@@ -221,7 +221,7 @@ class PointsDisplay(Display):
             message,
             frames.fixed,
             pose,
-            sweep,
+            motion,
             Coloring.from_properties(self.values),
             min(budget, _MOST_BOXES) if boxes else budget,
         )
@@ -230,7 +230,7 @@ class PointsDisplay(Display):
             lambda: self._convert(job), lambda done: self._done(turn, job, done)
         )
 
-    def _sweep(self, pose: Transform, message: Any) -> Transform | None:
+    def _motion(self, pose: Transform, message: Any) -> Transform | None:
         duration, header = self.duration_ns(message), message.header
         begin = stamp_of(header.stamp)
         if not duration or begin <= 0:
@@ -372,5 +372,5 @@ class LaserScan(PointsDisplay):
 
     def read(self, job: PointJob) -> Cloud:
         """Return the points of a scan; called in another thread."""
-        sweep = job.sweep
-        return read_scan(job.message, sweep if sweep is not None and has_moved(sweep) else None)
+        motion = job.motion
+        return read_scan(job.message, motion if motion is not None and has_moved(motion) else None)
