@@ -20,7 +20,7 @@ def import_module(module: str) -> ModuleType:
 
 # Any: what Python hands on as a module's names.
 def attach() -> tuple[Callable[[str], Any], Callable[[], list[str]], list[str]]:
-    """Return ``__getattr__``, ``__dir__`` and ``__all__`` of the calling package (PEP 562).
+    """Return lazy ``__getattr__``, ``__dir__``, ``__all__`` for a package's TYPE_CHECKING imports.
 
     Its names are those that its ``__init__`` imports from modules of its own distribution, by their
     full names, below ``if TYPE_CHECKING``, where type checkers see them; it calls this in the

@@ -54,7 +54,7 @@ def out_files(files: Iterable[object], *, as_json: bool) -> None:
 
 
 def types_of(name: str, known: NamesAndTypes, *, kind: str) -> Sequence[str]:
-    """Return the types of a topic, service or action from the known ones.
+    """Return the types of a topic, service or action; raise NotFoundError if the name is unknown.
 
     Args:
         name: A full name.

@@ -51,25 +51,25 @@ class RecordedLog:
 
     # Options, such as once=True, are accepted: every line counts.
     def debug(self, message: str, **_: object) -> None:
-        """Store a line of severity DEBUG."""
+        """Append a line of severity DEBUG to `lines`, in memory only."""
         self.lines.append(("debug", message))
 
     def info(self, message: str, **_: object) -> None:
-        """Store a line of severity INFO."""
+        """Append a line of severity INFO to `lines`, in memory only."""
         self.lines.append(("info", message))
 
     def warning(self, message: str, **_: object) -> None:
-        """Store a line of severity WARN."""
+        """Append a line of severity WARN to `lines`, in memory only."""
         self.lines.append(("warning", message))
 
     warn = warning
 
     def error(self, message: str, **_: object) -> None:
-        """Store a line of severity ERROR."""
+        """Append a line of severity ERROR to `lines`, in memory only."""
         self.lines.append(("error", message))
 
     def fatal(self, message: str, **_: object) -> None:
-        """Store a line of severity FATAL."""
+        """Append a line of severity FATAL to `lines`, in memory only."""
         self.lines.append(("fatal", message))
 
 

@@ -31,7 +31,7 @@ class Edge(NamedTuple):
 
 
 class Diagram(NamedTuple):
-    """Diagram: boxes, and the arrows between them."""
+    """Content of a diagram of any kind, not yet laid out: boxes, and the arrows between them."""
 
     boxes: tuple[DiagramBox, ...]
     edges: tuple[Edge, ...]

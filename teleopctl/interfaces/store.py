@@ -313,7 +313,7 @@ def add_definition_text(type_name: str, text: str) -> None:
 
 
 def add_description(description: TypeDescription) -> None:
-    """Add a type by the description of another node.
+    """Add another node's type to the known types; raise if it contradicts a known one.
 
     Nothing known is replaced: of a known type the fields have to be the same.
 

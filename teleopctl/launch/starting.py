@@ -53,7 +53,7 @@ def new_log_directory() -> Path:
 def evaluate_request(
     request: LaunchRequest, log_directory: Path, *, is_shown: bool = False
 ) -> tuple[LaunchPlan, Evaluation]:
-    """Evaluate a launch request to a plan; nothing is started or written.
+    """Return a launch request's plan and the evaluation for later events; nothing is started.
 
     Args:
         request: What is wanted.

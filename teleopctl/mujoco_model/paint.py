@@ -50,7 +50,7 @@ class Part:
 
 
 class MeshTexture(NamedTuple):
-    """A texture, by the name of the mesh that has it.
+    """Texture of a mesh: the mesh's name, the pixels, and the colour that multiplies them.
 
     Attributes:
         name: The mesh.

@@ -97,7 +97,7 @@ class Joints(Mapping[str, JointModel]):
 
     @classmethod
     def for_display(cls, description: RobotDescription, warn: Callable[[str], object]) -> Joints:
-        """Return the joints for display, which has no use for ``<ros2_control>``.
+        """Return the joints for display: bad ``<ros2_control>`` only warns; ``<mimic>`` holds.
 
         They differ from `of` in two points: a faulty ``<ros2_control>`` is reported and ignored,
         and a ``<mimic>`` holds even where ``mimic="false"`` switches it off in control,

@@ -82,7 +82,7 @@ class RosNames:
         return "" if target is None else self._within(target)
 
     def of_plugin(self, name: str) -> str:
-        """Return the topic name for a plug-in's own name, such as ``~/out``."""
+        """Return the ROS topic of a plug-in's name ``~/out``: remapped, else in its namespace."""
         return self.remapped(name) or self._within(name)
 
     def _full(self, name: str) -> str:

@@ -175,7 +175,7 @@ class LockstepLoop:
             self._changed.notify_all()
 
     def set_viewed(self, viewed: bool) -> None:
-        """Set whether topics for viewers have subscribers."""
+        """Set whether topics for viewers have subscribers; the loop publishes them only then."""
         with self._changed:
             self._viewed = viewed
 

@@ -45,7 +45,7 @@ class FrameDelay(NamedTuple):
 
 
 class Broadcaster(NamedTuple):
-    """A broadcasting node with its rate and delay."""
+    """A node that broadcasts transforms, with the measured rate and delay of its messages."""
 
     node: str
     rate_hz: float | None

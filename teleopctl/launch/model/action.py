@@ -88,7 +88,7 @@ class Entity:
         return None if element is None else element.template()
 
     def pairs(self, key: str, first: str, second: str) -> tuple[tuple[Template, Template], ...]:
-        """Return the template pairs in a list of mappings with two keys; empty without the key."""
+        """Return two keys' unevaluated texts in each mapping of a list; empty without the list."""
         element = self._fields.get(key)
         if element is None:
             return ()

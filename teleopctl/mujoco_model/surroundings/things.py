@@ -95,7 +95,7 @@ class NewObject:
         self.names, self.warnings = tuple(names), tuple(warnings)
 
     def add_to(self, spec: mujoco.MjSpec, prefix: str, frame: str) -> list[FreeBody]:
-        """Add the object to a robot's spec; only once.
+        """Add the object to a robot's spec and return its free bodies; raise if its name is taken.
 
         Args:
             spec: The ``mujoco.MjSpec``.

@@ -58,15 +58,15 @@ class SimpleSubscriber(Node):
 
 
 def simple_parameter(args: list[str] | None = None) -> None:
-    """Run the node ``simple_parameter``."""
+    """Run the node ``simple_parameter`` until Ctrl-C: it logs changes of its parameters."""
     run(SimpleParameter, args)
 
 
 def simple_publisher(args: list[str] | None = None) -> None:
-    """Run the node ``simple_publisher``."""
+    """Run the node ``simple_publisher`` until Ctrl-C: it publishes strings on ``chatter``."""
     run(SimplePublisher, args)
 
 
 def simple_subscriber(args: list[str] | None = None) -> None:
-    """Run the node ``simple_subscriber``."""
+    """Run the node ``simple_subscriber`` until Ctrl-C: it logs the strings of ``chatter``."""
     run(SimpleSubscriber, args)

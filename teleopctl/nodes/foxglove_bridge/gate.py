@@ -47,7 +47,7 @@ _MOST_CLIENTS = 250
 
 
 def inner_addresses() -> Iterator[str]:
-    """Yield loopback addresses for the SDK's server to listen on, the least reachable first.
+    """Yield loopback addresses for the Foxglove SDK's server, the hardest for web pages first.
 
     Pages in a browser can connect to any port of 127.0.0.1. On Linux and Windows each of the 16
     million addresses of 127.0.0.0/8 is this machine; on macOS only one is, but the link-local one

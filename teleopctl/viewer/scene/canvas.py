@@ -101,7 +101,7 @@ class Canvas:
 
     @property
     def nodes(self) -> dict[str, Any]:
-        """Scene nodes by their names below the path."""
+        """The canvas's viser scene nodes, by their names below the canvas's path."""
         return {name: node for name, (node, _) in self._nodes.items()}
 
     def _remove(self, name: str) -> None:
