@@ -88,7 +88,7 @@ def test_signatures_of_the_face_have_no_any():
 WITH_ANY = {
     "ControlStack.parameter",
     "ControllerInterface.create_action_server",
-    "Decoded",
+    "DecodedMessage",
     "Node.clients",
     "Node.publishers",
     "Node.services",

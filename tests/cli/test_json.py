@@ -342,7 +342,8 @@ def test_an_error_is_a_text_on_stderr_and_stdout_stays_empty(graph, capsys):
     assert errors.startswith("teleopctl: Unknown topic '/none'")
 
 
-def test_a_verb_that_ends_things_says_what_it_has_ended(ros, capsys):
+def test_a_verb_that_ends_things_says_what_it_has_ended(ros_with_own_router, capsys):
+    ros = ros_with_own_router
     assert ros.run("run --detach teleop_py_pkg simple_publisher").returncode == 0
     for line in ENDS:
         capsys.readouterr()

@@ -248,7 +248,7 @@ def test_what_becomes_no_topic_is_named(head: Simulated) -> None:
         "Camera 'map' is left out",
     ]
     assert sensors == [
-        "Sensors of the file that no topic tells: 'own' (user)",
+        "Sensors of the file without a topic: 'own' (user)",
         "Without effect on topics: cutoff of 'wrist_torque', noise of 'facing'",
     ]
 

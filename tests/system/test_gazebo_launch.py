@@ -158,7 +158,7 @@ def test_a_launch_file_for_gazebo_comes_up_and_ends(ros):
     # What has controllers is the robot, also where a thing was there before it.
     assert ros.run("run ros_gz_sim create -file ball.sdf -x 3 -z 0.1").returncode == 0
     assert ros.run("run ros_gz_sim create -topic robot_description").returncode == 0
-    system.wait_for_line("'test' is the robot, and 'ball' a thing beside it")
+    system.wait_for_line("'test' is the robot, and 'ball' an object beside it")
     assert entities(ros) == {"test", "ground_plane", "pillar", "ball"}
 
     ros.run(f"stop {system.name}")

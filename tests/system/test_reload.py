@@ -67,7 +67,7 @@ def test_in_simulation_the_page_says_that_the_robot_stays(ros, model):
 
     def told() -> bool:
         save(model.with_name("sizes.xacro"), SIZES.replace("0.1", "0.2"))
-        return "the simulation keeps its robot" in ros.run("logs rviz2").stdout
+        return "the running simulation keeps the old robot" in ros.run("logs rviz2").stdout
 
     eventually(told)
     assert radius(ros) == ["0.1"]

@@ -89,7 +89,7 @@ def test_a_launch_that_ends_while_it_is_looked_for_is_one_launch(tmp_path, monke
     status.write(tmp_path, [dead], 0)
     # It runs when it is asked for what runs, and no longer when it is asked for what has ended.
     monkeypatch.setattr(background, "records", lambda _=None: [record])
-    monkeypatch.setattr(background, "ended", lambda _=None: [record])
+    monkeypatch.setattr(background, "ended_records", lambda _=None: [record])
     assert RosGraph(tmp_path)._launches() == [record]
     assert [entry.record.name for entry in died(tmp_path)] == ["talker-1"]
 

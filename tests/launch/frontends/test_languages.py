@@ -153,7 +153,7 @@ def done(further):
 
 
 def foretold(dry_run):
-    return [(one.when, done(one.further), foretold(one.then)) for one in dry_run]
+    return [(one.when, done(one.follow_up), foretold(one.then)) for one in dry_run]
 
 
 def result(path):

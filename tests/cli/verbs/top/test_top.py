@@ -315,7 +315,7 @@ def test_controllers_are_shown_with_their_state(ros):
 
 
 @pytest.mark.parametrize("key", ["q", "ctrl+c"])
-def test_q_and_ctrl_c_end_it(ros, key):
+def test_q_and_ctrl_c_end_it(ros_with_own_router, key):
     async def scenario(screen):
         await screen.until(lambda: screen.app.table.row_count)
         await screen.press(key)
