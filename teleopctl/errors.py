@@ -182,7 +182,7 @@ def did_you_mean(name: str, known: Iterable[str]) -> str | None:
 def what_there_is(
     kind: str, missing: Iterable[str], known: Iterable[str], others: Iterable[str] = ()
 ) -> str:
-    """Return a line that lists the known names and ends with a similar one.
+    """Return a hint about unknown names: a list of the known ones, then the most similar, if any.
 
     Args:
         kind: What it is, in the plural: ``frames``.

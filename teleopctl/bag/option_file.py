@@ -13,7 +13,7 @@ from teleopctl.errors import InvalidFileError
 
 
 class OptionItem(NamedTuple):
-    """Entry in the list of an option file, with its line.
+    """Entry in a YAML option file of ``bag convert`` or ``bag record``, with its line.
 
     Attributes:
         path: The file.

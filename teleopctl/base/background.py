@@ -296,7 +296,7 @@ def _is_recorded(pid: int) -> bool:
 
 
 def start_time_of(pid: int) -> StartTime:
-    """Return the start time of a process, for its record."""
+    """Return when a process started, as a `StartTime`; the current time if it has ended."""
     import psutil
 
     try:

@@ -70,7 +70,7 @@ class PublishQueue:
             self._thread = None
 
     def put(self, publisher: RealtimePublisher[T], value: T) -> None:
-        """Queue a value of a publisher; replaces the queued one if a thread publishes."""
+        """Queue a value to publish; if a thread publishes, keep only each publisher's latest."""
         if self._thread is None:
             self._queue.append((publisher, value))
         else:

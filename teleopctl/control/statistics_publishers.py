@@ -84,7 +84,7 @@ class StatisticsPublisher:
 def statistics_entries(
     name: str, manager: ControllerManager, cycle: Cycle
 ) -> Iterator[tuple[str, float]]:
-    """Yield name and value of all statistics, as ros2_control names them.
+    """Yield name and value of statistics of a control cycle, its controllers and hardware.
 
     Args:
         name: The manager's.

@@ -240,7 +240,7 @@ class Watch:
         )
 
     def watch_sources(self, plans: Iterable[ProcessPlan]) -> None:
-        """Watch the source files of follow_up processes."""
+        """Also watch the source files of processes, to restart a process when one changes."""
         for plan in plans:
             self._sources[plan.name] = sources_of(plan, self._log_directory)
         files = self._read.union(*self._sources.values())

@@ -185,7 +185,7 @@ def replace_collisions(spec: mujoco.MjSpec, mesh: Any, pieces: Sequence[Piece]) 
 
 
 def collision_geoms(spec: mujoco.MjSpec, mesh: Any) -> list[Any]:
-    """Return the collision shapes of a mesh."""
+    """Return the geoms of a model that use a mesh and take part in collisions."""
     return [geom for geom in spec.geoms if geom.meshname == mesh.name and geom.contype]
 
 

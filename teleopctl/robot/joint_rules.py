@@ -117,7 +117,7 @@ def rest_within(lower: float, upper: float) -> float:
 def joint_limits(
     joint: Joint, commands: Mapping[str, Bounds | None], warnings: list[str]
 ) -> JointLimits:
-    """Return the limits of a joint: those of the URDF combined with its command interfaces'.
+    """Return a joint's limits, the narrowest of URDF and command interfaces; append warnings.
 
     A velocity, effort or acceleration of zero, which many descriptions have for want of a number,
     limits nothing; nor do ``lower`` and ``upper``, or two soft limits, that are both zero. Nor does

@@ -23,7 +23,7 @@ _state = local()
 def direct_callback(
     receive: Callable[[_Item], object], end: Callable[[], object] | None = None
 ) -> zenoh.handlers.Callback[_Item]:
-    """Return a Zenoh handler that calls a function on the receiving thread.
+    """Return a Zenoh handler that calls `receive` on Zenoh's thread, and `end` after the last item.
 
     To Python each call would be one by a new thread: it makes a state for it, with a stack that is
     mapped and unmapped, and forgets it afterwards, which takes longer than to receive a message

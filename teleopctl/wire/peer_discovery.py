@@ -169,7 +169,7 @@ def wait_for_peers(
 
 
 def wait_for_peer_tokens(session: zenoh.Session, within_s: float = LONGEST_WAIT_S) -> None:
-    """Wait until the tokens of all connected peers were received, or a timeout.
+    """Block until the liveliness tokens of all connected peers are received, at most `within_s`.
 
     A peer hands its tokens over when a connection opens, so that they are here when it has answered
     a question that was put after that.

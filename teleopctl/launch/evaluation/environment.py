@@ -37,7 +37,7 @@ class EnvironmentOverlay:
         self._depth += 1
 
     def end_user_code(self, changes: dict[str, str | None]) -> None:
-        """Add what a launch file's code changed in ``os.environ`` to the launch's changes."""
+        """Add to `changes` what user code changed in ``os.environ``, and leave it set there."""
         self._take_in(changes)
         self.show(changes)
         self._depth -= 1

@@ -110,7 +110,7 @@ def recorded_lines(xacro: ModuleType) -> Iterator[SourceLines]:
 def source_places(
     text: str, element_places: list[tuple[Path, int] | None]
 ) -> dict[int, tuple[Path, int]]:
-    """Return the source file and line for each line of expanded XML that starts an element.
+    """Return source file and line by line of the expanded XML; elements are in document order.
 
     Args:
         text: The expanded XML.

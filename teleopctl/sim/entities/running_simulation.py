@@ -255,7 +255,7 @@ class RunningSimulation:
         self.stopped = True
 
     def reset(self, *, time: bool, state: bool, spawned: bool, deleted: bool = False) -> None:
-        """Reset the simulation's time, states or entities, as selected.
+        """Reset time, state or entities of the simulation, each selected by a keyword argument.
 
         Args:
             time: Whether time restarts.

@@ -96,7 +96,7 @@ class Lidar(Sensor):
         return f"{super().topic}/points" if below else super().topic
 
     def companions(self) -> Sequence[Sensor]:
-        """Return a second lidar for the point cloud; none if a plug-in sets the message type."""
+        """Return a lidar that adds a point cloud to the scan; empty if a plug-in sets the type."""
         if self.names.has_plugin or self._wanted != _SCAN:
             return ()
         return (Lidar(self.description, _CLOUD),)

@@ -97,7 +97,7 @@ class Series:
 def resample(
     series: Sequence[Series], start_s: float, end_s: float, most: int = 1000
 ) -> tuple[Floats, list[Floats]]:
-    """Return several series resampled at common times.
+    """Return common times and each series interpolated there, with NaN after its last sample.
 
     Too many samples are reduced to the least and the greatest value of each short interval, so that
     no peak is lost. Values between samples are interpolated; after its last sample a series has

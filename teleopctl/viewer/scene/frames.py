@@ -92,7 +92,7 @@ class FrameBuffer(LiveBuffer):
             }
 
     def forget(self, frames: Iterable[str]) -> None:
-        """Drop frames, and their parents that are no longer needed."""
+        """Remove TF frames, and parents that no remaining frame refers to."""
         names = tuple(frames)
         with self._changed:
             super().forget(names)

@@ -117,7 +117,7 @@ class _Summary:
         self.by_multicast.clear()
 
     def document(self, topic: str) -> dict[str, console.Json]:
-        """Return the counts of the period as a JSON object."""
+        """Return the greetings sent, and those received by host, in the period as a JSON object."""
         return {
             "topic": topic,
             "sent": self.sent,

@@ -162,7 +162,7 @@ class Top(App[None]):
         self.call_after_refresh(self.refresh_tables)
 
     def on_data_table_row_selected(self, event: DataTable.RowSelected) -> None:
-        """Open the screen of the selected row: echo, parameters or the whole text."""
+        """Open a topic's messages or a node's parameters; show a log line as a notification."""
         event.stop()
         if self._tab == "topics":
             self.action_echo()

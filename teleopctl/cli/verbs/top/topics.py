@@ -46,7 +46,7 @@ class TopicRow(NamedTuple):
 
 
 class TopicTable:
-    """Topics of the graph, some of which are measured by subscribing.
+    """Topic rows of ``teleopctl top``; subscribes to the topics set by `measure` to measure them.
 
     Args:
         node: Node that subscribes to those that are measured.
