@@ -56,9 +56,8 @@ PYTEST_DONT_REWRITE
 
 from __future__ import annotations
 
+from teleopctl.base import __version__ as __version__
 from teleopctl.base.typed import TYPE_CHECKING
-
-__version__ = "0.1.0"
 
 if TYPE_CHECKING:
     from teleopctl.api.graph import open_node as open_node, watch_graph as watch_graph

@@ -39,8 +39,14 @@ settings.register_profile("teleopctl", _SETTINGS, max_examples=20, derandomize=T
 settings.register_profile("nightly", _SETTINGS, max_examples=400)
 settings.load_profile("teleopctl")
 
-with contextlib.suppress(TeleopctlError):
-    choose_backend()
+# The tests draw in this process with a backend that is chosen before mujoco is imported; processes
+# that a test starts choose one themselves, as a user's do.
+if not os.environ.get("MUJOCO_GL"):
+    with contextlib.suppress(TeleopctlError):
+        choose_backend()
+        import mujoco  # noqa: F401
+
+    os.environ.pop("MUJOCO_GL", None)
 
 
 def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:

@@ -45,7 +45,7 @@ def attach() -> tuple[Callable[[str], Any], Callable[[], list[str]], list[str]]:
     for name in frame.f_code.co_names:
         if "." in name:
             home = name
-        elif home.startswith(distribution) and not home.startswith("teleopctl.base."):
+        elif home.startswith(distribution) and not f"{home}.".startswith("teleopctl.base."):
             home_of[name] = home
 
     def load(name: str) -> Any:

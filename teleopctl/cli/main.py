@@ -12,7 +12,7 @@ import gc
 import os
 import sys
 
-from teleopctl import __version__
+from teleopctl.base import __version__
 from teleopctl.base.typed import TYPE_CHECKING
 from teleopctl.cli import console, ros2_options
 from teleopctl.cli.console import COMPLETION_VARIABLE

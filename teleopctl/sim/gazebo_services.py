@@ -16,13 +16,13 @@ from teleopctl.sim.entities.entity import SimulatedEntity, entities, move
 from teleopctl.sim.entities.poses import (
     fill_pose,
     fill_twist,
-    invalid_number_reason,
     pose_in_world,
     twist_in_world,
 )
 from teleopctl.sim.entities.pushes import Push
 from teleopctl.sim.entities.service_base import NO_ROBOT, FindRunning, Refusal, failure_text
 from teleopctl.sim.entities.spawn_services import choose_name
+from teleopctl.sim.request_numbers import invalid_number_reason
 from teleopctl.wire import EntityKind
 
 if TYPE_CHECKING:

@@ -29,10 +29,13 @@ def choose_backend() -> str:
 
     Raises:
         TeleopctlError: If Linux has no library to draw with; the hint names the packages.
+        RuntimeError: mujoco is imported already, and has chosen a backend itself.
     """
     requested = os.environ.get("MUJOCO_GL", "").lower()
     if requested or not sys.platform.startswith("linux"):
         return requested
+    if "mujoco" in sys.modules:
+        raise RuntimeError("mujoco was imported before the choice of its OpenGL backend")
     for backend, library in _LIBRARIES.items():
         if _is_there(library):
             os.environ["MUJOCO_GL"] = backend

@@ -2,6 +2,8 @@
 
 import subprocess
 import sys
+import tomllib
+from pathlib import Path
 from typing import Annotated
 
 import pytest
@@ -129,6 +131,8 @@ def test_a_missing_argument_is_named(sample, capsys):
 def test_version(capsys):
     assert main.run(["--debug", "--version"]) == 0
     assert capsys.readouterr().out == f"teleopctl {__version__}\n"
+    project = Path(__file__).parents[2] / "pyproject.toml"
+    assert tomllib.loads(project.read_text(encoding="utf-8"))["project"]["version"] == __version__
 
 
 def test_a_reader_that_goes_away_is_no_error():

@@ -1,6 +1,7 @@
 """Pictures: what they show, and which quality is chosen."""
 
 import ctypes
+import subprocess
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from typing import cast
@@ -200,6 +201,20 @@ def test_the_users_choice_stands(monkeypatch: pytest.MonkeyPatch) -> None:
     assert gl_backend.choose_backend() == "osmesa"
 
 
+def test_a_backend_is_chosen_before_mujoco_is_imported_or_not_at_all(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setenv("MUJOCO_GL", "")
+
+    with pytest.raises(RuntimeError, match="mujoco was imported before"):
+        gl_backend.choose_backend()
+
+
+def test_the_camera_imports_mujoco_only_after_the_choice() -> None:
+    program = "import sys, teleopctl.nodes.camera; sys.exit('mujoco' in sys.modules)"
+    subprocess.run([sys.executable, "-c", program], check=True, timeout=60)
+
+
 def pretend(monkeypatch: pytest.MonkeyPatch, installed: set[str]) -> None:
     def load(name: str) -> None:
         if name not in installed:
@@ -208,3 +223,4 @@ def pretend(monkeypatch: pytest.MonkeyPatch, installed: set[str]) -> None:
     # Set first, so that what the test changes is put back afterwards.
     monkeypatch.setenv("MUJOCO_GL", "")
     monkeypatch.setattr(ctypes, "CDLL", load)
+    monkeypatch.delitem(sys.modules, "mujoco")

@@ -227,11 +227,11 @@ def test_what_comes_later_is_drawn_where_the_pinhole_has_it_until_it_leaves(
 # Tells how many contexts of OpenGL there are at most at a time, and models that are built.
 COUNTING = """
 import sys
+from teleopctl.sim import choose_backend
+choose_backend()
 import mujoco
 import teleopctl.nodes.camera as camera
 from teleopctl import mujoco_model
-from teleopctl.sim import choose_backend
-choose_backend()
 counts = {"alive": 0, "most": 0, "models": 0}
 class Counted:
     def __init__(self, *size):

@@ -21,13 +21,13 @@ from mcap.records import (
 from mcap.summary import Summary
 from mcap.well_known import Profile
 
-from teleopctl import __version__
 from teleopctl.bag.base import BagFileWriter
 from teleopctl.bag.mcap_file.chunk import MAGIC
 from teleopctl.bag.mcap_file.chunk_builder import ChunkBuilder, ChunkSettings
 from teleopctl.bag.mcap_file.summary import encode_record, write_end
 from teleopctl.bag.qos_profiles import format_offered_profiles
 from teleopctl.bag.records import COUNTED, BagAttachment, BagMessage, BagTopic
+from teleopctl.base import __version__
 from teleopctl.errors import SystemFailureError
 
 if TYPE_CHECKING:

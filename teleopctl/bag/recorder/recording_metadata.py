@@ -13,8 +13,8 @@ from collections.abc import Callable, Collection, Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from teleopctl import __version__
 from teleopctl.bag.records import BagAttachment
+from teleopctl.base import __version__
 from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces import deserialize, get_message
 from teleopctl.node import (

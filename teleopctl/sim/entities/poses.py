@@ -10,24 +10,15 @@ import numpy.typing as npt
 
 from teleopctl.errors import InvalidMessageError, NotFoundError
 from teleopctl.sim.free_bodies import LinkPose
+from teleopctl.sim.request_numbers import invalid_number_reason
 
 if TYPE_CHECKING:
     from teleopctl.sim.simulation import Simulation
 
 Array = npt.NDArray[np.float64]
 
-# Beyond this (m, m/s, rad/s, N, N m) nothing is meant: a million kilometres.
-_LARGEST = 1e9
 # How far the length of a quaternion may be from 1.
 _LENGTH_ERROR = 1e-2
-
-
-def invalid_number_reason(numbers: npt.ArrayLike) -> str:
-    """Return why numbers of a request are invalid (not finite, too large); empty if valid."""
-    values = np.asarray(numbers, float)
-    if not np.isfinite(values).all():
-        return "is not finite"
-    return f"is beyond {_LARGEST:g}" if (np.abs(values) > _LARGEST).any() else ""
 
 
 def frame_of(simulation: Simulation, name: str) -> LinkPose | None:

@@ -10,7 +10,6 @@ from teleopctl.errors import RefusedError
 from teleopctl.interfaces import to_nanoseconds
 from teleopctl.node import Clock
 from teleopctl.sim.entities.entity_services import PoseServices, offer_entity_services
-from teleopctl.sim.entities.poses import invalid_number_reason
 from teleopctl.sim.entities.pushes import Push
 from teleopctl.sim.entities.run_services import RunServices
 from teleopctl.sim.entities.service_base import (
@@ -19,6 +18,7 @@ from teleopctl.sim.entities.service_base import (
     offer_message_service,
 )
 from teleopctl.sim.entities.spawn_services import SpawnServices, WorldServices
+from teleopctl.sim.request_numbers import invalid_number_reason
 
 if TYPE_CHECKING:
     from teleopctl.node import Node

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, TypedDict
 from teleopctl.errors import InvalidParameterError
 from teleopctl.interfaces import get_message
 from teleopctl.robot import Pose
-from teleopctl.sim.entities.poses import invalid_number_reason
+from teleopctl.sim.request_numbers import invalid_number_reason
 
 if TYPE_CHECKING:
     from teleopctl.node import Node, Parameter

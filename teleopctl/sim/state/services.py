@@ -14,8 +14,8 @@ import numpy as np
 
 from teleopctl.errors import NotFoundError, RefusedError
 from teleopctl.packages import resolve_uri
-from teleopctl.sim.entities.poses import invalid_number_reason
 from teleopctl.sim.entities.service_base import FindRunning, offer_message_service
+from teleopctl.sim.request_numbers import invalid_number_reason
 from teleopctl.sim.state.saved_state import SavedState
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
-from teleopctl import __version__
+from teleopctl.base import __version__
 from teleopctl.errors import RefusedError
 from teleopctl.sweep.cluster.parcel import SentFolder, pack, unpack
 from teleopctl.sweep.one_run import RunRequest

@@ -1,0 +1,21 @@
+"""Numbers that a parameter or a request may have.
+
+A file of its own, since nodes that draw read their parameters before they import mujoco, which
+chooses its OpenGL backend at import; see `gl_backend`.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+# Beyond this (m, m/s, rad/s, N, N m) nothing is meant: a million kilometres.
+_LARGEST = 1e9
+
+
+def invalid_number_reason(numbers: npt.ArrayLike) -> str:
+    """Return why numbers of a request are invalid (not finite, too large); empty if valid."""
+    values = np.asarray(numbers, float)
+    if not np.isfinite(values).all():
+        return "is not finite"
+    return f"is beyond {_LARGEST:g}" if (np.abs(values) > _LARGEST).any() else ""
