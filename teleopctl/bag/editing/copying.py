@@ -69,7 +69,7 @@ def copy_bags(
 
     Raises:
         RefusedError: Something is where an output is to be, or a topic has several types.
-        InvalidFileError: A source is broken, and nobody is to be on_progress.
+        InvalidFileError: A source is broken, and `on_left_out` is None.
         SystemFailureError: An output cannot be written.
     """
     sources = MergedBags(bags)

@@ -138,14 +138,14 @@ _MOST_FRAMES = 1_000_000
 
 
 class LeRobotOptions(NamedTuple):
-    """What to export to a LeRobot data set: topics of state, action and cameras, rate and task.
+    """Options of an export to a LeRobot data set: topics, frame rate and task.
 
     Attributes:
         state: The topic of the robot's state, mostly ``/joint_states``, or a field of a topic.
-        action: The topic of what the robot was told, or a field; None for no action.
+        action: The topic of the robot's commands, or a field of a topic; None for no action.
         cameras: Topics of pictures.
         fps: Frames per second.
-        task: What was done, in words.
+        task: Description of the task in words.
         robot: The kind of robot, in a word.
     """
 

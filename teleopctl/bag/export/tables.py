@@ -78,7 +78,7 @@ class MessageColumns:
         return names, put_message
 
     def _field(self, owner: type[Message], kind: FieldType, path: str) -> tuple[list[str], _Put]:
-        """What stands behind the field's name in its columns, and what puts its value there."""
+        """Return the suffixes of a field's column names, and the function that fills its cells."""
         if kind.shape is Shape.SINGLE:
             return self._single(owner, kind, path)
         length = self._lengths.get(path, 0)

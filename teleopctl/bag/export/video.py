@@ -21,12 +21,12 @@ if TYPE_CHECKING:
 # The clock of video streams: 11 us. MP4 has 32 bits for what lies between some frames.
 _TICKS_PER_S = 90_000
 _LONGEST_TICKS = 2**28
-# What players expect where nobody tells; the real times are in the frames.
+# The rate in the stream's header; each frame has its own time.
 _NOMINAL_RATE = 30
 # 0 is without loss, 51 the worst; x264's own default is 23.
 _QUALITY = 20
 # Colours in the terms of H.264: the primaries of screens (ITU-R BT.709), and the matrix of BT.601,
-# right for players, which heed it, and for decoders that know no other, as most in Python.
+# which players read from the stream and most decoders for Python assume.
 _BT709, _BT601_MATRIX = 1, 6
 
 

@@ -77,7 +77,7 @@ def unchunked_messages(
 
 
 def _heads(stream: BinaryIO) -> Iterator[tuple[int, int, int]]:
-    """Where each whole message is, its channel and its log time."""
+    """Yield offset, channel and log time (ns) of each complete message outside chunks."""
     size = stream.seek(0, 2)
     offset = len(MAGIC)
     while offset + HEAD.size <= size:
@@ -98,7 +98,7 @@ _log_time_ns = attrgetter("log_time_ns")
 
 
 class ChunkRecovery(NamedTuple):
-    """How messages of broken chunks are recovered: which are accepted, and who is notified.
+    """Recovery of messages from broken chunks: a filter, and a callback for each chunk.
 
     Attributes:
         accepts: Whether a message is taken: what it says may have changed.
@@ -114,7 +114,7 @@ class McapFileReader(BagFileReader):
 
     Args:
         path: The file.
-        recovery: How messages of broken chunks are taken over; they are not if None.
+        recovery: Filter and callback for messages of broken chunks; None drops these messages.
 
     Attributes:
         topics: Its topics by name, each with its number of messages.

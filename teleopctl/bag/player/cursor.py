@@ -15,7 +15,7 @@ from teleopctl.bag.records import BagMessage
 from teleopctl.errors import TeleopctlError
 
 MOST_BYTES = 256 * 2**20
-"""What waits at most: a thousand images would be gigabytes."""
+"""Largest total size of the messages read ahead; a thousand images would be gigabytes."""
 
 
 class ReadAhead:

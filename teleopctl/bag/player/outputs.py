@@ -27,7 +27,8 @@ _DEPTH = 10
 def publisher_qos(topic: BagTopic) -> QoSProfile | None:
     """Return the QoS profile to publish a recorded topic with; None if the recorded ones differ.
 
-    Only what decides who can understand whom has to be the same: not history, depth and lifespan.
+    Profiles differ if a policy that QoS compatibility depends on differs; history, depth and
+    lifespan may differ.
     """
     if not topic.qos:
         return QoSProfile(depth=_DEPTH)

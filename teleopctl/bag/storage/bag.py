@@ -47,7 +47,7 @@ def open_bag(
     Args:
         path: Folder of the bag, or one of its files.
         storage: ``mcap`` or ``sqlite3``, if the path does not show it.
-        recovery: How messages of broken chunks of MCAP files are taken over; they are not if None.
+        recovery: Filter and callback for messages of broken chunks of MCAP files; None drops them.
 
     Raises:
         NotFoundError: The path does not exist or is no bag.
