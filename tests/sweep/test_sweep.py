@@ -42,8 +42,14 @@ WAIT = "import pathlib, sys, time\nwhile not pathlib.Path(sys.argv[1]).exists():
 
 
 def states(bag: Path) -> list[bytes]:
+    """The recorded joint states, each stamp once.
+
+    How often a simulation that is not yet started shows its state depends on how the recorder's
+    subscriptions arrive: each new subscriber gets it.
+    """
     with open_bag(bag) as opened:
-        return [bytes(message.data) for message in opened.messages(["/mujoco_sim/joint_states"])]
+        messages = opened.messages(["/mujoco_sim/joint_states"])
+        return list(dict.fromkeys(bytes(message.data) for message in messages))
 
 
 def worker_and_program(folder: Path) -> tuple[psutil.Process, psutil.Process]:

@@ -316,8 +316,10 @@ class WritingThread:
         for message in messages:
             latched_depth = self._latched.get(message.topic)
             if latched_depth is None:
+                # It keeps its room in the queue: what is held is limited as well.
                 self._held.setdefault(message.topic, []).append(message)
-            elif self._snapshot is None:
+                continue
+            if self._snapshot is None:
                 self._writer.write(message)
             else:
                 self._snapshot.put(message, latched_depth)
@@ -333,12 +335,7 @@ class WritingThread:
         self._writer.add_topic(topic)
         depths = [profile.depth or 1 for profile in topic.qos] if topic.is_latched else []
         self._latched[topic.name] = max(depths, default=0)
-        held = self._held.pop(topic.name, [])
-        for message in held:
-            if self._snapshot is None:
-                self._writer.write(message)
-            else:
-                self._snapshot.put(message, self._latched[topic.name])
+        self._write(self._held.pop(topic.name, []))
 
     def _write_snapshot(self, writer: BagWriter) -> bool:
         if self._snapshot is None:

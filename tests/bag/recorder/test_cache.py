@@ -2,11 +2,14 @@
 
 import threading
 
+import pytest
 from hypothesis import given, strategies as st
 
+from teleopctl.bag import BagWriter, open_bag
 from teleopctl.bag.recorder.losses import LossCounter, format_counts
-from teleopctl.bag.recorder.writing import MessageQueue, SnapshotBuffer
+from teleopctl.bag.recorder.writing import MessageQueue, SnapshotBuffer, WritingThread
 from teleopctl.bag.records import BagMessage
+from tests.bag.bags import topic
 
 SECOND_NS = 1_000_000_000
 
@@ -40,6 +43,23 @@ def test_room_comes_back_once_messages_are_written_and_not_when_they_are_taken()
     assert not queue.put(message(1))
     queue.release(10)
     assert queue.put(message(1))
+
+
+def test_messages_held_for_their_definition_keep_their_room_until_they_are_written(tmp_path):
+    queue = MessageQueue(10)
+    thread = WritingThread(
+        BagWriter(tmp_path / "bag"), queue, None, lambda error: pytest.fail(error.message)
+    )
+    assert queue.put(message(10))
+    # A call is answered behind the messages before it: by then the message is held.
+    thread.call(lambda _: None).result(20)
+    assert not queue.put(message(1))
+    thread.add_topic(topic("/x"))
+    thread.call(lambda _: None).result(20)
+    assert queue.put(message(1))
+    thread.close()
+    with open_bag(tmp_path / "bag") as bag:
+        assert [len(each.data) for each in bag.messages()] == [10, 1]
 
 
 def test_what_is_called_comes_behind_the_messages_that_were_there():
