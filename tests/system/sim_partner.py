@@ -76,6 +76,14 @@ class Partner(Node):
         )
         self.commands = self.create_publisher(JointState, "/robot_joint_commands", 10)
         assert self.wait_for_subscribers("/robot_joint_commands", 1, LONGEST_WAIT_S)
+        # The simulator shows its state to each new subscriber. One that is declared after the
+        # controller's topics gets it when the simulator has seen those as well.
+        seen = threading.Event()
+        shown = self.create_subscription(
+            JointState, "/mujoco_sim/joint_states", lambda _: seen.set(), 10, immediate=True
+        )
+        assert seen.wait(LONGEST_WAIT_S)
+        self.destroy_subscription(shown)
 
     def disconnect(self) -> None:
         """Stop being the controller, while states are still heard."""

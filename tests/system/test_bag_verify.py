@@ -37,6 +37,8 @@ def recorded(shared_ros):
     def joint_4(state):
         return dict(zip(state.name, state.position, strict=True))["joint_4"]
 
+    # Some commands come while nothing moves; a test takes one of them out.
+    ros.wait_for_message(Clock, "/clock", lambda time: time.clock.sec >= 1)
     publisher.publish(Float64MultiArray(data=[-0.8]))
     ros.wait_for_message(JointState, "/joint_states", lambda state: joint_4(state) < -0.75)
     publisher.publish(Float64MultiArray(data=[0.0]))
