@@ -20,8 +20,10 @@ import psutil
 LONGEST_WAIT_S = 40.0
 """Deadline of every wait unless a test names one: generous, since it is reached only on failure."""
 
-# What gives no event is looked at this often, in seconds.
+# What gives no event is looked at this often, in seconds; what takes long to look at, such as the
+# output of a command, less often, so that looking leaves the machine to what is waited for.
 _LOOK_EVERY_S = 0.01
+_LOOK_EVERY_AT_MOST_S = 0.25
 
 # What a program wrote last is read at once, unless a descendant keeps its streams open.
 _LAST_LINES_S = 1.0
@@ -207,8 +209,11 @@ def eventually(
     Raises:
         AssertionError: It did not become true in time.
     """
-    deadline = time.monotonic() + timeout_s
+    begin = now = time.monotonic()
     while not check():
-        if time.monotonic() >= deadline:
+        took_s, now = time.monotonic() - now, time.monotonic()
+        if now >= begin + timeout_s:
             raise AssertionError(f"{what} did not happen within {timeout_s:g} s")
-        time.sleep(_LOOK_EVERY_S)
+        pause_s = min(max(_LOOK_EVERY_S, 2 * took_s), _LOOK_EVERY_AT_MOST_S)
+        time.sleep(pause_s)
+        now = time.monotonic()

@@ -54,20 +54,24 @@ def states(bag: Path) -> list[bytes]:
 
 def worker_and_program(folder: Path) -> tuple[psutil.Process, psutil.Process]:
     """Wait until a run is at work; its process, and the program that its launch has started."""
-    found: list[psutil.Process] = []
+    runs: list[psutil.Process] = []
+    programs: list[psutil.Process] = []
 
     def look() -> bool:
-        found.clear()
+        runs.clear()
+        programs.clear()
         for process in psutil.process_iter(["cmdline", "environ"]):
             words, environment = process.info["cmdline"] or [], process.info["environ"] or {}
+            is_below = environment.get("TELEOPCTL_RUNTIME_DIR", "").startswith(str(folder))
             if words[-2:] == ["teleopctl.sweep", str(folder)]:
-                found.insert(0, process)
-            elif environment.get("TELEOPCTL_RUNTIME_DIR", "").startswith(str(folder)):
-                found.extend([process] if "wait.py" in words else [])
-        return len(found) == 2
+                runs.append(process)
+            elif is_below and "wait.py" in words:
+                programs.append(process)
+        # What the run starts is a copy of it until it is another program.
+        return len(runs) == len(programs) == 1
 
     eventually(look)
-    return found[0], found[1]
+    return runs[0], programs[0]
 
 
 def test_runs_are_measured_alike_and_one_that_fails_does_not_stop_the_others(

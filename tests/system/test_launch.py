@@ -10,7 +10,7 @@ from pathlib import Path
 import psutil
 import pytest
 
-from teleopctl.testing import LONGEST_WAIT_S, eventually
+from teleopctl.testing import LONGEST_WAIT_S
 
 STUBBORN = """
 import signal, sys, time
@@ -51,7 +51,7 @@ def test_nodes_run_together_with_their_output_prefixed_and_end_on_ctrl_c(ros):
         r"^\[simple_subscriber-2\] \[INFO\] \[[\d.]+\] \[robot.ear\]: I heard: Hello",
         stream="stdout",
     )
-    eventually(lambda: "/simple_parameter" in ros.run("node list").stdout)
+    ros.wait_for_nodes("/simple_parameter")
     got = ros.run("param get /simple_parameter simple_int_param")
     assert got.stdout == "Integer value is: 24\n"
     launch.interrupt()

@@ -27,7 +27,8 @@ def generate_launch_description():
     return LaunchDescription([
         Node(package="demo_nodes_py", executable="talker", parameters=[
             {"key": "s3cret"}, file.name, ParameterFile(file.name, allow_substs=True)]),
-        ExecuteProcess(cmd=["echo", "said"]),
+        # More lines than a small log holds.
+        ExecuteProcess(cmd=["seq", "2000"]),
     ])
 """
 

@@ -92,7 +92,7 @@ def test_xacro_finds_our_packages_and_says_what_it_does_not_find(ros, tmp_path):
 
 def test_the_tutorials_parameter_node_takes_overrides_and_reports_changes(ros):
     node = ros.spawn("run teleop_robot_py_pkg simple_parameter --ros-args -p simple_int_param:=24")
-    eventually(lambda: "/simple_parameter" in ros.run("node list").stdout)
+    ros.wait_for_nodes("/simple_parameter")
     got = ros.run("param get /simple_parameter simple_int_param")
     assert got.stdout == "Integer value is: 24\n"
     got = ros.run("param get /simple_parameter simple_string_param")

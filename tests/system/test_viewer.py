@@ -168,9 +168,10 @@ def test_nothing_is_listened_to_while_nobody_looks(ros, tmp_path):
     address = launched(ros, "display.yaml")
 
     def listens() -> bool:
-        topics = ros.run("node info /rviz").stdout.partition("Publishers:")[0]
-        return "/joint_states" in topics or "/tf:" in topics
+        topics = dict(ros.node.get_subscriber_names_and_types_by_node("rviz", "/"))
+        return "/joint_states" in topics or "/tf" in topics
 
+    ros.wait_for_nodes("/rviz")
     assert not listens()
     with window(address, tmp_path / "browser") as seen:
         eventually(listens, PAGE_WITHIN_MS / 1000)
