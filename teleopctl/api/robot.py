@@ -15,7 +15,6 @@ import numpy.typing as npt
 from teleopctl.errors import InvalidDescriptionError, NotFoundError
 from teleopctl.packages import resolve_uri
 from teleopctl.robot import (
-    Joint,
     JointModel,
     Joints,
     Mesh,
@@ -167,14 +166,8 @@ class Robot:
                     hint=f"It has {', '.join(self.joints) or 'none that move'}.",
                 )
         start = {name: given.get(name, 0.0) for name in self.actuated_joint_names}
-        local = {segment.joint.child: segment.origin for segment in self._segments.fixed}
-        for joint, transform in self._segments.transforms({**start, **given}):
-            local[joint.child] = transform
-        poses = {self.root_link: np.eye(4)}
-        for joint in self._description.tree:
-            transform = local.get(joint.child) or _at_origin(joint)
-            poses[joint.child] = poses[joint.parent] @ _matrix(transform)
-        return poses
+        poses = self._segments.link_poses({**start, **given})
+        return {link: _matrix(pose) for link, pose in poses.items()}
 
     def meshes(self, *, collision: bool = False) -> list[RobotMesh]:
         """Return the mesh files of the robot.
@@ -271,10 +264,6 @@ def _robot_joint(name: str, model: JointModel) -> RobotJoint:
         limits.effort,
         *((mimic.joint, mimic.multiplier, mimic.offset) if mimic else ()),
     )
-
-
-def _at_origin(joint: Joint) -> Transform:
-    return _transform(joint.origin)
 
 
 def _transform(pose: Pose) -> Transform:

@@ -66,6 +66,7 @@ class SegmentTree:
         self.fixed = tuple(Segment.of(joint) for joint in tree if joint.type in ("fixed", "planar"))
         self._moving = {name: Segment.of(model.joint) for name, model in joints.items()}
         self._joints = joints
+        self._root, self._tree = description.root, tree
 
     @property
     def moving(self) -> list[Joint]:
@@ -83,3 +84,18 @@ class SegmentTree:
             for name, position in self._joints.positions(positions).items()
             if (segment := self._moving.get(name)) is not None
         ]
+
+    def link_poses(self, positions: Mapping[str, float]) -> dict[str, Transform]:
+        """Return the pose of every link in the frame of the root link.
+
+        Floating and planar joints, and those without a position, are at their origins.
+
+        Args:
+            positions: As `transforms` takes them.
+        """
+        steps = {joint.child: step for joint, step in self.transforms(positions)}
+        poses = {self._root: Transform()}
+        for joint in self._tree:
+            step = steps.get(joint.child) or Segment.of(joint).origin
+            poses[joint.child] = poses[joint.parent] @ step
+        return poses

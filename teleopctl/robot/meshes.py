@@ -66,6 +66,7 @@ class LoadedMesh(NamedTuple):
         faces: Its triangles as numbers of corners, (m, 3); likewise.
         bounds: The lowest and the highest corner, (2, 3).
         faults: What was left out, each as what follows the file's name in a sentence.
+        unit_m: Metres of the file's unit, which are applied; 1 for all formats but COLLADA.
     """
 
     scene: trimesh.Scene | None
@@ -73,6 +74,7 @@ class LoadedMesh(NamedTuple):
     faces: Faces
     bounds: npt.NDArray[np.float64]
     faults: list[str]
+    unit_m: float = 1.0
 
     def triangles(self) -> tuple[Vertices, Faces]:
         """Return the whole mesh: corners, (n, 3), and triangles as corner indices, (m, 3)."""
@@ -170,12 +172,12 @@ def _read(path: Path, data: bytes | None) -> LoadedMesh:
         name for name, part in scene.geometry.items() if not len(getattr(part, "faces", ()))
     ]:
         scene.delete_geometry(name)
-    if suffix == ".dae" and (unit_m := _collada_unit_m(mesh.metadata for mesh in meshes)) != 1.0:
+    unit_m = _collada_unit_m(mesh.metadata for mesh in meshes) if suffix == ".dae" else 1.0
+    if unit_m != 1.0:
         scene.apply_scale(unit_m)
     none = np.empty((0, 3))
-    return LoadedMesh(
-        scene, none.astype(np.float32), none.astype(np.uint32), np.asarray(scene.bounds), faults
-    )
+    corners, triangles = none.astype(np.float32), none.astype(np.uint32)
+    return LoadedMesh(scene, corners, triangles, np.asarray(scene.bounds), faults, unit_m)
 
 
 def _collada_unit_m(metadata: Iterable[Mapping[str, object]]) -> float:

@@ -79,6 +79,7 @@ def check(
     for place in places:
         if not place.exists():
             raise NotFoundError(f"There is no file or folder {place}")
+    is_one_file = len(places) == 1 and places[0].is_file()
     with tempfile.TemporaryDirectory() as folder:
 
         def report_of(file: Path) -> "RobotReport":
@@ -86,10 +87,11 @@ def check(
                 file,
                 arguments,
                 simulate_s=_SIMULATED_S if simulate else 0.0,
+                compare_readers=as_json or is_one_file,
                 choose=lambda model, given: chosen_controllers(model, given, Path(folder)),
             )
 
-        if len(places) == 1 and places[0].is_file():
+        if is_one_file:
             report = report_of(places[0])
             if as_json:
                 console.out_json(_document(report))
@@ -188,12 +190,26 @@ def _summary(report: "RobotReport") -> "Iterator[str]":
     for name, kind in report.controllers.items():
         yield f"Controller {name}: {kind}"
     yield from _told(report)
+    yield from _by_yourdfpy(report)
     if report.refusal is not None:
         yield f"Not simulated: {report.refusal}"
     elif report.trial is None:
         yield "It compiles; --simulate lets it stand for 5 s and moves it"
     else:
         yield from _outcome(report)
+
+
+def _by_yourdfpy(report: "RobotReport") -> "Iterator[str]":
+    read = report.second_reading
+    if read is None:
+        return
+    if read.error:
+        yield f"yourdfpy does not read it: {read.error}"
+    elif read.differences:
+        yield "yourdfpy reads it differently:"
+        yield from (f"  {difference.sentence}" for difference in read.differences)
+    else:
+        yield read.summary
 
 
 def _outcome(report: "RobotReport") -> "Iterator[str]":
@@ -280,7 +296,7 @@ _SENTENCES = ("repaired", "guessed", "without_effect", "unknown")
 
 def _document(report: "RobotReport") -> console.Json:
     """Return a robot's report as JSON; see docs/json.md."""
-    description = report.description
+    description, second = report.description, report.second_reading
     trial, driven, frames = report.trial, report.driven, report.frames
     return {
         "file": str(report.file),
@@ -319,6 +335,14 @@ def _document(report: "RobotReport") -> console.Json:
         ],
         "controllers": report.controllers,
         **{attribute: getattr(report, attribute) for attribute in _SENTENCES},
+        "second_reading": None
+        if second is None
+        else {
+            "error": second.error or None,
+            "differences": [difference._asdict() for difference in second.differences],
+            "meshes": second.meshes,
+            "capsules": second.capsules,
+        },
         "trial": None
         if trial is None
         else {

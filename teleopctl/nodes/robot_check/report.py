@@ -35,6 +35,7 @@ from teleopctl.robot import (
 if TYPE_CHECKING:
     from teleopctl.nodes.robot_check.controllers import ControllerReport
     from teleopctl.nodes.robot_check.frames import FrameComparison
+    from teleopctl.nodes.robot_check.second_reading import SecondReading
     from teleopctl.robot import ChosenControllers
     from teleopctl.sim import SimulatedRobot
 
@@ -114,6 +115,7 @@ class RobotReport:
         packages: Folders of the packages that it names; None for one that is not found.
         meshes: Files of its meshes by URI; None for one that is not found.
         controllers: Types of the controllers in the files that it names, by name.
+        second_reading: Comparison with what yourdfpy reads, if requested.
         trial: Result of simulating it, if requested.
         driven: Result of its controllers' test, if it stood before.
         frames: Comparison of its frames, likewise.
@@ -135,6 +137,7 @@ class RobotReport:
     packages: dict[str, str | None] = field(default_factory=dict)
     meshes: dict[str, str | None] = field(default_factory=dict)
     controllers: dict[str, str] = field(default_factory=dict)
+    second_reading: SecondReading | None = None
     trial: StabilityReport | None = None
     driven: ControllerReport | None = None
     frames: FrameComparison | None = None
@@ -165,6 +168,7 @@ def check_robot(
     arguments: Mapping[str, str],
     *,
     simulate_s: float = 0.0,
+    compare_readers: bool = True,
     choose: ChooseControllers = lambda *_: None,
 ) -> RobotReport:
     """Read a robot file, build its model, and simulate it if requested; return a report.
@@ -174,6 +178,7 @@ def check_robot(
         arguments: Values of a xacro file's arguments, and of those of ``sim.yaml`` that say which
             controllers it has and whether its root link stands still.
         simulate_s: How long it is to stand, in simulated seconds; 0 for not at all.
+        compare_readers: Whether yourdfpy reads it as well. Its import and the meshes take time.
         choose: Returns its controllers, or None where it has none.
 
     Returns:
@@ -209,6 +214,8 @@ def check_robot(
         for name in own
         if name not in taken
     ]
+    if compare_readers:
+        _see_second_reading(report, description)
     try:
         robot = _see_model(report, urdf, arguments.get("fixed_base", "auto"))
     except TeleopctlError as error:
@@ -298,6 +305,18 @@ def _see_model(report: RobotReport, urdf: str, fixed_base: str) -> SimulatedRobo
     if rotors := robot.model.rotors():
         report.guessed.append(assumed_rotors_text(rotors))
     return robot
+
+
+def _see_second_reading(report: RobotReport, description: RobotDescription) -> None:
+    from teleopctl.nodes.robot_check.second_reading import read_again
+
+    read = read_again(description)
+    report.second_reading = read._replace(
+        differences=tuple(
+            difference._replace(where=with_source_places(difference.where, report.places))
+            for difference in read.differences
+        )
+    )
 
 
 def _see_files(report: RobotReport, description: RobotDescription) -> None:

@@ -72,6 +72,7 @@ def test_a_file_is_told_as_check_urdf_does_and_then_what_the_simulator_makes_of_
         "allow, and DART does not read it",
         "Unknown:",
         "  <sponsor> in <robot> is unknown (line 7)",
+        "yourdfpy reads the same tree, limits, shapes and poses",
         "In simulation it stands",
         "1 of 1 joints follow a command",
         "By controllers that any robot gets:",
