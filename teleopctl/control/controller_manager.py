@@ -11,7 +11,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable, Sequence
 from functools import partial
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Protocol
 
 from teleopctl import plugins
 from teleopctl.base.exception_origin import with_origin
@@ -36,14 +36,13 @@ from teleopctl.errors import (
 )
 
 if TYPE_CHECKING:
-    from teleopctl.node import Node, RcutilsLogger
+    from teleopctl.node import AllowableParameterValue, Node, RcutilsLogger
 
 
 class ManagerNode(Protocol):
     """Interface of the node that a controller manager uses."""
 
-    # Any: a parameter has one of nine types, and files decide which.
-    def parameter(self, name: str) -> Any:
+    def parameter(self, name: str) -> AllowableParameterValue:
         """Return the value of a parameter of the manager's node; None if undeclared."""
 
     def create_controller_params(self, controller_name: str) -> ControllerInterfaceParams:
@@ -54,6 +53,23 @@ class ManagerNode(Protocol):
 
     def publish_activity(self) -> None:
         """Publish the states of all controllers and hardware components."""
+
+
+def string_list_parameter(node: ManagerNode, name: str) -> list[str]:
+    """Return a manager's parameter that lists strings; a string is a list of one.
+
+    Args:
+        node: The manager's node.
+        name: Name of the parameter; undeclared, it is an empty list.
+
+    Raises:
+        InvalidParameterError: It is neither.
+    """
+    value = node.parameter(name)
+    strings = [value] if isinstance(value, str) and value else value or []
+    if not isinstance(strings, Sequence) or not all(isinstance(each, str) for each in strings):
+        raise InvalidParameterError(f"Parameter '{name}' must be a list of strings, got {value!r}")
+    return [str(each) for each in strings]
 
 
 class ControllerManager:
@@ -120,7 +136,11 @@ class ControllerManager:
                 f"Could not load controller '{name}' (type '{type_name}'): {error.message}"
             )
             return False
-        fallbacks = tuple(self.node.parameter(f"{name}.fallback_controllers") or ())
+        try:
+            fallbacks = tuple(string_list_parameter(self.node, f"{name}.fallback_controllers"))
+        except InvalidParameterError as error:
+            self.logger.error(f"Could not load controller '{name}': {error.message}")
+            return False
         if name in fallbacks:
             self.logger.error(f"Controller '{name}' cannot be a fallback controller for itself.")
             return False

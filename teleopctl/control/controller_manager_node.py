@@ -8,7 +8,7 @@ from typing import Any
 
 from teleopctl.base import progress
 from teleopctl.control.controller_files import MANAGER_PARAMETERS
-from teleopctl.control.controller_manager import ControllerManager
+from teleopctl.control.controller_manager import ControllerManager, string_list_parameter
 from teleopctl.control.controllers.base import ControllerInterfaceParams
 from teleopctl.control.cycle import Cycle, WallClockLoop
 from teleopctl.control.lifecycle import State
@@ -20,7 +20,7 @@ from teleopctl.control.services import ControllerManagerServices, lifecycle_stat
 from teleopctl.control.statistics_publishers import DiagnosticsPublisher, StatisticsPublisher
 from teleopctl.errors import InvalidParameterError, TeleopctlError
 from teleopctl.interfaces import get_message
-from teleopctl.node import Clock, Executor, Node, qos_profile_latched
+from teleopctl.node import AllowableParameterValue, Clock, Executor, Node, qos_profile_latched
 from teleopctl.robot import RobotDescription
 
 DEFAULT_UPDATE_RATE = 100
@@ -91,20 +91,19 @@ class ControllerManagerNode:
 
     # ---- what the manager needs of its node
 
-    # Any: a parameter has one of nine types, and files decide which.
-    def parameter(self, name: str) -> Any:
+    def parameter(self, name: str) -> AllowableParameterValue:
         """Return the value of a parameter of the manager's node; None if undeclared."""
         if not self._node.has_parameter(name):
             return None
-        return self._node.get_parameter(name).value
+        value: AllowableParameterValue = self._node.get_parameter(name).value
+        return value
 
     def create_controller_params(self, controller_name: str) -> ControllerInterfaceParams:
         """Create a controller's node, with the parameters of its parameter files."""
-        files = self.parameter(f"{controller_name}.params_file") or []
         arguments = list(self._ros_arguments)
-        for file in dict.fromkeys([files] if isinstance(files, str) else files):
+        for file in dict.fromkeys(string_list_parameter(self, f"{controller_name}.params_file")):
             arguments += ["--ros-args", "--params-file", file, "--"]
-        options = self.parameter(f"{controller_name}.node_options_args") or []
+        options = string_list_parameter(self, f"{controller_name}.node_options_args")
         if options:
             arguments += ["--ros-args", *options, "--"]
         node = Node(
@@ -222,7 +221,7 @@ class ControllerManagerNode:
         initial = {
             name: state
             for state, key in ((State.UNCONFIGURED, "unconfigured"), (State.INACTIVE, "inactive"))
-            for name in self.parameter(f"hardware_components_initial_state.{key}") or ()
+            for name in string_list_parameter(self, f"hardware_components_initial_state.{key}")
         }
         for component in self._resource_manager.components.values():
             component.change_state(initial.get(component.name, State.ACTIVE))

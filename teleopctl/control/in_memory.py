@@ -486,10 +486,12 @@ class ControlStack:
 
     # -- methods of `ManagerNode` ------------------------------------------------------------------
 
-    # Any: a parameter has one of nine types, and files decide which.
-    def parameter(self, name: str) -> Any:
+    def parameter(self, name: str) -> AllowableParameterValue:
         """Return the value of a parameter of the manager's node; None if undeclared."""
-        return self.node.get_parameter(name).value if self.node.has_parameter(name) else None
+        if not self.node.has_parameter(name):
+            return None
+        value: AllowableParameterValue = self.node.get_parameter(name).value
+        return value
 
     def create_controller_params(self, controller_name: str) -> ControllerInterfaceParams:
         """Create a controller's node; return the constructor argument with that node."""

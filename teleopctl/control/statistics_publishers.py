@@ -14,7 +14,7 @@ from teleopctl.interfaces import get_message
 from teleopctl.node import Clock, ClockType, qos_profile_latched
 
 if TYPE_CHECKING:
-    from teleopctl.node import Node
+    from teleopctl.node import AllowableParameterValue, Node
 
 
 # ros2_control publishes in each cycle. What is shown needs less, and here it would cost more than
@@ -109,8 +109,7 @@ _DEFAULTS = {
     "execution_time.standard_deviation": (100.0, 200.0),
 }
 
-# Any: a parameter has one of nine types, and files decide which.
-Parameter = Callable[[str], Any]
+Parameter = Callable[[str], "AllowableParameterValue"]
 
 
 class DiagnosticLevel(IntEnum):
@@ -281,7 +280,7 @@ class _Thresholds:
         above = DiagnosticLevel.OK
         for level, default in zip(levels, _DEFAULTS[quantity], strict=True):
             limit = self._parameter(f"{self._prefix}.{quantity}.{level.name.lower()}")
-            if value > (default if limit is None else float(limit)):
+            if value > (limit if isinstance(limit, (int, float)) else default):
                 above = level
         return above
 

@@ -18,7 +18,7 @@ from teleopctl.node.values.qos import QoSProfile, as_qos_profile, qos_profile_se
 from teleopctl.node.values.time import ClockType
 
 if TYPE_CHECKING:
-    from teleopctl.interfaces import ServiceType
+    from teleopctl.interfaces import Message, ServiceType
     from teleopctl.node.endpoints.client import Client
     from teleopctl.node.endpoints.events import (
         PublisherEventCallbacks,
@@ -302,31 +302,31 @@ class NodeEndpoints(NodeTimers):
             events = [e for point in self._endpoints for e in point.events if e.is_served]
             return [*receiving, *self._guards, *events, *self._waitables]
 
-    # Any: each of them has a type of its own.
+    # Each of them has a type of its own; `Message` is the base of all.
 
     @property
-    def publishers(self) -> list[Publisher[Any]]:
+    def publishers(self) -> list[Publisher[Message]]:
         """Publishers of the node."""
         from teleopctl.node.endpoints.publisher import Publisher
 
         return self._of_class(Publisher)
 
     @property
-    def subscriptions(self) -> list[Subscription[Any]]:
+    def subscriptions(self) -> list[Subscription[Message]]:
         """Subscriptions of the node."""
         from teleopctl.node.endpoints.subscription import Subscription
 
         return self._of_class(Subscription)
 
     @property
-    def services(self) -> list[Service[Any, Any]]:
+    def services(self) -> list[Service[Message, Message]]:
         """Service servers of the node."""
         from teleopctl.node.endpoints.service import Service
 
         return self._of_class(Service)
 
     @property
-    def clients(self) -> list[Client[Any, Any]]:
+    def clients(self) -> list[Client[Message, Message]]:
         """Service clients of the node."""
         from teleopctl.node.endpoints.client import Client
 

@@ -84,16 +84,8 @@ def test_signatures_of_the_face_have_no_any():
         assert "Any" not in names, file
 
 
-# A message of any type, parameters of any type, and lists of endpoints of several types.
-WITH_ANY = {
-    "ControlStack.parameter",
-    "ControllerInterface.create_action_server",
-    "DecodedMessage",
-    "Node.clients",
-    "Node.publishers",
-    "Node.services",
-    "Node.subscriptions",
-}
+# The class of a bag's message is made from the definition in the bag, which no type checker sees.
+WITH_ANY = {"DecodedMessage"}
 
 
 def signatures(name: str) -> Iterator[tuple[str, str]]:
@@ -119,4 +111,4 @@ def test_no_further_signature_of_a_public_name_has_any():
         for member, text in signatures(name)
         if re.search(r"\bAny\b", text)
     }
-    assert with_any <= WITH_ANY
+    assert with_any == WITH_ANY

@@ -152,6 +152,15 @@ class TestLifeCycle:
         assert not stack.manager.load_controller("a")
         assert "cannot read the parameters of a" in stack.log.texts("error")[-1]
 
+    def test_fallbacks_that_are_no_list_of_strings_are_refused_in_one_line(self, stack):
+        stack.node.declare_parameter("a.type", TYPE)
+        stack.node.declare_parameter("a.fallback_controllers", [1, 2])
+        assert not stack.manager.load_controller("a")
+        assert stack.log.texts("error") == [
+            "Could not load controller 'a': Parameter 'a.fallback_controllers' must be a list of "
+            "strings, got [1, 2]"
+        ]
+
     def test_a_controller_is_no_fallback_of_itself(self, stack):
         stack.node.declare_parameter("a.type", TYPE)
         stack.node.declare_parameter("a.fallback_controllers", ["a"])

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from teleopctl.control.realtime_publisher import PublishQueue
-    from teleopctl.interfaces import ActionType
+    from teleopctl.interfaces import ActionType, FeedbackT, GoalT, ResultT
     from teleopctl.node import (
         AcceptedCallback,
         ActionServer,
@@ -195,13 +195,13 @@ class ControllerInterface:
 
     def create_action_server(
         self,
-        action_type: type[ActionType[Any, Any, Any]],
+        action_type: type[ActionType[GoalT, ResultT, FeedbackT]],
         name: str,
         *,
-        goal_callback: GoalCallback[Any],
-        handle_accepted_callback: AcceptedCallback[Any, Any, Any],
-        cancel_callback: CancelCallback[Any, Any, Any],
-    ) -> ActionServer[Any, Any, Any]:
+        goal_callback: GoalCallback[GoalT],
+        handle_accepted_callback: AcceptedCallback[GoalT, ResultT, FeedbackT],
+        cancel_callback: CancelCallback[GoalT, ResultT, FeedbackT],
+    ) -> ActionServer[GoalT, ResultT, FeedbackT]:
         """Create an action server, to be destroyed in ``on_cleanup``.
 
         The callbacks run beside the control loop, as those of subscriptions do. A goal is followed
