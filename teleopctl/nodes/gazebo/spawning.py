@@ -1,7 +1,4 @@
-"""Executables ``create`` and ``remove`` of ros_gz_sim, and ``spawn_entity.py`` of gazebo_ros.
-
-``create`` and ``remove`` of ``ros_gz_sim``, and ``spawn_entity.py`` of ``gazebo_ros``.
-"""
+"""Executables ``create`` and ``remove`` of ros_gz_sim, and ``spawn_entity.py`` of gazebo_ros."""
 
 from __future__ import annotations
 
@@ -12,7 +9,7 @@ import sys
 import time
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any
 
 from teleopctl.base import progress
 from teleopctl.base.files import read_text
@@ -30,6 +27,7 @@ from teleopctl.node import (
     spin_once,
     spin_until_future_complete,
 )
+from teleopctl.nodes.argument_parser import ArgumentParser
 from teleopctl.nodes.gazebo.entities import GazeboEntity
 from teleopctl.nodes.gazebo.server import NAME
 from teleopctl.robot import find_world
@@ -41,21 +39,13 @@ _NO = ("false", "f", "no", "n", "0")
 _TIMEOUT_S = 1.0
 
 
-class _Parser(argparse.ArgumentParser):
-    """Reports a wrong command line as all of teleopctl does."""
-
-    def error(self, message: str) -> NoReturn:
-        """Raise a `UsageError` instead of exiting the process."""
-        raise UsageError(message, hint=self.format_usage().strip())
-
-
 def create() -> int:
     """Run ``ros_gz_sim create``: spawn an entity, and return the exit status.
 
     Raises:
         TeleopctlError: The command line, the file or the description is wrong.
     """
-    parser = _Parser(
+    parser = ArgumentParser(
         prog="create", description="Put a robot into the simulator.", allow_abbrev=False
     )
     source = parser.add_argument_group("where its description is")
@@ -103,7 +93,7 @@ def spawn_entity() -> int:
     Raises:
         TeleopctlError: The command line, the file or the description is wrong.
     """
-    parser = _Parser(prog="spawn_entity.py", description="Put a robot into the simulator.")
+    parser = ArgumentParser(prog="spawn_entity.py", description="Put a robot into the simulator.")
     source = parser.add_mutually_exclusive_group(required=True)
     source.add_argument("-file", default="")
     source.add_argument("-topic", default="")

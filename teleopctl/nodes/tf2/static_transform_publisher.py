@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import argparse
 import contextlib
 import os
 import sys
 from collections.abc import Sequence
-from typing import NoReturn
 
 from teleopctl.errors import InvalidParameterError, UsageError
 from teleopctl.node import ExternalShutdownException, Node, init, parse_ros_arguments, spin
+from teleopctl.nodes.argument_parser import ArgumentParser
 from teleopctl.tf import (
     StaticTransformBroadcaster,
     Transform,
@@ -122,7 +121,7 @@ def parse_new_style(words: Sequence[str]) -> tuple[str, str, Transform]:
         TeleopctlError: When one is missing, wrong, or both kinds of rotation are given.
         SystemExit: After ``--help``.
     """
-    parser = _Parser(
+    parser = ArgumentParser(
         prog="static_transform_publisher",
         description="Publish where one frame stands in another, in metres and radians.",
         epilog=f"Old, deprecated arguments: {_OLD_USAGE}",
@@ -144,14 +143,6 @@ def parse_new_style(words: Sequence[str]) -> tuple[str, str, Transform]:
         roll, pitch, yaw = (found[name] or 0.0 for name in _ANGLES)
         rotation = quaternion_from_rpy(roll, pitch, yaw)
     return found["frame_id"], found["child_frame_id"], Transform((x, y, z), rotation)
-
-
-class _Parser(argparse.ArgumentParser):
-    """Reports a wrong command line as all of teleopctl does."""
-
-    def error(self, message: str) -> NoReturn:
-        """Raise a `UsageError` instead of exiting the process."""
-        raise UsageError(message, hint=self.format_usage().strip())
 
 
 def _unit(numbers: Sequence[float]) -> tuple[float, float, float, float]:

@@ -1,0 +1,14 @@
+"""Parser of an executable's arguments, whose mistakes are errors like those of the command line."""
+
+import argparse
+from typing import NoReturn
+
+from teleopctl.errors import UsageError
+
+
+class ArgumentParser(argparse.ArgumentParser):
+    """`argparse.ArgumentParser` that raises a `UsageError` for a wrong argument."""
+
+    def error(self, message: str) -> NoReturn:
+        """Raise the mistake with the usage as hint, instead of ending the process."""
+        raise UsageError(message, hint=self.format_usage().strip())
