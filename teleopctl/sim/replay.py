@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, cast
 
 from teleopctl.interfaces import Message, get_message, serialize, set_stamp
@@ -134,25 +134,13 @@ def _command_of(time_ns: int, command: JointState) -> Command:
 
 
 class _SilentPorts:
-    """Reports nothing; see `teleopctl.sim.lockstep.Ports`."""
+    """Ports without reports: these were made during the recording, or the states show them."""
 
-    def controller_lost(self, time_ns: int, waited_s: float) -> None:
-        """Do nothing: it was reported during the recording."""
+    def _ignore(self, *_: object, **__: object) -> None:
+        """Do nothing."""
 
-    def controller_back(self, time_ns: int) -> None:
-        """Do nothing: it was reported during the recording."""
-
-    def fell_behind(self, seconds: float, factor: float) -> None:
-        """Do nothing: there is no pace to hold."""
-
-    def diverged(self, time_ns: int) -> None:
-        """Do nothing: the states show it."""
-
-    def commands_cut(self, sentences: Sequence[str]) -> None:
-        """Do nothing: it was reported during the recording."""
-
-    def objects_reset(self, time_ns: int, things: Sequence[str]) -> None:
-        """Do nothing: the states show it."""
+    controller_lost = controller_back = fell_behind = _ignore
+    diverged = commands_cut = objects_reset = _ignore
 
 
 class _AnsweredTopics(_SilentPorts):
