@@ -6,7 +6,10 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from teleopctl.sweep.cluster.client import Cluster as Cluster
-    from teleopctl.sweep.cluster.parcel import not_sent as not_sent, pack_launch as pack_launch
+    from teleopctl.sweep.cluster.file_transfer import (
+        not_sent as not_sent,
+        pack_launch as pack_launch,
+    )
     from teleopctl.sweep.measure import (
         Measure as Measure,
         measure_bag as measure_bag,

@@ -14,8 +14,8 @@ import pytest
 
 from teleopctl.errors import RefusedError
 from teleopctl.launch import find_launch_file
-from teleopctl.sweep.cluster import parcel
-from teleopctl.sweep.cluster.parcel import not_sent, pack_launch, unpack
+from teleopctl.sweep.cluster import file_transfer
+from teleopctl.sweep.cluster.file_transfer import not_sent, pack_launch, unpack
 from teleopctl.sweep.one_run import RunRequest
 from teleopctl.testing import LONGEST_WAIT_S, RosGraph, eventually
 
@@ -167,7 +167,7 @@ def test_links_are_sent_as_what_they_point_to_but_none_without_end(tmp_path: Pat
 
 
 def test_what_is_too_large_is_not_sent(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(parcel, "_LARGEST_SENT", 1 << 20)
+    monkeypatch.setattr(file_transfer, "_LARGEST_SENT", 1 << 20)
     (tmp_path / "go.launch.yaml").write_text("text")
     (tmp_path / "large.bin").write_bytes(bytes((1 << 20) + 1))
     with pytest.raises(RefusedError, match="more than 1 MB to be sent") as raised:

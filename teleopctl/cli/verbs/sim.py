@@ -526,20 +526,20 @@ def _run_on_cluster(work: "Sweep", address: str, folder: Path | None) -> None:
     from teleopctl.sweep import Cluster, not_sent, pack_launch
 
     first, cwd = work.requests[0], Path.cwd()
-    parcel, data = pack_launch(Path(first.file), folder, cwd)
+    sent_folder, data = pack_launch(Path(first.file), folder, cwd)
     values = [
         value
         for request in work.requests
         for value in (*request.arguments.values(), *request.parameters.values())
     ]
-    for value in not_sent(values, parcel, cwd):
+    for value in not_sent(values, sent_folder, cwd):
         console.note(f"{value} is not sent: each worker needs it at that place (or --send FOLDER)")
     with Cluster(address) as workers:
-        if parcel.root:
+        if sent_folder.root:
             count = workers.workers
-            console.note(f"{parcel.root} is sent to {count} worker{'' if count == 1 else 's'}")
+            console.note(f"{sent_folder.root} is sent to {count} worker{'' if count == 1 else 's'}")
         with _progress(work, workers.slots) as progress:
-            workers.run(work, parcel, data, progress.begin, progress.finish)
+            workers.run(work, sent_folder, data, progress.begin, progress.finish)
 
 
 def _progress(work: "Sweep", jobs: int) -> SweepProgress:

@@ -13,7 +13,7 @@ from typing import Any
 
 from teleopctl.base.extras import extra
 from teleopctl.errors import RefusedError, UnavailableError
-from teleopctl.sweep.cluster.parcel import SentFolder, unpack
+from teleopctl.sweep.cluster.file_transfer import SentFolder, unpack
 from teleopctl.sweep.cluster.worker import remove_sweep, run_on_worker, stop_runs, versions
 from teleopctl.sweep.one_run import RunRequest, RunResult
 from teleopctl.sweep.process import clear_run, failed_result
@@ -92,7 +92,7 @@ class Cluster:
     def run(
         self,
         sweep: Sweep,
-        parcel: SentFolder,
+        sent_folder: SentFolder,
         data: bytes,
         on_begin: Callable[[], None],
         on_result: Callable[[RunResult], None],
@@ -104,7 +104,7 @@ class Cluster:
 
         Args:
             sweep: What is to be done.
-            parcel: What the runs need.
+            sent_folder: The folder that the runs need.
             data: Its bytes.
             on_begin: Called when a run begins.
             on_result: Called with what came of each.
@@ -124,7 +124,7 @@ class Cluster:
         asked: dict[Any, RunRequest] = {}
         for request in sweep.pending():
             future = self._client.submit(
-                run_on_worker, asdict(request), parcel, sent, name,
+                run_on_worker, asdict(request), sent_folder, sent, name,
                 key=f"{name}-{request.number}", pure=False,
             )  # fmt: skip
             asked[future] = request

@@ -11,7 +11,7 @@ from typing import Any
 
 from teleopctl.base import __version__
 from teleopctl.errors import RefusedError
-from teleopctl.sweep.cluster.parcel import SentFolder, pack, unpack
+from teleopctl.sweep.cluster.file_transfer import SentFolder, pack, unpack
 from teleopctl.sweep.one_run import RunRequest
 from teleopctl.sweep.process import RunProcesses, free_ports
 
@@ -29,13 +29,13 @@ def versions() -> dict[str, str]:
 
 # Any: what JSON may be.
 def run_on_worker(
-    fields: dict[str, Any], parcel: SentFolder, data: bytes, sweep: str
+    fields: dict[str, Any], sent_folder: SentFolder, data: bytes, sweep: str
 ) -> tuple[dict[str, Any], bytes]:
     """Execute a run on this worker; return the fields of its result, and its packed folder.
 
     Args:
         fields: Those of a `RunRequest`, with the paths of whoever asks for it.
-        parcel: What was sent with it.
+        sent_folder: The folder that was sent with it.
         data: Its bytes.
         sweep: Which sweep it is of.
 
@@ -52,10 +52,10 @@ def run_on_worker(
         prefix="run-", dir=home, ignore_cleanup_errors=True
     ) as folder_name:
         folder = Path(folder_name)
-        request = parcel.for_worker(RunRequest(**fields), root)
+        request = sent_folder.for_worker(RunRequest(**fields), root)
         request.save(folder)
         (port,) = free_ports(1)
-        result = _processes(sweep).run(request, folder, port, port, root / parcel.cwd)
+        result = _processes(sweep).run(request, folder, port, port, root / sent_folder.cwd)
         if result is None:
             raise RefusedError("The sweep was stopped")
         try:

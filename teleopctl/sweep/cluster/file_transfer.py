@@ -1,4 +1,4 @@
-"""Files of a launch that are sent to workers, and paths rewritten for the other machine."""
+"""Files between a sweep and its workers: the launch's folder there, finished runs back."""
 
 from __future__ import annotations
 
@@ -94,7 +94,7 @@ def pack_launch(file: Path, folder: Path | None, cwd: Path) -> tuple[SentFolder,
     return SentFolder(str(folder), name, inner), _packed_folder(folder)
 
 
-def not_sent(values: Iterable[str], parcel: SentFolder, cwd: Path) -> list[str]:
+def not_sent(values: Iterable[str], sent_folder: SentFolder, cwd: Path) -> list[str]:
     """Return the values that name local files outside of the folder that is sent."""
     found = []
     for value in dict.fromkeys(values):
@@ -102,7 +102,7 @@ def not_sent(values: Iterable[str], parcel: SentFolder, cwd: Path) -> list[str]:
         # A word without a separator may be anything.
         if len(PurePath(value).parts) < 2 and not PurePath(value).suffix:
             continue
-        if path.exists() and not (parcel.root and path.is_relative_to(parcel.root)):
+        if path.exists() and not (sent_folder.root and path.is_relative_to(sent_folder.root)):
             found.append(value)
     return found
 
