@@ -232,7 +232,7 @@ def create(
     ] = "ament_cmake",
     dependencies: Annotated[
         list[str] | None,
-        Option("--dependencies", help="Packages that it needs.", complete="packages"),
+        Option("--dependencies", help="Packages that it depends on.", complete="packages"),
     ] = None,
     maintainer_email: Annotated[
         str | None,
@@ -243,10 +243,10 @@ def create(
         Option("--maintainer-name", help="The maintainer's name; otherwise the user's."),
     ] = None,
     node_name: Annotated[
-        str | None, Option("--node-name", help="A program that it is to have.")
+        str | None, Option("--node-name", help="Name of a program to create.")
     ] = None,
     library_name: Annotated[
-        str | None, Option("--library-name", help="A library that it is to have.")
+        str | None, Option("--library-name", help="Name of a library to create.")
     ] = None,
     as_json: AsJson = False,
 ) -> None:

@@ -30,9 +30,9 @@ class NewPackage(NamedTuple):
         license: Its license's identifier, or any text.
         maintainer_name: Who maintains it.
         maintainer_email: Where to write to.
-        dependencies: Names of packages that it needs.
-        node_name: A program that it is to have, or None.
-        library_name: A library that it is to have, or None.
+        dependencies: Names of packages that it depends on.
+        node_name: Name of a program to create, or None.
+        library_name: Name of a library to create, or None.
     """
 
     name: str
