@@ -18,7 +18,7 @@ _USAGE = "usage: python -m teleopctl.nodes [--builtin] [PACKAGE] EXECUTABLE [ARG
 
 
 def main() -> int:
-    """Run the executable that the command line names and return its exit status."""
+    """Run the executable named on the command line in this process; return its exit status."""
     status = 1
     try:
         # A shell starts its background jobs with SIGINT ignored, but the supervisor of this

@@ -37,7 +37,7 @@ def view_bag(
     is_paused: bool,
     on_ready: Callable[[Address, int], object],
 ) -> None:
-    """Play a bag in a domain of its own, and show it on a web page, until Ctrl-C.
+    """Play a bag in a ROS domain of its own, and serve a web page that shows it, until Ctrl-C.
 
     What is played reaches nobody else, and what else runs is not in the picture: the two nodes are
     in a domain of their own.

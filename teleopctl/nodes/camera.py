@@ -65,7 +65,7 @@ _CHOICES = {"quality": ("auto", "fast", "full"), "compressed.format": ("jpeg", "
 
 
 class CameraNode(Node):
-    """Node ``camera``, which renders and publishes all cameras of a robot.
+    """Node ``camera``, which renders and publishes the camera sensors of a robot.
 
     Everything that draws happens on one thread, as OpenGL wants it.
     """

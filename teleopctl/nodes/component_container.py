@@ -26,7 +26,7 @@ _POOLS = "--use_multi_threaded_executor"
 
 
 def single() -> int:
-    """Run ``component_container``: all components are executed in one thread."""
+    """Run ``component_container``: one thread executes all components; return the exit status."""
     with _until_the_end():
         executor = SingleThreadedExecutor()
         _serve(executor, ComponentManager(executor, _NAME))
@@ -34,7 +34,7 @@ def single() -> int:
 
 
 def multi() -> int:
-    """Run ``component_container_mt``: a pool of ``thread_num`` threads executes the components."""
+    """Run ``component_container_mt``: a thread pool executes components; return the exit status."""
     with _until_the_end():
         node = ComponentManager(None, _NAME)
         size = node.declare_parameter("thread_num", os.cpu_count() or 1).value
@@ -45,7 +45,7 @@ def multi() -> int:
 
 
 def isolated() -> int:
-    """Run ``component_container_isolated``: each component has an executor of its own."""
+    """Run ``component_container_isolated``: an executor per component; return the exit status."""
     has_pools = _POOLS in parse_ros_arguments(sys.argv[1:]).program
     make_executor = MultiThreadedExecutor if has_pools else SingleThreadedExecutor
     with _until_the_end():

@@ -20,7 +20,7 @@ _SWITCH_INTERVAL = 0.001
 
 
 def main(args: list[str] | None = None) -> int:
-    """Run the controller manager until Ctrl-C or a shutdown, and return the exit status.
+    """Run the node ``controller_manager`` until Ctrl-C or a shutdown; return the exit status.
 
     Args:
         args: Command line; None takes the process's.

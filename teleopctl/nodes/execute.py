@@ -24,7 +24,7 @@ _FOLDER = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__)
 def run_executable(
     package: str | None, executable: str, args: Sequence[str], *, builtin: bool = False
 ) -> int:
-    """Find a program by package and name, run it in this process, and return the exit status.
+    """Find an executable of a package, run it in this process, and return its exit status.
 
     Args:
         package: The program's package, or None when ``executable`` is a path or a unique name.
@@ -45,7 +45,7 @@ def run_executable(
 
 
 def execute(executable: PackageProgram, args: Sequence[str]) -> int:
-    """Run a program in this process, and return the exit status; see `run_executable`."""
+    """Run a program that `find_executable` found, in this process; return its exit status."""
     from teleopctl.base.output import discard_output, outlive_output, take_log_file
     from teleopctl.compat import activation
 

@@ -28,7 +28,7 @@ from teleopctl.robot import Joints, JointSet, Mimic, RobotDescription
 
 
 class JointStatePublisher(Node):
-    """Node ``joint_state_publisher``, also with sliders' topics as sources.
+    """Node that publishes ``joint_states``: default positions, or those of source topics.
 
     The description comes from a file, else from the parameter ``robot_description``, else from
     the topic of that name; a new one on the topic replaces what was known.
@@ -175,7 +175,7 @@ def main(args: list[str] | None = None) -> int:
 
 
 def read_description(file: str | None) -> str | None:
-    """Return the URDF in a URDF or xacro file; None without a file.
+    """Return the robot description in a URDF or xacro file, as URDF; None if ``file`` is None.
 
     Raises:
         TeleopctlError: It cannot be read.

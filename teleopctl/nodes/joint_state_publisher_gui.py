@@ -30,7 +30,7 @@ _TIMEOUT_S = 3.0
 
 
 def main(args: list[str] | None = None) -> int:
-    """Run ``joint_state_publisher_gui``, with a web page if none runs, until Ctrl-C.
+    """Run ``joint_state_publisher_gui`` until Ctrl-C, with a page of sliders unless a page runs.
 
     Args:
         args: Command line; None takes the process's.

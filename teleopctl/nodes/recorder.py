@@ -48,7 +48,7 @@ _EVERY_NODE_HAS = ("use_sim_time", "start_type_description_service")
 
 
 def main(args: list[str] | None = None) -> int:
-    """Record topics until Ctrl-C or SIGTERM, finish the bag, and return the exit status.
+    """Record topics, chosen by parameters, into a bag until Ctrl-C or SIGTERM; return the status.
 
     Raises:
         InvalidParameterError: A parameter is unknown, or of another type.

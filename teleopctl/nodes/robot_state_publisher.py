@@ -46,7 +46,7 @@ _MAX_FREQUENCY = 1000.0
 
 
 class JointTransforms:
-    """Transform messages of a robot's joints, computed from joint positions.
+    """TransformStamped messages of a robot's joints, computed from joint positions.
 
     Args:
         tree: The robot's segments.
@@ -60,7 +60,7 @@ class JointTransforms:
         self._messages: dict[str, TransformStamped] = {}
 
     def moving(self, state: JointState, stamp_ns: int) -> list[TransformStamped]:
-        """Return the transforms of a joint state's joints, valid until the next call.
+        """Return TransformStamped messages for a JointState's joints, reused by the next call.
 
         Args:
             state: Has as many positions as names; those that are not finite are left out.
@@ -77,7 +77,7 @@ class JointTransforms:
         ]
 
     def fixed(self, stamp_ns: int) -> list[TransformStamped]:
-        """Return the transforms of the fixed joints."""
+        """Return TransformStamped messages of the fixed joints, with the given stamp."""
         return [
             self._message(segment.joint, segment.origin, stamp_ns) for segment in self._tree.fixed
         ]
@@ -97,7 +97,7 @@ class JointTransforms:
 
 
 class RobotStatePublisher(Node):
-    """Node ``robot_state_publisher``.
+    """Node ``robot_state_publisher``: publishes a robot's transforms from joint states.
 
     Args:
         file: A URDF file, where the parameter is empty.
@@ -255,7 +255,7 @@ def _read(urdf: str) -> RobotDescription:
 
 
 def publish_interval_ns(frequency: float) -> int:
-    """Return the shortest time between two messages for a ``publish_frequency``, in nanoseconds.
+    """Return the shortest time between two tf messages for a frequency in Hz, in nanoseconds.
 
     Raises:
         InvalidParameterError: It is no rate that the node can have.

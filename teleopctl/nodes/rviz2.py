@@ -26,7 +26,7 @@ OPEN_VARIABLE = "TELEOPCTL_OPEN"
 
 
 def main(args: list[str] | None = None) -> int:
-    """Serve the web page until Ctrl-C or a shutdown, and return the exit status.
+    """Serve the viewer's web page until Ctrl-C or a shutdown; return the exit status.
 
     Args:
         args: Command line; None takes the process's.
@@ -77,14 +77,14 @@ def _spare_collections() -> None:
 
 
 def report_address(address: Address, *, open_it: bool) -> None:
-    """Report the web page as ready in the progress file, and open it in a browser if requested."""
+    """Report the web page as ready in the progress file; open it in a browser if requested."""
     progress.report_ready_at(address)
     if open_it or os.environ.get(OPEN_VARIABLE):
         open_in_browser(address)
 
 
 def open_in_browser(address: Address) -> None:
-    """Open a web page in the browser, without its token among process arguments.
+    """Open a web page in the browser, without its access token among process arguments.
 
     A browser is started with the address among its arguments, which everybody can list. So where
     the address has a token, what it is given is a file of the user's own that leads there.

@@ -7,7 +7,7 @@ from teleopctl.node import Node
 
 
 def require_single_instance(node: Node) -> None:
-    """Raise an error if another node with this node's full name is in the graph.
+    """Raise RefusedError if another node with this node's full name is in the ROS graph.
 
     The node is in the graph already, so of two that start at the same time at least one fails.
 

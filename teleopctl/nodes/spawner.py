@@ -150,7 +150,7 @@ def _make_parser() -> argparse.ArgumentParser:
 def read_command_line(
     words: Sequence[str], ros_files: Sequence[str] = ()
 ) -> tuple[argparse.Namespace, list[SpawnRequest]]:
-    """Parse the spawner's command line; return options and a request for each controller.
+    """Parse the spawner's arguments; return common options and a request for each controller.
 
     Args:
         words: The program's arguments, without ROS's.
@@ -215,7 +215,7 @@ _CLAIMED = (
 
 
 class SpawnError(Exception):
-    """A controller could not be spawned; the reason was logged."""
+    """Error of the spawner: a controller could not be spawned; the reason was logged."""
 
 
 class Spawner:
@@ -236,7 +236,7 @@ class Spawner:
         self._colors = _colors_wanted()
 
     def spawn(self, requests: Sequence[SpawnRequest]) -> None:
-        """Wait for the controller manager, and bring all controllers up, one after the other.
+        """Wait for the controller manager; load, configure and activate controllers as requested.
 
         Raises:
             SpawnError: One could not be brought up; those behind it have not been tried, unless
@@ -273,7 +273,7 @@ class Spawner:
         )
 
     def stay(self, requests: Sequence[SpawnRequest]) -> NoReturn:
-        """Bring all controllers up, and again in each controller manager that replaces the last.
+        """Spawn the controllers, and again in each new controller manager; never return.
 
         Raises:
             ExternalShutdownException: The process got the request to end.
@@ -364,7 +364,7 @@ class Spawner:
         return message or "refused"
 
     def unload(self, requests: Sequence[SpawnRequest]) -> None:
-        """Deactivate and unload the requested controllers."""
+        """Deactivate and unload the requested controllers; raise SpawnError if that fails."""
         names = [request.name for request in requests if not request.load_only]
         self._logger.info("Deactivating and unloading controllers...")
         active = [
@@ -433,7 +433,7 @@ def _wait_for_signal(received: queue.SimpleQueue[int]) -> None:
 
 
 def spawner(args: list[str] | None = None) -> int:
-    """Run ``controller_manager spawner``, and return the exit status.
+    """Run ``controller_manager spawner``: bring controllers up; return the exit status.
 
     Args:
         args: Command line; None takes the process's.
@@ -474,7 +474,7 @@ def spawner(args: list[str] | None = None) -> int:
 
 
 def unspawner(args: list[str] | None = None) -> int:
-    """Run ``controller_manager unspawner``, and return the exit status.
+    """Run ``controller_manager unspawner``: unload controllers; return the exit status.
 
     Args:
         args: Command line; None takes the process's.

@@ -11,7 +11,7 @@ from teleopctl.robot import bounded_xacro, over_budget
 
 
 def main() -> None:
-    """Run ``xacro`` on the process's command line, within the expansion budget."""
+    """Run ``xacro`` on the process's command line, with a limit on macro expansion."""
     with bounded_xacro() as xacro:
         expand = xacro.process_file
 

@@ -29,7 +29,7 @@ _HOW: dict[str, Callable[[list[float]], float]] = {
 
 
 class Measure(NamedTuple):
-    """Measure of a run: a field of a topic, and a statistic of its values.
+    """Number to compute for a run: a field of a topic, and a statistic of the field's values.
 
     Attributes:
         field: Topic and field, ``/joint_states/position[0]``.
@@ -41,12 +41,12 @@ class Measure(NamedTuple):
 
     @property
     def name(self) -> str:
-        """Name of the measure in tables."""
+        """Name of the measure in tables: ``FIELD:STATISTIC``."""
         return f"{self.field}:{self.how}"
 
 
 def parse_measure(text: str) -> Measure:
-    """Parse a measure such as ``/joint_states/position[0]:max``; the default is the last value.
+    """Return the `Measure` for a text such as ``/joint_states/position[0]:max``; default ``:last``.
 
     Raises:
         UsageError: It is not of that form.
@@ -62,7 +62,7 @@ def parse_measure(text: str) -> Measure:
 
 
 def measure_bag(bag: Path, measure: Measure) -> float:
-    """Return the value of a measure for the messages in a run's bag.
+    """Return a measure's number: its statistic of the field's values in a run's bag.
 
     Raises:
         NotFoundError: The bag, or such a topic of it, is not there.

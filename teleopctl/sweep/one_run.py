@@ -48,7 +48,7 @@ _ENDS_WITHIN_S = 30.0
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RunRequest:
-    """Request for one run of a sweep: launch file, arguments, parameters and end.
+    """Request for one run of a sweep: launch file, arguments, varied parameters and duration.
 
     Attributes:
         number: From 1.
@@ -74,12 +74,12 @@ class RunRequest:
     measures: list[str] = field(default_factory=list)
 
     def save(self, folder: Path) -> None:
-        """Write the request to a run's folder, as JSON."""
+        """Write the request to ``run.json`` in a run's folder."""
         (folder / _REQUEST_FILE).write_text(json.dumps(asdict(self), indent=1), encoding="utf-8")
 
 
 def load_request(folder: Path) -> RunRequest:
-    """Read the request in a run's folder."""
+    """Return the `RunRequest` read from ``run.json`` in a run's folder."""
     return RunRequest(**json.loads((folder / _REQUEST_FILE).read_text(encoding="utf-8")))
 
 
@@ -111,11 +111,11 @@ class RunResult:
 
     @property
     def is_done(self) -> bool:
-        """Whether the run was finished."""
+        """Whether the run ended without a failure or timeout."""
         return self.result == "done"
 
     def save(self) -> None:
-        """Write the result to the run's folder, atomically."""
+        """Write the result to ``result.json`` in the run's folder, atomically."""
         file = Path(self.folder) / RESULT_FILE
         draft = file.with_suffix(".new")
         draft.write_text(json.dumps(asdict(self), indent=1), encoding="utf-8")
@@ -123,7 +123,7 @@ class RunResult:
 
 
 def load_result(folder: Path) -> RunResult | None:
-    """Read the result in a run's folder; return None if there is none."""
+    """Return the `RunResult` read from a run's folder; None if the file is missing or invalid."""
     try:
         return RunResult(**json.loads((folder / RESULT_FILE).read_text(encoding="utf-8")))
     except (OSError, ValueError, TypeError):
@@ -131,13 +131,13 @@ def load_result(folder: Path) -> RunResult | None:
 
 
 def launch_arguments(request: RunRequest) -> dict[str, str]:
-    """Return the launch arguments of a run, with the varied ones."""
+    """Return a run's launch arguments as a dict: the common ones and the varied ones."""
     varied = {name: value for name, value in request.parameters.items() if ":" not in name}
     return request.arguments | varied
 
 
 def run_once(folder: Path) -> RunResult:
-    """Execute the run that is requested in a folder, and write its result there.
+    """Launch, record and measure the run that a folder's request describes; return the result.
 
     Raises:
         KeyboardInterrupt: It was stopped; nothing is written down then.
@@ -311,12 +311,12 @@ def _look_into_bag(
     return simulated_s, values, error
 
 
-def environment(folder: Path, slot: int, port: int) -> Mapping[str, str]:
-    """Return the environment variables of a run, which isolate it from other runs.
+def environment(folder: Path, domain_index: int, port: int) -> Mapping[str, str]:
+    """Return a run's environment variables: its router, folders and ROS domain, to isolate the run.
 
     Args:
         folder: The run's.
-        slot: Which of the runs at the same time it is, from 0.
+        domain_index: Which of the runs at the same time it is, from 0.
         port: Where its router is to listen, on the loopback interface.
     """
     return os.environ | {
@@ -325,5 +325,5 @@ def environment(folder: Path, slot: int, port: int) -> Mapping[str, str]:
         "TELEOPCTL_RUNTIME_DIR": str(folder / RUNTIME),
         "ROS_LOG_DIR": str(folder / "log"),
         # Even if somebody else's router has that port meanwhile.
-        "ROS_DOMAIN_ID": str(1 + slot % _DOMAINS),
+        "ROS_DOMAIN_ID": str(1 + domain_index % _DOMAINS),
     }

@@ -32,7 +32,7 @@ GUARDED = "--guarded"
 
 
 class RunProcesses:
-    """Executes runs in child processes; thread-safe.
+    """Child processes that execute the runs of a sweep; its methods are thread-safe.
 
     Args:
         guarded: Whether the processes are to end when the present one is no more.
@@ -45,7 +45,7 @@ class RunProcesses:
         self._stopped = False
 
     def stop(self) -> None:
-        """Stop the present runs, and start no others."""
+        """Interrupt the running child processes, and prevent further runs from starting."""
         with self._lock:
             self._stopped = True
             for process in self._at_work:
@@ -53,14 +53,19 @@ class RunProcesses:
                 process.send_signal(signal.SIGTERM if os.name == "nt" else signal.SIGINT)
 
     def run(
-        self, request: RunRequest, folder: Path, slot: int, port: int, cwd: Path | None = None
+        self,
+        request: RunRequest,
+        folder: Path,
+        domain_index: int,
+        port: int,
+        cwd: Path | None = None,
     ) -> RunResult | None:
-        """Execute a run in a child process; return its result, or None if it was stopped.
+        """Execute a run in a child process and wait; return its result, or None after `stop`.
 
         Args:
             request: What it is to be.
             folder: Its folder, where that is written.
-            slot: See `environment`.
+            domain_index: See `environment`.
             port: See there.
             cwd: Where relative paths start; None for the present folder.
 
@@ -69,7 +74,7 @@ class RunProcesses:
         """
         started = time.monotonic()
         try:
-            status = self._run(folder, slot, port, cwd)
+            status = self._run(folder, domain_index, port, cwd)
             how = f"killed by signal {-status}" if status < 0 else f"exit status {status}"
             ending = f"its process ended without a result ({how})"
         except OSError as error:
@@ -82,7 +87,7 @@ class RunProcesses:
                 result.save()
         return None if self._stopped else result
 
-    def _run(self, folder: Path, slot: int, port: int, cwd: Path | None) -> int:
+    def _run(self, folder: Path, domain_index: int, port: int, cwd: Path | None) -> int:
         """Do a run; returns how its process ended."""
         clear_run(folder)
         with open(folder / LOG_FILE, "wb", opener=open_private) as log:
@@ -92,7 +97,7 @@ class RunProcesses:
                 process = subprocess.Popen(
                     [sys.executable, "-P", "-m", "teleopctl.sweep", str(folder)]
                     + ([GUARDED] if self._guarded else []),
-                    env=dict(environment(folder, slot, port)),
+                    env=dict(environment(folder, domain_index, port)),
                     cwd=cwd,
                     # Nobody writes into the pipe; it ends with whoever holds it.
                     stdin=subprocess.PIPE if self._guarded else subprocess.DEVNULL,
@@ -117,7 +122,7 @@ class RunProcesses:
 
 
 def failed_result(request: RunRequest, folder: Path, error: str, wall_s: float = 0.0) -> RunResult:
-    """Return a failed result for a run whose process ended without one."""
+    """Return a `RunResult` with ``failed`` and an error, for a run that left no result itself."""
     return RunResult(
         number=request.number,
         parameters=request.parameters,
@@ -131,7 +136,7 @@ def failed_result(request: RunRequest, folder: Path, error: str, wall_s: float =
 
 
 def clear_run(folder: Path) -> None:
-    """Remove what an interrupted or failed run left in its folder."""
+    """Remove bag, logs, result and process records that an earlier try left in a run's folder."""
     for name in (BAG, "log", RUNTIME):
         shutil.rmtree(folder / name, ignore_errors=True)
     for name in (RESULT_FILE, LOG_FILE):
@@ -139,7 +144,7 @@ def clear_run(folder: Path) -> None:
 
 
 def free_ports(count: int) -> list[int]:
-    """Return free ports of the loopback interface."""
+    """Return ``count`` different free TCP ports of the loopback interface."""
     with contextlib.ExitStack() as sockets:
         found = [sockets.enter_context(socket.socket()) for _ in range(count)]
         for each in found:

@@ -16,7 +16,7 @@ SWEEP_FILE = "sweep.json"
 
 
 class Sweep:
-    """Sweep in a folder: its runs, and their results.
+    """Many runs of a launch file, with requests, results and bags in numbered folders.
 
     Args:
         folder: Theirs; each run has one below it, by its number.
@@ -33,7 +33,7 @@ class Sweep:
     def create(
         cls, folder: Path, requests: Sequence[RunRequest], options: Mapping[str, object]
     ) -> Sweep:
-        """Create a sweep's folder and those of its runs, with their requests.
+        """Create a sweep: write its options, and a numbered folder with each run's request.
 
         Args:
             folder: Where there is nothing yet.
@@ -58,7 +58,7 @@ class Sweep:
 
     @classmethod
     def open(cls, folder: Path) -> Sweep:
-        """Open an existing sweep, to continue or read it.
+        """Return the sweep that a folder contains, with the requests read from its runs' folders.
 
         Raises:
             NotFoundError: There is none in that folder.
@@ -75,12 +75,12 @@ class Sweep:
         return cls(folder, sorted(runs, key=lambda request: request.number))
 
     def folder_of(self, request: RunRequest) -> Path:
-        """Return the folder of a run."""
+        """Return the folder of a run, named by the run's number, such as ``007``."""
         width = max(3, len(str(len(self.requests))))
         return self.folder / f"{request.number:0{width}d}"
 
     def results(self) -> list[RunResult]:
-        """Return the results of all finished runs, in order."""
+        """Return the results of all ended runs, failed ones included, by run number."""
         found = [
             load_result(self.folder_of(request)) or self._seen.get(request.number)
             for request in self.requests
@@ -88,18 +88,18 @@ class Sweep:
         return [result for result in found if result is not None]
 
     def pending(self) -> list[RunRequest]:
-        """Return the runs that are not done, failed ones included."""
+        """Return the requests of all runs that have no result yet or have failed."""
         found = ((request, load_result(self.folder_of(request))) for request in self.requests)
         return [request for request, result in found if result is None or not result.is_done]
 
     def add_result(self, result: RunResult) -> None:
-        """Keep a result in memory, in case it could not be written to the disk."""
+        """Keep a run's result in memory for `results`, in case its file could not be written."""
         self._seen[result.number] = result
 
     def run(
         self, jobs: int, on_begin: Callable[[], None], on_result: Callable[[RunResult], None]
     ) -> None:
-        """Execute the runs that are not done, several at a time.
+        """Execute pending runs, ``jobs`` at a time; call ``on_begin`` and ``on_result`` for each.
 
         Args:
             jobs: How many at a time.
@@ -115,8 +115,8 @@ class Sweep:
         count = left.qsize()
         threads = _RunThreads(self, left)
         slots = [
-            threading.Thread(target=threads.work, args=(slot, port), daemon=True)
-            for slot, port in enumerate(free_ports(min(jobs, count)))
+            threading.Thread(target=threads.work, args=(domain_index, port), daemon=True)
+            for domain_index, port in enumerate(free_ports(min(jobs, count)))
         ]
         for thread in slots:
             thread.start()
@@ -153,12 +153,12 @@ class _RunThreads:
         self._stopped = False
 
     def stop(self) -> None:
-        """Stop the present runs, and start no others."""
+        """Interrupt the running child processes, and prevent further runs from starting."""
         self._stopped = True
         self._processes.stop()
 
-    def work(self, slot: int, port: int) -> None:
-        """Execute pending runs one after the other, until none is left."""
+    def work(self, domain_index: int, port: int) -> None:
+        """Execute pending runs one by one until none is left; put results into ``events``."""
         while not self._stopped:
             try:
                 request = self._left.get_nowait()
@@ -166,6 +166,6 @@ class _RunThreads:
                 return
             self.events.put(None)
             folder = self._sweep.folder_of(request)
-            result = self._processes.run(request, folder, slot, port)
+            result = self._processes.run(request, folder, domain_index, port)
             if result is not None:
                 self.events.put(result)

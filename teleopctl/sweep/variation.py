@@ -17,7 +17,7 @@ _MOST_RUNS = 1_000_000
 
 
 class GridParameter(NamedTuple):
-    """Parameter that takes each of a list of values.
+    """Launch argument or node parameter of a sweep that takes each of a list of values.
 
     Attributes:
         name: A launch argument, or ``node:parameter``.
@@ -29,7 +29,7 @@ class GridParameter(NamedTuple):
 
 
 class RandomParameter(NamedTuple):
-    """Parameter whose value is drawn from a distribution for each run.
+    """Launch argument or node parameter of a sweep, drawn from a distribution for each run.
 
     Attributes:
         name: A launch argument, or ``node:parameter``.
@@ -43,7 +43,7 @@ class RandomParameter(NamedTuple):
 
 
 def parse_grid(text: str) -> GridParameter:
-    """Parse a grid such as ``mass:=0.5,1,2`` or ``mass:=linspace(0,1,5)``.
+    """Return the `GridParameter` for a text: ``mass:=0.5,1,2`` or ``mass:=linspace(0,1,5)``.
 
     Raises:
         UsageError: It is not of that form.
@@ -63,7 +63,7 @@ def parse_grid(text: str) -> GridParameter:
 
 
 def parse_sample(text: str) -> RandomParameter:
-    """Parse a distribution such as ``friction:=uniform(0.2,1)``.
+    """Return the `RandomParameter` for a text such as ``friction:=uniform(0.2,1)``.
 
     Raises:
         UsageError: It is not of that form, or there is no such distribution.
@@ -86,7 +86,7 @@ def parse_sample(text: str) -> RandomParameter:
 def combinations(
     grids: Sequence[GridParameter], samples: Sequence[RandomParameter], runs: int, seed: int
 ) -> list[dict[str, str]]:
-    """Return the parameters of each run: all combinations of grids, with random draws.
+    """Return the parameters of all runs: each grid combination, with ``runs`` random draws.
 
     Each combination gets the same draws, so that they can be compared, and each sampled parameter
     has random numbers of its own: another parameter beside it does not change them.

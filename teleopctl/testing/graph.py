@@ -50,7 +50,7 @@ _PATIENCE_S = 2.0
 
 
 class RosGraph:
-    """Isolated ROS graph for tests, with a router, a domain and folders of its own.
+    """Isolated ROS graph for tests, with a router, a ROS domain and folders of its own.
 
     What is started here sees nothing of the machine's other nodes, and they see nothing of it. As
     a context manager it starts the router and takes this process in as well, so that nodes of the
@@ -84,7 +84,7 @@ class RosGraph:
 
     @property
     def folder(self) -> Path:
-        """Folder of the graph's process records."""
+        """Folder with the graph's process records and logs, where its programs start."""
         return self._folder
 
     def _use_port(self, port: int, domain: int | None = None) -> None:
@@ -124,13 +124,13 @@ class RosGraph:
                 self._leave()
 
     def join(self, environ: MutableMapping[str, str]) -> None:
-        """Set environment variables so that processes with them join the graph."""
+        """Change environment variables in a mapping so that processes with them join the graph."""
         for name in [name for name in environ if name.startswith(_FOREIGN)]:
             del environ[name]
         environ.update(self.variables)
 
     def start_router(self) -> background.ProcessRecord:
-        """Start the router as ``teleopctl daemon start`` does.
+        """Start the router as ``teleopctl daemon start`` does; return its process record.
 
         Raises:
             TeleopctlError: It cannot start.
@@ -151,7 +151,7 @@ class RosGraph:
         raise AssertionError
 
     def share_router(self, owner: RosGraph) -> None:
-        """Use the router of another graph, in a domain of this graph's own.
+        """Use another graph's router, started if needed, in a ROS domain of this graph's own.
 
         The router is started unless it runs. Neither graph sees the nodes of the other one, and
         ``teleopctl daemon stop`` in this graph refuses to stop the router.
@@ -173,11 +173,11 @@ class RosGraph:
         input: str | None = None,  # noqa: A002 - subprocess's word
         cwd: Path | None = None,
     ) -> subprocess.CompletedProcess[str]:
-        """Run ``teleopctl ARGS`` to its end."""
+        """Run ``teleopctl ARGS`` to its end; return exit status and output (CompletedProcess)."""
         return self.run_module("teleopctl", args, timeout, input=input, cwd=cwd)
 
     def spawn(self, args: Sequence[str] | str, *, cwd: Path | None = None) -> Process:
-        """Start ``teleopctl ARGS``; it is killed at the end of the test."""
+        """Start ``teleopctl ARGS`` and return the `Process`, which `close` kills."""
         return self.spawn_module("teleopctl", args, cwd=cwd)
 
     def run_module(
@@ -189,7 +189,7 @@ class RosGraph:
         input: str | None = None,  # noqa: A002 - subprocess's word
         cwd: Path | None = None,
     ) -> subprocess.CompletedProcess[str]:
-        """Run ``python -m MODULE ARGS`` to its end."""
+        """Run ``python -m MODULE ARGS`` to its end; return exit status and output."""
         return subprocess.run(
             [sys.executable, "-m", module, *_words(args)],
             env=self.env,
@@ -206,17 +206,17 @@ class RosGraph:
     def spawn_module(
         self, module: str, args: Sequence[str] | str = (), *, cwd: Path | None = None
     ) -> Process:
-        """Start ``python -m MODULE ARGS``; it is killed at the end of the test."""
+        """Start ``python -m MODULE ARGS`` and return the `Process`, which `close` kills."""
         return self.spawn_command([sys.executable, "-m", module, *_words(args)], cwd=cwd)
 
     def spawn_command(self, argv: Sequence[str], *, cwd: Path | None = None) -> Process:
-        """Start a program; it is killed at the end of the test."""
+        """Start a program by its command line; return the `Process`, which `close` kills."""
         process = Process(argv, self.env, cwd or self.folder)
         self._processes.append(process)
         return process
 
     def launch(self, *words: str, timeout_s: float = LONGEST_LAUNCH_S) -> LaunchedSystem:
-        """Launch a launch file in the background, until everything is up.
+        """Launch a launch file in the background; return the system once everything is up.
 
         It is ended with the graph, or by `LaunchedSystem.stop`.
 
@@ -251,11 +251,11 @@ class RosGraph:
 
     @property
     def node(self) -> Node:
-        """Return a node of the test's process whose callbacks are executed on a thread."""
+        """Node in the test's process, for publishers and clients; a thread spins the node."""
         return self._observing().node
 
     def wait_for_nodes(self, *names: str, timeout_s: float = LONGEST_WAIT_S) -> None:
-        """Wait until nodes with these full names are in the graph.
+        """Wait until nodes with these full names are in the graph; raise AssertionError if not.
 
         Raises:
             AssertionError: The time is up; the message lists the nodes that are there.
@@ -271,7 +271,7 @@ class RosGraph:
         qos: QoSProfile | int = 10,
         timeout_s: float = LONGEST_WAIT_S,
     ) -> MessageT:
-        """Wait for the next message of a topic, or the next one that satisfies a predicate.
+        """Return the next message of a topic, or the next one for which ``matching`` is true.
 
         Args:
             message_type: A message class.
@@ -300,7 +300,7 @@ class RosGraph:
         return self._observer
 
     def reports(self) -> Iterator[tuple[str, str]]:
-        """Yield the processes and logs of the graph, as titles and texts, for a failure report."""
+        """Yield (title, text) pairs for a failure report: processes' output, ends of logs."""
         if self._router_owner is not None:
             yield from self._router_owner.reports()
         for process in self._processes:
@@ -311,7 +311,7 @@ class RosGraph:
                 yield log_file.name, "".join(text.splitlines(keepends=True)[-_REPORTED_LINES:])
 
     def close(self) -> None:
-        """End all processes that the graph has started.
+        """End all processes that the graph has started, and destroy the node of the test's process.
 
         Whatever a test did to the environment variables: only this graph's folder counts.
         """

@@ -24,14 +24,14 @@ _MARKS = (
 )
 
 
-def are_ours(site: str) -> bool:
-    """Return whether the launch packages are teleopctl's, rather than those of a ROS 2."""
+def are_imported_from(folder: str) -> bool:
+    """Return whether launch_testing and launch_pytest are those in a folder, not a ROS 2's."""
     specs = [find_spec(name) for name in _PLUGINS]
-    return all(spec is not None and (spec.origin or "").startswith(site) for spec in specs)
+    return all(spec is not None and (spec.origin or "").startswith(folder) for spec in specs)
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    """Declare the option of launch_testing's pytest plug-in."""
+    """Add launch_testing's option ``--launch-args`` to pytest; called when pytest starts."""
     parser.addoption(
         "--launch-args",
         action="append",
@@ -42,14 +42,14 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Declare the marks of launch_testing and launch_pytest."""
+    """Declare the marks of launch_testing and launch_pytest; called when pytest starts."""
     for line in _MARKS:
         config.addinivalue_line("markers", line)
 
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> None:
-    """Load the plug-in of launch_testing or launch_pytest if a test file mentions that package."""
+    """Called for each collected file: load the launch test plug-in that the file mentions."""
     if file_path.suffix != ".py":
         return
     manager = parent.config.pluginmanager

@@ -13,7 +13,7 @@ from teleopctl.testing.process import LONGEST_WAIT_S, eventually
 
 
 class LaunchedSystem:
-    """Running launch file; `RosGraph.launch` returns one.
+    """Launch file running in a test's graph, as `RosGraph.launch` returns it.
 
     Args:
         record: The launch as a background process.
@@ -31,16 +31,16 @@ class LaunchedSystem:
 
     @property
     def output(self) -> str:
-        """Output of the launched processes so far."""
+        """Output of the launched processes so far, read from the log file."""
         return self.log_file.read_text(encoding="utf-8", errors="replace")
 
     @property
     def is_running(self) -> bool:
-        """Return whether the launch is running."""
+        """Whether the launch is running."""
         return background.is_alive(self._record)
 
     def wait_for_line(self, pattern: str, timeout_s: float = LONGEST_WAIT_S) -> re.Match[str]:
-        """Wait for an output line that matches a pattern, after the last match.
+        """Return the match of the next output line that matches a pattern; wait for that line.
 
         Raises:
             AssertionError: The time is up, or everything ended without such a line; the message
@@ -69,5 +69,5 @@ class LaunchedSystem:
         return found[0]
 
     def stop(self) -> None:
-        """Stop the launch, as ``teleopctl stop`` does."""
+        """Stop the launch with all its processes, as ``teleopctl stop`` does."""
         stop_running(self._record)

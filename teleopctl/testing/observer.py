@@ -11,7 +11,7 @@ from teleopctl.testing.process import LONGEST_WAIT_S
 
 
 class Observer:
-    """Node of the test's process whose callbacks run on a thread.
+    """Node of the test's process, spun on a thread, to wait for nodes and messages.
 
     Attributes:
         node: The node, for publishers, clients and whatever else a test needs. What a callback
@@ -39,7 +39,7 @@ class Observer:
                 self._changed.notify_all()
 
     def wait_for_nodes(self, names: Collection[str], timeout_s: float = LONGEST_WAIT_S) -> None:
-        """Wait until nodes are in the graph.
+        """Wait until nodes with these full names are in the graph; raise AssertionError if not.
 
         Args:
             names: Full names, ``/ns/node``.
@@ -66,7 +66,7 @@ class Observer:
         qos: QoSProfile | int = 10,
         timeout_s: float = LONGEST_WAIT_S,
     ) -> MessageT:
-        """Wait for the next message that satisfies a predicate; see `RosGraph.wait_for_message`."""
+        """Return the next message of a topic that satisfies ``matching``, or any if None."""
         found: list[MessageT] = []
         last: list[MessageT] = []
 
@@ -90,7 +90,7 @@ class Observer:
         return found[0]
 
     def close(self) -> None:
-        """Destroy the node.
+        """Destroy the node and stop its thread; raise the exception that a callback has raised.
 
         Raises:
             Exception: What a callback raised and no wait has raised again.

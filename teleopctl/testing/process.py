@@ -32,7 +32,7 @@ Stream = Literal["any", "stdout", "stderr"]
 
 
 class Process:
-    """Running program under test, whose output lines can be waited for.
+    """Program under test, run as a child process, whose output lines can be waited for.
 
     Args:
         argv: Program and arguments.
@@ -78,22 +78,22 @@ class Process:
 
     @property
     def pid(self) -> int:
-        """Process id."""
+        """Process ID of the program."""
         return self._popen.pid
 
     @property
     def returncode(self) -> int | None:
-        """Exit status, negative for a signal; None while the process runs."""
+        """Exit status of the program, negative for a signal; None while the program runs."""
         return self._popen.poll()
 
     @property
     def stdout(self) -> str:
-        """Standard output so far."""
+        """Standard output of the program so far, as text."""
         return self._text("stdout")
 
     @property
     def stderr(self) -> str:
-        """Standard error so far."""
+        """Standard error of the program so far, as text."""
         return self._text("stderr")
 
     def _text(self, stream: str) -> str:
@@ -103,7 +103,7 @@ class Process:
     def wait_for_line(
         self, pattern: str, timeout_s: float = LONGEST_WAIT_S, *, stream: Stream = "any"
     ) -> re.Match[str]:
-        """Wait for an output line that matches a pattern, after the last match.
+        """Return the match of the next output line that matches a pattern; wait for that line.
 
         Args:
             pattern: A regular expression.
@@ -138,13 +138,13 @@ class Process:
         return found[0]
 
     def send(self, text: str) -> None:
-        """Write to the process's standard input."""
+        """Write text to the program's standard input."""
         assert self._popen.stdin is not None
         self._popen.stdin.write(text)
         self._popen.stdin.flush()
 
     def interrupt(self) -> None:
-        """Interrupt the process, as Ctrl-C does."""
+        """Send SIGINT to the program, as Ctrl-C does."""
         if sys.platform == "win32":
             # It has no Ctrl-C for one process alone.
             self._popen.send_signal(signal.CTRL_BREAK_EVENT)
@@ -152,11 +152,11 @@ class Process:
             self._popen.send_signal(signal.SIGINT)
 
     def terminate(self) -> None:
-        """Terminate the process by SIGTERM."""
+        """Send SIGTERM to the program."""
         self._popen.terminate()
 
     def wait(self, timeout_s: float = LONGEST_WAIT_S) -> int:
-        """Wait for the end of the process, and return its exit status.
+        """Wait for the end of the program and return its exit status; AssertionError on timeout.
 
         Raises:
             AssertionError: The time is up; the message has its whole output.
@@ -172,7 +172,7 @@ class Process:
         return status
 
     def kill(self) -> None:
-        """Kill the process and its descendants."""
+        """Kill the program and its descendants, and wait for the end of the program."""
         with contextlib.suppress(psutil.NoSuchProcess):
             process = psutil.Process(self._popen.pid)
             for descendant in process.children(recursive=True):
@@ -190,7 +190,7 @@ class Process:
                 self._popen.stdin.close()
 
     def report(self) -> str:
-        """Return command line, output and exit status, for a failure report."""
+        """Return the program's command line, output and exit status, for a failure report."""
         with self._changed:
             output = "\n".join(f"{name}: {line}" for name, line in self._lines)
         return f"{shlex.join(self._argv)}\n{output}\nstatus: {self.returncode}"
@@ -199,7 +199,7 @@ class Process:
 def eventually(
     check: Callable[[], object], timeout_s: float = LONGEST_WAIT_S, what: str = "it"
 ) -> None:
-    """Wait until a function returns without an assertion error or false value, or a timeout.
+    """Call ``check`` until it returns a true value; on timeout raise AssertionError about ``what``.
 
     Args:
         check: What is to become true.

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    """Declare the ini setting of the plug-in."""
+    """Declare the ini setting ``teleopctl_imports``; called when pytest starts."""
     parser.addini(
         "teleopctl_imports",
         "Let tests import rclpy and message packages from teleopctl where they are not installed.",
@@ -33,13 +33,13 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_load_initial_conftests(early_config: pytest.Config) -> None:
-    """Make the packages importable before the first ``conftest.py`` is read."""
+    """Make ``rclpy`` and message packages importable before the first ``conftest.py`` is read."""
     if early_config.getini("teleopctl_imports"):
         from teleopctl.compat import activation
         from teleopctl.testing import launch_tests
 
         activation.activate()
-        if launch_tests.are_ours(activation.SITE):
+        if launch_tests.are_imported_from(activation.SITE):
             early_config.pluginmanager.register(launch_tests)
 
 
@@ -57,7 +57,7 @@ def _router_of_session(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Ros
 
 @pytest.fixture
 def ros_graph(ros_graph_without_router: RosGraph, _router_of_session: RosGraph) -> RosGraph:
-    """A ROS graph of the test's own, in a domain of its own; this process is in it as well.
+    """Fixture: `RosGraph` of one test, with a ROS domain of its own, which the test process joins.
 
     The router runs until the end of the session and serves each test in turn.
     """
@@ -67,7 +67,7 @@ def ros_graph(ros_graph_without_router: RosGraph, _router_of_session: RosGraph) 
 
 @pytest.fixture
 def ros_graph_without_router(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[RosGraph]:
-    """A ROS graph of the test's own in which no router runs yet; see `RosGraph.start_router`."""
+    """Fixture: `RosGraph` of one test, without a router until `RosGraph.start_router`."""
     yield from _graph(tmp_path, monkeypatch)
 
 
@@ -75,7 +75,7 @@ def ros_graph_without_router(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
 def shared_ros_graph(
     tmp_path_factory: pytest.TempPathFactory, _router_of_session: RosGraph
 ) -> Iterator[RosGraph]:
-    """One ROS graph for all tests of a module that only look."""
+    """Fixture: one `RosGraph` for all tests of a module, which should only observe."""
     with pytest.MonkeyPatch.context() as monkeypatch:
         for graph in _graph(tmp_path_factory.mktemp("ros_graph"), monkeypatch):
             graph.share_router(_router_of_session)
@@ -84,13 +84,13 @@ def shared_ros_graph(
 
 @pytest.fixture
 def ros_launch(ros_graph: RosGraph) -> Callable[..., LaunchedSystem]:
-    """Return a function that starts a launch file in ``ros_graph`` and waits until it is up."""
+    """Fixture: function that starts a launch file in ``ros_graph`` and waits until it is up."""
     return ros_graph.launch
 
 
 @pytest.fixture
 def ros_bag_repeats() -> Callable[..., Verification]:
-    """Return the function `assert_bag_repeats`."""
+    """Fixture: the function `assert_bag_repeats`, which simulates a bag again and compares."""
     from teleopctl.testing.replayed import assert_bag_repeats
 
     return assert_bag_repeats
@@ -100,7 +100,7 @@ def ros_bag_repeats() -> Callable[..., Verification]:
 def pytest_runtest_makereport(
     item: pytest.Item,
 ) -> Generator[None, pytest.TestReport, pytest.TestReport]:
-    """Add processes and logs of a test's graph to its failure report."""
+    """Add the output of processes and the logs of a failed test's graph to the test's report."""
     report = yield
     if report.failed:
         graph = getattr(item, "funcargs", {}).get("ros_graph_without_router")

@@ -13,7 +13,7 @@ _MOST_LINES = 20
 
 
 def assert_bag_repeats(path: Path | str, *, tolerance: float = 0.0) -> Verification:
-    """Simulate a recorded session again, and assert that the messages are equal.
+    """Simulate a recorded bag again; raise AssertionError if messages differ, else return results.
 
     Args:
         path: The bag, of a simulation from its start on.

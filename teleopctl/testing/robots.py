@@ -18,7 +18,7 @@ def serial_robot(
     extra_joints: str = "",
     extra_control: str = "",
 ) -> str:
-    """Return the URDF of a serial robot, with joints ``joint1`` and so on.
+    """Return the URDF of a chain of ``joints`` joints (``joint1``, …) with ros2_control hardware.
 
     Args:
         joints: How many.

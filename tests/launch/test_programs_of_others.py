@@ -18,7 +18,7 @@ from teleopctl.launch.evaluation.processes import (
 )
 from teleopctl.launch.frontends import read_launch_file
 from teleopctl.node import get_logger
-from teleopctl.nodes.gazebo.bridges import Bridge, read_file, read_words
+from teleopctl.nodes.gazebo.bridges import Bridge, parse_bridge_words, read_bridge_file
 from teleopctl.nodes.gazebo.command_line import (
     GazeboRequest,
     server_request,
@@ -158,12 +158,12 @@ def test_each_word_of_a_command_line_is_followed_or_named(words):
 
 def test_a_bridges_command_line_is_read():
     words = ["/scan@sensor_msgs/msg/LaserScan[gz.msgs.LaserScan", "/world/a/control@x/srv/Control"]
-    assert read_words(words) == (
+    assert parse_bridge_words(words) == (
         [Bridge("/scan", "/scan", "sensor_msgs/msg/LaserScan", "GZ_TO_ROS")],
         ["/world/a/control"],
     )
     with pytest.raises(UsageError, match="'/scan' is no topic"):
-        read_words(["/scan"])
+        parse_bridge_words(["/scan"])
 
 
 def test_a_bridges_file_is_read_and_what_is_wrong_in_it_is_told(tmp_path):
@@ -177,7 +177,7 @@ def test_a_bridges_file_is_read_and_what_is_wrong_in_it_is_told(tmp_path):
         f"- {{topic_name: a, {types}, direction: UP}}\n"
         "- text\n"
     )
-    bridges, faults = read_file(file)
+    bridges, faults = read_bridge_file(file)
     assert bridges == [
         Bridge("chat", "/gz/chat", "std_msgs/msg/String", "ROS_TO_GZ"),
         Bridge("both", "both", "std_msgs/msg/String", "BIDIRECTIONAL"),
@@ -186,8 +186,8 @@ def test_a_bridges_file_is_read_and_what_is_wrong_in_it_is_told(tmp_path):
         f"entry {number}" for number in (3, 4, 5, 6)
     ]
     file.write_text("topic: {")
-    assert "bridge.yaml" in read_file(file)[1][0]
-    assert read_file(tmp_path / "none.yaml")[1]
+    assert "bridge.yaml" in read_bridge_file(file)[1][0]
+    assert read_bridge_file(tmp_path / "none.yaml")[1]
 
 
 def plan_of(text, tmp_path):

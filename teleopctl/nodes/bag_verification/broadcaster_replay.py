@@ -13,7 +13,7 @@ _MANAGER = "controller_manager"
 
 
 class BroadcasterReplay:
-    """Recorded launch's broadcasters, run again on recorded joint states in an in-memory stack.
+    """Broadcasters of a recorded launch, run again in memory on the bag's joint states.
 
     Args:
         urdf: The robot description.
@@ -54,7 +54,7 @@ class BroadcasterReplay:
             self.not_run[manager] = f"its hardware cannot be loaded here: {error.message}"
 
     def update(self, time_ns: int, state: bytes) -> None:
-        """Run a control cycle on a recorded JointState, and publish the broadcasters' messages."""
+        """Run a control cycle on a JointState (CDR); pass on what broadcasters publish."""
         stack = self._stack
         if stack is None:
             return

@@ -19,7 +19,7 @@ _DEFAULT_NAME = "/robot_state_publisher"
 
 
 class FrameReplay:
-    """Transforms of a recorded robot_state_publisher, computed again from joint states.
+    """Replay of robot_state_publisher: computes a bag's ``/tf`` again from its joint states.
 
     Which of the states it takes follows from the last ones that it took; of a state that it had no
     room for nothing is sent.
@@ -59,7 +59,7 @@ class FrameReplay:
         self._last_ns: int | None = None
 
     def compare(self, time_ns: int, state: bytes, stream: ComparedStream) -> bytes | None:
-        """Compute a joint state's transforms, compare them with the recorded ones, and return CDR.
+        """Compare a JointState's transforms with recorded ones; return their CDR, None if none due.
 
         Args:
             time_ns: The state's time, in nanoseconds.
@@ -92,7 +92,7 @@ class FrameReplay:
 def split_by_frames(
     topic: RecordedTopic, groups: Mapping[str, set[str]]
 ) -> dict[str, RecordedTopic]:
-    """Split recorded ``/tf`` messages by the publisher that their frames belong to.
+    """Split recorded ``/tf`` messages by publisher, using the frame names in ``groups``.
 
     Args:
         topic: What was recorded.

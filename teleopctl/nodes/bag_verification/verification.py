@@ -55,7 +55,7 @@ OnMessage = Callable[[str, str, int, bytes, bytes], object]
 
 
 class Verification(NamedTuple):
-    """Result of verifying a bag: comparison of messages, other library versions, remarks.
+    """Result of `verify_bag`: comparison of messages, other library versions, remarks.
 
     Attributes:
         verdict: How the messages compare.
@@ -76,7 +76,7 @@ def verify_bag(
     timestep_s: float | None = None,
     on_message: OnMessage = lambda *_: None,
 ) -> Verification:
-    """Simulate again what a bag has recorded, and compare the recorded messages.
+    """Simulate a recorded bag again without a ROS graph; return how its messages compare.
 
     The simulator runs with its recorded parameters, and takes the recorded commands at the
     simulated times at which it took them; controllers that command nothing, and
@@ -158,13 +158,13 @@ class _Run:
 
     @property
     def wanted(self) -> set[str]:
-        """Topics whose messages are compared or played back."""
+        """Topics of the bag whose messages are compared or played back."""
         also = {self._commands_topic, self._frames.states_topic, _TF, _TF_STATIC}
         published = {*self._rerun.topics, *self._broadcasters.topics}
         return (published | also) & set(self._session.types)
 
     def read(self, topics: Mapping[str, RecordedTopic]) -> None:
-        """Take the recorded topics, and prepare their comparison.
+        """Store recorded topics and prepare their comparison; raise InvalidFileError if some lack.
 
         Raises:
             InvalidFileError: That is no whole run.
@@ -232,7 +232,7 @@ class _Run:
     # --- the run --------------------------------------------------------------------------
 
     def run(self) -> None:
-        """Run the simulation again, and compare all messages."""
+        """Run the simulation again with the recorded commands, and compare all messages."""
         self._rerun.run(self._commands.by_time, self._end_ns, self._take_tick)
         if self._frames.states_topic not in self._broadcasters.topics:
             # Nobody who is run again publishes the states that it took: those of the bag stand for

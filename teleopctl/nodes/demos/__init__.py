@@ -14,7 +14,7 @@ from rclpy.node import Node
 
 
 def run(make_node: Callable[[], Node], args: list[str] | None = None) -> None:
-    """Create a node, spin it until Ctrl-C or a shutdown, and destroy it.
+    """Create a node by ``make_node``, spin the node until Ctrl-C or a shutdown, and destroy it.
 
     Args:
         make_node: The node's class, or a function that makes it.

@@ -19,7 +19,7 @@ _STEP_S = 1.0
 
 
 class FibonacciActionServer(Node):
-    """Action server that computes a Fibonacci sequence, one number per second."""
+    """Node whose action server computes a Fibonacci sequence, one number per second."""
 
     def __init__(self) -> None:
         super().__init__("fibonacci_action_server")
@@ -41,14 +41,14 @@ class FibonacciActionServer(Node):
 
 
 class FibonacciActionClient(Node):
-    """Action client that requests ten Fibonacci numbers, and exits with the result."""
+    """Node that sends a ``fibonacci`` goal, logs the result, and then shuts rclpy down."""
 
     def __init__(self) -> None:
         super().__init__("fibonacci_action_client")
         self._client = ActionClient(self, Fibonacci, "fibonacci")
 
     def send_goal(self, order: int) -> None:
-        """Wait for the action server, and send a goal with the number of steps."""
+        """Wait for the action server, and send a goal for ``order`` Fibonacci numbers."""
         self._client.wait_for_server()
         sent = self._client.send_goal_async(
             Fibonacci.Goal(order=order), feedback_callback=self._take_feedback
@@ -73,12 +73,12 @@ class FibonacciActionClient(Node):
 
 
 def fibonacci_action_server(args: list[str] | None = None) -> None:
-    """Run the node ``fibonacci_action_server``."""
+    """Run the node ``fibonacci_action_server`` until Ctrl-C: it computes sequences on request."""
     run(FibonacciActionServer, args)
 
 
 def fibonacci_action_client(args: list[str] | None = None) -> None:
-    """Run the node ``fibonacci_action_client``."""
+    """Run ``fibonacci_action_client``: send one goal, log feedback and result, and end."""
     rclpy.init(args=args)
     node = FibonacciActionClient()
     try:

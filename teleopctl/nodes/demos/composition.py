@@ -41,7 +41,7 @@ class ListenerComponent(Node):
 
 
 class ServerComponent(Node):
-    """Component that offers the service ``add_two_ints``."""
+    """Component that serves ``add_two_ints``: returns the sum, and logs each request."""
 
     def __init__(self) -> None:
         super().__init__("Server")
@@ -56,7 +56,7 @@ class ServerComponent(Node):
 
 
 class ClientComponent(Node):
-    """Component that calls ``add_two_ints`` with 2 and 3 every two seconds."""
+    """Component that calls ``add_two_ints`` with 2 and 3 every two seconds, and logs the sum."""
 
     def __init__(self) -> None:
         super().__init__("Client")
@@ -76,10 +76,10 @@ class ClientComponent(Node):
 
 
 def talker(args: list[str] | None = None) -> None:
-    """Run the node ``demo_nodes_cpp talker``."""
+    """Run `TalkerComponent` as ``demo_nodes_cpp talker`` until Ctrl-C."""
     run(TalkerComponent, args)
 
 
 def listener(args: list[str] | None = None) -> None:
-    """Run the node ``demo_nodes_cpp listener``."""
+    """Run `ListenerComponent` as ``demo_nodes_cpp listener`` until Ctrl-C."""
     run(ListenerComponent, args)

@@ -60,7 +60,7 @@ class _Introspected(Node):
 
 
 class IntrospectionService(_Introspected):
-    """Server of ``add_two_ints`` whose introspection a parameter switches."""
+    """Node that serves ``add_two_ints``; a parameter sets its service introspection state."""
 
     def __init__(self) -> None:
         super().__init__("introspection_service")
@@ -76,7 +76,7 @@ class IntrospectionService(_Introspected):
 
 
 class IntrospectionClient(_Introspected):
-    """Client that calls ``add_two_ints`` repeatedly, whose introspection a parameter switches."""
+    """Node that calls ``add_two_ints`` twice a second; a parameter sets its introspection state."""
 
     def __init__(self) -> None:
         super().__init__("introspection_client")
@@ -101,7 +101,7 @@ class IntrospectionClient(_Introspected):
 
 
 def introspection(args: list[str] | None = None) -> None:
-    """Run the demo ``introspection``, server and client, until Ctrl-C."""
+    """Run the service introspection demo, server and client node, until Ctrl-C."""
     rclpy.init(args=args)
     nodes = (IntrospectionService(), IntrospectionClient())
     executor = SingleThreadedExecutor()

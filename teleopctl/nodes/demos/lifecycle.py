@@ -12,7 +12,7 @@ _PERIOD_S = 1.0
 
 
 class LifecycleTalker(Node):
-    """Lifecycle node that publishes on ``lifecycle_chatter`` once a second.
+    """Lifecycle node that publishes on ``lifecycle_chatter`` once a second while active.
 
     What it publishes leaves it while it is active.
     """
@@ -24,7 +24,7 @@ class LifecycleTalker(Node):
         super().__init__(node_name)
 
     def on_configure(self, state: State) -> TransitionCallbackReturn:
-        """Create the publisher and its timer."""
+        """Create the publisher and its timer; called on the transition ``configure``."""
         del state
         self._publisher = self.create_lifecycle_publisher(String, "lifecycle_chatter", 10)
         self._timer = self.create_timer(_PERIOD_S, self._publish)
@@ -32,24 +32,24 @@ class LifecycleTalker(Node):
         return TransitionCallbackReturn.SUCCESS
 
     def on_activate(self, state: State) -> TransitionCallbackReturn:
-        """Log the transition; the base class enables the publishers."""
+        """Log, and enable the publisher by the base class; called on ``activate``."""
         self.get_logger().info("on_activate() is called.")
         return super().on_activate(state)
 
     def on_deactivate(self, state: State) -> TransitionCallbackReturn:
-        """Log the transition; the base class disables the publishers."""
+        """Log, and disable the publisher by the base class; called on ``deactivate``."""
         self.get_logger().info("on_deactivate() is called.")
         return super().on_deactivate(state)
 
     def on_cleanup(self, state: State) -> TransitionCallbackReturn:
-        """Destroy the publisher and its timer."""
+        """Destroy the publisher and its timer; called on the transition ``cleanup``."""
         del state
         self._destroy_publisher()
         self.get_logger().info("on_cleanup() is called.")
         return TransitionCallbackReturn.SUCCESS
 
     def on_shutdown(self, state: State) -> TransitionCallbackReturn:
-        """Destroy the publisher and its timer."""
+        """Destroy the publisher and its timer; called on the transition ``shutdown``."""
         del state
         self._destroy_publisher()
         self.get_logger().info("on_shutdown() is called.")
@@ -74,7 +74,7 @@ class LifecycleTalker(Node):
 
 
 def lifecycle_talker(args: list[str] | None = None) -> None:
-    """Run the node ``lifecycle_talker`` until Ctrl-C."""
+    """Run the lifecycle node ``lc_talker``, which publishes while active, until Ctrl-C."""
     rclpy.init(args=args)
     node = LifecycleTalker("lc_talker")
     executor = SingleThreadedExecutor()

@@ -20,7 +20,7 @@ _LONGEST_WAIT_S = 10.0
 
 
 class LoggerServiceNode(Node):
-    """Node that logs each message of ``output`` once at each of four levels."""
+    """Node that logs each message of ``output`` at four levels, and has a logger service."""
 
     def __init__(self) -> None:
         super().__init__(_NAME, enable_logger_service=True)
@@ -35,7 +35,7 @@ class LoggerServiceNode(Node):
 
 
 class TestNode(Node):
-    """Node that sets the other node's logger level, and publishes on ``output`` at each."""
+    """Node that sets the logger level of `LoggerServiceNode`, and publishes on ``output``."""
 
     __test__ = False  # no class of tests
 
@@ -46,7 +46,7 @@ class TestNode(Node):
         self._set = self.create_client(SetLoggerLevels, f"{_NAME}/set_logger_levels")
 
     def wait_for_services(self) -> None:
-        """Wait up to 10 s for each of the other node's logger services."""
+        """Wait up to 10 s for each of the two logger services of `LoggerServiceNode`."""
         self._get.wait_for_service(_LONGEST_WAIT_S)
         self._set.wait_for_service(_LONGEST_WAIT_S)
 
@@ -56,7 +56,7 @@ class TestNode(Node):
         time.sleep(_PAUSE_S)
 
     def set_level(self, level: LoggingSeverity) -> bool:
-        """Set the logger level of the other node; return whether that succeeded."""
+        """Set the logger level of `LoggerServiceNode`; return whether that succeeded."""
         request = SetLoggerLevels.Request(levels=[LoggerLevel(name=_NAME, level=int(level))])
         future = self._set.call_async(request)
         rclpy.spin_until_future_complete(self, future)
@@ -69,7 +69,7 @@ class TestNode(Node):
         return bool(result.successful)
 
     def log_level(self) -> None:
-        """Request and log the logger level of the other node."""
+        """Request and log the present logger level of `LoggerServiceNode`."""
         future = self._get.call_async(GetLoggerLevels.Request(names=[_NAME]))
         rclpy.spin_until_future_complete(self, future)
         response = future.result()
@@ -80,7 +80,7 @@ class TestNode(Node):
 
 
 def use_logger_service(args: list[str] | None = None) -> None:
-    """Run the demo ``use_logger_service``, both nodes, until its end."""
+    """Run the demo ``use_logger_service``: set another node's log level, and show the effect."""
     rclpy.init(args=args)
     executor = SingleThreadedExecutor()
     other, node = LoggerServiceNode(), TestNode()

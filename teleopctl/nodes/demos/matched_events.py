@@ -22,7 +22,7 @@ _LONGEST_WAIT_S = 10.0
 
 
 class MatchedEventDetectNode(Node):
-    """Node that logs how many endpoints match its publisher and its subscription."""
+    """Node that logs changes in how many endpoints match its publisher and its subscription."""
 
     def __init__(self) -> None:
         super().__init__("matched_event_detection_node")
@@ -83,7 +83,7 @@ class _MatchingNodes:
             self._executor.add_node(node)
 
     def run(self) -> None:
-        """Create and destroy subscriptions and publishers, and wait for each matched event."""
+        """Create and destroy endpoints one by one, and wait for the matched event of each."""
         first, second = self._subscribe(), self._subscribe()
         self._unsubscribe(first)
         self._unsubscribe(second)
@@ -125,7 +125,7 @@ class _MatchingNodes:
 
 
 def matched_event_detect(args: list[str] | None = None) -> None:
-    """Run the demo ``matched_event_detect`` until its end."""
+    """Run the demo of matched events: endpoints come and go, and a node logs each match."""
     rclpy.init(args=args)
     others = _MatchingNodes(MatchedEventDetectNode())
     try:

@@ -28,7 +28,7 @@ _SECOND_VALUE = 4.0
 
 
 class ParameterBlackboard(Node):
-    """Node that accepts any parameter without declaration."""
+    """Node ``parameter_blackboard``, which accepts any parameter without declaration."""
 
     def __init__(self) -> None:
         super().__init__(
@@ -44,7 +44,7 @@ class ParameterBlackboard(Node):
 
 
 class SetParametersCallback(Node):
-    """Node that sets ``param2`` whenever ``param1`` is set, and tracks both."""
+    """Node that sets ``param2`` to 4.0 whenever ``param1`` is set, and stores both values."""
 
     def __init__(self) -> None:
         super().__init__("set_parameters_callback")
@@ -73,17 +73,17 @@ class SetParametersCallback(Node):
 
 
 def parameter_blackboard(args: list[str] | None = None) -> None:
-    """Run the node ``demo_nodes_cpp parameter_blackboard``."""
+    """Run the node ``parameter_blackboard``, which accepts any parameter, until Ctrl-C."""
     run(ParameterBlackboard, args)
 
 
 def set_parameters_callback(args: list[str] | None = None) -> None:
-    """Run the node ``demo_nodes_py set_parameters_callback``."""
+    """Run `SetParametersCallback` as ``demo_nodes_py set_parameters_callback`` until Ctrl-C."""
     run(SetParametersCallback, args)
 
 
 def async_param_client(args: list[str] | None = None) -> None:
-    """Run ``demo_nodes_py async_param_client``, which changes the blackboard's parameters.
+    """Run ``async_param_client``, which sets, reads and deletes parameters of a blackboard node.
 
     Raises:
         RuntimeError: No blackboard runs.

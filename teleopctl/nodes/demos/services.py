@@ -16,7 +16,7 @@ _AGAIN_AFTER_S = 1.0
 
 
 class AddTwoIntsServer(Node):
-    """Node that offers the service ``add_two_ints``."""
+    """Node that serves ``add_two_ints``; with the parameter ``one_shot`` for one request only."""
 
     def __init__(self) -> None:
         super().__init__("add_two_ints_server")
@@ -35,17 +35,17 @@ class AddTwoIntsServer(Node):
 
 
 def add_two_ints_server(args: list[str] | None = None) -> None:
-    """Run the node ``add_two_ints_server``."""
+    """Run the node ``add_two_ints_server`` until Ctrl-C: it returns sums of two integers."""
     run(AddTwoIntsServer, args)
 
 
 def add_two_ints_client(args: list[str] | None = None) -> None:
-    """Run ``add_two_ints_client``: send one request and wait for the response."""
+    """Run ``add_two_ints_client``: request 2 + 3, wait for the response, and log the sum."""
     _run_client(args, is_async=False)
 
 
 def add_two_ints_client_async(args: list[str] | None = None) -> None:
-    """Run ``add_two_ints_client_async``: send one request and poll for the response."""
+    """Run ``add_two_ints_client_async``: request 2 + 3, poll for the response, and log the sum."""
     _run_client(args, is_async=True)
 
 

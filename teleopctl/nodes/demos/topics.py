@@ -61,27 +61,27 @@ class SerializedSubscriber(Node):
 
 
 def talker(args: list[str] | None = None) -> None:
-    """Run the node ``demo_nodes_py talker``."""
+    """Run `Talker` as ``demo_nodes_py talker`` until Ctrl-C."""
     run(Talker, args)
 
 
 def listener(args: list[str] | None = None) -> None:
-    """Run the node ``demo_nodes_py listener``."""
+    """Run `Listener` as ``demo_nodes_py listener`` until Ctrl-C."""
     run(Listener, args)
 
 
 def listener_serialized(args: list[str] | None = None) -> None:
-    """Run the node ``demo_nodes_py listener_serialized``."""
+    """Run `SerializedSubscriber` as ``demo_nodes_py listener_serialized`` until Ctrl-C."""
     run(SerializedSubscriber, args)
 
 
 def talker_qos(args: list[str] | None = None) -> None:
-    """Run the node ``demo_nodes_py talker_qos``."""
+    """Run `Talker` with the command line's QoS and number of cycles (``talker_qos``)."""
     _spin_some(Talker, "talker_qos", "number of sending attempts", args)
 
 
 def listener_qos(args: list[str] | None = None) -> None:
-    """Run the node ``demo_nodes_py listener_qos``."""
+    """Run `Listener` with the command line's QoS and number of cycles (``listener_qos``)."""
     _spin_some(Listener, "listener_qos", "max number of spin_once iterations", args)
 
 

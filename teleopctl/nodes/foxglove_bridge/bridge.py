@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 
 class AssetReader:
-    """Reader of asset URIs (meshes, textures) for Foxglove clients, limited to an allowlist.
+    """Callable that returns the file of an asset URI (mesh, texture) if an allowlist has the URI.
 
     Args:
         settings: Which URIs clients may ask for.
@@ -64,7 +64,7 @@ _UPDATE_PERIOD_S = 0.25
 
 
 class FoxgloveBridge(Node):
-    """Node ``foxglove_bridge``.
+    """Node ``foxglove_bridge``, which serves the ROS graph to Foxglove over a WebSocket.
 
     Raises:
         TeleopctlError: A parameter is wrong, or nothing can listen at that address.
@@ -99,21 +99,21 @@ class FoxgloveBridge(Node):
 
     @property
     def server(self) -> WebSocketServer:
-        """WebSocket server of Foxglove's SDK."""
+        """WebSocket server of Foxglove's SDK, to which Foxglove clients connect."""
         return self._server
 
     @property
     def channels(self) -> Channels:
-        """Channels of the topics that clients can subscribe to."""
+        """Foxglove channels of the ROS topics that clients can subscribe to."""
         return self._channels
 
     def hand_over(self, task: Callable[[], object]) -> None:
-        """Queue a function for the executor's thread; any thread may call this."""
+        """Queue a function to be called on the executor's thread; any thread may call this."""
         self._tasks.put(task)
         self._work.trigger()
 
     def show_connections(self) -> None:
-        """Publish the connection graph to clients, from the next update on."""
+        """Begin to send clients the graph of publishers and subscribers, with the next update."""
         self._connections_wanted = self._graph_changed = True
 
     def destroy_node(self) -> None:

@@ -39,7 +39,7 @@ class _Open:
 
 
 class Channels:
-    """Channels of a Foxglove server, one for each topic and type; for the executor's thread only.
+    """Foxglove channels, one per ROS topic and type; only for the executor's thread.
 
     Args:
         node: Subscribes.
@@ -55,7 +55,7 @@ class Channels:
         self._by_id: dict[int, _Open] = {}
 
     def update(self, graph: Graph) -> None:
-        """Open channels for new topics of the ROS graph, and close those of removed ones."""
+        """Open Foxglove channels for new topics of the ROS graph; close those of removed topics."""
         wanted = {
             (topic, type_name)
             for topic, types in graph.topic_names_and_types(self._settings.includes_hidden)
@@ -71,7 +71,7 @@ class Channels:
             self._add(graph, topic, type_name)
 
     def subscribe(self, channel_id: int, client_id: int) -> None:
-        """Subscribe a client to a channel; the first one subscribes to the ROS topic."""
+        """Add a client to a channel, and subscribe to the channel's ROS topic for it if needed."""
         entry = self._by_id.get(channel_id)
         if entry is None:
             return
@@ -92,7 +92,7 @@ class Channels:
             )
 
     def unsubscribe(self, channel_id: int, client_id: int) -> None:
-        """Unsubscribe a client from a channel; the last one unsubscribes from the ROS topic."""
+        """Remove a client from a channel; after the last client, unsubscribe from the ROS topic."""
         entry = self._by_id.get(channel_id)
         if entry is not None:
             entry.clients.discard(client_id)

@@ -25,7 +25,7 @@ class _Advertised(NamedTuple):
 
 
 class ClientTopics:
-    """Publishers for the channels that Foxglove clients advertise; used on the server's threads.
+    """ROS publishers for the channels that Foxglove clients advertise; thread-safe.
 
     Args:
         node: Publishes.
@@ -39,7 +39,7 @@ class ClientTopics:
         self._advertised: dict[tuple[int, int], _Advertised] = {}
 
     def advertise(self, client_id: int, channel: ClientChannel) -> None:
-        """Create a publisher for a channel that a client advertises.
+        """Create a ROS publisher for a channel that a Foxglove client advertises; raise if refused.
 
         Raises:
             TeleopctlError: It may not, or its type or its encoding is not known.
@@ -63,11 +63,11 @@ class ClientTopics:
         self._replace((client_id, channel.id), advertised)
 
     def unadvertise(self, client_id: int, channel_id: int) -> None:
-        """Destroy the publisher for a channel of a client."""
+        """Destroy the ROS publisher of a Foxglove client's channel."""
         self._replace((client_id, channel_id), None)
 
     def publish(self, client_id: int, channel_id: int, data: bytes) -> None:
-        """Publish a message that a client sent on one of its channels.
+        """Publish a message (CDR or JSON) that a Foxglove client sent on an advertised channel.
 
         Raises:
             TeleopctlError: It is no message of the type that was announced.

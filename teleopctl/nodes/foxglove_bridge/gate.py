@@ -62,7 +62,7 @@ def inner_addresses() -> Iterator[str]:
 
 
 class Gate:
-    """Listener that checks each client's access, and forwards the bytes to the SDK's server.
+    """TCP listener that checks each Foxglove client's access, then relays to the SDK's server.
 
     Args:
         access: Decides on requests.
@@ -175,7 +175,7 @@ class _Client(_Relay):
         self._head: bytearray | None = bytearray()
 
     def end(self) -> None:
-        """Abort the client's connection."""
+        """Abort the client's connection at once."""
         self.transport.abort()
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
@@ -292,7 +292,7 @@ class _SdkPort:
         self._admit()
 
     async def open(self, protocol: asyncio.Protocol) -> None:
-        """Open a connection to the SDK's server for a client.
+        """Connect ``protocol`` to the SDK's server, from a port that the kernel filter admits.
 
         Raises:
             OSError: It cannot be reached, or has too many clients.
@@ -319,17 +319,17 @@ class _SdkPort:
             self._ports.discard(port)
             raise
 
-    def release(self, name: tuple[str, int]) -> None:
-        """Withdraw the permission of a connection's port after the connection has ended.
+    def release(self, local_address: tuple[str, int]) -> None:
+        """Remove a closed connection's local port from those that the kernel filter admits.
 
         Args:
-            name: Its own address and port.
+            local_address: Its own address and port.
         """
-        self._ports.discard(name[1])
+        self._ports.discard(local_address[1])
         self._admit()
 
     def close(self) -> None:
-        """Close the handle of the SDK's listening socket."""
+        """Close this process's duplicate of the SDK server's listening socket."""
         if self._listener is not None:
             self._listener.close()
 

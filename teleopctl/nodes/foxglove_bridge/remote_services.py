@@ -23,7 +23,7 @@ _LONGEST_LEARNING_S = 2.0
 
 
 class RemoteServices:
-    """Services of the ROS graph that Foxglove clients can call.
+    """Services of the ROS graph, offered to Foxglove clients, whose calls are forwarded.
 
     Args:
         node: Calls.
@@ -40,7 +40,7 @@ class RemoteServices:
         self._clients: dict[str, Client[Any, Any]] = {}
 
     def update(self, graph: Graph) -> None:
-        """Offer new services of the ROS graph to clients, and withdraw removed ones."""
+        """Offer new services of the ROS graph to Foxglove clients, and withdraw removed ones."""
         wanted = {
             name: graph.servers(name)[0].type_name
             for name, _ in graph.service_names_and_types(self._settings.includes_hidden)

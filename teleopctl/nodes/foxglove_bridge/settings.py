@@ -93,7 +93,7 @@ class BridgeSettings:
 
     @property
     def capabilities(self) -> list[Capability]:
-        """Capabilities that the server announces to its clients."""
+        """Capabilities that the Foxglove server announces to its clients."""
         from foxglove.websocket import Capability
 
         # The SDK adds `assets` itself where there is somebody to ask for them.
@@ -114,7 +114,7 @@ class BridgeSettings:
 
     @property
     def follows_simulated_time(self) -> bool:
-        """Whether clients receive the time of ``/clock`` from the server."""
+        """Whether the server sends the time of ``/clock`` to Foxglove clients."""
         return _TIME in self.capability_names
 
     def _capability_names(self) -> list[str]:
@@ -212,5 +212,5 @@ class BridgeSettings:
 
 
 def allows(patterns: Sequence[re.Pattern[str]], name: str) -> bool:
-    """Return whether any of several patterns matches a whole name."""
+    """Return whether a whole name matches at least one of several regular expressions."""
     return any(pattern.fullmatch(name) for pattern in patterns)

@@ -66,7 +66,7 @@ class Bridge(NamedTuple):
 
 
 def simulated_topics(gz_topic: str) -> tuple[str, ...]:
-    """Return the names that a topic of Gazebo may have in teleopctl's simulator.
+    """Return the names that teleopctl's simulator may use for a Gazebo topic.
 
     The only camera of a robot has another name than one of several.
     """
@@ -78,8 +78,8 @@ def simulated_topics(gz_topic: str) -> tuple[str, ...]:
     return tuple(f"/{ros_topic(name.format(sensor))}" for name in names)
 
 
-def read_words(words: Sequence[str]) -> tuple[list[Bridge], list[str]]:
-    """Parse the command line of ``parameter_bridge``; return topics and names of services.
+def parse_bridge_words(words: Sequence[str]) -> tuple[list[Bridge], list[str]]:
+    """Parse ``parameter_bridge``'s command line; return a list of bridges and service names.
 
     Returns:
         The topics, and the names of services.
@@ -103,8 +103,8 @@ def read_words(words: Sequence[str]) -> tuple[list[Bridge], list[str]]:
     return bridges, services
 
 
-def read_file(path: Path) -> tuple[list[Bridge], list[str]]:
-    """Read a configuration file of ros_gz_bridge; return topics and error messages.
+def read_bridge_file(path: Path) -> tuple[list[Bridge], list[str]]:
+    """Read a configuration file of ros_gz_bridge; return a list of bridges and error messages.
 
     Returns:
         The topics, and what is wrong with the file, which bridges the rest, as the real one does.
@@ -153,12 +153,12 @@ _DEPTH = 10
 
 
 def parameter_bridge() -> int:
-    """Run ``ros_gz_bridge parameter_bridge`` or ``bridge_node`` until Ctrl-C.
+    """Run ``parameter_bridge`` until Ctrl-C: republish topics whose ROS and Gazebo names differ.
 
     Raises:
         UsageError: A word of the command line is no topic.
     """
-    bridges, services = read_words(parse_ros_arguments(sys.argv[1:]).program)
+    bridges, services = parse_bridge_words(parse_ros_arguments(sys.argv[1:]).program)
     with _bridging("ros_gz_bridge") as (node, simulators):
         for service in services:
             node.get_logger().warning(
@@ -171,7 +171,7 @@ def parameter_bridge() -> int:
         expands = node.declare_parameter("expand_gz_topic_names", False).value
         file = str(node.declare_parameter("config_file", "").value)
         if file:
-            read, faults = read_file(Path(file))
+            read, faults = read_bridge_file(Path(file))
             for fault in faults:
                 node.get_logger().error(fault)
             bridges += [
@@ -186,7 +186,7 @@ def parameter_bridge() -> int:
 
 
 def image_bridge() -> int:
-    """Run ``ros_gz_image image_bridge`` until Ctrl-C.
+    """Run ``image_bridge`` until Ctrl-C: republish images whose ROS and Gazebo names differ.
 
     Raises:
         UsageError: There is no topic on the command line.
@@ -261,16 +261,16 @@ class _Side:
     def _publisher(self) -> Publisher[Any]:
         return self._node.create_publisher(self._message, self._topic, _DEPTH)
 
-    def pass_to(self, other: _Side, change: Callable[[bytes], bytes] | None = None) -> None:
-        """Republish messages of this side's topic on the other side, converted if needed."""
+    def pass_to(self, other: _Side, convert: Callable[[bytes], bytes] | None = None) -> None:
+        """Republish messages of this side's topic on the other side, converted by ``convert``."""
         publisher = other._publisher
 
         def pass_on(data: bytes) -> None:
             if data in self._echoes:
                 self._echoes.remove(data)
                 return
-            if change is not None:
-                data = change(data)
+            if convert is not None:
+                data = convert(data)
             other._echoes.append(data)
             publisher.publish(data)
 

@@ -78,7 +78,7 @@ _VERBOSITIES: Final = {"0": "FATAL", "1": "ERROR", "2": "WARN", "3": "INFO"}
 
 
 class GazeboRequest(NamedTuple):
-    """Parsed command line of a Gazebo program.
+    """Parsed command line of ``gz sim`` or ``gzserver``: world, pause, server and window.
 
     Attributes:
         world: World file; empty for an empty world.
@@ -102,7 +102,7 @@ class GazeboRequest(NamedTuple):
 
 
 def sim_request(words: Sequence[str]) -> GazeboRequest:
-    """Parse the command line of ``gz sim``."""
+    """Parse the command line of ``gz sim``; return a `GazeboRequest`."""
     worlds, options = _sort(words, _SIM_VALUES)
     flags = {name for name, _ in options}
     level = next((value for name, value in options if name in ("-v", "--verbose")), None)
@@ -119,7 +119,7 @@ def sim_request(words: Sequence[str]) -> GazeboRequest:
 
 
 def server_request(words: Sequence[str], *, has_window: bool) -> GazeboRequest:
-    """Parse the command line of ``gzserver`` or ``gazebo``."""
+    """Parse the command line of ``gzserver`` or ``gazebo``; return a `GazeboRequest`."""
     worlds, options = _sort(words, _SERVER_VALUES)
     flags = {name for name, _ in options}
     own = [one for one in options if one[1] not in _ROS_PLUGINS]
@@ -174,7 +174,7 @@ _EMPTY: Final = frozenset({"empty", "default"})
 
 
 def world_file(request: GazeboRequest, folder: Path, logger: RcutilsLogger) -> Path | None:
-    """Return the path of the world that a command line names; None for an empty world.
+    """Return the path of the world file that a request names; None for an empty world.
 
     Args:
         request: Parsed command line.

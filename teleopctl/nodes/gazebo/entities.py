@@ -25,7 +25,7 @@ NOWHERE = (0.0,) * 6
 
 
 class GazeboEntity(NamedTuple):
-    """An entity to spawn, or to delete if it has no text.
+    """Entity that a Gazebo program spawns: description, name, pose; without text, to delete.
 
     Attributes:
         text: URDF, or SDF; empty to take it out.
@@ -46,7 +46,7 @@ class GazeboEntity(NamedTuple):
     # Any: a parameter's value is of one of many types.
     @classmethod
     def of_parameters(cls, values: Mapping[str, Any]) -> GazeboEntity:
-        """Return the entity that values of node parameters describe."""
+        """Return the `GazeboEntity` for parameter values of the node ``gazebo``, by name."""
         return cls(
             str(values[DESCRIPTION] or ""),
             str(values.get(_NAME) or ""),
@@ -57,7 +57,7 @@ class GazeboEntity(NamedTuple):
         )
 
     def as_parameters(self) -> list[Parameter]:
-        """Return the entity as node parameters, for `of_parameters`."""
+        """Return the entity as parameters of the node ``gazebo``, for `of_parameters`."""
         return [
             Parameter(DESCRIPTION, value=self.text),
             Parameter(_NAME, value=self.name),
@@ -85,7 +85,7 @@ class GazeboEntity(NamedTuple):
         return read_model(file).text if model_kind(file) == "sdf" else self.text
 
     def robot_rank(self, description: RobotDescription) -> tuple[bool, bool]:
-        """Return how likely the entity is the robot, as a tuple to compare.
+        """Return two booleans to sort entities by: which one is most likely the robot.
 
         Returns:
             Whether the description has controllers, plug-ins or sensors, and whether it comes from
@@ -102,7 +102,7 @@ _WORLD = ("", "world", "map", "/map")
 
 
 def offer_spawn_services(node: Node, apply_entity: Callable[[GazeboEntity], str]) -> None:
-    """Create the services ``/spawn_entity`` and ``/delete_entity`` of Gazebo classic.
+    """Create ``/spawn_entity`` and ``/delete_entity``, which pass entities to ``apply_entity``.
 
     Args:
         node: Whose they are.
@@ -146,7 +146,7 @@ _TIMEOUT_S = 30.0
 
 
 class ObjectSpawner:
-    """Client of the simulator that spawns and deletes entities besides the robot.
+    """Client of the simulator that spawns and deletes all entities except the robot.
 
     It has a node of its own, since the node whose services call it waits meanwhile.
 
@@ -165,12 +165,12 @@ class ObjectSpawner:
     _SERVICES: ClassVar = {"spawn_entity": "SpawnEntity", "delete_entity": "DeleteEntity"}
 
     def close(self) -> None:
-        """Destroy the node that calls the simulator."""
+        """Destroy the node whose service clients call the simulator."""
         self._executor.shutdown()
         self._node.destroy_node()
 
     def spawn(self, entity: GazeboEntity) -> str:
-        """Spawn an entity in the simulator; return why that failed, or an empty text."""
+        """Spawn an entity in the simulator; return the reason of a failure, empty on success."""
         request = get_service("simulation_interfaces/srv/SpawnEntity").Request(
             name=entity.name, allow_renaming=entity.renames
         )
@@ -191,7 +191,7 @@ class ObjectSpawner:
         return reason
 
     def delete(self, name: str) -> str:
-        """Delete an entity from the simulator; return why that failed, or an empty text."""
+        """Delete an entity from the simulator; return the reason of a failure, empty on success."""
         request = get_service("simulation_interfaces/srv/DeleteEntity").Request(entity=name)
         _, reason = self._call("delete_entity", request)
         if not reason:

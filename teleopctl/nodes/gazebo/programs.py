@@ -25,7 +25,7 @@ _DEFAULT_RATE_HZ = 100
 
 
 class Program(NamedTuple):
-    """A program of teleopctl to start: name and command line.
+    """Program to run as a child process of a Gazebo program: name and command line.
 
     Attributes:
         name: What it is called in messages.
@@ -47,7 +47,7 @@ def programs_for(
     topic: str = "",
     world: Path | None = None,
 ) -> list[Program]:
-    """Return the programs that simulate a robot: simulator, controllers, spawner, camera.
+    """Return the programs to start for a robot: simulator, controllers, spawner, camera.
 
     Args:
         description: The robot.
@@ -168,7 +168,7 @@ _GRACE_S = 2.0
 
 
 class ChildPrograms:
-    """Child processes that are ended, the simulator last, at the end of the ``with`` block."""
+    """Child processes of a Gazebo program; ``with`` ends them all, the simulator last."""
 
     def __init__(self) -> None:
         self._folder = background.temporary_folder()
@@ -207,18 +207,18 @@ class ChildPrograms:
             )
 
     def progress_of(self, name: str) -> progress.Progress | None:
-        """Return the last progress that a child process has reported; None if none."""
+        """Return the last progress that a named child process has reported; None if none."""
         return progress.read(self._log(name))
 
     def end(self) -> None:
-        """End all child processes, the simulator last, and forget them."""
+        """End all child processes, the simulator last, and remove them from this object."""
         self._end(at_once=True)
         for name in self._processes:
             progress.progress_file(self._log(name)).unlink(missing_ok=True)
         self._processes.clear()
 
     def ended(self) -> tuple[str, int] | None:
-        """Return name and exit status of a child that ended unexpectedly; None if none did."""
+        """Return (name, exit status) of a child process that ended unexpectedly, or None."""
         for name, process in self._processes.items():
             status = process.poll()
             if status is not None and not (status == 0 and name in self._may_end):

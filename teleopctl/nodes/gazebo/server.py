@@ -56,7 +56,7 @@ _PAGE = "`teleopctl run rviz2 rviz2` shows the robot in the browser; Gazebo's wi
 
 
 class GazeboServer(Node):
-    """Node ``gazebo``: starts the simulator for a spawned robot, and adds other entities to it.
+    """Node ``gazebo``: starts the simulator for a spawned robot, and spawns other entities.
 
     Args:
         request: What the command line wants.
@@ -92,7 +92,7 @@ class GazeboServer(Node):
         progress.report(progress.READY)
 
     def destroy_node(self) -> None:
-        """Destroy this node and the node that calls the simulator."""
+        """Destroy this node and the node whose clients call the simulator."""
         self._things.close()
         super().destroy_node()
 
@@ -229,7 +229,7 @@ class GazeboServer(Node):
 
 
 def gz() -> int:
-    """Run ``gz sim`` until Ctrl-C, and return the exit status.
+    """Run ``gz sim``, with MuJoCo in place of Gazebo, until Ctrl-C; return the exit status.
 
     Raises:
         UsageError: It is another subcommand, which needs Gazebo itself.
@@ -247,17 +247,17 @@ def gz() -> int:
 
 
 def gazebo() -> int:
-    """Run ``gazebo`` until Ctrl-C: ``gzserver``, and a log line in place of the window."""
+    """Run ``gazebo`` as ``gzserver``, with a log line in place of the window; return the status."""
     return _run(server_request(_words(), has_window=True))
 
 
 def gzserver() -> int:
-    """Run ``gzserver`` until Ctrl-C, and return the exit status."""
+    """Run ``gzserver``, with MuJoCo in place of Gazebo, until Ctrl-C; return the exit status."""
     return _run(server_request(_words(), has_window=False))
 
 
 def server_of_gz() -> int:
-    """Run ``ros_gz_sim gzserver`` until Ctrl-C, with the world of its parameters.
+    """Run ``ros_gz_sim gzserver`` with the world of its parameters; return the exit status.
 
     Raises:
         UsageError: There is no world.

@@ -40,7 +40,7 @@ _TIMEOUT_S = 1.0
 
 
 def create() -> int:
-    """Run ``ros_gz_sim create``: spawn an entity, and return the exit status.
+    """Run ``ros_gz_sim create``: spawn an entity by the node ``gazebo``; return the exit status.
 
     Raises:
         TeleopctlError: The command line, the file or the description is wrong.
@@ -88,7 +88,7 @@ def create() -> int:
 
 
 def spawn_entity() -> int:
-    """Run ``gazebo_ros spawn_entity.py``: spawn an entity, and return the exit status.
+    """Run ``spawn_entity.py``: spawn an entity by the node ``gazebo``; return the exit status.
 
     Raises:
         TeleopctlError: The command line, the file or the description is wrong.
@@ -141,7 +141,7 @@ def spawn_entity() -> int:
 
 
 def remove() -> int:
-    """Run ``ros_gz_sim remove``: delete an entity, and return the exit status."""
+    """Run ``ros_gz_sim remove``: delete an entity by the node ``gazebo``; return the status."""
     with _node("ros_gz_sim_remove_entity") as node:
         world = node.declare_parameter("world", "").value
         _warn_unserved(node, [f"world {world}"] if world else [])

@@ -24,7 +24,7 @@ _ENOUGH_TURN = 0.15
 
 
 class BasePose(NamedTuple):
-    """Position (m) and heading (rad) of a base in the world."""
+    """Position (m) and heading (rad) of a mobile base in the world."""
 
     x: float
     y: float
@@ -32,51 +32,51 @@ class BasePose(NamedTuple):
 
 
 def base_pose(simulation: Simulation, link: str) -> BasePose:
-    """Return the position and heading of a robot's base link in a simulation."""
+    """Return the `BasePose` of a robot's base link in a simulation."""
     pose = simulation.link_pose(link)
     x, y, _ = map(float, pose.position)
     return BasePose(x, y, math.atan2(pose.rotation[1, 0], pose.rotation[0, 0]))
 
 
 class BaseMotion(NamedTuple):
-    """Measured motion of a base: ahead, then turning, as commanded in a robot check.
+    """Measured motion of a mobile base in a robot check: distance ahead, then angle turned.
 
     Attributes:
         ahead: Distance driven ahead, in m.
         turned: Angle turned afterwards, in rad.
-        slower: Commanded velocity as a fraction of the usual one.
+        speed_factor: Commanded velocity as a fraction of the usual one.
     """
 
     ahead: float
     turned: float
-    slower: float = 1.0
+    speed_factor: float = 1.0
 
     @classmethod
     def between(
-        cls, start: BasePose, middle: BasePose, end: BasePose, slower: float = 1.0
+        cls, start: BasePose, middle: BasePose, end: BasePose, speed_factor: float = 1.0
     ) -> BaseMotion:
-        """Return the motion between three poses of a base: ahead, then turning."""
+        """Return the motion between a base's poses before and after driving and after turning."""
         along, across = middle.x - start.x, middle.y - start.y
         ahead = along * math.cos(start.heading) + across * math.sin(start.heading)
-        return cls(ahead, math.remainder(end.heading - middle.heading, math.tau), slower)
+        return cls(ahead, math.remainder(end.heading - middle.heading, math.tau), speed_factor)
 
     @property
     def is_enough(self) -> bool:
-        """Whether the base moved ahead and turned as far as required."""
+        """Whether the base covered the required part of the commanded distance and angle."""
         turn = _ENOUGH_TURN * TURN * MOVING_S
-        far = self.ahead >= ENOUGH * self.slower * SPEED * MOVING_S
-        return far and abs(self.turned) >= self.slower * turn
+        far = self.ahead >= ENOUGH * self.speed_factor * SPEED * MOVING_S
+        return far and abs(self.turned) >= self.speed_factor * turn
 
     @property
     def summary(self) -> str:
-        """Distances that the base moved and turned, compared with the commanded ones, as text."""
-        commanded, turn = self.slower * SPEED * MOVING_S, self.slower * TURN * MOVING_S
+        """Distance and angle that the base moved, compared with the commanded ones, as text."""
+        commanded, turn = self.speed_factor * SPEED * MOVING_S, self.speed_factor * TURN * MOVING_S
         turned = f"turned {self.turned:.3f} of {turn:.2g} rad"
         return f"ahead {self.ahead:.3f} of {commanded:.2g} m, {turned}"
 
 
 def planar_move_motions(robot: SimulatedRobot) -> dict[str, BaseMotion]:
-    """Command each planar-move plug-in of a robot in a new simulation; return the motions by topic.
+    """Command each planar-move plug-in in a new simulation; return the `BaseMotion` per topic.
 
     Args:
         robot: The robot, of whose model a new simulation is made.

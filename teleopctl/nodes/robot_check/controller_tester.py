@@ -53,7 +53,7 @@ _Act = Generator[None, None, tuple[bool, str]]
 
 
 class MotionResult(NamedTuple):
-    """Result of testing one controller: whether its joints or base moved.
+    """Result of testing one controller: whether its joints or base moved, and how far.
 
     Attributes:
         controller: Controller's name.
@@ -69,7 +69,7 @@ class MotionResult(NamedTuple):
 
 
 class ControllerTester:
-    """Sender of test commands to controllers, which measures the motion in simulation.
+    """Tester that sends commands to controllers in simulation, and measures the motion.
 
     Args:
         stack: The controllers.
@@ -86,12 +86,12 @@ class ControllerTester:
         self._joints: Mapping[str, JointSpec] = {joint.name: joint for joint in joints}
 
     def wait(self, seconds: float) -> Iterator[None]:
-        """Yield once per control period for a duration of simulated time."""
+        """Yield once per control period until ``seconds`` of simulated time have passed."""
         for _ in range(round(seconds * self._stack.manager.update_rate)):
             yield
 
     def try_controller(self, spec: ControllerSpec, motions: list[MotionResult]) -> Iterator[None]:
-        """Command an active controller, yielding once per control period; append the result.
+        """Command an active controller while yielding each period; append to ``motions``.
 
         Args:
             spec: The controller.

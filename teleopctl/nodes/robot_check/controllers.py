@@ -43,7 +43,7 @@ _SETTLING_S = 0.5
 
 @dataclass
 class ControllerReport:
-    """Result of testing a robot's controllers in simulation.
+    """Result of testing all controllers of a robot in simulation.
 
     Attributes:
         own: Whether they are the robot's.
@@ -61,7 +61,7 @@ class ControllerReport:
 
     @property
     def verdict(self) -> str:
-        """Result as ``yes``, ``no``, ``N of M`` controllers, or ``-`` for none."""
+        """Whether controllers moved the robot: ``yes``, ``no``, ``N of M``, or ``-`` for none."""
         if self.fault:
             return "no"
         if not self.motions:
@@ -71,7 +71,7 @@ class ControllerReport:
 
     @property
     def why_not(self) -> str:
-        """First controller that failed, and why; empty if none failed."""
+        """First controller that failed, and the reason, as text; empty if none failed."""
         if self.fault:
             return self.fault
         still = [motion for motion in self.motions if not motion.moved]
@@ -85,25 +85,25 @@ class ControllerReport:
 
 
 def check_controllers(
-    robot: SimulatedRobot, given: ChosenControllers | None
+    robot: SimulatedRobot, controllers: ChosenControllers | None
 ) -> ControllerReport | None:
-    """Activate a robot's controllers in a new simulation, command each, and measure the motion.
+    """Command each of a robot's controllers in a new simulation; return a report, None if none.
 
     Args:
         robot: The robot, of whose model a new simulation is made.
-        given: Its controllers; None for one without.
+        controllers: Its controllers; None for one without.
 
     Returns:
         What became of it; None for one that nothing moves.
     """
-    driven = ControllerReport(given is not None and given.own)
+    driven = ControllerReport(controllers is not None and controllers.own)
     for topic, way in planar_move_motions(robot).items():
         driven.own = True
         driven.motions.append(MotionResult(topic, PLANAR_MOVE, way.is_enough, way.summary))
-    if given is None:
+    if controllers is None:
         return driven if driven.motions else None
     try:
-        _run_controllers(robot, given, driven)
+        _run_controllers(robot, controllers, driven)
     except TeleopctlError as error:
         driven.fault = f"{error.message} ({error.hint})" if error.hint else error.message
     return driven

@@ -38,12 +38,12 @@ class FrameComparison(NamedTuple):
     apart_m: float
 
 
-def compare_frames(robot: SimulatedRobot, published: Container[str]) -> FrameComparison:
-    """Compare the frames that robot_state_publisher would send with MuJoCo's bodies.
+def compare_frames(robot: SimulatedRobot, published_joints: Container[str]) -> FrameComparison:
+    """Compare the frames of robot_state_publisher with MuJoCo's bodies; return the differences.
 
     Args:
         robot: The robot.
-        published: Joints whose state is published.
+        published_joints: Joints whose state is published.
     """
     description = robot.description
     joints = Joints.of(description)
@@ -56,7 +56,10 @@ def compare_frames(robot: SimulatedRobot, published: Container[str]) -> FrameCom
         link
         for link in description.links
         if (link not in tree.names and link not in floating)
-        or (link in moving and (m.joint if (m := moving[link]) else child[link]) not in published)
+        or (
+            link in moving
+            and (m.joint if (m := moving[link]) else child[link]) not in published_joints
+        )
     ]
     apart = 0.0 if description.mjcf else _apart(robot, joints, tree)
     return FrameComparison(len(description.links), tuple(missing), apart)

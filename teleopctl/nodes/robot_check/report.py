@@ -46,19 +46,19 @@ _XACRO = "{http://www.ros.org/wiki/xacro}"
 _MACROS = frozenset(f"{_XACRO}{tag}" for tag in ("macro", "property", "arg"))
 
 
-def robots_in(places: Iterable[Path]) -> Iterator[Path]:
-    """Yield the robot files among files and in folders; files that others include are left out.
+def robots_in(paths: Iterable[Path]) -> Iterator[Path]:
+    """Yield the given files, and robot files in given folders that no other file includes.
 
     A xacro file without a name is a part of others, and so is what another MJCF file includes.
 
     Args:
-        places: Files, which count whatever is in them, and folders.
+        paths: Files, which count whatever is in them, and folders.
     """
-    for place in places:
-        if place.is_file():
-            yield place
+    for path in paths:
+        if path.is_file():
+            yield path
             continue
-        files = [file for file in sorted(place.rglob("*")) if file.suffix in _SUFFIXES]
+        files = [file for file in sorted(path.rglob("*")) if file.suffix in _SUFFIXES]
         roots = {file: root for file in files if (root := _root(file)) is not None}
         included = {
             (file.parent / (element.get("file") or "")).resolve()
@@ -147,7 +147,7 @@ class RobotReport:
 
     @property
     def fault(self) -> str:
-        """First problem with the file or the robot; empty if there is none."""
+        """First problem with the file or the robot, as text; empty if there is none."""
         if self.error or self.refusal:
             return self.error or self.refusal or ""
         missing = [uri for uri, path in self.meshes.items() if path is None]
@@ -171,7 +171,7 @@ def check_robot(
     compare_readers: bool = True,
     choose: ChooseControllers = lambda *_: None,
 ) -> RobotReport:
-    """Read a robot file, build its model, and simulate it if requested; return a report.
+    """Read a robot file, build its model, simulate it if requested; return a `RobotReport`.
 
     Args:
         file: URDF, xacro, SDF or MJCF.

@@ -55,7 +55,7 @@ class StabilityReport:
 
 
 def check_stability(robot: SimulatedRobot, seconds: float) -> StabilityReport:
-    """Simulate a robot that its drives hold, then move its joints; return whether it stands.
+    """Simulate a robot that its drives hold, then move its joints; return a `StabilityReport`.
 
     Args:
         robot: The robot, at its start.

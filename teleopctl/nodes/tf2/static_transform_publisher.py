@@ -27,7 +27,7 @@ _ANGLES = ("roll", "pitch", "yaw")
 
 
 class StaticTransformPublisher(Node):
-    """Node of the executable, which publishes one static transform.
+    """Node of ``static_transform_publisher``: publishes one static transform.
 
     Args:
         frame_id: The frame in which the other one stands.
@@ -91,12 +91,12 @@ def main(args: list[str] | None = None) -> int:
 
 
 def is_old_style(words: Sequence[str]) -> bool:
-    """Return whether a command line has the positional arguments of old releases."""
+    """Return whether a command line has the positional arguments of old ROS releases."""
     return len(words) in (8, 9) and not any(word.startswith("--") for word in words)
 
 
 def parse_old_style(words: Sequence[str]) -> tuple[str, str, Transform]:
-    """Parse positional arguments; return parent frame, child frame and transform.
+    """Parse positional arguments; return the parent frame, child frame and transform.
 
     Raises:
         UsageError: When a number is none.
@@ -115,7 +115,7 @@ def parse_old_style(words: Sequence[str]) -> tuple[str, str, Transform]:
 
 
 def parse_new_style(words: Sequence[str]) -> tuple[str, str, Transform]:
-    """Parse named arguments; return parent frame, child frame and transform.
+    """Parse ``--x``-style arguments; return the parent frame, child frame and transform.
 
     Raises:
         TeleopctlError: When one is missing, wrong, or both kinds of rotation are given.
@@ -154,7 +154,7 @@ def _unit(numbers: Sequence[float]) -> tuple[float, float, float, float]:
 
 
 class StaticTransformBroadcasterNode(Node):
-    """Component that publishes the static transform of its parameters.
+    """Component that publishes one static transform, given by its parameters.
 
     Raises:
         InvalidParameterError: The frames are the same, or the rotation is none.

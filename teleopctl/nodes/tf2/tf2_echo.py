@@ -11,7 +11,7 @@ from teleopctl.tf import ECHO_DIGITS, Transform, echo_text, echo_transforms
 
 
 def main(args: list[str] | None = None) -> int:
-    """Run ``tf2_echo`` until Ctrl-C, and return the exit status.
+    """Run ``tf2_echo``: print a transform repeatedly until Ctrl-C; return the exit status.
 
     Args:
         args: Command line: the frame in which the other is expressed, the other, and the rate in

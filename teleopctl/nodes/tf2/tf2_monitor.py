@@ -10,7 +10,7 @@ from teleopctl.tf import GATHER_S, MonitorResults, monitor_transforms
 
 
 def main(args: list[str] | None = None) -> int:
-    """Run ``tf2_monitor`` until Ctrl-C, and return the exit status.
+    """Run ``tf2_monitor``: print delays and rates of transforms until Ctrl-C; return the status.
 
     Args:
         args: Command line: two frames, or none for all; None takes the process's.

@@ -25,18 +25,18 @@ _NOBODY = "default_authority"
 def view_frames(
     node: Node,
     output: str | None,
-    say: Callable[[str], object],
+    log: Callable[[str], object],
     *,
     wait_s: float = WAIT_S,
     tf_topic: str = TF_TOPIC,
     tf_static_topic: str = TF_STATIC_TOPIC,
 ) -> list[Path]:
-    """Listen to tf for some seconds, write the tree of frames as files, and return their paths.
+    """Receive tf for some seconds, write the tree of frames as files, and return their paths.
 
     Args:
         node: Who listens; it need not be spun.
         output: Path of the files without their endings; None for ``frames_`` and the time, here.
-        say: Called with what goes on.
+        log: Called with what goes on.
         wait_s: How long to listen, in seconds of wall time.
         tf_topic: The topic of moving frames.
         tf_static_topic: The topic of those that stand still.
@@ -56,7 +56,7 @@ def view_frames(
     ended = threading.Event()
     node.context.on_shutdown(ended.set)
     try:
-        say(f"Listening to tf data for {float(wait_s)} seconds...")
+        log(f"Listening to tf data for {float(wait_s)} seconds...")
         ended.wait(wait_s)
     finally:
         node.context.forget_on_shutdown(ended.set)
@@ -68,13 +68,13 @@ def view_frames(
             hint="`teleopctl topic info` shows the publishers.",
         )
     base = Path(output or time.strftime("frames_%Y-%m-%d_%H.%M.%S"))
-    say("Generating graph...")
+    log("Generating graph...")
     dot = buffer.all_frames_as_dot(node.get_clock().now().nanoseconds)
-    return write_diagram_files(base, dot, to_svg(frames_diagram(frames)), say)
+    return write_diagram_files(base, dot, to_svg(frames_diagram(frames)), log)
 
 
 def frames_diagram(frames: Sequence[KnownFrame]) -> Diagram:
-    """Return a diagram of the tree of frames, with rates and buffer lengths."""
+    """Return a diagram of the tree of tf frames, with rates and buffer lengths."""
     names = dict.fromkeys(name for frame in frames for name in (frame.parent, frame.name))
     boxes = [DiagramBox(f"frame {name}", printable_line(name), "node") for name in names]
     edges = []
@@ -98,7 +98,7 @@ def _text(frame: KnownFrame) -> str:
 
 
 def main(args: list[str] | None = None) -> int:
-    """Run ``tf2_tools view_frames``: write the tree of frames, and return the exit status.
+    """Run ``view_frames``: write the tree of tf frames as files; return the exit status.
 
     Args:
         args: Command line; None takes the process's.

@@ -26,7 +26,9 @@ _RETURNS_WITHIN_S = 30.0
 
 
 class Cluster:
-    """Connection to a Dask scheduler whose workers execute runs. To be used in a ``with``.
+    """Connection to a Dask scheduler, whose workers execute the runs of a sweep.
+
+    To be used in a ``with``.
 
     Args:
         address: The scheduler's, such as ``tcp://server:8786``.
@@ -93,11 +95,11 @@ class Cluster:
         self,
         sweep: Sweep,
         sent_folder: SentFolder,
-        data: bytes,
+        archive: bytes,
         on_begin: Callable[[], None],
         on_result: Callable[[RunResult], None],
     ) -> None:
-        """Execute the runs of a sweep that are not done, on the workers.
+        """Execute a sweep's pending runs on the workers, which unpack ``archive``; store results.
 
         What comes of each is in its folder here, as if it had been done here. The runs of a worker
         that is lost are done again by others.
@@ -105,7 +107,7 @@ class Cluster:
         Args:
             sweep: What is to be done.
             sent_folder: The folder that the runs need.
-            data: Its bytes.
+            archive: Its bytes.
             on_begin: Called when a run begins.
             on_result: Called with what came of each.
 
@@ -120,7 +122,7 @@ class Cluster:
         # As a task, whose result is made again when all workers that have it are lost.
         with warnings.catch_warnings():
             warnings.filterwarnings("ignore", "Sending large graph")
-            sent = self._client.submit(bytes, data, key=f"{name}-sent", pure=False)
+            sent = self._client.submit(bytes, archive, key=f"{name}-sent", pure=False)
         asked: dict[Any, RunRequest] = {}
         for request in sweep.pending():
             future = self._client.submit(

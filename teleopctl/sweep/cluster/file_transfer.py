@@ -24,7 +24,7 @@ _NOT_SENT = ("metadata.yaml", "sweep.json", "COLCON_IGNORE")
 
 
 class SentFolder(NamedTuple):
-    """Folder that is sent to workers, with the launch file in it.
+    """Folder that is sent to Dask workers: its path, and the launch file and working folder in it.
 
     Attributes:
         root: The folder, as its path is here; empty for none.
@@ -37,7 +37,7 @@ class SentFolder(NamedTuple):
     cwd: str
 
     def for_worker(self, request: RunRequest, root: Path) -> RunRequest:
-        """Return a run's request with paths rewritten to those on a worker.
+        """Return a run's request whose paths in the sent folder are those below a worker's root.
 
         Args:
             request: With the paths of this one.
@@ -62,7 +62,7 @@ class SentFolder(NamedTuple):
 
 
 def pack_launch(file: Path, folder: Path | None, cwd: Path) -> tuple[SentFolder, bytes]:
-    """Pack the folder of a launch file, with what its runs need, as an archive.
+    """Pack the folder of a launch file; return a `SentFolder` and the bytes of a tar archive.
 
     Args:
         file: The launch file.
@@ -95,7 +95,7 @@ def pack_launch(file: Path, folder: Path | None, cwd: Path) -> tuple[SentFolder,
 
 
 def not_sent(values: Iterable[str], sent_folder: SentFolder, cwd: Path) -> list[str]:
-    """Return the values that name local files outside of the folder that is sent."""
+    """Return the values that are paths of local files outside the folder sent to the workers."""
     found = []
     for value in dict.fromkeys(values):
         path = cwd / value
@@ -108,7 +108,7 @@ def not_sent(values: Iterable[str], sent_folder: SentFolder, cwd: Path) -> list[
 
 
 def pack(folder: Path) -> bytes:
-    """Return a finished run's folder as the bytes of an archive.
+    """Return a finished run's folder as the bytes of a tar archive; raise RefusedError over 1 GiB.
 
     Raises:
         RefusedError: It is too large to be sent back.
@@ -121,7 +121,7 @@ def pack(folder: Path) -> bytes:
 
 
 def unpack(data: bytes, folder: Path) -> None:
-    """Unpack an archive into a folder."""
+    """Unpack the bytes of a tar archive into a folder."""
     with tarfile.open(fileobj=io.BytesIO(data)) as archive:
         if hasattr(tarfile, "data_filter"):
             archive.extractall(folder, filter="data")

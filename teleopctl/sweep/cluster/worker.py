@@ -21,7 +21,7 @@ _sweeps: dict[str, RunProcesses] = {}
 
 
 def versions() -> dict[str, str]:
-    """Return the versions of packages that must be equal on all machines of a sweep."""
+    """Return the installed versions of teleopctl and mujoco, which all machines must share."""
     from importlib.metadata import version
 
     return {"teleopctl": __version__, "mujoco": version("mujoco")}
@@ -29,15 +29,15 @@ def versions() -> dict[str, str]:
 
 # Any: what JSON may be.
 def run_on_worker(
-    fields: dict[str, Any], sent_folder: SentFolder, data: bytes, sweep: str
+    request_fields: dict[str, Any], sent_folder: SentFolder, archive: bytes, sweep_id: str
 ) -> tuple[dict[str, Any], bytes]:
-    """Execute a run on this worker; return the fields of its result, and its packed folder.
+    """Execute a run on this Dask worker; return its result as a dict, and its folder as an archive.
 
     Args:
-        fields: Those of a `RunRequest`, with the paths of whoever asks for it.
+        request_fields: Fields of a `RunRequest`, with the paths of whoever asks for it.
         sent_folder: The folder that was sent with it.
-        data: Its bytes.
-        sweep: Which sweep it is of.
+        archive: Its bytes.
+        sweep_id: Which sweep it is of.
 
     Returns:
         The fields of its `RunResult`, and its folder, packed.
@@ -45,17 +45,17 @@ def run_on_worker(
     from distributed import get_worker
 
     worker = get_worker()
-    worker.log_event(sweep, fields["number"])
+    worker.log_event(sweep_id, request_fields["number"])
     home = Path(worker.local_directory).absolute()
-    root = _sent_folder(home, sweep, data)
+    root = _sent_folder(home, sweep_id, archive)
     with tempfile.TemporaryDirectory(
         prefix="run-", dir=home, ignore_cleanup_errors=True
     ) as folder_name:
         folder = Path(folder_name)
-        request = sent_folder.for_worker(RunRequest(**fields), root)
+        request = sent_folder.for_worker(RunRequest(**request_fields), root)
         request.save(folder)
         (port,) = free_ports(1)
-        result = _processes(sweep).run(request, folder, port, port, root / sent_folder.cwd)
+        result = _processes(sweep_id).run(request, folder, port, port, root / sent_folder.cwd)
         if result is None:
             raise RefusedError("The sweep was stopped")
         try:
@@ -63,22 +63,22 @@ def run_on_worker(
         except RefusedError as error:
             result, packed = replace(result, result="failed", error=error.message), b""
         # With the values as they were asked for, not as they are here.
-        done = replace(result, machine=str(worker.name), parameters=fields["parameters"])
+        done = replace(result, machine=str(worker.name), parameters=request_fields["parameters"])
         return asdict(done), packed
 
 
-def stop_runs(sweep: str) -> None:
-    """Stop a sweep's runs on this worker, and start no others."""
-    _processes(sweep).stop()
+def stop_runs(sweep_id: str) -> None:
+    """Interrupt a sweep's runs on this Dask worker, and reject further runs."""
+    _processes(sweep_id).stop()
 
 
 # Any: a worker of Dask's, which gives itself.
-def remove_sweep(sweep: str, dask_worker: Any = None) -> None:
-    """Remove the files of a finished sweep from this worker."""
+def remove_sweep(sweep_id: str, dask_worker: Any = None) -> None:
+    """Remove the unpacked files of a finished sweep from a Dask worker."""
     with _lock:
-        _sweeps.pop(sweep, None)
+        _sweeps.pop(sweep_id, None)
         home = Path(dask_worker.local_directory).absolute()
-        shutil.rmtree(home / f"sweep-{sweep}", ignore_errors=True)
+        shutil.rmtree(home / f"sweep-{sweep_id}", ignore_errors=True)
 
 
 def _processes(sweep: str) -> RunProcesses:
