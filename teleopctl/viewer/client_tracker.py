@@ -53,7 +53,7 @@ document.onvisibilitychange();
 
 
 class ClientTracker:
-    """The browsers that have the page open, and whether the page is visible in each."""
+    """Record of the browsers connected to the page, and whether the page is visible in each."""
 
     def __init__(self) -> None:
         self._visible: dict[int, bool] = {}
@@ -81,11 +81,11 @@ class ClientTracker:
         below.on_client_disconnect(remove)
 
     def on_change(self, callback: Callable[[], object]) -> None:
-        """Register a callback for changes of visibility; called in the server's thread."""
+        """Register a callback for each visibility report; called on the server's thread."""
         self._changed.append(callback)
 
     def is_visible(self, browser: int) -> bool:
-        """Return whether the page is visible in a browser; True without a report.
+        """Return whether the page is visible in a browser (client ID); True without a report.
 
         Args:
             browser: viser's client ID.
@@ -93,7 +93,7 @@ class ClientTracker:
         return self._visible.get(browser, True)
 
     def handle_request(self, path: str, headers: Mapping[str, str]) -> Answer | None:
-        """Handle an HTTP request that is a visibility report; return None for any other request.
+        """Store a browser's visibility report and return HTTP 200; None for other requests.
 
         Args:
             path: Path and query of the request.
@@ -111,7 +111,7 @@ class ClientTracker:
 
 
 class PageServer(viser.ViserServer):
-    """viser's server with a `ClientTracker`; `open_server` adds the access checks.
+    """viser's web server for the page, which tracks connected browsers by a `ClientTracker`.
 
     Args:
         host: The address to listen on.

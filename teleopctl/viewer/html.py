@@ -14,7 +14,7 @@ _LONGEST = 400
 
 
 def escaped_html(text: str, longest: int = _LONGEST) -> str:
-    """Return a text as one line of escaped HTML, cut to a length.
+    """Return a text as one line of escaped HTML, cut to ``longest`` characters.
 
     Args:
         text: Any text.
@@ -24,12 +24,12 @@ def escaped_html(text: str, longest: int = _LONGEST) -> str:
 
 
 def escaped_html_lines(text: str, longest: int = _LONGEST) -> str:
-    """Return a text of several lines as escaped HTML, for ``white-space: pre``."""
+    """Return a text of several lines as escaped HTML, cut to ``longest`` characters."""
     return html.escape(printable_text(_cut(text, longest)))
 
 
 def escaped_markdown(text: str, longest: int = _LONGEST) -> str:
-    """Return a text as one line of escaped Markdown."""
+    """Return a text as one line of escaped Markdown, cut to ``longest`` characters."""
     line = printable_line(_cut(text, longest))
     return "".join(sign if sign.isalnum() or sign == " " else f"&#{ord(sign)};" for sign in line)
 
@@ -46,7 +46,7 @@ def age_text(age_s: float) -> str:
 
 
 def note_html(content: str, line_height: float = 1.4) -> str:
-    """Return HTML of a paragraph in a panel.
+    """Return the HTML of a paragraph in a panel, around content that is HTML.
 
     Args:
         content: The paragraph's HTML; texts of others escaped.

@@ -49,13 +49,13 @@ _FOR_ALL = {
 
 
 class PageError(TeleopctlError):
-    """The page cannot be opened."""
+    """Error: the viewer's web page cannot be opened."""
 
 
 def open_server(
     host: str = "127.0.0.1", port: int = DEFAULT_PORT, *, token: str | None = None
 ) -> PageServer:
-    """Open the page's server.
+    """Start the page's web server with access checks, and return it as a `PageServer`.
 
     Args:
         host: The address to listen on.
@@ -211,13 +211,13 @@ def _limit_send_buffer(connection: ServerConnection) -> None:
 
 
 def close_server(server: viser.ViserServer) -> None:
-    """Close the page's server without viser's messages."""
+    """Stop the page's web server, without viser's printed messages."""
     with contextlib.redirect_stdout(io.StringIO()):
         server.stop()
 
 
 def page_address(host: str, port: int, token_file: Path | None = None) -> Address:
-    """Return the URL of the page for a browser, and the file of its token.
+    """Return the page's `Address`: its URL for a browser, and the file of its access token.
 
     Args:
         host: What the server listens on.
@@ -235,7 +235,7 @@ class _LoopEvent(asyncio.Event):
         self._thread = thread
 
     def set(self) -> None:
-        """Set the event, in the given thread; do nothing in others."""
+        """Set the event if called in the server's thread; do nothing in other threads."""
         if threading.current_thread() is self._thread:
             super().set()
 
@@ -268,7 +268,7 @@ _COLLECTIONS_PER_DISCONNECT = 2
 
 
 class MemoryCleanup:
-    """Frees the memory of closed browser connections and removed scene nodes.
+    """Cleanup of memory of closed browser connections and removed scene nodes.
 
     A connection that has ended is half a megabyte in objects that refer to each other. Python's
     garbage collector starts after so many new objects that here it would be minutes or hours.
@@ -288,7 +288,7 @@ class MemoryCleanup:
         server._websock_server.on_client_disconnect(self._disconnected)  # noqa: SLF001
 
     def run(self) -> None:
-        """Clear viser's old messages; after a browser has disconnected, collect garbage too."""
+        """Clear viser's old messages, and collect garbage after a browser has disconnected."""
         server = self._server
         # In the server's thread, which also adds browsers.
         server._event_loop.call_soon_threadsafe(server._run_garbage_collector)  # noqa: SLF001

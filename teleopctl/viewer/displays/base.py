@@ -36,11 +36,11 @@ class Stage(Protocol):
 
     @property
     def node(self) -> Node:
-        """The viewer's node, for its clock, clients and logger."""
+        """The viewer's ROS node, for its clock, clients and logger."""
 
     @property
     def scene(self) -> viser.SceneApi:
-        """The viser scene to draw in."""
+        """The viser scene in which displays draw."""
 
     @property
     def gui(self) -> viser.GuiApi:
@@ -48,7 +48,7 @@ class Stage(Protocol):
 
     @property
     def frames(self) -> SceneFrames:
-        """The tf frames in the scene, with their poses in the fixed frame."""
+        """The tf frames as nodes of the scene, with their poses in the fixed frame."""
 
     @property
     def robot_folder(self) -> Path | None:
@@ -61,7 +61,7 @@ class Stage(Protocol):
         """
 
     def on_node_thread(self, function: Callable[..., object]) -> Callable[..., None]:
-        """Wrap a function for viser's callbacks, so that it runs on the node's thread."""
+        """Return a callback for viser that queues a call of ``function`` on the node's thread."""
 
     def subscribe(
         self, topic: str, type_name: str, callback: Callable[[Any], object], qos: QoSProfile
@@ -135,23 +135,23 @@ class Display:
 
     @property
     def is_enabled(self) -> bool:
-        """Whether the display is enabled, and its group too."""
+        """Whether the display and all its groups in the ``.rviz`` file are enabled."""
         return self.in_shown_group and self.values.given.get("Enabled", True) is not False
 
     @property
     def is_drawn(self) -> bool:
-        """Whether the display is subscribed and drawn."""
+        """Whether the display is subscribed and drawn at present."""
         return self._drawn
 
     def begin(self) -> None:
-        """Subscribe and draw, until `end`."""
+        """Call `started` and subscribe to the topic, unless the display is drawn already."""
         if self._drawn:
             return
         self._drawn = True
         self._start()
 
     def end(self) -> None:
-        """Unsubscribe and remove everything from the scene."""
+        """Unsubscribe, and call `stopped`, which removes everything from the scene."""
         if not self._drawn:
             return
         self._drawn = False
@@ -159,7 +159,7 @@ class Display:
         self.stopped()
 
     def update(self, *, jumped_back: bool) -> None:
-        """Call `tick`, and `time_jumped_back` before it where time has gone back, if drawn.
+        """Call `tick` if the display is drawn, and before it `time_jumped_back` if needed.
 
         Called by the viewer for each picture.
 
@@ -173,7 +173,7 @@ class Display:
         self._guarded(self.tick)
 
     def set_topic(self, topic: str) -> None:
-        """Set the topic, in the file's mapping too, and subscribe to it if the display is drawn."""
+        """Set the topic, also in the ``.rviz`` mapping, and subscribe if the display is drawn."""
         self.topic = topic
         place = self.values.given.get(self.topic_key)
         if isinstance(place, dict):
@@ -192,7 +192,7 @@ class Display:
             self._start()
 
     def set(self, name: str, value: Any) -> None:
-        """Set a property in the file's mapping, and call `changed` if the display is drawn."""
+        """Set a property in the ``.rviz`` mapping; call `changed` if the display is drawn."""
         self.values.set(name, value)
         if self._drawn:
             self._guarded(lambda: self.changed(name))
@@ -209,10 +209,13 @@ class Display:
         """Remove everything from the scene; called after the display has unsubscribed. Override."""
 
     def received(self, message: Any) -> None:
-        """Handle a message of the topic. Override."""
+        """Handle a message of the display's topic; called on the node's thread.
+
+        Override.
+        """
 
     def changed(self, name: str) -> None:  # noqa: ARG002 -- for overrides
-        """Redraw after a property was set; by default by stopping and starting the display."""
+        """Redraw after the property ``name`` was set, by default by `stopped` and `started`."""
         self.stopped()
         self.started()
 
@@ -220,7 +223,7 @@ class Display:
         """Update poses and status; called 30 times a second while the display is drawn."""
 
     def time_jumped_back(self) -> None:
-        """Drop messages with stamps in the future, after time has jumped back.
+        """Clear drawn messages after ROS time jumped back; subscribe again if latched.
 
         A latched message may have come before the jump and is not repeated: the display subscribes
         anew.
@@ -232,20 +235,20 @@ class Display:
             self.started()
 
     def parts(self) -> dict[str, bool]:
-        """Return the visibility of each part that can be hidden separately, such as a namespace."""
+        """Return by name whether each part that can be hidden, such as a namespace, is shown."""
         return {}
 
     def parts_text(self) -> str:
-        """Return Markdown to show below the list of parts; empty for none."""
+        """Return Markdown to show on the page below the list of `parts`; empty for none."""
         return ""
 
     def show_part(self, name: str, *, shown: bool) -> None:
-        """Show or hide one of the `parts`."""
+        """Show or hide one of the `parts`, by its name."""
 
     # --- for subclasses -----------------------------------------------------------------------
 
     def subscription_type(self) -> str:
-        """Return the type to subscribe to: that of the topic, if the display supports it."""
+        """Return the message type to subscribe to: the publishers', if the display supports it."""
         known = (self.message_type, *self.other_types)
         if self.other_types:
             offered = [
@@ -255,7 +258,7 @@ class Display:
         return known[0]
 
     def qos(self) -> QoSProfile:
-        """Return the QoS to subscribe with: the ``.rviz`` file's, as far as publishers offer it."""
+        """Return the subscription's QoS: the ``.rviz`` file's, as far as publishers offer it."""
         from teleopctl.viewer.subscriptions import topic_qos
 
         return topic_qos(self.stage.node, self.topic, self.values.given, latched=self.latched)

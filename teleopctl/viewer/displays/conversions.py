@@ -18,12 +18,12 @@ from teleopctl.viewer.scene.drawing import Floats, Rgba, drawable_rows, is_drawa
 
 
 def vector_of(message: Any) -> tuple[float, float, float]:
-    """Return the coordinates of a ``Point``, ``Point32`` or ``Vector3``."""
+    """Return x, y and z of a ``Point``, ``Point32`` or ``Vector3`` message as a tuple."""
     return (message.x, message.y, message.z)
 
 
 def pose_of(pose: Any) -> Transform | None:
-    """Return the transform of a ``geometry_msgs/msg/Pose``; None if it cannot be drawn."""
+    """Return the `Transform` of a ``geometry_msgs/msg/Pose``; None if it cannot be drawn."""
     p, q = pose.position, pose.orientation
     place, turn = (p.x, p.y, p.z), (q.x, q.y, q.z, q.w)
     if not is_drawable((*place, *turn)):
@@ -32,14 +32,14 @@ def pose_of(pose: Any) -> Transform | None:
 
 
 def points_of(points: Iterable[Any]) -> tuple[Floats, int]:
-    """Return the points with drawable coordinates, shape (n, 3), and how many were left out."""
+    """Return drawable points of point messages, shape (n, 3), and how many were left out."""
     rows = np.array([(p.x, p.y, p.z) for p in points], np.float64).reshape(-1, 3)
     good = drawable_rows(rows)
     return rows[good], int(len(rows) - good.sum())
 
 
 def poses_of(poses: Iterable[Any]) -> tuple[Floats, Floats, int]:
-    """Return the poses with drawable numbers as arrays, and how many were left out.
+    """Return positions and rotations of the drawable poses, and how many poses were left out.
 
     Returns:
         Positions, shape (n, 3); unit rotations w x y z, shape (n, 4); how many cannot be drawn.
@@ -61,17 +61,17 @@ def poses_of(poses: Iterable[Any]) -> tuple[Floats, Floats, int]:
 
 
 def rgba_of(color: tuple[int, int, int], alpha: float = 1.0) -> Rgba:
-    """Return an RGB colour of 0 to 255 with an opacity as four numbers from 0 to 1."""
+    """Return an RGB colour (0 to 255) with an opacity as four numbers from 0 to 1."""
     red, green, blue = color
     return (red / 255, green / 255, blue / 255, alpha)
 
 
-def not_drawn_text(count: int, what: str) -> str:
-    """Return the status text for a number of items with non-finite numbers, such as poses."""
+def not_drawn_text(count: int, plural: str) -> str:
+    """Return a status sentence: ``count`` items, named by ``plural``, have non-finite numbers."""
     one = "1 is" if count == 1 else f"{count} are"
-    return f"{one} not drawn: {what} must be finite numbers"
+    return f"{one} not drawn: {plural} must be finite numbers"
 
 
 def length_of(x: float, y: float, z: float) -> float:
-    """Return the Euclidean length of a vector."""
+    """Return the Euclidean length of the vector x, y, z."""
     return math.sqrt(x * x + y * y + z * z)

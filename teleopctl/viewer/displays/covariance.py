@@ -45,7 +45,7 @@ _WEDGE_PARTS = 12
 def draw_covariance(
     drawing: Drawing, pose: Transform, covariance: list[float], values: Properties
 ) -> str:
-    """Add the ellipsoid and discs of a pose's covariance to a drawing.
+    """Add a pose covariance's ellipsoid and discs to a drawing; return why not, or an empty text.
 
     Args:
         drawing: In the frame of the message's header.

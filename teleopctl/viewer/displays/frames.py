@@ -54,7 +54,7 @@ class TfDisplay(Display):
         self._switches = self._frame_switches()
 
     def started(self) -> None:
-        """Show axes and names of the frames, as the properties say."""
+        """Show axes and names of the tf frames; called when the display starts."""
         self._wrong = ""
         self._only, self._without = self._expression(_ONLY), self._expression(_WITHOUT)
         self.stage.frames.set_appearance(
@@ -66,11 +66,11 @@ class TfDisplay(Display):
         )
 
     def stopped(self) -> None:
-        """Hide axes and names."""
+        """Hide axes and names of all tf frames; called when the display stops."""
         self.stage.frames.set_appearance(axes=False, names=False)
 
     def tick(self) -> None:
-        """Set the status: too many frames, and transforms that the tf buffer rejects."""
+        """Set the status to OK, or a warning about too many frames or rejected transforms."""
         faults = [self._wrong] if self._wrong else []
         if self.stage.frames.buffer.is_full:
             faults.append(
@@ -93,13 +93,13 @@ class TfDisplay(Display):
         )
 
     def parts(self) -> dict[str, bool]:
-        """Return the visibility of each frame by name; see `Display.parts`."""
+        """Return by name whether each tf frame is shown; see `Display.parts`."""
         return {
             name: self._is_on(name) for name in sorted(self.stage.frames.by_name)[:_MOST_LISTED]
         }
 
     def parts_text(self) -> str:
-        """Return a Markdown table of the frames: parent and age of the newest transform."""
+        """Return a Markdown table of the tf frames: parent, and age of the newest transform."""
         ages = sorted(self.stage.frames.buffer.ages().items())[:_MOST_LISTED]
         rows = [
             f"| {escaped_markdown(name)} | {escaped_markdown(parent)} "
@@ -111,7 +111,7 @@ class TfDisplay(Display):
         return "\n\n".join(filter(None, (left_out, text)))
 
     def show_part(self, name: str, *, shown: bool) -> None:
-        """Show or hide a frame."""
+        """Show or hide a tf frame, and store that in the ``.rviz`` mapping."""
         given = self.values.given
         if not _is_mapping(given.get("Frames")):
             given["Frames"] = {}
@@ -149,7 +149,7 @@ class TfDisplay(Display):
             return None
 
     def time_jumped_back(self) -> None:
-        """Do nothing: tf moves the frames."""
+        """Do nothing when ROS time jumps back, since tf moves the frames."""
 
 
 def _is_mapping(value: Any) -> TypeGuard[dict[Any, Any]]:
@@ -176,7 +176,7 @@ class Axes(Display):
         self._canvas: Canvas | None = None
 
     def started(self) -> None:
-        """Draw the axes below the scene node of the reference frame."""
+        """Draw the axes at the reference frame's scene node; called when the display starts."""
         frame = self.values.text("Reference Frame")
         above = "" if frame == _FIXED_FRAME else self.stage.frames.node_path(frame)
         drawing = Drawing()
@@ -196,13 +196,13 @@ class Axes(Display):
         )
 
     def stopped(self) -> None:
-        """Remove the axes from the scene."""
+        """Remove the axes from the scene; called when the display stops."""
         if self._canvas is not None:
             self._canvas.remove()
             self._canvas = None
 
     def time_jumped_back(self) -> None:
-        """Do nothing: tf moves the frame."""
+        """Do nothing when ROS time jumps back, since tf moves the reference frame."""
 
 
 _PLANES: dict[str, Literal["xy", "xz", "yz"]] = {"XY": "xy", "XZ": "xz", "YZ": "yz"}
@@ -225,7 +225,7 @@ class Grid(Display):
         self._node: Any = None
 
     def started(self) -> None:
-        """Draw the grid's lines."""
+        """Draw the grid's lines at the reference frame; called when the display starts."""
         frame = self.values.text("Reference Frame")
         above = "" if frame == _FIXED_FRAME else self.stage.frames.node_path(frame)
         cell = self.values.number("Cell Size")
@@ -244,13 +244,13 @@ class Grid(Display):
         )
 
     def stopped(self) -> None:
-        """Remove the grid from the scene."""
+        """Remove the grid from the scene; called when the display stops."""
         if self._node is not None:
             self._node.remove()
             self._node = None
 
     def time_jumped_back(self) -> None:
-        """Do nothing: a grid has no time."""
+        """Do nothing when ROS time jumps back, since a grid has no stamp."""
 
 
 # Any stands for what a display is made with.
@@ -288,12 +288,12 @@ class Trace(Display):
         self._canvas: Canvas | None = None
 
     def started(self) -> None:
-        """Start drawing; a line appears with the second point."""
+        """Begin with an empty drawing; a line appears once there are two points."""
         self._canvas = Canvas(self.stage.scene, self.root)
         self._is_new = True
 
     def stopped(self) -> None:
-        """Remove the line from the scene and clear its points."""
+        """Remove the line from the scene, and clear its points; called when the display stops."""
         self._points.clear()
         self._remove()
 
@@ -305,7 +305,7 @@ class Trace(Display):
         self.started()
 
     def tick(self) -> None:
-        """Add the frame's present position to the line, and redraw it ten times a second."""
+        """Add the frame's position in the fixed frame; redraw the line ten times a second."""
         name, fixed = self.values.text("Frame").removeprefix("/"), self.stage.frames.fixed
         if fixed != self._fixed:
             # Where the frame was in the other fixed frame says nothing here.

@@ -44,11 +44,11 @@ class PointStamped(DrawnDisplay):
 
     @property
     def history_length(self) -> int:
-        """Number of points that are drawn."""
+        """Number of points drawn at a time: the property ``History Length``."""
         return int(self.values.number("History Length"))
 
     def drawing(self, message: Any) -> Drawing:
-        """Return the drawing of a point: a sphere."""
+        """Return the drawing of a PointStamped: a sphere; empty if its numbers are not finite."""
         drawing = Drawing()
         place = vector_of(message.point)
         if not is_drawable(place):
@@ -76,7 +76,7 @@ class Polygon(DrawnDisplay):
     )
 
     def drawing(self, message: Any) -> Drawing:
-        """Return the drawing of a polygon: a closed line."""
+        """Return the drawing of a PolygonStamped: a closed line."""
         drawing = Drawing()
         points, left_out = points_of(message.polygon.points)
         if left_out:
@@ -99,7 +99,7 @@ class GridCells(DrawnDisplay):
     )
 
     def drawing(self, message: Any) -> Drawing:
-        """Return the drawing of grid cells: a flat square at each point."""
+        """Return the drawing of a GridCells message: a flat rectangle at each point."""
         drawing = Drawing()
         width, height = message.cell_width, message.cell_height
         if not is_drawable((width, height)) or width <= 0 or height <= 0:
@@ -131,11 +131,11 @@ class Range(DrawnDisplay):
 
     @property
     def history_length(self) -> int:
-        """Number of cones that are drawn."""
+        """Number of cones drawn at a time: the property ``Buffer Length``."""
         return int(self.values.number("Buffer Length"))
 
     def drawing(self, message: Any) -> Drawing:
-        """Return the drawing of a range: a cone."""
+        """Return the drawing of a Range: a cone as long as the distance; empty if out of range."""
         drawing = Drawing()
         if not is_drawable((message.field_of_view, message.min_range, message.max_range)):
             self.set_status(ERROR, "The cone is not drawn: its numbers must be finite")
@@ -202,7 +202,7 @@ class VectorPairDisplay(DrawnDisplay):
 
     @property
     def history_length(self) -> int:
-        """Number of messages that are drawn."""
+        """Number of messages drawn at a time: the property ``History Length``."""
         return int(self.values.number("History Length"))
 
     def drawing(self, message: Any) -> Drawing:

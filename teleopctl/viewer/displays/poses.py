@@ -76,7 +76,7 @@ class PoseDisplay(DrawnDisplay):
     properties: ClassVar[tuple[Property, ...]] = shape_properties()
 
     def drawing(self, message: Any) -> Drawing:
-        """Return the drawing of the pose's shape."""
+        """Return the drawing of a PoseStamped: an arrow or axes; empty if not finite."""
         drawing = Drawing()
         pose = pose_of(message.pose)
         if pose is None:
@@ -94,7 +94,7 @@ class PoseWithCovariance(DrawnDisplay):
     properties: ClassVar[tuple[Property, ...]] = (*shape_properties(), *COVARIANCE_PROPERTIES)
 
     def drawing(self, message: Any) -> Drawing:
-        """Return the drawing of the pose's shape and covariance."""
+        """Return the drawing of a pose's arrow or axes, and of its covariance."""
         drawing = Drawing()
         pose = pose_of(message.pose.pose)
         if pose is None:
@@ -131,11 +131,11 @@ class OdometryDisplay(DrawnDisplay):
 
     @property
     def history_length(self) -> int:
-        """Number of poses that are drawn."""
+        """Number of poses drawn at a time: the property ``Keep``."""
         return int(self.values.number("Keep")) or _MOST_KEPT
 
     def received(self, message: Any) -> None:
-        """Draw the message's pose if it differs from the last one by more than the tolerances."""
+        """Draw an Odometry's pose if it differs from the last by more than the tolerances."""
         pose = pose_of(message.pose.pose)
         if pose is None:
             self.set_status(ERROR, NOT_FINITE)
@@ -144,18 +144,18 @@ class OdometryDisplay(DrawnDisplay):
             super().received(message)
 
     def stopped(self) -> None:
-        """Remove the poses, and drop all messages."""
+        """Remove the poses, and drop all messages; called when the display stops."""
         self._last = None
         super().stopped()
 
     def draw_at(self, message: Any, pose: Transform) -> None:
-        """Add a pose to the drawn ones; its covariance replaces that of the previous one."""
+        """Add a message's pose to the drawn ones, and replace the drawn covariance."""
         self._covariance = Drawing()
         super().draw_at(message, pose)
         self._covariance = self._covariance.moved(pose)
 
     def drawing(self, message: Any) -> Drawing:
-        """Return the drawing of a message's pose; store that of its covariance."""
+        """Return the drawing of an Odometry's pose; store the drawing of its covariance."""
         drawing = Drawing()
         pose = pose_of(message.pose.pose)
         if pose is not None:
@@ -167,11 +167,11 @@ class OdometryDisplay(DrawnDisplay):
         return drawing
 
     def combined_drawing(self) -> Drawing:
-        """Return one drawing of all poses and of the newest one's covariance."""
+        """Return one drawing of all kept poses and of the newest pose's covariance."""
         return merged([super().combined_drawing(), self._covariance])
 
     def clear_drawings(self) -> None:
-        """Clear all drawings."""
+        """Clear the drawings of poses and covariance."""
         self._covariance = Drawing()
         super().clear_drawings()
 
@@ -202,7 +202,7 @@ class PoseArray(DrawnDisplay):
     )
 
     def drawing(self, message: Any) -> Drawing:
-        """Return the drawing of a message: an arrow or axes at each pose."""
+        """Return the drawing of a PoseArray: an arrow or axes at each pose."""
         positions, rotations, left_out = poses_of(message.poses)
         if left_out:
             self.set_status(WARN, not_drawn_text(left_out, "poses"))
@@ -258,7 +258,7 @@ class ParticleCloud(DrawnDisplay):
         self.values.given.setdefault("Class", f"nav2_rviz_plugins/{self.rviz_class}")
 
     def drawing(self, message: Any) -> Drawing:
-        """Return the drawing of a message: an arrow or axes at each particle, longer by weight."""
+        """Return the drawing of a ParticleCloud: an arrow or axes per particle, by weight."""
         low = self.values.number("Min Arrow Length")
         more = max(self.values.number("Max Arrow Length") - low, 0.0)
         by_share: dict[float, list[Any]] = {}
@@ -317,11 +317,11 @@ class PathDisplay(DrawnDisplay):
 
     @property
     def history_length(self) -> int:
-        """Number of paths that are drawn."""
+        """Number of paths drawn at a time: the property ``Buffer Length``."""
         return int(self.values.number("Buffer Length"))
 
     def drawing(self, message: Any) -> Drawing:
-        """Return the drawing of a message: the line, and the shapes at its poses."""
+        """Return the drawing of a Path: a line, and optional arrows or axes at its poses."""
         values = self.values
         positions, rotations, left_out = poses_of(one.pose for one in message.poses)
         if left_out:

@@ -57,27 +57,27 @@ class Properties:
         return read_property(self.known[name], self.given)
 
     def number(self, name: str) -> float:
-        """Return the value of a property that is a number."""
+        """Return the value of the named property, a number, as a float."""
         value = self[name]
         assert isinstance(value, int | float)
         return float(value)
 
     def flag(self, name: str) -> bool:
-        """Return the value of a property that is a bool."""
+        """Return the value of the named property as a bool."""
         return bool(self[name])
 
     def text(self, name: str) -> str:
-        """Return the value of a property that is a text."""
+        """Return the value of the named property as a text."""
         return str(self[name])
 
     def color(self, name: str) -> Color:
-        """Return the value of a property that is a colour: red, green, blue from 0 to 255."""
+        """Return the value of the named property, a colour: red, green, blue from 0 to 255."""
         value = self[name]
         assert isinstance(value, tuple)
         return value
 
     def set(self, name: str, value: Value) -> None:
-        """Write a property's value into the file's mapping."""
+        """Write a property's value into the display's mapping of the ``.rviz`` file."""
         *groups, last = name.split("/")
         place = self.given
         for group in groups:
@@ -96,7 +96,7 @@ class Properties:
 
 # Any: what YAML holds.
 def read_property(known: Property, given: Mapping[str, Any]) -> Value:
-    """Return a property's value in a file's mapping, within its range; else the default."""
+    """Return a property's value in an ``.rviz`` mapping, limited to its range; else the default."""
     value: Any = given
     for part in known.name.split("/"):
         value = value.get(part) if isinstance(value, Mapping) else None

@@ -28,7 +28,7 @@ _MANY_USES = 4
 
 @dataclass(frozen=True, slots=True)
 class RobotAssets:
-    """Loaded meshes and textures of a robot description.
+    """Loaded meshes and textures of a robot description, and faults found while loading.
 
     Attributes:
         meshes: Meshes by URI.
@@ -56,7 +56,7 @@ class RobotAssets:
 def load_assets(
     description: RobotDescription, known: RobotAssets, folder: Path | None = None
 ) -> RobotAssets:
-    """Return a robot's meshes and textures, loading those whose files are new or changed.
+    """Return a robot's meshes and textures; load those whose files are new or changed.
 
     Args:
         description: The robot.
@@ -107,7 +107,7 @@ def _is_unchanged(file: MeshFile | Texture) -> bool:
 
 
 def shapes_of(description: RobotDescription) -> list[Geometry]:
-    """Return the geometry of all links of a robot, visual before collision geometry."""
+    """Return the geometries of all links of a robot, visual before collision ones."""
     links = description.links.values()
     return [visual.geometry for link in links for visual in link.visuals] + [
         collision.geometry for link in links for collision in link.collisions
@@ -179,16 +179,16 @@ class RobotModelDisplay(Display):
 
     @property
     def description(self) -> RobotDescription | None:
-        """Description of the drawn robot; None before it is loaded."""
+        """Robot description that is drawn; None before one is loaded."""
         return self._description
 
     @property
     def meshes(self) -> Mapping[str, MeshFile]:
-        """The loaded meshes of the robot, by URI."""
+        """Loaded meshes of the robot, by URI."""
         return self._parts.meshes
 
     def received(self, message: Any) -> None:
-        """Load a robot description and its meshes in another thread, then draw them."""
+        """Load a received robot description in another thread, then draw the robot."""
         if self.values.text("Description Source") == "Topic":
             text = message.data
             self._load(lambda: text)
@@ -205,7 +205,7 @@ class RobotModelDisplay(Display):
             self._subscribe()
 
     def reload(self) -> None:
-        """Load changed mesh files of the robot, and redraw it."""
+        """Load changed mesh files of the robot in another thread, and redraw the robot."""
         if self._description is not None:
             text = self._description.urdf
             self._load(lambda: text)
@@ -342,10 +342,10 @@ class RobotModelDisplay(Display):
         self.set_status(ERROR if self._refused else WARN if text else OK, text)
 
     def stopped(self) -> None:
-        """Remove all links from the scene."""
+        """Remove all links from the scene; called when the display stops."""
         for node in self._nodes:
             node.remove()
         self._nodes.clear()
 
     def time_jumped_back(self) -> None:
-        """Do nothing: a robot description has no time."""
+        """Do nothing when ROS time jumps back: a robot description has no stamp."""

@@ -40,13 +40,15 @@ class StampedDisplay(Display):
 
     @property
     def history_length(self) -> int:
-        """Number of messages that are drawn."""
+        """Number of messages drawn at a time; 1 unless a display overrides it."""
         return 1
 
     # --- overridden by displays ---------------------------------------------------------------
 
     def draw_at(self, message: Any, pose: Transform) -> None:
-        """Draw a message, now that its transform is known. Override.
+        """Draw a message at a pose, called once the message's transform is known.
+
+        Override.
 
         Args:
             message: The message.
@@ -54,12 +56,15 @@ class StampedDisplay(Display):
         """
 
     def clear_drawings(self) -> None:
-        """Remove everything from the scene, keeping the messages. Override."""
+        """Remove all drawings from the scene, but keep the messages.
+
+        Override.
+        """
 
     # --- what the viewer calls ----------------------------------------------------------------
 
     def received(self, message: Any) -> None:
-        """Draw a message, or let it wait for its transform."""
+        """Draw a message, or queue it until its transform is known."""
         self._waiting.append(message)
         self._place()
 
@@ -71,11 +76,11 @@ class StampedDisplay(Display):
             self._place()
 
     def changed(self, name: str) -> None:  # noqa: ARG002 -- whichever it is
-        """Redraw the messages."""
+        """Redraw all kept messages after a property was set."""
         self.redraw()
 
     def stopped(self) -> None:
-        """Drop all messages, and remove their drawings."""
+        """Drop all messages, and remove their drawings; called when the display stops."""
         self._waiting.clear()
         self._placed.clear()
         self._waits = False
@@ -123,7 +128,7 @@ class StampedDisplay(Display):
 
 # Any stands for a std_msgs/msg/Header.
 def pose_at_stamp(frames: SceneFrames, header: Any) -> Transform:
-    """Return the pose of a header's frame at its stamp, in the fixed frame.
+    """Return the pose of a header's frame at the header's stamp, in the fixed frame.
 
     An empty frame means the fixed frame. For a stamp older than the tf buffer the newest pose is
     returned.
@@ -146,7 +151,7 @@ def pose_at_stamp(frames: SceneFrames, header: Any) -> Transform:
 
 
 def no_transform_text(header: Any, fixed: str, error: TransformException) -> str:
-    """Return the status text about a message whose transform is not known, in RViz's words."""
+    """Return the status text that a message's transform is not known, in RViz's words."""
     from teleopctl.tf import ExtrapolationException
 
     pair = f"No transform from [{header.frame_id}] to [{fixed}]"
@@ -156,7 +161,7 @@ def no_transform_text(header: Any, fixed: str, error: TransformException) -> str
 
 
 class DrawnDisplay(StampedDisplay):
-    """Base of displays that convert each message to a `Drawing`."""
+    """Base of displays that convert each message to a `Drawing` and show all in one canvas."""
 
     def _prepare(self) -> None:
         super()._prepare()
@@ -176,14 +181,14 @@ class DrawnDisplay(StampedDisplay):
         self._stale = True
 
     def tick(self) -> None:
-        """Send changed drawings to the scene."""
+        """Draw messages whose transform has arrived, and send changed drawings to the scene."""
         super().tick()
         if self._stale:
             self._stale = False
             self.canvas.show(self.combined_drawing())
 
     def combined_drawing(self) -> Drawing:
-        """Return one drawing of all messages, in the fixed frame."""
+        """Return one drawing of all kept messages, in the fixed frame."""
         return merged(self._drawings)
 
     def clear_drawings(self) -> None:

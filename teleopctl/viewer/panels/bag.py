@@ -62,21 +62,21 @@ class BagPanel(Panel):
             self._rate.on_update(self.page.on_node_thread(self._choose_rate))
 
     def began(self) -> None:
-        """Subscribe to a bag player of the graph, if there is one."""
+        """Subscribe to a bag player of the graph, if any; called when a browser shows the page."""
         self.graph_changed()
 
     def ended(self) -> None:
-        """Unsubscribe from the player."""
+        """Unsubscribe from the bag player; called when no browser shows the page."""
         self._follow("")
 
     def graph_changed(self) -> None:
-        """Change to another player if the followed one has gone, or if none was there."""
+        """Follow another bag player if the present one has gone, or if there was none."""
         players = servers_of(self.page.node, _SEEK, f"{_PACKAGE}/Seek")
         if self._player not in players:
             self._follow(players[0] if players else "")
 
     def tick(self) -> None:
-        """Show the player's state and the playback time."""
+        """Show the bag player's state (playing or paused) and the playback time."""
         if not self._player:
             return
         passed_s = (self._now_ns - self._start_ns) / NANOSECONDS_PER_SECOND

@@ -23,11 +23,11 @@ class Page(Protocol):
 
     @property
     def node(self) -> Node:
-        """The viewer's node, for its clock, clients and logger."""
+        """The viewer's ROS node, for its clock, clients and logger."""
 
     @property
     def stage(self) -> Stage:
-        """The interface of displays to the viewer's node, for subscriptions and long tasks."""
+        """The interface of the viewer's node for displays, for subscriptions and long tasks."""
 
     @property
     def gui(self) -> viser.GuiApi:
@@ -35,10 +35,10 @@ class Page(Protocol):
 
     @property
     def frames(self) -> SceneFrames:
-        """The tf frames in the scene, with their poses in the fixed frame."""
+        """The tf frames as nodes of the scene, with their poses in the fixed frame."""
 
     def on_node_thread(self, function: Callable[..., object]) -> Callable[..., None]:
-        """Wrap a function so that it runs on the node's thread whichever thread calls the wrapper.
+        """Return a callback for viser that queues a call of ``function`` on the node's thread.
 
         For viser's ``on_click`` and ``on_update``; the function gets viser's event.
         """

@@ -46,7 +46,7 @@ class CameraPanel(Panel):
         self._in_scene: Any = None
 
     def build(self) -> None:
-        """Add the choice of a topic, two checkboxes, the image and its rate."""
+        """Add the choice of an image topic, two checkboxes, the image and a note with its rate."""
         self._choice: Any = self.gui.add_dropdown("Camera", (_NONE,), disabled=True)
         self._choice.on_update(self.page.on_node_thread(self._choose))
         self._switch: Any = self.gui.add_checkbox(
@@ -66,7 +66,7 @@ class CameraPanel(Panel):
     # --- what there is ------------------------------------------------------------------------
 
     def graph_changed(self) -> None:
-        """Update the offered image topics."""
+        """Update the offered image topics; called when the ROS graph has changed."""
         found = {
             topic: next(kind for kind in (RAW, COMPRESSED) if kind in kinds)
             for topic, kinds in self.page.node.get_topic_names_and_types()
@@ -121,18 +121,18 @@ class CameraPanel(Panel):
     # --- the picture --------------------------------------------------------------------------
 
     def began(self) -> None:
-        """Subscribe to the chosen topic, if its checkbox is on."""
+        """Subscribe to the chosen image topic if its checkbox is on; called for a first browser."""
         self._watched = True
         self.graph_changed()
         self._listen()
 
     def ended(self) -> None:
-        """Unsubscribe from the topic."""
+        """Unsubscribe from the image topic; called when no browser shows the page."""
         self._watched = False
         self._listen()
 
     def tick(self) -> None:
-        """Start decoding the newest image, and show the topic's rate."""
+        """Start decoding the newest image, and update the checkbox and the topic's rate."""
         self._follow_scene()
         if self._end is not None:
             self._feed.tick()

@@ -38,7 +38,7 @@ _VARIANCES = {"Covariance x": 0.25, "Covariance y": 0.25, "Covariance yaw": (mat
 
 @dataclass(frozen=True, slots=True)
 class Tool:
-    """A tool of RViz that publishes a message at a clicked point.
+    """RViz tool that publishes a message at a clicked point, such as ``2D Goal Pose``.
 
     Attributes:
         title: Text of its button.
@@ -69,7 +69,7 @@ TOOLS = (
 
 
 class ClickTools:
-    """Buttons for the `TOOLS` of the scene panel, of which at most one is active.
+    """Buttons for RViz's click tools in the scene panel; at most one tool is active.
 
     Args:
         page: The viewer's node.
@@ -87,7 +87,7 @@ class ClickTools:
         self._callback: Callable[..., None] | None = None
 
     def build(self) -> None:
-        """Add the tools' buttons, and the text that guides the user of the active tool."""
+        """Add the tools' buttons, and a text that guides the user of the active tool."""
         gui = self._page.gui
         self._buttons: Any = gui.add_button_group(
             "Click for",
@@ -215,7 +215,7 @@ def _class_of(given: dict[str, Any]) -> str:
 
 
 def ground_point(origin: Vector3, direction: Vector3) -> Vector3 | None:
-    """Return the point where a ray meets the plane z = 0, within 10 km; None if it does not."""
+    """Return the point where a ray meets the plane z = 0, within 10 km; else None."""
     x, y, z = (float(part) for part in origin)
     dx, dy, dz = (float(part) for part in direction)
     # Away from the plane, along it, or no number.

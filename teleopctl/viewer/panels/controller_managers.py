@@ -24,7 +24,7 @@ def controller_managers(node: Node) -> list[str]:
 
 
 class ControllerManagerWatch:
-    """The controllers and hardware components of one controller manager, kept up to date.
+    """Controllers and hardware components of one controller manager, kept up to date.
 
     They are requested at the start, by `refresh`, and whenever the manager publishes on
     ``~/activity``, which managers before ROS 2 Jazzy do not.
@@ -68,7 +68,7 @@ class ControllerManagerWatch:
         self.refresh()
 
     def refresh(self) -> None:
-        """Request the lists; if a request is pending, request them again after its response."""
+        """Request the lists again; if a request is pending, after its response."""
         if self._is_requesting:
             self._is_stale = True
             return
@@ -107,7 +107,7 @@ class ControllerManagerWatch:
             self.refresh()
 
     def close(self) -> None:
-        """Unsubscribe, and drop pending requests."""
+        """Unsubscribe from the controller manager, and drop pending requests."""
         self._end()
         self._calls.close()
 
@@ -119,7 +119,7 @@ _LONGEST_WAIT_TICKS = 5
 
 
 class ManagerErrors:
-    """Recent errors on ``/rosout``, which explain failed calls of a controller manager.
+    """Recent errors on ``/rosout``, to explain failed calls of a controller manager.
 
     Its services respond with ``ok: false`` alone; the cause is in its log.
 
@@ -135,13 +135,13 @@ class ManagerErrors:
         self._end: Callable[[], None] | None = None
 
     def begin(self) -> None:
-        """Subscribe to /rosout."""
+        """Subscribe to ``/rosout``."""
         self._end = self._page.stage.subscribe(
             "/rosout", "rcl_interfaces/msg/Log", self._take, qos_profile_rosout_default
         )
 
     def end(self) -> None:
-        """Unsubscribe."""
+        """Unsubscribe from ``/rosout``, and drop pending searches."""
         if self._end is not None:
             self._end()
             self._end = None
@@ -154,7 +154,7 @@ class ManagerErrors:
     def find_cause(
         self, nodes: Sequence[str], since: int, callback: Callable[[str | None], object]
     ) -> None:
-        """Call a function with the first error that nodes have logged, within half a second.
+        """Call ``callback`` with nodes' first error since a `mark`, or None after half a second.
 
         Args:
             nodes: Full names of the nodes.
@@ -167,7 +167,7 @@ class ManagerErrors:
         self._end_searches()
 
     def tick(self) -> None:
-        """End the searches that have waited too long; called ten times a second."""
+        """End searches that have waited half a second; called ten times a second."""
         for search in self._waiting:
             search.ticks += 1
         self._end_searches()

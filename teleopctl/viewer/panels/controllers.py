@@ -87,29 +87,29 @@ class ControllersPanel(Panel):
         self._hardware = self.gui.add_folder("Hardware", visible=False)
 
     def began(self) -> None:
-        """Subscribe to the chosen controller manager."""
+        """Subscribe to ``/rosout`` and to the chosen controller manager."""
         self._is_watched = True
         self._errors.begin()
         self._offer_managers()
 
     def ended(self) -> None:
-        """Unsubscribe from the controller manager."""
+        """Unsubscribe from ``/rosout`` and the controller manager; drop pending calls."""
         self._is_watched = False
         self._follow("")
         self._errors.end()
         self._calls.close()
 
     def close(self) -> None:
-        """Unsubscribe from everything."""
+        """Unsubscribe from everything; called when the viewer is destroyed."""
         self.ended()
 
     def graph_changed(self) -> None:
-        """Update the offered controller managers."""
+        """Update the offered controller managers; called when the graph has changed."""
         if self._is_watched:
             self._offer_managers()
 
     def tick(self) -> None:
-        """Report failed calls whose cause was not logged in time."""
+        """Report failed calls whose cause was not logged within half a second."""
         self._errors.tick()
 
     def _offer_managers(self) -> None:
@@ -341,7 +341,7 @@ class _Row:
     def show(
         self, state: str, type_name: str, interfaces: list[str], actions: tuple[str, ...] | None
     ) -> None:
-        """Show a controller's or component's state.
+        """Show state, type, interfaces and action buttons of a controller or hardware component.
 
         Args:
             state: The state's name.
@@ -373,7 +373,7 @@ class _Row:
 
     @property
     def is_busy(self) -> bool:
-        """Whether a call is pending, during which the buttons are hidden."""
+        """Whether a service call for the row is pending; the buttons are hidden meanwhile."""
         return self._is_busy
 
     @is_busy.setter
@@ -382,5 +382,5 @@ class _Row:
         self._buttons.visible = self._can_act and not busy
 
     def remove(self) -> None:
-        """Remove the row from the page."""
+        """Remove the row's folder from the page."""
         self._folder.remove()

@@ -54,7 +54,7 @@ class GraphPanel(Panel):
         self._save.on_click(self.page.on_node_thread(self._send))
 
     def graph_changed(self) -> None:
-        """Mark the drawing of the graph as outdated."""
+        """Mark the drawing as outdated; called when the ROS graph has changed."""
         self._is_old = True
 
     def _choose(self) -> None:
@@ -62,7 +62,7 @@ class GraphPanel(Panel):
         self._ticks = _TICKS_BETWEEN_PICTURES
 
     def tick(self) -> None:
-        """Redraw a changed graph, at most once a second."""
+        """Redraw an outdated graph in another thread, at most once a second."""
         self._ticks += 1
         if not self._is_old or self._is_being_drawn or self._ticks < _TICKS_BETWEEN_PICTURES:
             return

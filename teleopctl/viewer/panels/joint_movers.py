@@ -32,7 +32,7 @@ _SHORTEST_S = 0.2
 
 
 class JointMover(Protocol):
-    """Interface of what the joint sliders move: controllers, or published joint states.
+    """Interface for what the joint sliders move: controllers, or published joint states.
 
     Attributes:
         description: Sentence for the user about what the sliders move, as HTML.
@@ -43,7 +43,7 @@ class JointMover(Protocol):
     is_immediate: bool
 
     def can_move(self, joint: str, measured: Mapping[str, float]) -> bool:
-        """Return whether a joint can be moved.
+        """Return whether the sliders can move a joint, given the measured positions by joint.
 
         Args:
             joint: Name of the joint.
@@ -51,13 +51,13 @@ class JointMover(Protocol):
         """
 
     def command(
-        self, joints: JointSet, moved: Mapping[str, float], measured: Mapping[str, float]
+        self, joints: JointSet, moved_joints: Mapping[str, float], measured: Mapping[str, float]
     ) -> float:
-        """Command joint positions; return the duration of the motion in seconds.
+        """Command the sliders' positions; return the duration of the motion in seconds.
 
         Args:
             joints: Wanted positions of all joints.
-            moved: Positions of those that the user has moved; radians or metres.
+            moved_joints: Positions of those that the user has moved; radians or metres.
             measured: Measured positions.
 
         Returns:
@@ -65,11 +65,11 @@ class JointMover(Protocol):
         """
 
     def close(self) -> None:
-        """Close publishers and clients."""
+        """Destroy the mover's publishers and timers."""
 
 
 class NoJointMover:
-    """Mover that moves nothing, for joint states of a node that takes no commands.
+    """Joint mover that moves nothing, for a robot whose nodes take no position commands.
 
     Args:
         description: Sentence for the user, as HTML.
@@ -81,19 +81,19 @@ class NoJointMover:
         self.description = description
 
     def can_move(self, joint: str, measured: Mapping[str, float]) -> bool:  # noqa: ARG002 -- none
-        """Return False."""
+        """Return False: no joint can be moved."""
         return False
 
     def command(self, *_: Any) -> float:
-        """Do nothing; return 0."""
+        """Do nothing; return 0, the duration of the motion."""
         return 0.0
 
     def close(self) -> None:
-        """Do nothing."""
+        """Do nothing: there are no publishers."""
 
 
 class StatePublisher:
-    """Mover that publishes the sliders' positions as joint states.
+    """Joint mover that publishes the sliders' positions as JointState messages.
 
     Args:
         node: The viewer's node.
@@ -116,16 +116,16 @@ class StatePublisher:
         self._timer = node.create_timer(1.0 / _STATES_RATE_HZ, self._publish) if repeats else None
 
     def can_move(self, joint: str, measured: Mapping[str, float]) -> bool:  # noqa: ARG002 -- always
-        """Return whether a joint is independent: mimic joints cannot be moved."""
+        """Return whether a joint is independent; mimic joints cannot be moved."""
         return joint in self._joints.free
 
     def command(
         self,
         joints: JointSet,
-        moved: Mapping[str, float],  # noqa: ARG002 -- all of them are published
+        moved_joints: Mapping[str, float],  # noqa: ARG002 -- all of them are published
         measured: Mapping[str, float],  # noqa: ARG002
     ) -> float:
-        """Publish the positions of the sliders as joint states."""
+        """Publish the positions of all joints as a JointState; return 0, the duration."""
         self._joints = joints
         self._publish()
         return 0.0
@@ -136,7 +136,7 @@ class StatePublisher:
         self._publisher.publish(state)
 
     def close(self) -> None:
-        """Stop publishing."""
+        """Destroy the publisher and its timer."""
         if self._timer is not None:
             self._node.destroy_timer(self._timer)
         self._node.destroy_publisher(self._publisher)
@@ -144,7 +144,7 @@ class StatePublisher:
 
 @dataclass(frozen=True, slots=True)
 class PositionController:
-    """An active controller that takes joint positions.
+    """Active controller that takes joint positions or trajectories.
 
     Attributes:
         name: Full name of its node.
@@ -158,7 +158,7 @@ class PositionController:
 
 
 class ControllerMover:
-    """Mover that sends joint positions to active controllers.
+    """Joint mover that sends the sliders' positions to active controllers.
 
     Args:
         node: The viewer's node.
@@ -193,20 +193,20 @@ class ControllerMover:
         self._timer.cancel()
 
     def can_move(self, joint: str, measured: Mapping[str, float]) -> bool:
-        """Return whether a controller commands the joint, and all its joints are measured."""
+        """Return whether a controller commands the joint and all its joints are measured."""
         return any(
             joint in route.joints and all(name in measured for name in route.joints)
             for route in self._routes
         )
 
     def command(
-        self, joints: JointSet, moved: Mapping[str, float], measured: Mapping[str, float]
+        self, joints: JointSet, moved_joints: Mapping[str, float], measured: Mapping[str, float]
     ) -> float:
-        """Send positions to each controller that has a moved joint; return the longest duration."""
+        """Send positions to controllers of moved joints; return the longest duration in seconds."""
         wanted = dict(zip(joints.names, joints.positions(), strict=True))
         longest = 0.0
         for route in self._routes:
-            concerned = any(name in moved for name in route.joints)
+            concerned = any(name in moved_joints for name in route.joints)
             if not concerned or not all(name in measured for name in route.joints):
                 continue
             positions = [wanted.get(name, measured[name]) for name in route.joints]
@@ -272,7 +272,7 @@ STATES_TOPIC = "/joint_states"
 
 
 class MoverSelector:
-    """Selects what the joint sliders move, by the nodes in the graph.
+    """Selection of what the joint sliders move, by the nodes in the ROS graph.
 
     The first of these that applies:
 
@@ -306,7 +306,7 @@ class MoverSelector:
 
     @property
     def mover(self) -> JointMover | None:
-        """The present mover; None before `set_joints`."""
+        """The present joint mover; None before `set_joints`."""
         return self._mover
 
     @property
@@ -315,25 +315,25 @@ class MoverSelector:
         return isinstance(self._mover, NoJointMover) and bool(self._gone) and not self._others()
 
     def set_joints(self, joints: JointSet, limits: Joints) -> None:
-        """Set the robot's joints, and select their mover."""
+        """Set the robot's joints and limits, and select the joint mover."""
         self._joints, self._limits = joints, limits
         self._found = ()
         self.update()
 
     def start(self) -> None:
-        """Subscribe to the controller managers, and select the mover."""
+        """Subscribe to the controller managers, and select the joint mover."""
         self._is_started = True
         self.update()
 
     def stop(self) -> None:
-        """Unsubscribe from the controller managers; the mover stays."""
+        """Unsubscribe from the controller managers; the joint mover stays."""
         self._is_started = False
         for watch in self._watches.values():
             watch.close()
         self._watches.clear()
 
     def update(self) -> None:
-        """Select the mover again, after a change of the graph; do nothing while stopped."""
+        """Select the joint mover again after the ROS graph changed; do nothing while stopped."""
         if not self._is_started:
             return
         managers = controller_managers(self._node)
@@ -353,7 +353,7 @@ class MoverSelector:
         self._choose()
 
     def close(self) -> None:
-        """Unsubscribe, and close the mover."""
+        """Unsubscribe from the controller managers, and close the joint mover."""
         self.stop()
         if self._mover is not None:
             self._mover.close()

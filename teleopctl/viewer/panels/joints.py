@@ -92,7 +92,7 @@ class JointsPanel(Panel):
         self._all.on_click(self.page.on_node_thread(self._move_all))
 
     def began(self) -> None:
-        """Subscribe to the robot description and the joint states, and select what sliders move."""
+        """Subscribe to robot description and joint states, and select what the sliders move."""
         stage = self.page.stage
         self._ends = [
             stage.subscribe(
@@ -111,7 +111,7 @@ class JointsPanel(Panel):
         self._selector.start()
 
     def ended(self) -> None:
-        """Unsubscribe; a mover that publishes joint states continues."""
+        """Unsubscribe from description and joint states; a mover that publishes continues."""
         for end in self._ends:
             end()
         self._ends = []
@@ -120,11 +120,11 @@ class JointsPanel(Panel):
         self._selector.stop()
 
     def close(self) -> None:
-        """Stop publishing."""
+        """Close the joint mover and its publishers; called when the viewer is destroyed."""
         self._selector.close()
 
     def graph_changed(self) -> None:
-        """Select again what the sliders move."""
+        """Select again what the sliders move; called when the ROS graph has changed."""
         self._selector.update()
 
     # --- the robot ----------------------------------------------------------------------------

@@ -35,7 +35,7 @@ _LINE = (
 
 
 class LogMessage(NamedTuple):
-    """A message of ``/rosout``: time, severity, logger and text."""
+    """Message of ``/rosout``: time in seconds, severity, logger and text."""
 
     stamp_s: float
     level: int
@@ -188,17 +188,17 @@ class _Block:
 
     @property
     def room(self) -> int:
-        """Number of messages that can still be added."""
+        """Number of messages that the block can still take."""
         return LINES_OF_A_BLOCK - len(self._lines)
 
     def add(self, lines: list[LogMessage]) -> None:
-        """Add messages, the oldest first, and send the block to the browsers."""
+        """Add messages to the block, the oldest first, and send the block to the browsers."""
         self._lines += [_shown(line) for line in lines]
         body = "".join(reversed(self._lines))
         self._handle.content = f'<div style="padding:0 12px">{body}</div>'
 
     def remove(self) -> None:
-        """Remove the block from the page."""
+        """Remove the block's element from the page."""
         self._handle.remove()
 
 

@@ -29,7 +29,7 @@ _MOST_EXACT = 2**53
 
 
 class ParameterRow:
-    """Control of a parameter: a checkbox, a slider for a range, else a text field.
+    """Control for one parameter: a checkbox, a slider for a range, else a text field.
 
     While a value is being set, only the newest further value is kept, to be sent after the
     response.
@@ -86,7 +86,7 @@ class ParameterRow:
             form.on_submit(lambda _event: take(self._handle.value))
 
     def show(self, message: Any) -> None:
-        """Show a value of the parameter, unless one is being set.
+        """Show the value of a Parameter message, unless a value is being set.
 
         Args:
             message: The parameter with the value.
@@ -104,17 +104,17 @@ class ParameterRow:
             self._handle.value = parameter_text(message)
 
     def on_accepted(self, message: Any) -> None:
-        """Show the value that the node has accepted, or send the next one."""
+        """Called after the node accepted a value: show the value, or send the next one."""
         self._message = message
         self._send_next()
 
     def on_rejected(self) -> None:
-        """Show the present value again, after the node has rejected a new one."""
+        """Called after the node rejected a value: show the present value again."""
         self._next = None
         self._send_next()
 
     def disable(self) -> None:
-        """Disable the control, when the node has gone."""
+        """Disable the control; called when the node has gone or does not respond."""
         self._handle.disabled = True
 
     def _send_next(self) -> None:
@@ -149,7 +149,7 @@ class ParameterRow:
 
 
 def parameter_text(message: Any) -> str:
-    """Return a parameter's value as text for a text field; inverse of `value_from_text`.
+    """Return the value of a Parameter message as text; inverse of `value_from_text`.
 
     Args:
         message: As rcl_interfaces/Parameter.
@@ -181,7 +181,7 @@ def _scalar(value: Any) -> str:
 
 
 def value_from_text(type_: ParameterType, text: str) -> tuple[ParameterType, Any]:
-    """Parse the text of a text field for a parameter's type: strings as they are, else as YAML.
+    """Return type and value of a text field's text, parsed for a parameter's type (YAML or string).
 
     Returns:
         The type, which differs for a parameter without one only, and the value.
@@ -306,7 +306,7 @@ class ParametersPanel(Panel):
         self._calls.close()
 
     def graph_changed(self) -> None:
-        """Update the offered nodes; request or disable the parameters of one that came or went."""
+        """Update the offered nodes; reload or disable the chosen node's parameters."""
         if self._end is not None:
             self._offer_nodes()
 

@@ -31,7 +31,7 @@ _MOST_WAITING = 100
 
 
 class UpdateSequence:
-    """Sequence of an interactive marker server's updates, which finds missing ones.
+    """Sequence check of an interactive marker server's updates, to find missing ones.
 
     Attributes:
         needs_state: Whether the full state has to be requested.
@@ -46,7 +46,7 @@ class UpdateSequence:
 
     # Any: as above.
     def add(self, update: Any) -> bool:
-        """Check an update's number; return whether the update is to be applied now.
+        """Check an update's sequence number; return whether the update is to be applied now.
 
         Updates before the full state are kept for `start`. A missing one sets `needs_state`.
         """
@@ -128,7 +128,7 @@ class InteractiveMarkers(Display):
     # --- the graph ----------------------------------------------------------------------------
 
     def set_topic(self, topic: str) -> None:
-        """Set the topic of updates; the file's mapping gets its namespace, as RViz has it."""
+        """Set the update topic; the ``.rviz`` mapping gets its namespace, as in RViz."""
         super().set_topic(topic)
         self.values.given[_NAMESPACE] = topic.removesuffix(_UPDATE)
 
@@ -155,7 +155,7 @@ class InteractiveMarkers(Display):
         )
 
     def stopped(self) -> None:
-        """Remove all markers from the scene, with the client and the publisher."""
+        """Remove all markers from the scene; destroy the client and the publisher."""
         self._turn += 1
         self._clear()
         if self._client is not None:
@@ -164,7 +164,7 @@ class InteractiveMarkers(Display):
             self._client = self._publisher = None
 
     def received(self, message: Any) -> None:
-        """Apply an update if it is the next in sequence."""
+        """Apply an InteractiveMarkerUpdate if it is the next in sequence; set the status."""
         if self._feed.add(message):
             self._apply(message)
         self._update_status()
@@ -194,7 +194,7 @@ class InteractiveMarkers(Display):
             self._update_status()
 
     def changed(self, name: str) -> None:  # noqa: ARG002 -- whichever it is
-        """Redraw all markers."""
+        """Redraw all interactive markers after a property was set."""
         for marker in list(self.markers.values()):
             self._draw(marker.message, marker.pose)
 

@@ -55,14 +55,14 @@ class ControlOrientation:
         self._view = Transform()
 
     def face_camera(self, view: Quaternion) -> bool:
-        """Set the camera's rotation; return whether the control's orientation changes by it."""
+        """Set the camera's rotation; return whether the control's orientation changes."""
         if not self.faces_viewer or view == self._view.rotation:
             return False
         self._view = Transform(rotation=view)
         return True
 
     def pose_for(self, marker: Transform) -> Transform:
-        """Return the control's pose for a pose of its interactive marker."""
+        """Return the control's pose for a pose of the control's interactive marker."""
         if self._mode == FIXED:
             turned = _rotation_about(self._axis(self.axes), self.angle)
         elif self.faces_viewer:
@@ -76,7 +76,7 @@ class ControlOrientation:
         return Transform(marker.translation, turned.rotation)
 
     def angle_of(self, turn: Transform, marker: Transform) -> float:
-        """Return the angle of a rotation about the control's x axis, in radians.
+        """Return the angle of the rotation ``turn`` about the control's x axis, in radians.
 
         Args:
             turn: The rotation.
@@ -186,7 +186,7 @@ class ControlGizmo:
         self.node.on_update(updated)
 
     def set_pose(self, pose: Transform) -> None:
-        """Place the gizmo for a pose of its interactive marker."""
+        """Move the gizmo to where the control is for a pose of the interactive marker."""
         self._pose = pose
         set_node_pose(self.node, self._turning.pose_for(pose) @ self._turn)
 
@@ -222,7 +222,7 @@ def moves_marker(control: Any) -> bool:
 
 # Any stands for viser's kinds of handles.
 def set_node_pose(node: Any, pose: Transform) -> None:
-    """Set the pose of a viser scene node."""
+    """Set position and orientation of a viser scene node from a `Transform`."""
     x, y, z, w = pose.rotation
     node.position, node.wxyz = pose.translation, (w, x, y, z)
 

@@ -33,7 +33,7 @@ PublishFeedback = Callable[[int, str, int], object]
 
 
 class InteractiveMarker:
-    """One interactive marker in the scene, which publishes feedback of what the user does with it.
+    """One interactive marker in the scene, which publishes feedback of drags and clicks.
 
     Args:
         stage: The viewer's node.
@@ -136,11 +136,11 @@ class InteractiveMarker:
 
     @property
     def faces_viewer(self) -> bool:
-        """Whether a control of the marker faces the camera; see `face_camera`."""
+        """Whether at least one control of the marker faces the camera."""
         return bool(self._facing)
 
     def face_camera(self, camera: Transform) -> None:
-        """Turn the controls that face the camera, unless the user drags the marker.
+        """Rotate the controls that face the camera, unless the user drags the marker.
 
         Args:
             camera: The camera's pose in the fixed frame; see `Stage.camera`.
@@ -157,7 +157,7 @@ class InteractiveMarker:
                 control.set_marker_pose(self.pose)
 
     def update_pose(self) -> None:
-        """Place a marker with a stamp where its frame was then; hide it while that is unknown.
+        """Place a stamped marker by tf at its stamp; hide the marker until tf has it.
 
         A marker without a stamp moves with its frame by itself.
         """
@@ -184,7 +184,7 @@ class InteractiveMarker:
         )
 
     def reset_pose(self) -> None:
-        """Look up the pose again, after the fixed frame was changed."""
+        """Look up the marker's pose again; called after the fixed frame has changed."""
         self._placed = False
         self.update_pose()
 
@@ -195,7 +195,7 @@ class InteractiveMarker:
             self._move_all()
 
     def remove(self) -> None:
-        """Remove the marker from the scene."""
+        """Remove the marker from the scene, and close its menu."""
         self._close_menu()
         if self._stage.scene.get_handle_by_name(self._place.name) is self._place:
             self._place.remove()
@@ -250,7 +250,7 @@ class InteractiveMarker:
 
 
 def selectable_entries(entries: list[Any]) -> list[tuple[int, str]]:
-    """Return the IDs and titles of a menu's entries without sub-menu: "Menu > Entry".
+    """Return (ID, title) for the menu entries without sub-menu, titles as "Menu > Entry".
 
     Commands of entries, which RViz runs, are ignored: no message from the network starts programs.
     """

@@ -38,11 +38,14 @@ _SHAPES[SPHERE_LIST] = "sphere"
 
 
 class MarkerError(Exception):
-    """A marker cannot be drawn. The message continues a sentence: "Marker NAME has no text"."""
+    """Error: a marker cannot be drawn.
+
+    The message continues a sentence: "Marker NAME has no text".
+    """
 
 
 def marker_pose(marker: Any) -> Transform:
-    """Return a marker's pose in the frame of its header; check its scale and colour.
+    """Return a marker's pose in its header's frame; raise MarkerError if numbers are not finite.
 
     Raises:
         MarkerError: Its numbers are not finite.
@@ -56,7 +59,7 @@ def marker_pose(marker: Any) -> Transform:
 
 
 def draw_marker(marker: Any, pose: Transform) -> tuple[Drawing, str]:
-    """Return the drawing of a marker.
+    """Return the drawing of a Marker message, and a text on parts left out or invisible, or "".
 
     Args:
         marker: The message, checked by `marker_pose`.

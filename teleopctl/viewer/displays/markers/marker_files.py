@@ -70,7 +70,7 @@ class MarkerFiles:
         self._waiting: dict[str, Callable[[], MeshFile | Texture]] = {}
 
     def request(self, marker: Any) -> str:
-        """Start loading a marker's mesh or texture, unless that was requested before.
+        """Start loading a marker's mesh or texture, unless requested before; return its key.
 
         Returns:
             The key of the mesh or texture, or an empty text if the marker has none.
@@ -83,7 +83,7 @@ class MarkerFiles:
         return key
 
     def drop_unused(self, used: Iterable[str]) -> None:
-        """Drop unused files once there are more than 20 of them.
+        """Drop files that are not in ``used``, once there are more than 20 of them.
 
         Args:
             used: Keys that markers use.

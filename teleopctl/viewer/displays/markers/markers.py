@@ -55,7 +55,7 @@ class _Entry:
 
 
 class MarkerSet:
-    """The markers of a display by namespace and ID, with poses, lifetimes and drawings.
+    """Markers of a display by namespace and ID, with poses, lifetimes and drawings.
 
     Args:
         stage: The viewer's node.
@@ -80,13 +80,13 @@ class MarkerSet:
 
     @property
     def namespaces(self) -> list[str]:
-        """Namespaces of all markers, sorted."""
+        """Sorted list of the namespaces of all markers."""
         return sorted({ns for ns, _ in self._entries})
 
     # --- messages -----------------------------------------------------------------------------
 
     def apply(self, markers: Iterable[Any]) -> None:
-        """Apply the actions of markers in order: add, modify, delete or delete all."""
+        """Apply the actions of Marker messages in order: add, modify, delete or delete all."""
         self._message_fault = ""
         seen: set[Key] = set()
         for marker in markers:
@@ -111,7 +111,7 @@ class MarkerSet:
         self.update()
 
     def clear(self, ns: str = "") -> None:
-        """Remove the markers of a namespace, or all for an empty namespace."""
+        """Remove the markers of a namespace, or all markers for an empty namespace."""
         for key in [key for key in self._entries if not ns or key[0] == ns]:
             self._remove(key)
 
@@ -153,7 +153,7 @@ class MarkerSet:
             self._place()
 
     def show(self) -> bool:
-        """Send changed drawings to the scene; return whether anything was sent."""
+        """Send changed drawings to the viser scene; return whether anything was sent."""
         if not self._stale:
             return False
         groups: dict[str, list[Drawing]] = {group: [] for group in self._stale}
@@ -175,12 +175,12 @@ class MarkerSet:
         return True
 
     def set_hidden(self, ns: str, *, hidden: bool) -> None:
-        """Show or hide the markers of a namespace."""
+        """Show or hide the markers of a namespace, from the next `show` on."""
         (self.hidden.add if hidden else self.hidden.discard)(ns)
         self._stale |= {entry.group for entry in self._entries.values()}
 
     def remove(self) -> None:
-        """Remove all markers, from the scene too."""
+        """Remove all markers from the set and from the scene."""
         self._entries.clear()
         self._waiting.clear()
         self._stale.clear()
@@ -191,7 +191,7 @@ class MarkerSet:
         self._canvases.clear()
 
     def fault(self) -> str:
-        """Return the first fault and the number of others; empty if all markers are drawn."""
+        """Return the first fault and how many more there are; empty if all markers are drawn."""
         faults = [self._message_fault] if self._message_fault else []
         number = len(faults)
         for key, entry in self._entries.items():
@@ -298,7 +298,7 @@ class Marker(Display):
         self.markers.hidden = {str(ns) for ns, shown in said.items() if shown is False}
 
     def received(self, message: Any) -> None:
-        """Apply the action of a marker."""
+        """Apply the action of a Marker message, and set the status."""
         self._apply((message,))
 
     def _apply(self, markers: Any) -> None:
@@ -306,7 +306,7 @@ class Marker(Display):
         self._update_status()
 
     def tick(self) -> None:
-        """Update poses, and remove expired markers."""
+        """Update poses, remove expired markers, and send changed drawings to the scene."""
         self.markers.update()
         if self.markers.show():
             known = {str(ns) for ns in self._shown_parts}
@@ -320,17 +320,17 @@ class Marker(Display):
         self.set_status(WARN if fault else OK, fault)
 
     def parts(self) -> dict[str, bool]:
-        """Return the visibility of each namespace; see `Display.parts`."""
+        """Return by name whether each namespace is shown; see `Display.parts`."""
         return {str(ns): shown is not False for ns, shown in self._shown_parts.items()}
 
     def show_part(self, name: str, *, shown: bool) -> None:
-        """Show or hide a namespace."""
+        """Show or hide the markers of a namespace."""
         key = next((ns for ns in self._shown_parts if str(ns) == name), name)
         self._shown_parts[key] = shown
         self.markers.set_hidden(name, hidden=not shown)
 
     def stopped(self) -> None:
-        """Remove everything from the scene."""
+        """Remove all markers from the scene; called when the display stops."""
         self.markers.remove()
 
 
@@ -341,5 +341,5 @@ class MarkerArray(Marker):
     message_type = "visualization_msgs/msg/MarkerArray"
 
     def received(self, message: Any) -> None:
-        """Apply the actions of an array's markers, in order."""
+        """Apply the actions of a MarkerArray's markers in order, and set the status."""
         self._apply(message.markers)

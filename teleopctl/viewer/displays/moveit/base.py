@@ -32,7 +32,7 @@ Color = tuple[int, int, int]
 
 @dataclass(frozen=True, slots=True)
 class OverlayModel:
-    """A robot's description, kinematics and files, from which `RobotOverlay` draws it.
+    """A robot's description, kinematics, meshes and textures, as `RobotOverlay` needs them.
 
     Attributes:
         description: The robot.
@@ -50,7 +50,7 @@ class OverlayModel:
 
     @classmethod
     def from_urdf(cls, urdf: str, folder: Path | None = None) -> OverlayModel:
-        """Parse a robot description and load its meshes, which may take seconds.
+        """Return the model of a URDF, with its meshes loaded; this may take seconds.
 
         Args:
             urdf: The description.
@@ -69,7 +69,7 @@ class OverlayModel:
         return cls(description, SegmentTree(description, joints), rest, parts, bare)
 
     def poses(self, positions: Mapping[str, float]) -> dict[str, Transform]:
-        """Return the pose of each link in the frame of the root link.
+        """Return the pose of each link in the root link's frame, for joint positions by name.
 
         Args:
             positions: Positions of joints by name; others are at rest, mimic joints follow.
@@ -93,7 +93,7 @@ class OverlayModel:
 
 
 class RobotOverlay:
-    """A second drawing of the robot, in a planned or goal state, beside the real one.
+    """Drawing of the robot in a planned or goal state, in addition to the real robot.
 
     Args:
         scene: The viser scene.
@@ -131,7 +131,7 @@ class RobotOverlay:
     def set_positions(
         self, positions: Mapping[str, float], others: Mapping[str, Transform] | None = None
     ) -> None:
-        """Draw the robot with these joint positions.
+        """Draw the robot with these joint positions; hide links posed as in ``others``.
 
         Args:
             positions: Positions of joints by name; others are at rest.
@@ -155,16 +155,16 @@ class RobotOverlay:
 
     @property
     def poses(self) -> Mapping[str, Transform]:
-        """Poses of the links in the frame of the root link."""
+        """Poses of the links in the root link's frame, as drawn last."""
         return self._poses
 
     def show(self, *, shown: bool) -> None:
-        """Show or hide the robot."""
+        """Show or hide this drawing of the robot."""
         if self._root.visible != shown:
             self._root.visible = shown
 
     def remove(self) -> None:
-        """Remove the robot from the scene."""
+        """Remove this drawing of the robot from the scene."""
         self._root.remove()
 
 
@@ -182,7 +182,7 @@ _DESCRIPTION = "/robot_description"
 
 
 class MoveItDisplay(Display):
-    """Base of MoveIt's displays, which draw the robot of ``/robot_description`` a second time.
+    """Base of MoveIt's displays, which draw the robot of ``/robot_description`` once more.
 
     Attributes:
         default_topic: The topic if the ``.rviz`` file has none.
@@ -200,14 +200,17 @@ class MoveItDisplay(Display):
         self._turn = 0
 
     def set_topic(self, topic: str) -> None:
-        """Set the topic; MoveIt's part of an ``.rviz`` file has it as a plain text, without QoS."""
+        """Set the topic, stored in the ``.rviz`` mapping as a plain text without QoS."""
         super().set_topic(topic)
         self.values.given[self.topic_key] = topic
 
     # --- overridden by displays ---------------------------------------------------------------
 
     def redraw(self) -> None:
-        """Redraw everything; called for a new description and a changed property. Override."""
+        """Redraw everything; called after a new robot description or a changed property.
+
+        Override.
+        """
 
     def clear(self) -> None:
         """Remove everything from the scene, and drop the received state. Override."""
@@ -215,13 +218,13 @@ class MoveItDisplay(Display):
     # --- what the viewer calls ----------------------------------------------------------------
 
     def started(self) -> None:
-        """Subscribe to the robot description."""
+        """Subscribe to ``/robot_description``; called when the display starts."""
         self._end_description = self.stage.subscribe(
             _DESCRIPTION, "std_msgs/msg/String", self._receive_description, qos_profile_latched
         )
 
     def stopped(self) -> None:
-        """Unsubscribe, and remove everything from the scene."""
+        """Unsubscribe from the description, and remove everything from the scene."""
         if self._end_description is not None:
             self._end_description()
             self._end_description = None
@@ -230,11 +233,11 @@ class MoveItDisplay(Display):
         self.clear()
 
     def changed(self, name: str) -> None:  # noqa: ARG002 -- whichever it is
-        """Redraw the received state."""
+        """Redraw the received state after a property was set."""
         self.redraw()
 
     def time_jumped_back(self) -> None:
-        """Do nothing: robot states and planned paths are drawn at no stamp."""
+        """Do nothing when ROS time jumps back: states and paths are drawn without a stamp."""
 
     def _receive_description(self, message: Any) -> None:
         urdf, folder = message.data, self.stage.robot_folder
@@ -260,7 +263,7 @@ class MoveItDisplay(Display):
     def add_overlay(
         self, name: str, alpha: float, color: Color | None = None
     ) -> RobotOverlay | None:
-        """Draw the robot once more; return the drawing, or None without a description.
+        """Return one more drawing of the robot; None before a description was received.
 
         Args:
             name: End of its scene path.

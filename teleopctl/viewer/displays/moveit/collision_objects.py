@@ -25,7 +25,7 @@ _NUMBERS = {_BOX: 3, _SPHERE: 1, _CYLINDER: 2, _CONE: 2}
 
 @dataclass(slots=True)
 class SceneObject:
-    """A collision object of a planning scene.
+    """Collision object of a MoveIt planning scene: frame, pose, shapes and colour.
 
     Attributes:
         frame: The frame of its pose.
@@ -43,7 +43,7 @@ class SceneObject:
 
 
 class SceneObjects:
-    """The collision objects of a planning scene.
+    """Collision objects of a MoveIt planning scene, changed by CollisionObject messages.
 
     Attributes:
         by_id: The objects by ID.
@@ -57,7 +57,7 @@ class SceneObjects:
         self.left_out = 0
 
     def clear(self) -> None:
-        """Remove all collision objects."""
+        """Remove all collision objects and their meshes."""
         self.by_id.clear()
         self.meshes.clear()
 
@@ -104,7 +104,7 @@ class SceneObjects:
                 found.color = (one.color.r, one.color.g, one.color.b, alpha)
 
     def drawings(self, color: Rgba, attached_color: Rgba) -> dict[str, Drawing]:
-        """Return a drawing of the collision objects of each frame, by frame.
+        """Return one drawing of collision objects per tf frame, by frame name.
 
         Args:
             color: Colour of objects without one; its opacity counts for all.
@@ -122,7 +122,7 @@ class SceneObjects:
         return drawn
 
     def drop_unused_meshes(self) -> None:
-        """Drop the meshes of objects that were removed."""
+        """Drop the meshes that no collision object uses any more."""
         used = {shape for one in self.by_id.values() for shape, _, _ in one.shapes}
         for key in self.meshes.keys() - used:
             del self.meshes[key]
@@ -158,7 +158,7 @@ class SceneObjects:
 
 
 def operation_of(message: Any) -> int:
-    """Return the operation of a collision object message (ADD, REMOVE, …) as an int."""
+    """Return the operation of a CollisionObject message (ADD, REMOVE, …) as an int."""
     operation = message.operation
     return operation[0] if isinstance(operation, bytes) else int(operation)
 

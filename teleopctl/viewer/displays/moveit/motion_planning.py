@@ -49,17 +49,17 @@ class MotionPlanning(PlanningScene):
         self._goal_others: Mapping[str, Transform] = {}
 
     def begin(self) -> None:
-        """Subscribe to the scene and to the planned path."""
+        """Subscribe to the planning scene and to the planned path."""
         super().begin()
         self._planned.begin()
 
     def end(self) -> None:
-        """Unsubscribe from the scene and the planned path, and remove both."""
+        """Unsubscribe from the planning scene and the planned path, and remove both."""
         self._planned.end()
         super().end()
 
     def set(self, name: str, value: Any) -> None:
-        """Set a property; pass one of the group ``Planned Path`` to the animation."""
+        """Set a property; pass one of the group ``Planned Path`` to the path's animation."""
         super().set(name, value)
         if name.startswith(f"{_PATH}/"):
             self._planned.set(name.removeprefix(f"{_PATH}/"), value)
@@ -76,13 +76,13 @@ class MotionPlanning(PlanningScene):
             self.set_status(*self._planned.status)
 
     def redraw(self) -> None:
-        """Redraw the scene, its robot and the goal state."""
+        """Redraw the planning scene, its robot and the goal state."""
         super().redraw()
         self._remove_goal()
         self._draw_goal()
 
     def clear(self) -> None:
-        """Remove scene, robot and goal state."""
+        """Remove the planning scene, its robot and the goal state."""
         super().clear()
         self._remove_goal()
         self._goal_path = None

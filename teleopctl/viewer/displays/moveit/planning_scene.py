@@ -38,7 +38,7 @@ _REQUEST_PERIOD_S = 2.0
 
 
 class SceneRequest:
-    """Client of ``get_planning_scene`` that repeats its request until there is a response.
+    """Client of ``get_planning_scene`` that repeats its request until a response arrives.
 
     Args:
         stage: The viewer's node.
@@ -54,18 +54,18 @@ class SceneRequest:
         self._client: Client[Any, Any] | None = None
 
     def begin(self) -> None:
-        """Start requesting; requests are sent by `tick`."""
+        """Start requesting the planning scene; `tick` sends the requests."""
         self._wanted, self._due = True, 0.0
 
     def end(self) -> None:
-        """Stop requesting, and destroy the client."""
+        """Stop requesting the planning scene, and destroy the client."""
         self._wanted = False
         if self._client is not None:
             self._stage.node.destroy_client(self._client)
             self._client = None
 
     def tick(self, service: str) -> None:
-        """Send a request if one is due and the service is available; every 2 s at most.
+        """Send a request, every 2 s at most, if one is due and ``service`` is available.
 
         Args:
             service: Name of the service.
@@ -147,21 +147,21 @@ class PlanningScene(MoveItDisplay):
 
     @property
     def robot_poses(self) -> Mapping[str, Transform]:
-        """Link poses of the scene's robot in its root frame; empty while it is not drawn."""
+        """Link poses of the drawn robot in its root link's frame; empty if none is drawn."""
         return {} if self._robot is None else self._robot.poses
 
     def started(self) -> None:
-        """Subscribe to the description, and request the whole planning scene."""
+        """Subscribe to the robot description, and start requesting the planning scene."""
         super().started()
         self._request.begin()
 
     def stopped(self) -> None:
-        """Stop requesting the scene, and remove everything."""
+        """Stop requesting the planning scene, and remove everything from the display."""
         self._request.end()
         super().stopped()
 
     def received(self, message: Any) -> None:
-        """Apply a whole planning scene, or the changes of a diff."""
+        """Apply a PlanningScene message: a whole scene, or the changes of a diff."""
         objects = self._objects
         objects.left_out = 0
         if not message.is_diff:
@@ -184,7 +184,7 @@ class PlanningScene(MoveItDisplay):
         self._update_status()
 
     def tick(self) -> None:
-        """Send a due request, and redraw changed collision objects."""
+        """Send a due scene request, and redraw changed collision objects."""
         namespace = self.values.text("Move Group Namespace").strip("/")
         self._request.tick(f"/{namespace}/get_planning_scene".replace("//", "/"))
         if self._stale:
@@ -199,7 +199,7 @@ class PlanningScene(MoveItDisplay):
         self._update_status()
 
     def clear(self) -> None:
-        """Remove collision objects and robot, and drop the received scene."""
+        """Remove collision objects and robot, and drop the received planning scene."""
         self._objects.clear()
         self._state = {}
         self._octomap = self._stale = False

@@ -37,7 +37,7 @@ class RobotState(MoveItDisplay):
         self._left_out = 0
 
     def received(self, message: Any) -> None:
-        """Draw the robot with a message's joint positions, or hide it if the message says so."""
+        """Draw the robot at a DisplayRobotState's joint positions, or hide it if requested."""
         state, self._left_out = joint_positions_of(message.state.joint_state)
         hidden = getattr(message, "hide", False)
         self._state = None if hidden else {**(self._state or {}), **state}
@@ -49,7 +49,7 @@ class RobotState(MoveItDisplay):
         self._draw()
 
     def clear(self) -> None:
-        """Remove the robot, and drop the received state."""
+        """Remove the robot from the scene, and drop the received state."""
         self._remove()
         self._state = None
 

@@ -25,7 +25,7 @@ _DEFAULT_PERIOD_S = 0.05
 
 
 def joint_positions_of(joint_state: Any) -> tuple[Positions, int]:
-    """Return the finite positions of a ``JointState`` by joint, and the number of others."""
+    """Return a JointState's finite positions by joint, and the number of non-finite ones."""
     return _zipped(joint_state.name, joint_state.position)
 
 
@@ -36,14 +36,14 @@ def _zipped(names: Any, values: Any) -> tuple[Positions, int]:
 
 
 def invalid_positions_text(count: int) -> str:
-    """Return the status text about joint positions that are not finite."""
+    """Return the status text that ``count`` joint positions are not finite."""
     one = "1 joint position is" if count == 1 else f"{count} joint positions are"
     return f"{one} left out: not a finite number"
 
 
 @dataclass(frozen=True, slots=True)
 class PlannedPath:
-    """A planned path: joint positions over time.
+    """Planned path of a DisplayTrajectory message: joint positions over time.
 
     Attributes:
         times: Time of each state in seconds from the start, in ascending order.
@@ -57,7 +57,7 @@ class PlannedPath:
 
     @classmethod
     def from_message(cls, message: Any) -> PlannedPath:
-        """Return the path of a ``moveit_msgs/msg/DisplayTrajectory``, its trajectories joined."""
+        """Return a DisplayTrajectory message as one path, its trajectories joined."""
         state, left_out = joint_positions_of(message.trajectory_start.joint_state)
         times: list[float] = []
         states: list[Positions] = []
@@ -86,7 +86,7 @@ class PlannedPath:
         return period * len(self.states)
 
     def at(self, elapsed: float, display_time: str) -> Positions:
-        """Return the joint positions, interpolated, to show at a time of the animation.
+        """Return the joint positions to show ``elapsed`` seconds after the animation's start.
 
         Args:
             elapsed: Seconds since the animation started.
@@ -161,11 +161,11 @@ class TrajectoryDisplay(MoveItDisplay):
 
     @property
     def last_path(self) -> PlannedPath | None:
-        """The newest received path, or None."""
+        """The newest received path, even while it waits to be shown; None if none."""
         return self._next or self._path
 
     def received(self, message: Any) -> None:
-        """Start the animation of a path, or let it wait for the end of the running one."""
+        """Start the animation of a path, or queue it until the running one ends."""
         path = PlannedPath.from_message(message)
         if not path.states:
             self.set_status(WARN, "The path has no states")
@@ -186,13 +186,13 @@ class TrajectoryDisplay(MoveItDisplay):
             self._draw_trail(self._path)
 
     def clear(self) -> None:
-        """Remove robot and trail, and drop the path."""
+        """Remove the robot and the trail from the scene, and drop the path."""
         self._remove()
         self._path = self._next = None
         self._playing = False
 
     def tick(self) -> None:
-        """Advance the animation; at its end start the waiting path, repeat, or hide the robot."""
+        """Advance the animation; at its end start the queued path, repeat, or hide the robot."""
         if not self._playing or self._path is None:
             return
         if self._overlay is None:

@@ -22,12 +22,12 @@ Floats = npt.NDArray[np.float32]
 
 
 class CloudError(TeleopctlError):
-    """A message has no valid points; the error says why."""
+    """Error: a message has no valid points; the text says why."""
 
 
 @dataclass(frozen=True, slots=True)
 class Cloud:
-    """Points of a message with their channels, such as intensity.
+    """Points of a cloud or scan message, with their channels, such as intensity.
 
     Attributes:
         points: Coordinates in the message's frame, (n, 3), in metres.
@@ -43,12 +43,12 @@ class Cloud:
 
 
 # Any: a PointCloud2 message.
-def read_cloud(message: Any, most: int) -> Cloud:
-    """Return the points of a ``sensor_msgs/msg/PointCloud2``.
+def read_cloud(message: Any, max_points: int) -> Cloud:
+    """Return the points of a PointCloud2; every n-th point if there are more than ``max_points``.
 
     Args:
         message: A ``sensor_msgs/msg/PointCloud2``.
-        most: Largest number of points to return; of more, every n-th is taken.
+        max_points: Largest number of points to return; of more, every n-th is taken.
 
     Raises:
         CloudError: It has no fields x, y, z, or its sizes contradict each other.
@@ -65,7 +65,7 @@ def read_cloud(message: Any, most: int) -> Cloud:
     rows = min((data.size + row - message.width * step) // row, message.height)
     if rows < 1:
         raise CloudError(f"{data.size} bytes are not {message.width} points of {step} bytes each")
-    every = -(-rows * message.width // most)
+    every = -(-rows * message.width // max_points)
     order = ">" if message.is_bigendian else "<"
     channels: dict[str, Array] = {}
     for one in message.fields:
@@ -86,15 +86,15 @@ def read_cloud(message: Any, most: int) -> Cloud:
 
 
 # Any: a PointCloud message.
-def read_legacy_cloud(message: Any, most: int) -> Cloud:
-    """Return the points of a deprecated ``sensor_msgs/msg/PointCloud``.
+def read_legacy_cloud(message: Any, max_points: int) -> Cloud:
+    """Return the points of a deprecated ``PointCloud`` message, at most about ``max_points``.
 
     Args:
         message: The cloud.
-        most: See `read_cloud`.
+        max_points: See `read_cloud`.
     """
     total = len(message.points)
-    every = max(-(-total // most), 1)
+    every = max(-(-total // max_points), 1)
     rows = [(one.x, one.y, one.z) for one in message.points[::every]]
     points = np.array(rows, np.float32).reshape(-1, 3)
     channels = {
@@ -107,7 +107,7 @@ def read_legacy_cloud(message: Any, most: int) -> Cloud:
 
 # Any: a LaserScan message.
 def read_scan(message: Any, motion: Transform | None = None) -> Cloud:
-    """Return the points of a ``LaserScan``, corrected by the scanner's motion during the scan.
+    """Return the points of a LaserScan, corrected by the scanner's ``motion`` during the scan.
 
     Args:
         message: A ``sensor_msgs/msg/LaserScan``.
@@ -129,12 +129,12 @@ def read_scan(message: Any, motion: Transform | None = None) -> Cloud:
 
 
 def drawable_mask(points: Array) -> npt.NDArray[np.bool_]:
-    """Return a mask, (n,), of the points that are finite and within 1000 km, shape (n, 3)."""
+    """Return a mask, (n,), of the points, (n, 3), that are finite and within 1000 km."""
     return np.asarray((np.abs(points) < _FARTHEST_M).all(axis=-1))
 
 
 def masked_cloud(points: Floats, total: int, channels: dict[str, Array], kept: Array) -> Cloud:
-    """Return a cloud of the points for which a mask is true.
+    """Return a `Cloud` of the points and channel values for which the mask ``kept`` is true.
 
     Args:
         points: All points, (n, 3).
@@ -162,5 +162,5 @@ def _swept(points: Array, motion: Transform) -> Array:
 
 
 def has_moved(motion: Transform) -> bool:
-    """Return whether a scanner moved by more than 1 mm or 1 mrad during a scan."""
+    """Return whether a scanner's motion during a scan is more than 1 mm or 1 mrad."""
     return math.hypot(*motion.translation) > 1e-3 or abs(motion.rotation[3]) < math.cos(5e-4)

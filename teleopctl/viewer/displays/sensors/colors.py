@@ -51,7 +51,7 @@ _RAINBOW = _rainbow()
 
 @dataclass(frozen=True, slots=True)
 class Coloring:
-    """A copy of a point display's colour properties, for use in another thread.
+    """Copy of a point display's colour properties, for use in another thread.
 
     Attributes:
         transformer: RViz's name of the chosen transformer; empty if the file has none.
@@ -76,7 +76,7 @@ class Coloring:
 
     @classmethod
     def from_properties(cls, values: Properties) -> Coloring:
-        """Return a copy of the colour properties of a display."""
+        """Return a copy of a display's colour properties, with its colour scale as a table."""
         if values.flag("Use rainbow"):
             table = _RAINBOW[::-1] if values.flag("Invert Rainbow") else _RAINBOW
         else:
@@ -99,7 +99,7 @@ class Coloring:
         )
 
     def colors(self, cloud: Cloud, pose: Transform) -> tuple[Colors, str]:
-        """Return the colours of points, and the name of the transformer that made them.
+        """Return the colours of points, and the name of the colour transformer that was used.
 
         Args:
             cloud: The points.

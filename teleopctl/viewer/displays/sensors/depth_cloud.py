@@ -69,18 +69,18 @@ class DepthCloud(PointsDisplay):
         self._wrong = ""
 
     def set_topic(self, topic: str) -> None:
-        """Set the depth topic; the file's mapping gets base topic and transport, as in RViz."""
+        """Set the depth topic; the ``.rviz`` mapping gets base topic and transport."""
         super().set_topic(topic)
         base = base_topic(topic)
         self.values.given[_DEPTH_TOPIC] = base
         self.values.given[_DEPTH_HINT] = topic.removeprefix(base).lstrip("/") or "raw"
 
     def subscription_type(self) -> str:
-        """Return the type of the depth topic: the publishers', else the one its name implies."""
+        """Return the depth topic's type: the publishers', else the one its name implies."""
         return self._type_of(self.topic)
 
     def started(self) -> None:
-        """Subscribe to the CameraInfo and to the colour image."""
+        """Subscribe to the depth image's CameraInfo and to the colour image."""
         if not self.topic:
             return
         self._subscribe_to(camera_info_topic(self.topic), _INFO, self._receive_info)
@@ -91,7 +91,7 @@ class DepthCloud(PointsDisplay):
             self._subscribe_to(color, self._type_of(color), self._colors.append)
 
     def stopped(self) -> None:
-        """Remove the points, and unsubscribe from CameraInfo and colours."""
+        """Remove the points, and unsubscribe from the CameraInfo and the colour image."""
         super().stopped()
         while self._ends:
             self._ends.pop()()
@@ -99,7 +99,7 @@ class DepthCloud(PointsDisplay):
         self._info, self._wrong = None, ""
 
     def changed(self, name: str) -> None:
-        """Redraw; subscribe again if a topic or transport hint was set."""
+        """Redraw after a property was set; subscribe again if it is a topic or transport."""
         if name == _DEPTH_HINT:
             self.set_topic(_with_transport(base_topic(self.topic), self.values.text(name)))
         elif name in (_COLOR_TOPIC, _COLOR_HINT):
@@ -119,7 +119,7 @@ class DepthCloud(PointsDisplay):
             self.set_status(WARN, f"No message received on {topic}: the points cannot be placed")
 
     def read(self, job: PointJob) -> Cloud:
-        """Return the points of a depth image; called in another thread."""
+        """Return the coloured points of the job's depth image; called in another thread."""
         self._wrong = ""
         try:
             return self._points(job)
@@ -134,7 +134,7 @@ class DepthCloud(PointsDisplay):
         return math.exp(_STEP * round(math.log(size) / _STEP))
 
     def status_of(self, drawable: ColoredPoints) -> tuple[str, str]:
-        """Return the status: the number of points, or the fault of their colours."""
+        """Return level and text of the status: the number of points, or a fault of colours."""
         level, text = super().status_of(drawable)
         return (WARN, self._wrong) if self._wrong and level == OK else (level, text)
 
@@ -156,7 +156,7 @@ class DepthCloud(PointsDisplay):
         rows, width = depths.shape
         fx, fy, cx, cy = _lens(info, width, rows, camera_info_topic(self.topic))
         every = 1
-        while -(-rows // every) * -(-width // every) > job.most:
+        while -(-rows // every) * -(-width // every) > job.max_points:
             every += 1
         z = depths[::every, ::every]
         v, u = np.mgrid[0:rows:every, 0:width:every]

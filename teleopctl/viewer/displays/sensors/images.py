@@ -53,7 +53,7 @@ class ImageFeed:
 
     @property
     def rate(self) -> float:
-        """Rate of the last messages in Hz; 0 for fewer than two, or when none come any more."""
+        """Rate of the last received messages in Hz; 0 for fewer than two, or after they stop."""
         arrivals, now = self._arrivals, time.monotonic()
         if len(arrivals) < 2:
             return 0.0
@@ -64,17 +64,17 @@ class ImageFeed:
         return (len(arrivals) - 1) / span
 
     def add(self, message: Any) -> None:
-        """Set the message that the next due `tick` decodes."""
+        """Store the newest message, to be decoded by the next due `tick`."""
         self._newest = message
         self._arrivals.append(time.monotonic())
 
     def repeat(self) -> None:
-        """Decode the last message again, for example after the range of grey was changed."""
+        """Decode the last message again with the next `tick`, such as for a new grey range."""
         if self._newest is None:
             self._newest = self._last
 
     def tick(self) -> None:
-        """Start decoding the newest message, unless one is being decoded or none is due."""
+        """Start decoding the newest message, unless a decoding runs or the next is not due."""
         now = time.monotonic()
         if self._newest is None or self._busy or now < self._due:
             return
@@ -89,7 +89,7 @@ class ImageFeed:
         )
 
     def clear(self) -> None:
-        """Drop all messages; the result of a running decoding is ignored."""
+        """Drop all messages, and ignore the result of a running decoding."""
         self._newest = self._last = None
         self._turn += 1
         self._arrivals.clear()
@@ -105,7 +105,7 @@ class ImageFeed:
 
 # Any: viser's handles of pictures in a panel, in the scene and in a frustum share no class.
 def set_picture(handle: Any, picture: Picture) -> None:
-    """Set the picture of a viser image handle without encoding it again.
+    """Set the encoded picture of a viser image handle, without encoding it again.
 
     viser's own setter encodes an array of pixels, on the calling thread. Here the encoded bytes
     are written to the properties that it would set.
@@ -131,7 +131,7 @@ def image_type_by_name(topic: str) -> str:
 
 
 def camera_info_topic(topic: str) -> str:
-    """Return the CameraInfo topic beside an image topic."""
+    """Return the name of the CameraInfo topic beside an image topic."""
     return f"{base_topic(topic).rpartition('/')[0]}/camera_info"
 
 
@@ -147,7 +147,7 @@ _GREY = frozenset(known.name for known in GREY_PROPERTIES)
 
 
 class ImageDisplay(Display):
-    """Base of displays of raw or compressed images; the status has size, encoding and rate."""
+    """Base of displays of raw or compressed images; the status shows size, encoding and rate."""
 
     message_type = RAW
     other_types: ClassVar[tuple[str, ...]] = (COMPRESSED,)
@@ -158,7 +158,7 @@ class ImageDisplay(Display):
         self._fares = (OK, "")
 
     def subscription_type(self) -> str:
-        """Return the type of the image topic: the publishers', else the one its name implies."""
+        """Return the image topic's type: the publishers', else the one its name implies."""
         if self.stage.node.get_publishers_info_by_topic(self.topic):
             return super().subscription_type()
         return image_type_by_name(self.topic)
@@ -170,7 +170,7 @@ class ImageDisplay(Display):
         return qos
 
     def started(self) -> None:
-        """Set the range of grey from the properties."""
+        """Set the range of grey from the properties; called when the display starts."""
         values = self.values
         self._feed.shades = GreyRange(
             automatic=values.flag("Normalize Range"),
@@ -180,27 +180,27 @@ class ImageDisplay(Display):
         )
 
     def stopped(self) -> None:
-        """Drop images that are not shown yet."""
+        """Drop images that are not shown yet; called when the display stops."""
         self._feed.clear()
         self._fares = (OK, "")
 
     def changed(self, name: str) -> None:
-        """Show the last image with the changed range of grey."""
+        """Show the last image again if a property of the grey range was set."""
         if name in _GREY:
             ImageDisplay.started(self)
             self._feed.repeat()
 
     def received(self, message: Any) -> None:
-        """Store an image, to be decoded by the next `tick`."""
+        """Store an image message, to be decoded by the next `tick`."""
         self.set_status(*self._fares)
         self._feed.add(message)
 
     def tick(self) -> None:
-        """Start decoding the newest image, if it is due."""
+        """Start decoding the newest image in another thread, if one is due."""
         self._feed.tick()
 
     def time_jumped_back(self) -> None:
-        """Do nothing: images are shown whatever their stamp."""
+        """Do nothing when ROS time jumps back: images are shown whatever their stamp."""
 
     def _show_result(self, message: Any, picture: Picture | PictureError) -> None:
         if not self.is_drawn:
@@ -215,7 +215,10 @@ class ImageDisplay(Display):
         self.set_status(*self._fares)
 
     def show(self, message: Any, picture: Picture) -> None:
-        """Show a decoded image; called on the node's thread. Override."""
+        """Show a decoded image; called on the node's thread after each decoding.
+
+        Override.
+        """
         raise NotImplementedError
 
 
@@ -236,14 +239,14 @@ class Image(ImageDisplay):
         self._image: Any = None
 
     def stopped(self) -> None:
-        """Close the window."""
+        """Close the image's window; called when the display stops."""
         super().stopped()
         if self._window is not None:
             self._window.remove()
             self._window = self._image = None
 
     def show(self, message: Any, picture: Picture) -> None:  # noqa: ARG002 -- for those in the scene
-        """Show an image; open the window for the first one."""
+        """Show a decoded image in the window, which is opened for the first image."""
         if self._window is None:
             self._window = self.stage.gui.add_panel()
             self._window.float(x=_MARGIN_PX, y=-_MARGIN_PX, width=_WIDTH_PX)
@@ -277,7 +280,7 @@ class CameraDisplay(ImageDisplay):
         self._end_info: Callable[[], None] | None = None
 
     def started(self) -> None:
-        """Subscribe to the camera's CameraInfo."""
+        """Subscribe to the CameraInfo beside the image topic."""
         super().started()
         if self.topic:
             topic = camera_info_topic(self.topic)
@@ -286,7 +289,7 @@ class CameraDisplay(ImageDisplay):
             )
 
     def stopped(self) -> None:
-        """Remove the frustum from the scene."""
+        """Remove the frustum from the scene, and unsubscribe from the CameraInfo."""
         super().stopped()
         if self._end_info is not None:
             self._end_info()
@@ -294,7 +297,7 @@ class CameraDisplay(ImageDisplay):
         self._remove()
 
     def changed(self, name: str) -> None:
-        """Apply the frustum's size, or show the image with the changed range of grey."""
+        """Apply the property ``Frustum Size``, or show the image with the changed grey range."""
         super().changed(name)
         if name == "Frustum Size" and self._frustum is not None:
             self._frustum.scale = self.values.number(name)
@@ -303,7 +306,7 @@ class CameraDisplay(ImageDisplay):
         self._info = info
 
     def show(self, message: Any, picture: Picture) -> None:
-        """Show an image at the end of the frustum; make the frustum for the first one."""
+        """Show a decoded image at the end of the frustum, which the first image creates."""
         frame = message.header.frame_id or (self._info.header.frame_id if self._info else "")
         view = field_of_view(self._info)
         if not frame:
@@ -343,7 +346,7 @@ class CameraDisplay(ImageDisplay):
 
 # Any: a CameraInfo, or None.
 def field_of_view(info: Any) -> tuple[float, float] | None:
-    """Return vertical field of view (rad) and aspect ratio of a CameraInfo, or None.
+    """Return vertical field of view (rad) and aspect ratio of a CameraInfo; None if uncalibrated.
 
     Args:
         info: A ``sensor_msgs/msg/CameraInfo``; None for none.

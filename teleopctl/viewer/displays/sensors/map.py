@@ -34,11 +34,11 @@ Cells = npt.NDArray[np.int8]
 
 
 class MapError(TeleopctlError):
-    """An OccupancyGrid is not valid; the error says why."""
+    """Error: an OccupancyGrid is not valid; the text says why."""
 
 
 def cells_of(message: Any) -> tuple[Cells, str]:
-    """Return the cells of an occupancy grid, row by row from its origin, and any fault as text.
+    """Return an OccupancyGrid's cells, shape (height, width), and a fault as text, or "".
 
     Args:
         message: A ``nav_msgs/msg/OccupancyGrid``.
@@ -65,7 +65,7 @@ def cells_of(message: Any) -> tuple[Cells, str]:
 
 
 def apply_update(cells: Cells, update: Any) -> bool:
-    """Write a map update into an array of cells, cut to its bounds.
+    """Write an OccupancyGridUpdate into ``cells``; return whether it was valid and inside.
 
     Args:
         cells: The cells, which are changed in place.
@@ -88,7 +88,7 @@ def apply_update(cells: Cells, update: Any) -> bool:
 
 
 def map_png(cells: Cells, scheme: str, alpha: float) -> bytes:
-    """Return an occupancy grid's cells as a PNG image, the first row at the top.
+    """Return an occupancy grid's cells as PNG bytes, in a colour scheme, the first row at the top.
 
     Args:
         cells: The cells.
@@ -111,7 +111,7 @@ def map_png(cells: Cells, scheme: str, alpha: float) -> bytes:
 
 
 def palette(scheme: str) -> npt.NDArray[np.uint8]:
-    """Return the RGBA colour of each cell value (an unsigned byte), (256, 4), for a scheme."""
+    """Return the RGBA colours, (256, 4), of all cell values (unsigned bytes) in a colour scheme."""
     number = np.arange(256)
     table = np.zeros((256, 4), np.uint8)
     table[:, 3] = 255
@@ -168,7 +168,7 @@ class Map(Display):
         self._end_updates: Callable[[], None] | None = None
 
     def started(self) -> None:
-        """Subscribe to the map's updates."""
+        """Subscribe to the map's updates; called when the display starts."""
         if self.topic:
             topic = self.values.text("Update Topic") or f"{self.topic}_updates"
             self._end_updates = self.stage.subscribe(
@@ -176,7 +176,7 @@ class Map(Display):
             )
 
     def stopped(self) -> None:
-        """Remove the map, and unsubscribe from its updates."""
+        """Remove the map from the scene, and unsubscribe from its updates."""
         if self._end_updates is not None:
             self._end_updates()
         self._end_updates = self._info = self._cells = None
@@ -194,10 +194,10 @@ class Map(Display):
             Map.started(self)
 
     def time_jumped_back(self) -> None:
-        """Do nothing: a map is drawn whatever its stamp."""
+        """Do nothing when ROS time jumps back: a map is drawn whatever its stamp."""
 
     def received(self, message: Any) -> None:
-        """Store the cells of a map, to be drawn by the next `tick`."""
+        """Store the cells of an OccupancyGrid, to be drawn by the next `tick`."""
         self._cells = None
         resolution = message.info.resolution
         if not 0.0 < resolution < math.inf:

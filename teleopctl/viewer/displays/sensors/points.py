@@ -63,7 +63,7 @@ POINT_PROPERTIES = (
 
 @dataclass(frozen=True, slots=True)
 class PointJob:
-    """A message with the poses and properties for its conversion in another thread.
+    """Input of a conversion in another thread: a message of points, its pose and properties.
 
     Attributes:
         message: The message.
@@ -71,7 +71,7 @@ class PointJob:
         pose: Pose of the message's frame in the fixed frame, at its stamp.
         motion: Motion of the sensor during the measurement; None at rest.
         coloring: The colour properties.
-        most: Largest number of points.
+        max_points: Largest number of points.
     """
 
     message: Any
@@ -79,12 +79,12 @@ class PointJob:
     pose: Transform
     motion: Transform | None
     coloring: Coloring
-    most: int
+    max_points: int
 
 
 @dataclass(frozen=True, slots=True)
 class ColoredPoints:
-    """Points with colours, ready to be drawn.
+    """Points with colours, converted from a message and ready to be drawn.
 
     Attributes:
         center: Centre of the points in their frame.
@@ -132,7 +132,9 @@ class PointsDisplay(Display):
         self._fares = (OK, "")
 
     def read(self, job: PointJob) -> Cloud:
-        """Return the points of a message; called in another thread. Override.
+        """Return the points of the job's message; called in another thread.
+
+        Override.
 
         Raises:
             CloudError: The message is not valid.
@@ -140,11 +142,11 @@ class PointsDisplay(Display):
         raise NotImplementedError
 
     def point_size_m(self, drawable: ColoredPoints) -> float:  # noqa: ARG002 -- for overrides
-        """Return the size of the drawn points in metres."""
+        """Return the size of the drawn points in metres: the property ``Size (m)``."""
         return self.values.number("Size (m)")
 
     def duration_ns(self, message: Any) -> int:  # noqa: ARG002 -- for overrides
-        """Return the duration of the message's measurement in nanoseconds; 0 for an instant."""
+        """Return how long a message's measurement took, in nanoseconds; 0 for an instant."""
         return 0
 
     def qos(self) -> QoSProfile:
@@ -173,7 +175,7 @@ class PointsDisplay(Display):
         return self._newest if self._newest is not None else last
 
     def received(self, message: Any) -> None:
-        """Store a message, to be drawn by a later `tick`."""
+        """Store a message, to be converted and drawn by a later `tick`."""
         self.set_status(*self._fares)
         self._newest = message
 
@@ -296,7 +298,7 @@ class PointsDisplay(Display):
         self.set_status(*self._fares)
 
     def status_of(self, drawable: ColoredPoints) -> tuple[str, str]:
-        """Return the status of drawn points: their number, and a substitute colour transformer."""
+        """Return level and text of the status: number of points, and a substitute transformer."""
         shown, total = len(drawable.points), drawable.total
         count = f"{shown:,} points" if shown == total else f"{shown:,} of {total:,} points"
         chosen = self.values.given.get("Color Transformer")
@@ -340,19 +342,19 @@ class PointCloud2(PointsDisplay):
     message_type = "sensor_msgs/msg/PointCloud2"
 
     def read(self, job: PointJob) -> Cloud:
-        """Return the points of a message; called in another thread."""
-        return read_cloud(job.message, job.most)
+        """Return the points of a PointCloud2 message; called in another thread."""
+        return read_cloud(job.message, job.max_points)
 
 
 class PointCloud(PointsDisplay):
-    """RViz's ``PointCloud``: likewise, of the deprecated message type."""
+    """RViz's ``PointCloud``: the points of messages of the deprecated type ``PointCloud``."""
 
     rviz_class = "PointCloud"
     message_type = "sensor_msgs/msg/PointCloud"
 
     def read(self, job: PointJob) -> Cloud:
-        """Return the points of a message; called in another thread."""
-        return read_legacy_cloud(job.message, job.most)
+        """Return the points of a deprecated PointCloud message; called in another thread."""
+        return read_legacy_cloud(job.message, job.max_points)
 
 
 # A scanner turns several times a second; what claims to take longer has a wrong number in it.
@@ -371,6 +373,6 @@ class LaserScan(PointsDisplay):
         return round(duration * 1e9) if 0.0 < duration <= _LONGEST_S else 0
 
     def read(self, job: PointJob) -> Cloud:
-        """Return the points of a scan; called in another thread."""
+        """Return the points of a LaserScan message; called in another thread."""
         motion = job.motion
         return read_scan(job.message, motion if motion is not None and has_moved(motion) else None)

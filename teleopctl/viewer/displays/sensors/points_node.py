@@ -26,7 +26,7 @@ _HALF_PRECISION = 2.0**-11
 
 
 class PointsNode:
-    """A viser scene node of points, boxes or spheres whose points can be replaced.
+    """viser scene node of points, boxes or spheres, whose points can be replaced.
 
     Args:
         scene: The viser scene.
@@ -49,7 +49,7 @@ class PointsNode:
         pixels: int,
         alpha: float,
     ) -> None:
-        """Replace the node's points.
+        """Replace the node's points, with their colours, style, size and opacity.
 
         Args:
             points: Coordinates, (n, 3), in metres.
@@ -115,17 +115,17 @@ class PointsNode:
     def set_pose(
         self, position: tuple[float, float, float], wxyz: tuple[float, float, float, float]
     ) -> None:
-        """Set the pose of the node."""
+        """Set position and rotation of the scene node."""
         if self._handle is not None:
             self._handle.position, self._handle.wxyz = position, wxyz
 
     def show(self, *, shown: bool) -> None:
-        """Show or hide the points."""
+        """Show or hide the node's points."""
         if self._handle is not None and self._handle.visible != shown:
             self._handle.visible = shown
 
     def remove(self) -> None:
-        """Remove the points from the scene."""
+        """Remove the node's points from the scene."""
         if self._handle is not None:
             self._handle.remove()
         self._handle, self._kind = None, ()
