@@ -38,7 +38,7 @@ class _Expanded(NamedTuple):
 
 
 class RobotFile:
-    """Watch on the robot's description file, which reloads the robot when a file is saved.
+    """Watch on the robot's description file and meshes: reloads the robot after a file is saved.
 
     Args:
         page: The viewer's node; its parameters have the path and the xacro arguments.
@@ -65,7 +65,7 @@ class RobotFile:
             self._read()
 
     def close(self) -> None:
-        """Stop watching the files, and drop pending calls."""
+        """Stop watching the files, and drop pending service calls."""
         self._watch.close()
         self._calls.close()
 

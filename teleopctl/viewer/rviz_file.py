@@ -40,7 +40,7 @@ Lines = dict[tuple[int, Any], int]
 
 
 class RvizFileError(TeleopctlError):
-    """A file is no valid ``.rviz`` file; the message names it."""
+    """Error: a file is no valid ``.rviz`` file; the text has its path."""
 
 
 class View(NamedTuple):
@@ -56,7 +56,7 @@ class View(NamedTuple):
 
 
 class DisplayEntry(NamedTuple):
-    """A display in an ``.rviz`` file.
+    """Display in an ``.rviz`` file: class, name, and mapping of properties.
 
     Attributes:
         rviz_class: Its class without the package.
@@ -72,7 +72,7 @@ class DisplayEntry(NamedTuple):
 
 
 class RvizFile:
-    """Content of an ``.rviz`` file.
+    """Content of an ``.rviz`` file: displays, fixed frame, tools and view.
 
     Args:
         document: The parsed YAML; None for a new file.
@@ -86,7 +86,7 @@ class RvizFile:
 
     @classmethod
     def load(cls, path: Path) -> RvizFile:
-        """Read and parse an ``.rviz`` file.
+        """Return the content of an ``.rviz`` file; raise RvizFileError if it is not one.
 
         Raises:
             TeleopctlError: It cannot be read, or is no ``.rviz`` file.
@@ -111,26 +111,26 @@ class RvizFile:
         return yaml.safe_dump(self.document, sort_keys=False, allow_unicode=True)
 
     def line_of(self, mapping: dict[str, Any], key: str) -> int | None:
-        """Return the line of a key in a mapping of the document; None if unknown."""
+        """Return the line number of a key in a mapping of the document; None if unknown."""
         return self._lines.get((id(mapping), key))
 
     # --- displays -----------------------------------------------------------------------------
 
     def displays(self) -> list[DisplayEntry]:
-        """Return the displays in their order, with those in groups."""
+        """Return all displays in the order of the document, those in groups included."""
         return list(_entries(self._displays(), shown=True))
 
-    def add(self, rviz_class: str, name: str, given: dict[str, Any]) -> None:
-        """Add a display to the document."""
-        given.setdefault("Class", f"{_PACKAGE}/{rviz_class}")
-        given.setdefault("Name", name)
-        given.setdefault("Enabled", True)
-        given.setdefault("Value", given["Enabled"])
-        self._displays().append(given)
+    def add(self, rviz_class: str, name: str, mapping: dict[str, Any]) -> None:
+        """Add a display to the document, by its mapping of properties."""
+        mapping.setdefault("Class", f"{_PACKAGE}/{rviz_class}")
+        mapping.setdefault("Name", name)
+        mapping.setdefault("Enabled", True)
+        mapping.setdefault("Value", mapping["Enabled"])
+        self._displays().append(mapping)
 
-    def remove(self, given: dict[str, Any]) -> None:
-        """Remove a display from the document by its mapping, also from a group."""
-        _remove(self._displays(), given)
+    def remove(self, mapping: dict[str, Any]) -> None:
+        """Remove a display from the document, also from a group, by its mapping."""
+        _remove(self._displays(), mapping)
 
     def _displays(self) -> list[Any]:
         displays = self._manager.get("Displays")
@@ -142,7 +142,7 @@ class RvizFile:
 
     @property
     def fixed_frame(self) -> str:
-        """Fixed frame; empty if the file has none."""
+        """Fixed frame of the document; empty if the document has none."""
         name = _inner(self._manager, "Global Options").get("Fixed Frame")
         return name.removeprefix("/") if isinstance(name, str) else ""
 
@@ -152,7 +152,7 @@ class RvizFile:
 
     @property
     def background(self) -> tuple[int, int, int] | None:
-        """Background colour, each part from 0 to 255; None if the file has none."""
+        """Background colour, each part from 0 to 255; None if the document has none."""
         text = str(_inner(self._manager, "Global Options").get("Background Color", ""))
         try:
             red, green, blue = (min(max(int(part), 0), 255) for part in text.split(";"))
@@ -161,19 +161,19 @@ class RvizFile:
         return red, green, blue
 
     def tools(self) -> list[dict[str, Any]]:
-        """Return the mappings of the document's tools."""
+        """Return the mappings of the document's tools, such as ``2D Goal Pose``."""
         tools = self._manager.get("Tools")
         return [one for one in tools if isinstance(one, dict)] if isinstance(tools, list) else []
 
     @property
     def current_view(self) -> dict[str, Any]:
-        """Mapping of the document's current view; empty if it has none."""
+        """Mapping of the document's current view; empty if the document has none."""
         current = _inner(self._manager, "Views").get("Current")
         return current if isinstance(current, dict) else {}
 
     @property
     def view(self) -> View | None:
-        """Camera of the current view; None if the file has none."""
+        """Camera position and focal point of the current view; None if there is none."""
         return _view(self.current_view) if self.current_view else None
 
     @view.setter
@@ -323,7 +323,7 @@ _MOST_LISTED = 12
 
 
 def unsupported_text(file: RvizFile, path: Path, displays: Sequence[Display]) -> str:
-    """Return one line about the parts of an ``.rviz`` file that have no effect; empty for none.
+    """Return a line on the parts of an ``.rviz`` file that have no effect; empty for none.
 
     RViz writes every property of every display: those at their defaults are left out of the line.
 

@@ -31,7 +31,7 @@ _SKY = 0.7
 
 
 def add_lights(scene: viser.SceneApi) -> None:
-    """Replace the default lights of a viser scene by two without shadows and a sky."""
+    """Replace a viser scene's default lights by two lights without shadows and a sky."""
     scene.configure_default_lights(enabled=False, cast_shadow=False)
     scene.configure_environment_map("city", environment_intensity=_SKY)
     for number, (position, intensity) in enumerate(_LIGHTS):
@@ -49,7 +49,7 @@ _AHEAD_OF_OPTICAL = Transform(rotation=(0.5, -0.5, 0.5, 0.5))
 
 
 def robot_view(description: RobotDescription, meshes: Mapping[str, MeshFile]) -> tuple[View, float]:
-    """Return a camera view of the whole robot at its resting positions, and its radius.
+    """Return a camera `View` of the whole robot at its resting positions, and the robot's radius.
 
     Args:
         description: The robot.
@@ -68,7 +68,7 @@ def robot_view(description: RobotDescription, meshes: Mapping[str, MeshFile]) ->
 
 
 def last_camera_pose(cameras: Iterable[viser.CameraHandle]) -> Transform | None:
-    """Return the pose (x ahead, y left, z up) of the camera that was moved last, or None."""
+    """Return the pose (x ahead, y left, z up) of the camera moved last; None without cameras."""
     camera = max(cameras, key=lambda one: one.update_timestamp, default=None)
     if camera is None:
         return None
@@ -78,7 +78,7 @@ def last_camera_pose(cameras: Iterable[viser.CameraHandle]) -> Transform | None:
 
 
 def round_down(number: float) -> float:
-    """Return the largest of 1, 2, 5, 10, 20, … or 0.5, 0.2, … that is not above a number."""
+    """Return the largest number of the series 1, 2, 5, 10, … (or 0.5, 0.2, …) up to a number."""
     power = 10.0 ** math.floor(math.log10(number))
     return power * max(step for step in (1, 2, 5) if step * power <= number * (1 + 1e-9))
 
@@ -123,7 +123,7 @@ _DEFAULT_VIEW = View((1.5, -1.5, 1.1), (0.0, 0.0, 0.35))
 
 
 class SceneView:
-    """The 3D view: list of displays, and camera.
+    """The 3D view of the page: list of displays, ``.rviz`` document and camera.
 
     Args:
         server: The page's server.
@@ -183,17 +183,19 @@ class SceneView:
             self._server.scene.set_background_image(pixel)
 
     # Any stands for what YAML holds.
-    def add(self, rviz_class: str, name: str = "", given: dict[str, Any] | None = None) -> Display:
-        """Add a display to the view and to the ``.rviz`` document; return it.
+    def add(
+        self, rviz_class: str, name: str = "", mapping: dict[str, Any] | None = None
+    ) -> Display:
+        """Create a display, add it to the view and the ``.rviz`` document, and return it.
 
         Args:
             rviz_class: Its class in RViz, without package.
             name: Its name; by default the class, with a number if that is taken.
-            given: Its mapping in the document; None for the defaults.
+            mapping: Its mapping in the document; None for the defaults.
         """
-        given = {} if given is None else given
-        display = self._make(rviz_class, name or self._free_name(rviz_class), given)
-        self.file.add(rviz_class, display.name, given)
+        mapping = {} if mapping is None else mapping
+        display = self._make(rviz_class, name or self._free_name(rviz_class), mapping)
+        self.file.add(rviz_class, display.name, mapping)
         return display
 
     def _make(self, rviz_class: str, name: str, given: dict[str, Any]) -> Display:
@@ -211,13 +213,13 @@ class SceneView:
         return next(name for name in (rviz_class, *numbered) if name not in taken)
 
     def remove(self, display: Display) -> None:
-        """Remove a display from the view and from the ``.rviz`` document."""
+        """End a display, and remove it from the view and the ``.rviz`` document."""
         display.end()
         self.displays.remove(display)
         self.file.remove(display.values.given)
 
     def enable(self, display: Display, *, enabled: bool) -> None:
-        """Enable or disable a display, which is then subscribed and drawn, or not."""
+        """Enable or disable a display, also in the ``.rviz`` document; start or end its drawing."""
         display.in_shown_group = True
         display.values.given["Enabled"] = display.values.given["Value"] = enabled
         if enabled and self._drawn:
@@ -226,20 +228,20 @@ class SceneView:
             display.end()
 
     def begin(self) -> None:
-        """Subscribe and draw the enabled displays; called when a browser shows the page."""
+        """Subscribe and draw the enabled displays; called when a first browser shows the page."""
         self._drawn = True
         for display in self.displays:
             if display.is_enabled:
                 display.begin()
 
     def end(self) -> None:
-        """Unsubscribe and remove all displays; called when no browser shows the page any more."""
+        """Unsubscribe and undraw all displays; called when no browser shows the page any more."""
         self._drawn = False
         for display in self.displays:
             display.end()
 
     def reset(self) -> None:
-        """Clear all displays, which subscribe again."""
+        """Clear all displays and let each subscribe again, as RViz's Reset does."""
         for display in self.displays:
             display.reset()
 
@@ -272,12 +274,12 @@ class SceneView:
                 display.set("Marker Scale", round_down(radius))
 
     def set_initial_view(self, view: View) -> None:
-        """Set the camera pose of browsers that open the page from now on."""
+        """Set the camera's position and focal point for browsers that open the page later."""
         self._server.initial_camera.position = view.eye
         self._server.initial_camera.look_at = view.focus
 
     def camera(self) -> Transform | None:
-        """Return the camera's pose; see `Stage.camera`."""
+        """Return the pose of the camera that was moved last; see `Stage.camera`."""
         return last_camera_pose(client.camera for client in self._server.get_clients().values())
 
     def text(self, camera: viser.CameraHandle | None = None) -> str:

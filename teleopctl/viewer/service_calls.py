@@ -21,7 +21,7 @@ _TIMEOUT_S = 5.0
 
 
 def servers_of(node: Node, service: str, type_name: str) -> list[str]:
-    """Return the full names of the nodes that offer a private service, sorted.
+    """Return the sorted full names of nodes that offer a service below their own names.
 
     Args:
         node: The node whose graph to read.
@@ -37,7 +37,7 @@ def servers_of(node: Node, service: str, type_name: str) -> list[str]:
 
 
 class ServiceCalls:
-    """Asynchronous service calls with timeouts, whose clients are kept until `close`.
+    """Asynchronous service calls with timeouts, on clients that are kept until `close`.
 
     Args:
         page: The viewer's node, on whose thread the callbacks are called.
@@ -59,7 +59,7 @@ class ServiceCalls:
         timeout_s: float | None = None,
         **fields: Any,
     ) -> None:
-        """Call a service without waiting; the response or the failure is passed to a callback.
+        """Call a service without waiting; later call ``then`` or ``failed`` with the outcome.
 
         Args:
             service: Name of the service.
@@ -103,7 +103,7 @@ class ServiceCalls:
         self._node.destroy_timer(timer)
 
     def close(self) -> None:
-        """Drop all pending calls; their callbacks are not called."""
+        """Drop all pending calls without calling back, and destroy the clients."""
         for timer in tuple(self._timers):
             self._end(timer)
         for client in self._clients.values():

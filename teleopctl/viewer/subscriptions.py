@@ -18,19 +18,19 @@ _MOST = 100
 
 # Any: what YAML holds.
 def topic_qos(
-    node: Node, topic: str, given: Mapping[str, Any], *, latched: bool = False
+    node: Node, topic: str, mapping: Mapping[str, Any], *, latched: bool = False
 ) -> QoSProfile:
-    """Return the QoS profile of a display's subscription, as far as publishers offer it.
+    """Return the QoS to subscribe to a topic: that of ``mapping``, as far as publishers offer it.
 
     RViz subscribes with its file's QoS, and receives nothing from publishers that offer less.
 
     Args:
         node: The node whose graph to read.
         topic: The topic.
-        given: The display's mapping in an ``.rviz`` file, which may have a QoS.
+        mapping: The display's mapping in an ``.rviz`` file, which may have a QoS.
         latched: Whether to be transient local, whatever the file says.
     """
-    said = given.get("Topic")
+    said = mapping.get("Topic")
     said = said if isinstance(said, Mapping) else {}
     offered = [one.qos_profile for one in node.get_publishers_info_by_topic(topic)]
     reliable = said.get("Reliability Policy", "Reliable") != "Best Effort" and all(
@@ -58,7 +58,7 @@ class _Pending:
 
 
 class UnknownTypes:
-    """Requests of unknown message types' definitions, from nodes that use the types.
+    """Requests for definitions of unknown message types, sent to nodes that use the types.
 
     Args:
         node: The viewer's node.
@@ -80,7 +80,7 @@ class UnknownTypes:
     def call_when_known(
         self, type_name: str, begin: Callable[[], Callable[[], None]]
     ) -> Callable[[], None]:
-        """Call a function on the node's thread as soon as a message type is known.
+        """Call ``begin`` once a message type is known; return a function that ends this.
 
         Args:
             type_name: Full name of the type.
@@ -103,7 +103,7 @@ class UnknownTypes:
         return end
 
     def request_missing(self) -> None:
-        """Request missing definitions from nodes that have come; called on graph changes."""
+        """Request missing definitions from nodes that have appeared; called on graph changes."""
         if not self._pending:
             return
         graph = self._node.graph()

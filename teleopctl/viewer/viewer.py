@@ -47,7 +47,7 @@ _HIDDEN_AFTER_S = 5.0
 
 
 class Viewer(Node):
-    """Node ``rviz`` that serves a page with the 3D view and the panels.
+    """Node ``rviz`` that serves a web page with the 3D view and the panels.
 
     Args:
         server: The page's server.
@@ -137,7 +137,7 @@ class Viewer(Node):
         )
 
     def knows_type(self, type_name: str) -> bool:
-        """Return whether a message type is known; see `Stage.knows_type`."""
+        """Return whether the definition of a message type is known; see `Stage.knows_type`."""
         return known_types().find(type_name) is not None
 
     @property
@@ -147,11 +147,11 @@ class Viewer(Node):
         return None if path is None else path.parent
 
     def camera(self) -> Transform | None:
-        """Return the camera's pose; see `Stage.camera`."""
+        """Return the pose of the camera that was moved last; see `Stage.camera`."""
         return self.scene_view.camera()
 
     def run_in_background(self, task: Callable[[], Any], then: Callable[[Any], object]) -> None:
-        """Run a task in another thread, then ``then``; see `Stage.run_in_background`."""
+        """Run a task in another thread, then call ``then`` with the result on the node's thread."""
 
         def run() -> None:
             try:
@@ -163,12 +163,12 @@ class Viewer(Node):
         self._workers.submit(run)
 
     def call_on_node_thread(self, function: Callable[[], object]) -> None:
-        """Call a function soon on the node's thread; may be called from any thread."""
+        """Queue a function to be called on the node's thread; any thread may call this."""
         self._queue.append(function)
         self._queued.trigger()
 
     def on_node_thread(self, function: Callable[..., object]) -> Callable[..., None]:
-        """Wrap a function, such as a viser callback, so that it runs on the node's thread."""
+        """Return a callback for viser that queues a call of ``function`` on the node's thread."""
 
         def hand_over(*arguments: Any) -> None:
             self.call_on_node_thread(lambda: function(*arguments))
@@ -181,7 +181,7 @@ class Viewer(Node):
         self.scene_view.reset()
 
     def notify(self, title: str, text: str = "", *, wrong: bool = False) -> None:
-        """Show a notification in all browsers, for some seconds."""
+        """Show a notification for 8 s in all browsers that have the page open."""
         for client in self.server.get_clients().values():
             client.add_notification(
                 title, text, color="red" if wrong else None, auto_close_seconds=8.0
@@ -264,7 +264,7 @@ class Viewer(Node):
         return failure
 
     def destroy_node(self) -> None:
-        """Close the panels and the server of the page, then destroy the node."""
+        """Close the panels and the page's web server, then destroy the node."""
         for panel in self.panels:
             panel.close()
         self.robot_file.close()
@@ -282,7 +282,7 @@ def open_viewer(
     panels: list[str] | None = None,
     cli_args: Sequence[str] | None = None,
 ) -> tuple[Viewer, Address]:
-    """Open the page's server, and return the viewer's node that serves it.
+    """Open the page's web server; return the `Viewer` node that serves it, and the page's address.
 
     Args:
         host: Address to listen on.

@@ -51,7 +51,7 @@ class PlotPanel(Panel):
         self._ticks = 0
 
     def build(self) -> None:
-        """Add the choice of topic and field, the common controls and the folder of plots."""
+        """Add the dropdowns of topic and field, the common controls and the folder of plots."""
         on = self.page.on_node_thread
         self._topic: Any = self.gui.add_dropdown("Topic", (_CHOOSE,))
         self._topic.on_update(on(lambda _event: self._choose_topic()))
@@ -83,13 +83,13 @@ class PlotPanel(Panel):
             topic.subscribe()
 
     def ended(self) -> None:
-        """Unsubscribe from all topics; the plots stay."""
+        """Unsubscribe from all plotted topics; the plots stay on the page."""
         self._watched = False
         for topic in self._topics.values():
             topic.unsubscribe()
 
     def graph_changed(self) -> None:
-        """Mark the offered topics as outdated, to be updated at the next tick."""
+        """Mark the offered topics as outdated, to be updated by a later `tick`."""
         self._is_graph_new = True
 
     def _follow_graph(self) -> None:
@@ -246,7 +246,7 @@ class PlotPanel(Panel):
     # --- drawing ------------------------------------------------------------------------------
 
     def tick(self) -> None:
-        """Redraw plots with new samples, half of them per tick."""
+        """Redraw plots with new samples, half of the plots per call."""
         self._ticks += 1
         if self._is_graph_new and self._ticks % _TICKS_PER_LIST == 0:
             self._follow_graph()

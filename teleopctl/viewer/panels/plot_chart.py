@@ -57,14 +57,14 @@ class VerticalAxis:
     step: float
 
     def suits(self, low: float, high: float) -> bool:
-        """Return whether this axis can be kept for data between two values."""
+        """Return whether this axis can be kept for data from ``low`` to ``high``."""
         inside = self.low <= low and high <= self.high
         large = high - low >= _KEPT_SHARE * (self.high - self.low)
         return inside and self.is_flat == _is_flat(low, high) and (self.is_flat or large)
 
 
 def vertical_axis(low: float, high: float, most_steps: int = 4) -> VerticalAxis:
-    """Return the vertical axis for data between two values.
+    """Return the `VerticalAxis`, with ticks at round numbers, for data from ``low`` to ``high``.
 
     Args:
         low: The least value.
@@ -136,7 +136,7 @@ _MOST_STEPS = 8
 
 
 def plot_csv(names: Sequence[str], samples: Sequence[tuple[Floats, Floats]]) -> bytes:
-    """Return the samples of a plot as CSV: a row per time and a column per line.
+    """Return the samples of a plot as CSV bytes: a row per time, and a column per name.
 
     Args:
         names: Titles of the columns.
@@ -155,7 +155,7 @@ def plot_csv(names: Sequence[str], samples: Sequence[tuple[Floats, Floats]]) -> 
 
 
 class PlotCurve(NamedTuple):
-    """A curve for `plot_png`: name, colour and values."""
+    """Curve to draw by `plot_png`: name, colour and values."""
 
     name: str
     color: str
@@ -163,7 +163,7 @@ class PlotCurve(NamedTuple):
 
 
 def plot_png(times: Floats, curves: Sequence[PlotCurve]) -> bytes:
-    """Return a plot of curves as PNG image, with axes and a legend.
+    """Return a plot of curves over ``times`` as PNG bytes, with axes and a legend.
 
     Args:
         times: Times of all curves in seconds.
@@ -238,7 +238,7 @@ _LONGEST_LABEL = 60
 
 
 class PlotLine(NamedTuple):
-    """A line of a `Chart`: topic, field, label and samples."""
+    """Line of a `Chart`: topic, field path, label and series of samples."""
 
     topic: str
     path: str
@@ -252,7 +252,7 @@ class PlotLine(NamedTuple):
 
 
 class Chart:
-    """One plot on the page, with its legend and its `BUTTONS`.
+    """One plot of the Plot panel, with its legend and its `BUTTONS`.
 
     Args:
         gui: The viser GUI.
@@ -280,7 +280,7 @@ class Chart:
             gui.add_button_group("This plot", BUTTONS, order=1.0).on_click(on_button)
 
     def add(self, lines: Sequence[PlotLine]) -> None:
-        """Add lines to the plot."""
+        """Add lines to the plot, which is drawn again with the next `draw`."""
         self.lines += lines
         self._drawn = ()
         # uPlot is given its series at the start.
@@ -290,7 +290,7 @@ class Chart:
         self.show_note("")
 
     def show_note(self, fault: str) -> None:
-        """Show a text above the plot; without one, what the plot is waiting for, if it is empty."""
+        """Show a text above the plot; without a text, what an empty plot is waiting for."""
         text = fault
         if self._handle is None and not fault:
             # A velocity that nobody measures is NaN.
@@ -307,15 +307,15 @@ class Chart:
         self._folder.remove()
 
     def freeze(self) -> None:
-        """Stop the time window at the newest sample."""
+        """Stop the plot's time window at the newest sample."""
         self.frozen_s = self._end_s()
 
     def resume(self) -> None:
-        """Let the time window follow new samples again."""
+        """Let the plot's time window follow new samples again."""
         self.frozen_s = None
 
     def draw(self, window_s: float) -> None:
-        """Send the lines within the time window to the browsers, if they have changed."""
+        """Send the lines within the last ``window_s`` seconds to the browsers, if changed."""
         news = (window_s, self.frozen_s, *(line.series.added for line in self.lines))
         if self.frozen_s is not None:
             news = news[:2]
@@ -377,12 +377,12 @@ class Chart:
         self.show_note("")
 
     def window(self, window_s: float) -> tuple[Floats, list[Floats]]:
-        """Return the resampled times, and the values of each line, within the time window."""
+        """Return resampled times, and each line's values at these times, in the time window."""
         end_s = self._end_s()
         return resample([line.series for line in self.lines], end_s - window_s, end_s)
 
     def samples(self, window_s: float) -> list[tuple[Floats, Floats]]:
-        """Return the received times and values of each line within the time window."""
+        """Return (times, values) as received for each line, in the last ``window_s`` seconds."""
         end_s = self._end_s()
         start_s = end_s - window_s
         found = (line.series.between(start_s, end_s) for line in self.lines)

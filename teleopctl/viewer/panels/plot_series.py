@@ -37,7 +37,7 @@ _LARGEST = 1e100
 
 
 class Series:
-    """The last samples of one message field, with times in seconds.
+    """Samples of one message field, the last 50 000, with times in seconds.
 
     Attributes:
         added: Counter that rises with each change.
@@ -50,7 +50,7 @@ class Series:
         self._count = 0
 
     def add(self, time_s: float, value: float) -> None:
-        """Add a sample; NaN marks a gap."""
+        """Add a sample to the series; a NaN value marks a gap."""
         if self._count == len(self._times):
             self._make_room()
         self._times[self._count] = time_s
@@ -70,16 +70,16 @@ class Series:
 
     @property
     def last_s(self) -> float | None:
-        """Time of the last sample; None for none."""
+        """Time of the last sample in seconds; None if there are no samples."""
         return float(self._times[self._count - 1]) if self._count else None
 
     def clear(self) -> None:
-        """Drop all samples."""
+        """Drop all samples of the series."""
         self._count = 0
         self.added += 1
 
     def between(self, start_s: float, end_s: float) -> tuple[Floats, Floats]:
-        """Return times and values within a time window, with the last sample before its start.
+        """Return times and values in a time window, with the last sample before its start.
 
         With that sample, the line enters the window at the right height.
         """
@@ -95,9 +95,9 @@ class Series:
 
 
 def resample(
-    series: Sequence[Series], start_s: float, end_s: float, most: int = 1000
+    series: Sequence[Series], start_s: float, end_s: float, max_times: int = 1000
 ) -> tuple[Floats, list[Floats]]:
-    """Return common times and each series interpolated there, with NaN after its last sample.
+    """Return common times, and each series' values there (NaN after the series' last sample).
 
     Too many samples are reduced to the least and the greatest value of each short interval, so that
     no peak is lost. Values between samples are interpolated; after its last sample a series has
@@ -110,7 +110,7 @@ def resample(
         series: The series.
         start_s: Start of the time window.
         end_s: Its end.
-        most: Largest number of times.
+        max_times: Largest number of times.
 
     Returns:
         The times, and for each series its values.
@@ -123,8 +123,8 @@ def resample(
     start_s = max([start_s, *begun])
     inside = [times[times >= start_s] for times, _ in windows]
     times = np.unique(np.concatenate([np.array([start_s]), *inside]))
-    if len(times) > most:
-        edges = np.linspace(start_s, end_s, most // 2 + 1)
+    if len(times) > max_times:
+        edges = np.linspace(start_s, end_s, max_times // 2 + 1)
         width = edges[1] - edges[0]
         times = np.sort(np.concatenate([edges[:-1] + width / 4, edges[:-1] + 3 * width / 4]))
         windows = [_thinned(*window, edges) for window in windows]
@@ -177,7 +177,7 @@ _JUMP_BACK_S = 1.0
 
 
 class PlottedTopic:
-    """Subscription of a plotted topic, which collects samples of numeric fields.
+    """Subscription of a topic for plots, which collects samples of numeric fields.
 
     The time of a message is its stamp. Where it has none, or the first one is more than ten seconds
     from the node's clock (a recording that is played, a machine whose clock is wrong), it is the
@@ -210,7 +210,7 @@ class PlottedTopic:
         self.received_s = time.monotonic()
 
     def subscribe(self) -> None:
-        """Subscribe with a QoS that suits the publishers; subscribe again if that has changed."""
+        """Subscribe with a QoS that suits the publishers, again if their QoS has changed."""
         qos = topic_qos(self._stage.node, self.name, {})
         if self._end is not None and qos == self._qos:
             return
@@ -219,37 +219,37 @@ class PlottedTopic:
         self._end = self._stage.subscribe(self.name, self.type_name, self._receive, qos)
 
     def unsubscribe(self) -> None:
-        """Unsubscribe; the samples stay."""
+        """Unsubscribe from the topic; the samples stay."""
         if self._end is not None:
             self._end()
             self._end = None
 
     @property
     def is_listening(self) -> bool:
-        """Whether the topic is subscribed to."""
+        """Whether the topic is subscribed to at present."""
         return self._end is not None
 
     def clear(self) -> None:
-        """Drop all samples of all fields."""
+        """Drop all samples of all fields of the topic."""
         self._uses_stamps = None
         self._last_s = -float("inf")
         for one in self.series.values():
             one.clear()
 
     def add_field(self, path: str) -> Series:
-        """Collect samples of a field from now on; return their series."""
+        """Collect samples of a field from now on; return the field's `Series`."""
         if path not in self.series:
             self._readers[path] = field_reader(path)
             self.series[path] = Series()
         return self.series[path]
 
     def remove_field(self, path: str) -> None:
-        """Stop collecting samples of a field, and drop them."""
+        """Stop collecting samples of a field, and drop the collected ones."""
         self.series.pop(path, None)
         self._readers.pop(path, None)
 
     def fields(self) -> list[NumericField]:
-        """Return the numeric fields of the newest message."""
+        """Return the numeric fields of the newest message; empty without a message."""
         return [] if self.newest is None else numeric_fields(self.newest)
 
     def _receive(self, message: Any) -> None:

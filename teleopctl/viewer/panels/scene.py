@@ -75,7 +75,7 @@ class ScenePanel(Panel):
         self.page.scene_view.add(self._kind.value)
 
     def tick(self) -> None:
-        """Update the list of displays, and the status of each."""
+        """Update the list of displays, each display's status and parts, and the offered frames."""
         self._show_displays()
         for row in self._rows.values():
             row.show_status()
@@ -96,11 +96,11 @@ class ScenePanel(Panel):
             row.set_frame_options(frames)
 
     def ended(self) -> None:
-        """Deactivate the active click tool."""
+        """Deactivate the active click tool; called when no browser shows the page."""
         self._tools.deactivate()
 
     def graph_changed(self) -> None:
-        """Update the topics offered for each display."""
+        """Update the topics offered for each display; called when the graph has changed."""
         topics = dict(self.page.node.get_topic_names_and_types())
         for row in self._rows.values():
             row.set_topic_options(topics)
@@ -180,7 +180,7 @@ class _Row:
             self._display.set_topic(event.target.value)
 
     def set_topic_options(self, topics: dict[str, list[str]]) -> None:
-        """Offer the topics of the display's message types.
+        """Offer those topics that have a message type of the display.
 
         Args:
             topics: Types of all topics of the graph.
@@ -196,7 +196,7 @@ class _Row:
             self._topic.value = own
 
     def show_status(self) -> None:
-        """Show the display's status and parts."""
+        """Show the display's status, and checkboxes for the display's parts."""
         level, text = self._display.status
         content = "" if level == OK and not text else f"**{level}** {escaped_markdown(text)}"
         if content != self._status.content:
@@ -205,7 +205,7 @@ class _Row:
         self._offer_parts()
 
     def set_frame_options(self, names: list[str]) -> None:
-        """Offer frames for the properties of the display that are frames."""
+        """Offer these tf frames for those properties of the display that are frames."""
         for handle, default in self._frames:
             chosen = handle.value
             options = (default, *sorted({*names, chosen} - {default}))
@@ -235,5 +235,5 @@ class _Row:
         return lambda event: self._display.show_part(name, shown=event.target.value)
 
     def remove(self) -> None:
-        """Remove the folder from the page."""
+        """Remove the display's folder from the page."""
         self._folder.remove()

@@ -56,7 +56,7 @@ class SimulationPanel(Panel):
         self._ends: list[Callable[[], None]] = []
 
     def build(self) -> None:
-        """Add the controls of the simulator, and a note shown while there is none."""
+        """Add the controls of the simulator, and a note shown while no simulator runs."""
         self._note = self.gui.add_html(_note(_NOBODY))
         self._place = self.gui.add_folder(None, visible=False)
         with self._place:
@@ -74,17 +74,17 @@ class SimulationPanel(Panel):
             self._reset.on_click(self.page.on_node_thread(lambda _event: self._reset_world()))
 
     def began(self) -> None:
-        """Subscribe to a simulator of the graph, if there is one."""
+        """Follow a simulator of the graph, if any; called when a browser shows the page."""
         self._is_watched = True
         self._look()
 
     def ended(self) -> None:
-        """Unsubscribe from the simulator."""
+        """Unsubscribe from the simulator's topics, and drop pending service calls."""
         self._is_watched = False
         self._follow("")
 
     def graph_changed(self) -> None:
-        """Change to another simulator if the followed one has gone, or if none was there."""
+        """Follow another simulator if the present one has gone, or if there was none."""
         if self._is_watched:
             self._look()
 
@@ -141,7 +141,7 @@ class SimulationPanel(Panel):
 
     @property
     def is_running(self) -> bool:
-        """Whether simulated time has advanced recently."""
+        """Whether the simulated time has advanced within the last 0.6 s or longer."""
         return len(self._clock) > 1 and time.monotonic() - self._clock[-1][0] < self._stands_s
 
     @property
@@ -152,7 +152,7 @@ class SimulationPanel(Panel):
         return max(_STANDS_S, 3.0 * (self._clock[-1][0] - self._clock[-2][0]))
 
     def measured_factor(self) -> float:
-        """Return the real-time factor over the last second; 0 while time stands still."""
+        """Return the real-time factor over the last second; 0 while the time stands still."""
         if not self.is_running:
             return 0.0
         last_s, last_simulated_s = self._clock[-1]
@@ -166,7 +166,7 @@ class SimulationPanel(Panel):
         return (last_simulated_s - simulated_s) / measured_s if measured_s > _LEAST_S else 0.0
 
     def tick(self) -> None:
-        """Show the simulated time and the real-time factor."""
+        """Show the simulated time and the real-time factor, in every second call."""
         self._ticks += 1
         if self._simulator and self._ticks % _TICKS_PER_TEXT == 0:
             self._show()

@@ -61,7 +61,7 @@ class TopicsPanel(Panel):
         self._watched = False
 
     def build(self) -> None:
-        """Add the search field, the table and the echo."""
+        """Add the search field, the echo of a topic and the table of topics."""
         on = self.page.on_node_thread
         self._search: Any = self.gui.add_text("Search", "", hint="Part of a topic's name or type")
         self._search.on_update(on(lambda _event: self._show_table()))
@@ -80,19 +80,19 @@ class TopicsPanel(Panel):
     # --- listening ----------------------------------------------------------------------------
 
     def began(self) -> None:
-        """Subscribe to the echoed topic, and to the measured ones."""
+        """Subscribe to the echoed topic, and to the measured topics."""
         self._watched = True
         self._listen()
         self._update_meter()
 
     def ended(self) -> None:
-        """Unsubscribe from the echoed topic and the measured ones."""
+        """Unsubscribe from the echoed topic and the measured topics."""
         self._watched = False
         self._unsubscribe()
         self._update_meter()
 
     def graph_changed(self) -> None:
-        """Mark the table as outdated, to be updated at the next tick."""
+        """Mark the table as outdated, to be updated by a later `tick`."""
         self._is_graph_new = True
 
     def _follow_graph(self) -> None:

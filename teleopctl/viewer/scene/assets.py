@@ -29,12 +29,12 @@ if TYPE_CHECKING:
 
 
 class MeshError(TeleopctlError):
-    """A mesh file cannot be loaded; the message names it."""
+    """Error: a mesh file cannot be loaded; the text names the file."""
 
 
 @dataclass(frozen=True, slots=True)
 class MeshFile:
-    """A loaded mesh, in metres.
+    """A loaded mesh in metres: binary glTF, or bare triangles.
 
     Attributes:
         path: The file.
@@ -56,7 +56,7 @@ class MeshFile:
 
 
 def load_mesh(uri: str, folder: Path | None = None, *, bare: bool = False) -> MeshFile:
-    """Load the mesh of a URI for the page.
+    """Return the mesh of a URI, as glTF or bare triangles; raise MeshError if it cannot be read.
 
     Args:
         uri: ``package://``, ``file://`` or a path.
@@ -78,7 +78,7 @@ def load_mesh(uri: str, folder: Path | None = None, *, bare: bool = False) -> Me
 
 
 def load_embedded_mesh(name: str, data: bytes, *, bare: bool = False) -> MeshFile:
-    """Load a mesh whose file's content is in a message (``embedded://``).
+    """Return a mesh whose file's content is in a message (``embedded://``), as `MeshFile`.
 
     Args:
         name: Name of the file; its suffix is the format.
@@ -160,7 +160,7 @@ def as_glb(mesh: MeshFile) -> MeshFile:
 
 
 def path_of_uri(uri: str, folder: Path | None = None) -> Path:
-    """Return the path of a mesh or texture URI.
+    """Return the path of a mesh or texture URI; relative paths may be in ``folder``.
 
     Args:
         uri: ``package://``, ``file://`` or a path.
@@ -177,7 +177,7 @@ def path_of_uri(uri: str, folder: Path | None = None) -> Path:
 
 
 def file_stamp(path: Path) -> tuple[int, int]:
-    """Return a file's size and modification time, which change when the file does.
+    """Return a file's size and modification time (ns), to detect changes of the file.
 
     Raises:
         OSError: The file is missing.
@@ -226,7 +226,7 @@ _SLOTS = (
 
 
 def fit_textures(meshes: Iterable[Any]) -> list[str]:
-    """Convert the textures of trimesh meshes, in place, to formats and sizes that browsers show.
+    """Convert textures of trimesh meshes in place for browsers; return texts about removed ones.
 
     Returns:
         Faults of textures that were removed, each as the end of a sentence about the file.
@@ -249,7 +249,7 @@ def fit_textures(meshes: Iterable[Any]) -> list[str]:
 
 
 def fit_texture(image: Image.Image) -> Image.Image:
-    """Return a picture as PNG or JPEG of at most 2048 pixels a side.
+    """Return a Pillow image as PNG or JPEG of at most 2048 pixels a side.
 
     Raises:
         OSError: It cannot be read.
@@ -280,7 +280,7 @@ def _stored_smaller(image: Image.Image) -> bytes | None:
 
 
 def browser_picture(content: bytes) -> tuple[bytes, str, bool, Rgba]:
-    """Return a picture file as PNG or JPEG of at most 2048 pixels a side, with its properties.
+    """Return a picture file as PNG or JPEG for browsers, its media type, transparency, mean colour.
 
     Args:
         content: A picture file that Pillow reads; a PNG or JPEG that fits stays as it is.
@@ -312,11 +312,11 @@ def _is_see_through(image: Image.Image) -> bool:
 
 
 class TextureError(TeleopctlError):
-    """A texture cannot be loaded; the message names its file."""
+    """Error: a texture cannot be loaded; the text names the file."""
 
 
 def load_texture(uri: str, folder: Path | None = None) -> Texture:
-    """Load the texture of a URI.
+    """Return the texture of a URI; raise TextureError if it cannot be read.
 
     Args:
         uri: ``package://``, ``file://`` or a path.
@@ -340,7 +340,7 @@ def load_texture(uri: str, folder: Path | None = None) -> Texture:
 
 
 def load_embedded_texture(name: str, data: bytes) -> Texture:
-    """Load a texture whose file's content is in a message (``embedded://``).
+    """Return a texture whose file's content is in a message (``embedded://``), as `Texture`.
 
     Args:
         name: Name of the texture in the message.

@@ -43,7 +43,7 @@ _HAIR_PIXELS = 2.0
 
 
 class Canvas:
-    """The viser scene nodes below a path, which show one `Drawing`.
+    """Group of viser scene nodes below one path, which shows one `Drawing` at a time.
 
     Unchanged nodes are not sent again. A node whose number of rows changes is replaced, so that no
     browser has as many colours as there were solids before.
@@ -77,7 +77,7 @@ class Canvas:
         self._shown_surfaces: dict[str, tuple[TriangleMesh, Texture | None]] = {}
 
     def show(self, drawing: Drawing) -> None:
-        """Update the scene nodes to those of a drawing."""
+        """Add, update and remove scene nodes so that the canvas shows a drawing."""
         before = set(self._nodes)
         kept: set[str] = set()
         for shape, rows in drawing.solids.items():
@@ -95,7 +95,7 @@ class Canvas:
             self._remove(name)
 
     def remove(self) -> None:
-        """Remove all nodes from the scene."""
+        """Remove all nodes of the canvas from the scene."""
         for name in list(self._nodes):
             self._remove(name)
 

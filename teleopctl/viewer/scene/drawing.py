@@ -40,13 +40,13 @@ _ALONG_Z = (0.0, 0.0, 0.0, 1.0)
 
 @dataclass(slots=True)
 class Rows:
-    """Rows of numbers, added one by one or in blocks of shape (n, columns)."""
+    """Rows of numbers of a `Drawing`, added one by one or in blocks of shape (n, columns)."""
 
     single: list[tuple[float, ...]] = field(default_factory=list)
     blocks: list[Floats] = field(default_factory=list)
 
     def stack(self, columns: int) -> Floats:
-        """Return all rows, shape (n, columns)."""
+        """Return all rows as one array, shape (n, columns)."""
         blocks = list(self.blocks)
         if self.single:
             blocks.append(np.array(self.single, np.float64))
@@ -55,14 +55,14 @@ class Rows:
         return np.vstack(blocks) if blocks else np.empty((0, columns))
 
     def add(self, other: Rows) -> None:
-        """Append the rows of another `Rows`."""
+        """Append the rows of another `Rows` to this one."""
         self.single += other.single
         self.blocks += other.blocks
 
 
 @dataclass(frozen=True, slots=True)
 class Text:
-    """Text that faces the camera."""
+    """Text of a `Drawing`, which faces the camera: position, text and height in metres."""
 
     position: Vector
     text: str
@@ -71,7 +71,7 @@ class Text:
 
 @dataclass(frozen=True, slots=True)
 class TriangleMesh:
-    """Triangles with a colour per corner, or a texture.
+    """Triangles of a `Drawing`, with a colour per corner, or a texture.
 
     Attributes:
         corners: Corners, three per triangle, (3 n, 3).
@@ -90,7 +90,7 @@ class TriangleMesh:
 
 @dataclass(slots=True)
 class Drawing:
-    """Solids, lines, points, texts and triangles in one frame, to be drawn.
+    """Solids, lines, points, texts and triangles in one frame, for a `Canvas` to show.
 
     Attributes:
         solids: By the name of their shape: one of `unit_shapes`, or a mesh's URI. Columns are
@@ -108,7 +108,7 @@ class Drawing:
     surfaces: list[TriangleMesh] = field(default_factory=list)
 
     def solid(self, shape: str, pose: Transform, scale: Vector, color: Rgba) -> None:
-        """Add one solid: a shape's name, pose, size along its own axes, and colour."""
+        """Add one solid of a shape's name, at a pose, with sizes along its axes and a colour."""
         x, y, z, w = pose.rotation
         row = (*pose.translation, w, x, y, z, *scale, *color)
         self.solids.setdefault(shape, Rows()).single.append(row)
@@ -134,10 +134,10 @@ class Drawing:
         self.solids.setdefault(shape, Rows()).blocks.append(rows)
 
     def cylinder(
-        self, pose: Transform, along: str, length: float, diameter: float, color: Rgba
+        self, pose: Transform, axis: str, length: float, diameter: float, color: Rgba
     ) -> None:
-        """Add a cylinder from a pose's origin along its axis ``x``, ``y`` or ``z``."""
-        turn = {"x": _ALONG_X, "y": _ALONG_Y, "z": _ALONG_Z}[along]
+        """Add a cylinder from a pose's origin along the pose's ``x``, ``y`` or ``z`` axis."""
+        turn = {"x": _ALONG_X, "y": _ALONG_Y, "z": _ALONG_Z}[axis]
         here = pose @ Transform((0.0, 0.0, 0.0), turn) @ Transform((0.0, 0.0, length / 2))
         self.solid("cylinder", here, (diameter, diameter, length), color)
 
@@ -147,7 +147,7 @@ class Drawing:
             self.cylinder(pose, along, length, 2 * radius, (*color[:3], alpha))
 
     def arrow(self, pose: Transform, size: ArrowSize, color: Rgba) -> None:
-        """Add an arrow from a pose's origin along its x axis."""
+        """Add an arrow from a pose's origin along the pose's x axis."""
         turned = pose @ Transform((0.0, 0.0, 0.0), _ALONG_X)
         shaft, head = size.shaft_length, size.head_length
         if shaft > 0:
@@ -160,7 +160,7 @@ class Drawing:
             self.solid("cone", middle, (across, size.head_width, head), color)
 
     def line(self, points: Floats, colors: Floats, width: float, *, strip: bool) -> None:
-        """Add a line strip, or separate line segments.
+        """Add a line strip through points, or separate line segments between pairs of points.
 
         Args:
             points: The strip's points, or the ends of the segments in pairs, (n, 3).
@@ -179,19 +179,19 @@ class Drawing:
             self.lines.setdefault(width, Rows()).blocks.append(pairs)
 
     def dots(self, points: Floats, colors: Floats, width: float) -> None:
-        """Add points, shape (n, 3), drawn as squares of a width in metres."""
+        """Add points, shape (n, 3), drawn as squares of ``width`` metres."""
         colors = np.broadcast_to(colors, (len(points), 4))
         if len(points):
             rows = np.hstack([points, colors[:, :3]])
             self.points.setdefault(width, Rows()).blocks.append(rows)
 
     def moved(self, pose: Transform) -> Drawing:
-        """Return the drawing transformed by a pose."""
+        """Return a copy of the drawing, transformed by a pose."""
         x, y, z, w = pose.rotation
         return self.copied_to(np.array([pose.translation]), np.array([[w, x, y, z]]))
 
     def copied_to(self, positions: Floats, rotations: Floats) -> Drawing:
-        """Return a drawing with a copy of this one at each of many poses.
+        """Return a drawing with a copy of this drawing at each of many poses.
 
         Args:
             positions: Positions of the copies, (n, 3).
@@ -265,14 +265,14 @@ def is_drawable(numbers: Iterable[float]) -> bool:
 
 
 def drawable_rows(rows: Floats | npt.NDArray[np.float32]) -> npt.NDArray[np.bool_]:
-    """Return a mask, (n,), of the rows whose numbers are all finite and below 1e9."""
+    """Return a mask, (n,), of the rows whose numbers are all finite and below 1e9 in size."""
     # A comparison with NaN is false.
     drawable: npt.NDArray[np.bool_] = np.all(np.abs(rows) < _FAR_M, axis=1)
     return drawable
 
 
 def unit_rotation(x: float, y: float, z: float, w: float) -> tuple[float, float, float, float]:
-    """Return a quaternion normalised; the identity for all zeros, as unset messages have."""
+    """Return a quaternion x y z w normalised; the identity if all numbers are zero."""
     try:
         return normalize((x, y, z, w))
     except ZeroDivisionError:
@@ -280,14 +280,14 @@ def unit_rotation(x: float, y: float, z: float, w: float) -> tuple[float, float,
 
 
 def moved_points(points: Floats, pose: Transform) -> Floats:
-    """Return points, (n, 3), transformed by a pose."""
+    """Return points, (n, 3), transformed by a pose, as a new array."""
     turn = np.array(matrix_from_quaternion(pose.rotation)).reshape(3, 3)
     out: Floats = points @ turn.T + np.array(pose.translation)
     return out
 
 
 def pose_along(start: Sequence[float], end: Sequence[float]) -> tuple[Transform, float]:
-    """Return a pose at a point whose x axis points to another one, and their distance."""
+    """Return a pose at ``start`` whose x axis points to ``end``, and the distance between them."""
     dx, dy, dz = (b - a for a, b in zip(start, end, strict=True))
     length = math.sqrt(dx * dx + dy * dy + dz * dz)
     yaw, pitch = math.atan2(dy, dx), math.atan2(-dz, math.hypot(dx, dy))

@@ -35,7 +35,7 @@ _FULL_SHOWN_S = 10.0
 
 
 class FrameBuffer(LiveBuffer):
-    """tf buffer with at most `MOST_FRAMES` frames.
+    """tf buffer with at most `MOST_FRAMES` frames, which drops the ones silent for longest.
 
     tf2 never drops a frame. A program that gives each detected object a new frame would fill the
     memory of the page and of every browser.
@@ -55,11 +55,11 @@ class FrameBuffer(LiveBuffer):
 
     @property
     def is_full(self) -> bool:
-        """Whether frames were dropped or rejected in the last 10 s."""
+        """Whether frames were dropped or rejected for lack of room in the last 10 s."""
         return time.monotonic() - self._full_s < _FULL_SHOWN_S
 
     def stale_frames(self, longer_than_s: float) -> set[str]:
-        """Return the moving frames whose last transform is older than that of the newest frame.
+        """Return moving frames whose last transform is so much older than the newest one.
 
         None is stale while all frames have stopped, as in a paused simulation.
 
@@ -72,7 +72,7 @@ class FrameBuffer(LiveBuffer):
         return {name for name, at_s in moving.items() if at_s < since_s}
 
     def ages(self) -> dict[str, tuple[str, float | None]]:
-        """Return each frame's parent and age in seconds; the age is None for static frames."""
+        """Return by frame the parent and the age of the last transform (s); None if static."""
         now_s = time.monotonic()
         parents = {name: sample.parent for name, sample in self.latest()}
         with self._changed:
@@ -84,7 +84,7 @@ class FrameBuffer(LiveBuffer):
         }
 
     def clear(self) -> None:
-        """Drop the transforms of all moving frames."""
+        """Drop the transforms of all moving frames, and keep the static ones."""
         with self._changed:
             super().clear()
             self._received = {
@@ -92,7 +92,7 @@ class FrameBuffer(LiveBuffer):
             }
 
     def forget(self, frames: Iterable[str]) -> None:
-        """Remove TF frames, and parents that no remaining frame refers to."""
+        """Remove frames from the buffer, and parents that no remaining frame refers to."""
         names = tuple(frames)
         with self._changed:
             super().forget(names)
@@ -144,7 +144,7 @@ _AXES_RADIUS_M = 0.01
 
 @dataclass(slots=True)
 class Frame:
-    """A tf frame in the scene.
+    """A tf frame as a scene node: name, label, and pose in the fixed frame.
 
     Attributes:
         name: Its name in tf.
@@ -187,11 +187,11 @@ class SceneFrames:
 
     @property
     def fixed(self) -> str:
-        """The fixed frame; empty until one is known."""
+        """Name of the fixed frame; empty until a frame is known."""
         return self._fixed
 
     def set_fixed_frame(self, name: str) -> None:
-        """Set the fixed frame; an empty name means the root of the largest tree."""
+        """Set the fixed frame; an empty name selects the root of the largest tf tree."""
         self._wanted_fixed = name.removeprefix("/")
 
     def set_appearance(
@@ -203,7 +203,7 @@ class SceneFrames:
         timeout_s: float = math.inf,
         which: Callable[[str], bool] = lambda _name: True,
     ) -> None:
-        """Set which frames show their axes and names.
+        """Set whether, and for which frames, axes and names are shown, and their size.
 
         Args:
             axes: Whether axes are shown: x red, y green, z blue.
@@ -219,7 +219,7 @@ class SceneFrames:
             self._update_appearance(frame)
 
     def node_path(self, name: str) -> str:
-        """Return the scene path of a frame's node, which is created if needed."""
+        """Return the scene path of a tf frame's node, which is created if needed."""
         return self._frame(name).node.name
 
     def update(self) -> None:
@@ -238,7 +238,7 @@ class SceneFrames:
         self._hide_stale(parents, poses)
 
     def pose_in_fixed_frame(self, frame: str, stamp: Time | None = None) -> Transform:
-        """Return the pose of a frame in the fixed frame.
+        """Return a frame's pose in the fixed frame at a stamp, by default the newest.
 
         Args:
             frame: Name of the frame.
@@ -257,7 +257,7 @@ class SceneFrames:
         return self.buffer.lookup(self._fixed, frame, stamp_ns)[1]
 
     def remove(self) -> None:
-        """Remove all frames from the scene."""
+        """Remove all tf frames from the scene."""
         for frame in self.by_name.values():
             frame.node.remove()
         self.by_name.clear()
@@ -331,7 +331,7 @@ class SceneFrames:
 
 
 def scene_path_part(name: str) -> str:
-    """Return a frame's name as one part of a scene path, with slashes replaced."""
+    """Return a frame's name as one part of a viser scene path, with slashes replaced."""
     return name.replace("/", "\u2215") or "_"
 
 

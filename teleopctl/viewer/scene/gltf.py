@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Texture:
-    """A loaded texture, as a browser takes it.
+    """A loaded texture: PNG or JPEG bytes for browsers, with their properties.
 
     Attributes:
         data: PNG or JPEG file.
@@ -39,7 +39,7 @@ class Texture:
 
 
 def linear_rgb(shades: Floats) -> Floats:
-    """Return sRGB colour values, from 0 to 1, as linear light (IEC 61966-2-1)."""
+    """Return an array of sRGB colour values (0 to 1) as linear light (IEC 61966-2-1)."""
     return np.where(shades <= 0.04045, shades / 12.92, ((shades + 0.055) / 1.055) ** 2.4)
 
 
@@ -50,7 +50,7 @@ def to_linear(shade: float) -> float:
 
 
 def to_srgb(light: float) -> float:
-    """Return one linear light value, clamped to 0 to 1, as an sRGB colour value."""
+    """Return one value of linear light, clamped to 0 to 1, as an sRGB colour value."""
     light = min(max(light, 0.0), 1.0)
     return light * 12.92 if light <= 0.0031308 else 1.055 * math.pow(light, 1 / 2.4) - 0.055
 
@@ -131,27 +131,29 @@ class _GltfBuffer:
         self._accessors: list[dict[str, Any]] = []
 
     def append(self, data: bytes) -> int:
-        """Append bytes; return the index of their buffer view."""
+        """Append bytes to the binary chunk; return the index of their buffer view."""
         self._views.append({"buffer": 0, "byteOffset": len(self._numbers), "byteLength": len(data)})
         self._numbers += data + b"\0" * (-len(data) % 4)
         return len(self._views) - 1
 
-    def add(self, rows: npt.NDArray[np.float32] | npt.NDArray[np.uint16], kind: int) -> int:
-        """Append rows of numbers; return the index of their accessor."""
+    def add(
+        self, rows: npt.NDArray[np.float32] | npt.NDArray[np.uint16], component_type: int
+    ) -> int:
+        """Append an array of numbers to the binary chunk; return the index of its accessor."""
         accessor: dict[str, Any] = {
             "bufferView": self.append(rows.tobytes()),
-            "componentType": kind,
+            "componentType": component_type,
             "count": len(rows),
             "type": f"VEC{rows.shape[1]}",
-            "normalized": kind == _SHORT,
+            "normalized": component_type == _SHORT,
         }
-        if kind == _FLOAT and len(rows):
+        if component_type == _FLOAT and len(rows):
             accessor["min"], accessor["max"] = rows.min(axis=0).tolist(), rows.max(axis=0).tolist()
         self._accessors.append(accessor)
         return len(self._accessors) - 1
 
     def packed(self, document: dict[str, Any]) -> bytes:
-        """Return the complete GLB file, given the rest of its JSON chunk."""
+        """Return the complete GLB file: ``document`` as JSON chunk, and the binary chunk."""
         document["buffers"] = [{"byteLength": len(self._numbers)}]
         document["bufferViews"], document["accessors"] = self._views, self._accessors
         text = json.dumps(document, separators=(",", ":")).encode()
@@ -169,7 +171,7 @@ _MOST_COVERED = 0.5
 
 
 def prepare_glb(glb: bytes, *, is_gltf: bool) -> bytes:
-    """Return a GLB file of trimesh with its materials changed to look as in RViz.
+    """Return a GLB file written by trimesh, with its materials changed to look as in RViz.
 
     All is visible from both sides, opacities below 1 are transparent, and parts without material
     get one whose colour `colored_glb` sets.
@@ -215,7 +217,7 @@ def prepare_glb(glb: bytes, *, is_gltf: bool) -> bytes:
 
 
 def colored_glb(glb: bytes, rgba: Rgba, alpha: float = 1.0) -> bytes:
-    """Return a GLB file of `prepare_glb` with a colour for the parts without material.
+    """Return a GLB file made by `prepare_glb`, with a colour for the parts without material.
 
     Args:
         glb: The file.
@@ -236,7 +238,7 @@ def colored_glb(glb: bytes, rgba: Rgba, alpha: float = 1.0) -> bytes:
 
 
 def tinted_glb(glb: bytes, rgba: Rgba) -> bytes:
-    """Return a GLB file of `prepare_glb` tinted by a colour, as RViz tints meshes of markers.
+    """Return a GLB file made by `prepare_glb`, tinted by a colour as RViz tints marker meshes.
 
     RViz draws the mesh, and over it the mesh in the colour with an opacity of at most 0.5. Parts
     without material have the colour alone. A texture is multiplied by the mean of the colour and

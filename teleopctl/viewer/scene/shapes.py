@@ -24,7 +24,7 @@ _DEFAULT_RGBA: Rgba = (0.7, 0.7, 0.72, 1.0)
 
 
 class ShapeDrawing:
-    """Draws the geometry of a robot; equal meshes share their data.
+    """Factory of viser nodes for a robot's geometries; equal meshes share their data.
 
     Args:
         scene: The viser scene.
@@ -52,7 +52,7 @@ class ShapeDrawing:
         material: Material | None,
         alpha: float = 1.0,
     ) -> viser.SceneNodeHandle | None:
-        """Add a scene node for one visual or collision geometry.
+        """Add a viser node for one visual or collision geometry; return it, None if undrawable.
 
         Args:
             path: Path of the node.
@@ -198,12 +198,12 @@ def is_undrawable(shape: Geometry, origin: Pose | None = None) -> bool:
 
 
 def mesh_uris(shapes: list[Geometry]) -> list[str]:
-    """Return the URIs of the meshes among geometries, each once."""
+    """Return the URIs of all meshes among some geometries, each URI once."""
     return list(dict.fromkeys(shape.uri for shape in shapes if isinstance(shape, Mesh)))
 
 
 def bounding_box(shape: Geometry, meshes: Mapping[str, MeshFile]) -> tuple[Vector3, Vector3] | None:
-    """Return lowest and highest corner of a geometry in its own frame; None if not drawn."""
+    """Return lowest and highest corner of a geometry in its own frame; None if it is not drawn."""
     if is_undrawable(shape):
         return None
     match shape:

@@ -26,7 +26,7 @@ _FINE = (48, 23)
 
 @functools.cache
 def unit_shape(name: str, *, fine: bool = False) -> Triangles:
-    """Return the triangles of a shape of size 1 around the origin.
+    """Return corners and triangles of a box, sphere, cylinder or cone of size 1 around the origin.
 
     Args:
         name: ``box``; ``sphere`` of diameter 1; ``cylinder`` of diameter 1 and height 1 along z;
@@ -114,7 +114,7 @@ def _sphere(n: int, rings: int) -> tuple[Corners, Faces]:
 
 
 def is_unit_shape(name: str) -> bool:
-    """Return whether a name is that of a `unit_shape`."""
+    """Return whether `unit_shape` has a shape of that name."""
     return name in _MAKERS
 
 
@@ -125,7 +125,7 @@ _AROUND, _FROM_POLE_TO_POLE = 48, 25
 
 
 class TexturedShape(NamedTuple):
-    """Triangles with normals and texture coordinates.
+    """Triangles of a shape, with normals and texture coordinates.
 
     Attributes:
         corners: Corners, three per triangle, counter-clockwise from outside, (3 n, 3).
@@ -140,7 +140,7 @@ class TexturedShape(NamedTuple):
 
 @functools.cache
 def textured_shape(name: str) -> TexturedShape:
-    """Return a shape of size 1 around the origin with texture coordinates, as Gazebo has them.
+    """Return a box, cylinder or sphere of size 1, with texture coordinates as in Gazebo.
 
     Each side of a box and each end of a cylinder has the whole texture, upright; around a cylinder
     or a sphere it goes once, its middle towards x. RViz projects a texture from the middle of the

@@ -226,7 +226,7 @@ class Map(Display):
             self._stale = True
 
     def tick(self) -> None:
-        """Start drawing changed cells, at most three times a second, and update the status."""
+        """Start drawing changed cells in another thread, at most 3 times a second; set status."""
         if self._cells is None:
             return
         self._update_status(self._cells)
