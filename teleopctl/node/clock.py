@@ -10,7 +10,6 @@ from enum import IntEnum
 from teleopctl.base.typed import Protocol
 from teleopctl.interfaces import to_seconds
 from teleopctl.node.context import Context
-from teleopctl.node.values.exceptions import NotInitializedException
 from teleopctl.node.values.handle import Handle
 from teleopctl.node.values.time import ClockType, Duration, Time
 
@@ -279,7 +278,7 @@ class Clock:
         """Sleep until a count of this clock has come to its end."""
         owner = context or Context.default()
         if not owner.ok():
-            raise NotInitializedException
+            raise owner.not_running_error()
         wake = threading.Event()
         owner.on_shutdown(wake.set)
         self._on_switch.append(wake.set)

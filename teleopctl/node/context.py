@@ -13,7 +13,7 @@ from collections.abc import Callable, Sequence
 
 from teleopctl.base.typed import TYPE_CHECKING, ClassVar, Literal
 from teleopctl.node.values import signals
-from teleopctl.node.values.exceptions import NotInitializedException
+from teleopctl.node.values.exceptions import NotInitializedException, ShutdownBySignalException
 from teleopctl.node.values.handle import Handle
 from teleopctl.node.values.ros_args import RosArguments, parse_ros_arguments
 
@@ -139,6 +139,10 @@ class Context:
         """Whether a signal ended the context, so that spinning raises instead of returning."""
         return self._ended_by_signal
 
+    def not_running_error(self) -> NotInitializedException:
+        """Return the exception for a use of the context while it does not run (ours)."""
+        return ShutdownBySignalException() if self._ended_by_signal else NotInitializedException()
+
     @property
     def session(self) -> zenoh.Session:
         """Zenoh session of the context, opened on first use.
@@ -151,7 +155,7 @@ class Context:
 
             with self._lock:
                 if not self._running:
-                    raise NotInitializedException
+                    raise self.not_running_error()
                 if self._session is None:
                     self._session = open_session(self._session_mode)
         return self._session

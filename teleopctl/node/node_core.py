@@ -9,7 +9,6 @@ from teleopctl.node.clock import ROSClock
 from teleopctl.node.context import Context
 from teleopctl.node.graph_view import GraphView
 from teleopctl.node.values import logging
-from teleopctl.node.values.exceptions import NotInitializedException
 from teleopctl.node.values.names import (
     absolute_namespace,
     expand_name,
@@ -55,7 +54,7 @@ class NodeCore(GraphView):
     ) -> None:
         self._context = context or Context.default()
         if not self._context.ok():
-            raise NotInitializedException
+            raise self._context.not_running_error()
         self._arguments = tuple(self._arguments_of(cli_args, use_global_arguments))
         # A rule of the node's own counts before one of the process, as in rcl.
         names = (arguments.node_name(node_name) for arguments in self._arguments)

@@ -1,4 +1,4 @@
-"""Publishing when the context has ended, in real programs."""
+"""Publishing and creating nodes when the context has ended, in real programs."""
 
 from __future__ import annotations
 
@@ -9,7 +9,14 @@ import sys
 import pytest
 
 from teleopctl.interfaces import get_message
-from teleopctl.node import Context, ExternalShutdownException, Node
+from teleopctl.node import (
+    Clock,
+    Context,
+    Duration,
+    ExternalShutdownException,
+    Node,
+    NotInitializedException,
+)
 from teleopctl.node.values.exceptions import RCLError
 
 STRING = get_message("std_msgs/msg/String")
@@ -62,6 +69,37 @@ def test_a_program_may_catch_what_rclpy_raises(ros, tmp_path):
     program.terminate()
     assert program.wait() == 0, program.report()
     assert program.stdout.splitlines() == ["ready", TEXT]
+
+
+STARTING = """
+import os, signal, rclpy
+rclpy.init()
+os.kill(os.getpid(), signal.SIGTERM)
+rclpy.spin(rclpy.create_node("starting"))
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="SIGTERM is for POSIX only")
+def test_a_program_that_is_terminated_before_its_node_is_made_ends_quietly(ros, tmp_path):
+    path = tmp_path / "starting.py"
+    path.write_text(STARTING)
+    program = ros.spawn_command([sys.executable, "-m", "teleopctl.nodes", str(path)])
+    assert program.wait() == 0, program.report()
+    assert (program.stdout, program.stderr) == ("", "")
+
+
+def test_a_context_that_a_signal_ended_says_so_and_one_that_was_never_begun_does_not():
+    context = Context()
+    with pytest.raises(NotInitializedException, match="has not been called") as raised:
+        Node("early", context=context)
+    assert not isinstance(raised.value, ExternalShutdownException)
+    context.init([])
+    context.end_by_signal()
+    with pytest.raises(ExternalShutdownException, match="a signal has shut the context down"):
+        Node("late", context=context)
+    with pytest.raises(NotInitializedException):  # as rclpy
+        Clock().sleep_for(Duration(seconds=1), context)
+    context.try_shutdown()
 
 
 @pytest.mark.parametrize("publishes_after_signal", [False, True])

@@ -21,6 +21,13 @@ class ExternalShutdownException(Exception):
     """A signal shut the context down while a thread was spinning or waiting."""
 
 
+class ShutdownBySignalException(NotInitializedException, ExternalShutdownException):
+    """A context was used after a signal ended it; ends a program quietly."""
+
+    def __init__(self) -> None:
+        TeleopctlError.__init__(self, "a signal has shut the context down")
+
+
 class ShutdownException(Exception):
     """An executor was used after it was shut down."""
 
