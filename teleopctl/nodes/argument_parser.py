@@ -10,5 +10,5 @@ class ArgumentParser(argparse.ArgumentParser):
     """`argparse.ArgumentParser` that raises a `UsageError` for a wrong argument."""
 
     def error(self, message: str) -> NoReturn:
-        """Raise the mistake with the usage as hint, instead of ending the process."""
+        """Raise `UsageError` with ``message`` and the usage, instead of exiting the process."""
         raise UsageError(message, hint=self.format_usage().strip())

@@ -33,7 +33,7 @@ class Sweep:
     def create(
         cls, folder: Path, requests: Sequence[RunRequest], options: Mapping[str, object]
     ) -> Sweep:
-        """Create a sweep: write its options, and a numbered folder with each run's request.
+        """Create and return a sweep: write its options, and each run's request into a folder.
 
         Args:
             folder: Where there is nothing yet.
@@ -80,7 +80,7 @@ class Sweep:
         return self.folder / f"{request.number:0{width}d}"
 
     def results(self) -> list[RunResult]:
-        """Return the results of all ended runs, failed ones included, by run number."""
+        """Return the results of all ended runs, failed ones included, in order of run numbers."""
         found = [
             load_result(self.folder_of(request)) or self._seen.get(request.number)
             for request in self.requests

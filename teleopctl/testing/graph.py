@@ -255,7 +255,7 @@ class RosGraph:
         return self._observing().node
 
     def wait_for_nodes(self, *names: str, timeout_s: float = LONGEST_WAIT_S) -> None:
-        """Wait until nodes with these full names are in the graph; raise AssertionError if not.
+        """Wait until nodes with these full names are in the graph; AssertionError on timeout.
 
         Raises:
             AssertionError: The time is up; the message lists the nodes that are there.

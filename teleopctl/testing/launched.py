@@ -40,7 +40,7 @@ class LaunchedSystem:
         return background.is_alive(self._record)
 
     def wait_for_line(self, pattern: str, timeout_s: float = LONGEST_WAIT_S) -> re.Match[str]:
-        """Return the match of the next output line that matches a pattern; wait for that line.
+        """Wait for the next output line that matches a pattern, and return the match.
 
         Raises:
             AssertionError: The time is up, or everything ended without such a line; the message

@@ -39,7 +39,7 @@ class Observer:
                 self._changed.notify_all()
 
     def wait_for_nodes(self, names: Collection[str], timeout_s: float = LONGEST_WAIT_S) -> None:
-        """Wait until nodes with these full names are in the graph; raise AssertionError if not.
+        """Wait until nodes with these full names are in the graph; AssertionError on timeout.
 
         Args:
             names: Full names, ``/ns/node``.

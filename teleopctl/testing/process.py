@@ -103,7 +103,7 @@ class Process:
     def wait_for_line(
         self, pattern: str, timeout_s: float = LONGEST_WAIT_S, *, stream: Stream = "any"
     ) -> re.Match[str]:
-        """Return the match of the next output line that matches a pattern; wait for that line.
+        """Wait for the next output line that matches a pattern, and return the match.
 
         Args:
             pattern: A regular expression.

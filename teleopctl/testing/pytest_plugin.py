@@ -75,7 +75,7 @@ def ros_graph_without_router(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
 def shared_ros_graph(
     tmp_path_factory: pytest.TempPathFactory, _router_of_session: RosGraph
 ) -> Iterator[RosGraph]:
-    """Fixture: one `RosGraph` for all tests of a module, which should only observe."""
+    """Fixture: one `RosGraph` for all tests of a module that only observe the graph."""
     with pytest.MonkeyPatch.context() as monkeypatch:
         for graph in _graph(tmp_path_factory.mktemp("ros_graph"), monkeypatch):
             graph.share_router(_router_of_session)

@@ -268,7 +268,7 @@ _COLLECTIONS_PER_DISCONNECT = 2
 
 
 class MemoryCleanup:
-    """Cleanup of memory of closed browser connections and removed scene nodes.
+    """Cleanup of memory held for closed browser connections and removed scene nodes.
 
     A connection that has ended is half a megabyte in objects that refer to each other. Python's
     garbage collector starts after so many new objects that here it would be minutes or hours.

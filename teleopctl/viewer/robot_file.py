@@ -38,7 +38,7 @@ class _Expanded(NamedTuple):
 
 
 class RobotFile:
-    """Watch on the robot's description file and meshes: reloads the robot after a file is saved.
+    """Watcher of the robot's description file and meshes: reloads the robot after a save.
 
     Args:
         page: The viewer's node; its parameters have the path and the xacro arguments.

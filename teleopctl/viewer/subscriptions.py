@@ -80,7 +80,7 @@ class UnknownTypes:
     def call_when_known(
         self, type_name: str, begin: Callable[[], Callable[[], None]]
     ) -> Callable[[], None]:
-        """Call ``begin`` once a message type is known; return a function that ends this.
+        """Call ``begin`` once a message type is known; return a function that cancels.
 
         Args:
             type_name: Full name of the type.

@@ -92,7 +92,7 @@ class FrameReplay:
 def split_by_frames(
     topic: RecordedTopic, groups: Mapping[str, set[str]]
 ) -> dict[str, RecordedTopic]:
-    """Split recorded ``/tf`` messages by publisher, using the frame names in ``groups``.
+    """Return recorded ``/tf`` messages by publisher, given the frames of each in ``groups``.
 
     Args:
         topic: What was recorded.

@@ -164,7 +164,7 @@ class _Run:
         return (published | also) & set(self._session.types)
 
     def read(self, topics: Mapping[str, RecordedTopic]) -> None:
-        """Store recorded topics and prepare their comparison; raise InvalidFileError if some lack.
+        """Store recorded topics and prepare the comparison; InvalidFileError without commands.
 
         Raises:
             InvalidFileError: That is no whole run.

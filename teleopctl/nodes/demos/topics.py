@@ -76,12 +76,12 @@ def listener_serialized(args: list[str] | None = None) -> None:
 
 
 def talker_qos(args: list[str] | None = None) -> None:
-    """Run `Talker` with the command line's QoS and number of cycles (``talker_qos``)."""
+    """Run `Talker` as ``talker_qos``, with the command line's reliability and number of cycles."""
     _spin_some(Talker, "talker_qos", "number of sending attempts", args)
 
 
 def listener_qos(args: list[str] | None = None) -> None:
-    """Run `Listener` with the command line's QoS and number of cycles (``listener_qos``)."""
+    """Run `Listener` as ``listener_qos``, with the command line's reliability and cycles."""
     _spin_some(Listener, "listener_qos", "max number of spin_once iterations", args)
 
 

@@ -91,7 +91,7 @@ class ControllerTester:
             yield
 
     def try_controller(self, spec: ControllerSpec, motions: list[MotionResult]) -> Iterator[None]:
-        """Command an active controller while yielding each period; append to ``motions``.
+        """Command an active controller, yielding each period; append the result to ``motions``.
 
         Args:
             spec: The controller.

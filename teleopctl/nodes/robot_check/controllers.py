@@ -87,7 +87,7 @@ class ControllerReport:
 def check_controllers(
     robot: SimulatedRobot, controllers: ChosenControllers | None
 ) -> ControllerReport | None:
-    """Command each of a robot's controllers in a new simulation; return a report, None if none.
+    """Command each of a robot's controllers in a new simulation; return a report, or None.
 
     Args:
         robot: The robot, of whose model a new simulation is made.

@@ -63,7 +63,7 @@ _Part = TypeVar("_Part", Joint, Link)
 
 
 class ReaderDifference(NamedTuple):
-    """A part of a description that two readers read differently.
+    """Difference between teleopctl's and yourdfpy's model of one robot description.
 
     Attributes:
         where: Joint or link, as text.
@@ -79,12 +79,12 @@ class ReaderDifference(NamedTuple):
 
     @property
     def sentence(self) -> str:
-        """The difference as one line."""
+        """The difference as one sentence: place, property and both values."""
         return f"{self.where}: {self.what} is {self.ours} here and {self.yourdfpy} in yourdfpy"
 
 
 class SecondReading(NamedTuple):
-    """Result of reading a description with yourdfpy.
+    """Result of reading a robot description with yourdfpy too: an error, or differences.
 
     Attributes:
         error: Why yourdfpy cannot read it; empty where it can.
@@ -100,7 +100,7 @@ class SecondReading(NamedTuple):
 
     @property
     def summary(self) -> str:
-        """One line for a description that both read alike."""
+        """Sentence for a robot description of which both readers make the same model."""
         same = "yourdfpy reads the same tree, limits, shapes and poses"
         if self.meshes:
             same += f", and {self.meshes} mesh{'es' if self.meshes > 1 else ''} of the same size"
@@ -110,7 +110,7 @@ class SecondReading(NamedTuple):
 
 
 def read_again(description: RobotDescription) -> SecondReading:
-    """Read a description with yourdfpy and compare its model with ours.
+    """Read a robot description with yourdfpy; return how its model differs from teleopctl's.
 
     Args:
         description: The robot, with absolute paths of its meshes.

@@ -28,7 +28,7 @@ _MOST_LISTED = 100
 
 
 class TfDisplay(Display):
-    """RViz's ``TF``: axes and names of all tf frames."""
+    """RViz's ``TF`` display: axes and names of all tf frames."""
 
     rviz_class = "TF"
     properties: ClassVar[tuple[Property, ...]] = (
@@ -162,7 +162,7 @@ _FIXED_FRAME = "<Fixed Frame>"
 
 
 class Axes(Display):
-    """RViz's ``Axes``: the axes of one frame; x red, y green, z blue."""
+    """RViz's ``Axes`` display: the axes of one frame; x red, y green, z blue."""
 
     rviz_class = "Axes"
     properties: ClassVar[tuple[Property, ...]] = (
@@ -209,7 +209,7 @@ _PLANES: dict[str, Literal["xy", "xz", "yz"]] = {"XY": "xy", "XZ": "xz", "YZ": "
 
 
 class Grid(Display):
-    """RViz's ``Grid``: a square grid around the origin of a frame."""
+    """RViz's ``Grid`` display: a square grid around the origin of a frame."""
 
     rviz_class = "Grid"
     properties: ClassVar[tuple[Property, ...]] = (
@@ -266,7 +266,7 @@ _POINTS_AT_ONCE = 64
 
 
 class Trace(Display):
-    """The path of a frame's origin in the fixed frame, over the last seconds.
+    """Display of the path of a frame's origin in the fixed frame, over the last seconds.
 
     RViz has no such display. Seconds are of the node's clock, so the line of a paused simulation
     stays.
@@ -298,7 +298,7 @@ class Trace(Display):
         self._remove()
 
     def changed(self, name: str) -> None:
-        """Redraw the line; drop its points first if the property ``Frame`` was set."""
+        """Redraw the trace; clear its points first if the property ``Frame`` was set."""
         if name == "Frame":
             self._points.clear()
         self._remove()

@@ -31,7 +31,7 @@ from teleopctl.viewer.scene.drawing import (
 
 
 class PointStamped(DrawnDisplay):
-    """RViz's ``PointStamped``: the last points, as spheres."""
+    """RViz's ``PointStamped`` display: the last points, as spheres."""
 
     rviz_class = "PointStamped"
     message_type = "geometry_msgs/msg/PointStamped"
@@ -66,7 +66,7 @@ _THIN_M = 0.001
 
 
 class Polygon(DrawnDisplay):
-    """RViz's ``Polygon``: the outline of a polygon, such as a robot's footprint."""
+    """RViz's ``Polygon`` display: the outline of a polygon, such as a robot's footprint."""
 
     rviz_class = "Polygon"
     message_type = "geometry_msgs/msg/PolygonStamped"
@@ -89,7 +89,7 @@ class Polygon(DrawnDisplay):
 
 
 class GridCells(DrawnDisplay):
-    """RViz's ``GridCells``: flat squares of one size."""
+    """RViz's ``GridCells`` display: flat squares of one size."""
 
     rviz_class = "GridCells"
     message_type = "nav_msgs/msg/GridCells"
@@ -119,7 +119,7 @@ _TIP_BACK = (0.0, -math.sqrt(0.5), 0.0, math.sqrt(0.5))
 
 
 class Range(DrawnDisplay):
-    """RViz's ``Range``: a cone from the sensor along its x axis, as long as the measured range."""
+    """RViz's ``Range`` display: a cone along the sensor's x axis, as long as the measured range."""
 
     rviz_class = "Range"
     message_type = "sensor_msgs/msg/Range"
@@ -252,7 +252,7 @@ def _draw_arc(drawing: Drawing, pose: Transform, length: float, color: Rgba) -> 
 
 
 class Wrench(VectorPairDisplay):
-    """RViz's ``Wrench``: force (N) and torque (N m)."""
+    """RViz's ``Wrench`` display: force (N) and torque (N m), as arrows."""
 
     rviz_class = "Wrench"
     message_type = "geometry_msgs/msg/WrenchStamped"
@@ -261,7 +261,7 @@ class Wrench(VectorPairDisplay):
 
 
 class TwistStamped(VectorPairDisplay):
-    """RViz's ``TwistStamped``: linear (m/s) and angular velocity (rad/s)."""
+    """RViz's ``TwistStamped`` display: linear (m/s) and angular velocity (rad/s), as arrows."""
 
     rviz_class = "TwistStamped"
     message_type = "geometry_msgs/msg/TwistStamped"
@@ -270,7 +270,7 @@ class TwistStamped(VectorPairDisplay):
 
 
 class AccelStamped(VectorPairDisplay):
-    """RViz's ``AccelStamped``: linear (m/s²) and angular acceleration (rad/s²)."""
+    """RViz's ``AccelStamped`` display: linear (m/s²) and angular acceleration (rad/s²)."""
 
     rviz_class = "AccelStamped"
     message_type = "geometry_msgs/msg/AccelStamped"

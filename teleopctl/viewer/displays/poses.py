@@ -69,7 +69,7 @@ NOT_FINITE = "The pose is not drawn: its numbers must be finite"
 
 
 class PoseDisplay(DrawnDisplay):
-    """RViz's ``Pose``: the newest pose, as an arrow or axes."""
+    """RViz's ``Pose`` display: the newest pose, as an arrow or axes."""
 
     rviz_class = "Pose"
     message_type = "geometry_msgs/msg/PoseStamped"
@@ -87,7 +87,7 @@ class PoseDisplay(DrawnDisplay):
 
 
 class PoseWithCovariance(DrawnDisplay):
-    """RViz's ``PoseWithCovariance``: the newest pose with its covariance."""
+    """RViz's ``PoseWithCovariance`` display: the newest pose with its covariance."""
 
     rviz_class = "PoseWithCovariance"
     message_type = "geometry_msgs/msg/PoseWithCovarianceStamped"
@@ -112,7 +112,7 @@ _MOST_KEPT = 10_000
 
 
 class OdometryDisplay(DrawnDisplay):
-    """RViz's ``Odometry``: the last poses, with the covariance of the newest."""
+    """RViz's ``Odometry`` display: the last poses, with the covariance of the newest."""
 
     rviz_class = "Odometry"
     message_type = "nav_msgs/msg/Odometry"
@@ -184,7 +184,7 @@ class OdometryDisplay(DrawnDisplay):
 
 
 class PoseArray(DrawnDisplay):
-    """RViz's ``PoseArray``: an arrow or axes at each pose."""
+    """RViz's ``PoseArray`` display: an arrow or axes at each pose."""
 
     rviz_class = "PoseArray"
     message_type = "geometry_msgs/msg/PoseArray"
@@ -241,7 +241,7 @@ _LENGTHS = 20
 
 
 class ParticleCloud(DrawnDisplay):
-    """Navigation2's ``ParticleCloud``: the particles of a localization, likelier ones longer."""
+    """Navigation2's ``ParticleCloud`` display: localization particles, likelier ones longer."""
 
     rviz_class = "ParticleCloud"
     message_type = "nav2_msgs/msg/ParticleCloud"
@@ -295,7 +295,7 @@ class ParticleCloud(DrawnDisplay):
 
 
 class PathDisplay(DrawnDisplay):
-    """RViz's ``Path``: a line through the poses, optionally with an arrow or axes at each."""
+    """RViz's ``Path`` display: a line through the poses, optionally with arrows or axes."""
 
     rviz_class = "Path"
     message_type = "nav_msgs/msg/Path"

@@ -95,14 +95,14 @@ class Properties:
 
 
 # Any: what YAML holds.
-def read_property(known: Property, given: Mapping[str, Any]) -> Value:
+def read_property(definition: Property, mapping: Mapping[str, Any]) -> Value:
     """Return a property's value in an ``.rviz`` mapping, limited to its range; else the default."""
-    value: Any = given
-    for part in known.name.split("/"):
+    value: Any = mapping
+    for part in definition.name.split("/"):
         value = value.get(part) if isinstance(value, Mapping) else None
     if isinstance(value, Mapping):
         value = value.get("Value")
-    default = known.default
+    default = definition.default
     if value is None:
         return default
     if isinstance(default, tuple):
@@ -111,7 +111,7 @@ def read_property(known: Property, given: Mapping[str, Any]) -> Value:
         return value if isinstance(value, bool) else default
     if isinstance(default, str):
         text = str(value)
-        return text if not known.choices or text in known.choices else default
+        return text if not definition.choices or text in definition.choices else default
     if isinstance(value, bool) or not isinstance(value, int | float):
         return default
     try:
@@ -119,8 +119,8 @@ def read_property(known: Property, given: Mapping[str, Any]) -> Value:
             return default
     except OverflowError:  # an integer beyond all floats
         return default
-    number = max(value, known.low) if known.low is not None else value
-    number = min(number, known.high) if known.high is not None else number
+    number = max(value, definition.low) if definition.low is not None else value
+    number = min(number, definition.high) if definition.high is not None else number
     return type(default)(number)
 
 

@@ -54,13 +54,13 @@ class RobotAssets:
 
 
 def load_assets(
-    description: RobotDescription, known: RobotAssets, folder: Path | None = None
+    description: RobotDescription, loaded: RobotAssets, folder: Path | None = None
 ) -> RobotAssets:
-    """Return a robot's meshes and textures; load those whose files are new or changed.
+    """Return a robot's meshes and textures; reuse those in ``loaded`` whose files are unchanged.
 
     Args:
         description: The robot.
-        known: The assets that were loaded before.
+        loaded: The assets that were loaded before.
         folder: Folder of the description's file, for relative paths.
     """
     meshes: dict[str, MeshFile] = {}
@@ -69,7 +69,7 @@ def load_assets(
     shapes = shapes_of(description)
     uses = Counter(shape.uri for shape in shapes if isinstance(shape, Mesh))
     for uri in mesh_uris(shapes):
-        old = known.meshes.get(uri)
+        old = loaded.meshes.get(uri)
         if old is not None and _is_unchanged(old):
             meshes[uri] = old
         else:
@@ -82,7 +82,7 @@ def load_assets(
             meshes[uri] = as_glb(meshes[uri])
         faults += meshes[uri].faults
     for uri in _texture_uris(description):
-        before = known.textures.get(uri)
+        before = loaded.textures.get(uri)
         if before is not None and _is_unchanged(before):
             textures[uri] = before
             continue
@@ -142,7 +142,7 @@ _TICKS_PER_FRAME_CHECK = 10
 
 
 class RobotModelDisplay(Display):
-    """RViz's ``RobotModel``: visual and collision geometry of each link, below its tf frame."""
+    """RViz's ``RobotModel`` display: visual and collision geometry of links, below tf frames."""
 
     rviz_class = "RobotModel"
     message_type = "std_msgs/msg/String"
@@ -196,7 +196,7 @@ class RobotModelDisplay(Display):
             self._update_status()
 
     def changed(self, name: str) -> None:
-        """Redraw; load the description again if its source, file or topic was set."""
+        """Redraw after a property was set; load the description again for its properties."""
         self.stopped()
         self._draw_links()
         if name.startswith("Description"):
@@ -308,7 +308,7 @@ class RobotModelDisplay(Display):
         return float(alpha) if is_number else 1.0
 
     def tick(self) -> None:
-        """Update the status if other links than before have no transform."""
+        """Update the status if the list of links without transform has changed."""
         self._ticks += 1
         if self._ticks % _TICKS_PER_FRAME_CHECK or self._description is None:
             return

@@ -74,19 +74,31 @@ class Panel:
         self.gui = page.gui
 
     def build(self) -> None:
-        """Add the panel's controls to its tab; called once, before any other method. Override."""
+        """Add the panel's controls to its tab; called once, before any other method.
+
+        Override.
+        """
 
     def tick(self) -> None:
         """Update the controls; called ten times a second while the page is visible. Override."""
 
     def began(self) -> None:
-        """Subscribe; called when a first browser shows the page. Override."""
+        """Called when a first browser shows the page, for the panel to subscribe to topics.
+
+        Override.
+        """
 
     def ended(self) -> None:
-        """Unsubscribe; called when no browser has shown the page for 5 s. Override."""
+        """Called when no browser has shown the page for 5 s, for the panel to unsubscribe.
+
+        Override.
+        """
 
     def graph_changed(self) -> None:
-        """Update the controls; called when a node, topic or service has come or gone. Override."""
+        """Called when a node, topic or service has come or gone: update the controls.
+
+        Override.
+        """
 
     def close(self) -> None:
         """Release the panel's resources; called once, when the viewer is destroyed. Override."""

@@ -53,7 +53,7 @@ class JointMover(Protocol):
     def command(
         self, joints: JointSet, moved_joints: Mapping[str, float], measured: Mapping[str, float]
     ) -> float:
-        """Command the sliders' positions; return the duration of the motion in seconds.
+        """Command the positions of moved joints; return the duration of the motion in seconds.
 
         Args:
             joints: Wanted positions of all joints.
@@ -259,7 +259,7 @@ class ControllerMover:
             self._timer.cancel()
 
     def close(self) -> None:
-        """Destroy the publishers and the timer."""
+        """Destroy the publishers to the controllers, and the timer."""
         self._node.destroy_timer(self._timer)
         for publisher in self._publishers.values():
             self._node.destroy_publisher(publisher)

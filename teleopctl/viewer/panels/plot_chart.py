@@ -280,7 +280,7 @@ class Chart:
             gui.add_button_group("This plot", BUTTONS, order=1.0).on_click(on_button)
 
     def add(self, lines: Sequence[PlotLine]) -> None:
-        """Add lines to the plot, which is drawn again with the next `draw`."""
+        """Add lines to the plot; the next `draw` sends them to the browsers."""
         self.lines += lines
         self._drawn = ()
         # uPlot is given its series at the start.

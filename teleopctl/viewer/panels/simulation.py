@@ -141,7 +141,7 @@ class SimulationPanel(Panel):
 
     @property
     def is_running(self) -> bool:
-        """Whether the simulated time has advanced within the last 0.6 s or longer."""
+        """Whether the simulated time has advanced lately: within 0.6 s, or 3 clock periods."""
         return len(self._clock) > 1 and time.monotonic() - self._clock[-1][0] < self._stands_s
 
     @property

@@ -108,7 +108,7 @@ class Drawing:
     surfaces: list[TriangleMesh] = field(default_factory=list)
 
     def solid(self, shape: str, pose: Transform, scale: Vector, color: Rgba) -> None:
-        """Add one solid of a shape's name, at a pose, with sizes along its axes and a colour."""
+        """Add one solid by its shape's name, with pose, size along its axes, and colour."""
         x, y, z, w = pose.rotation
         row = (*pose.translation, w, x, y, z, *scale, *color)
         self.solids.setdefault(shape, Rows()).single.append(row)
@@ -116,7 +116,7 @@ class Drawing:
     def solids_at(
         self, shape: str, positions: Floats, pose: Transform, scale: Vector, colors: Floats
     ) -> None:
-        """Add many solids of one shape, size and orientation.
+        """Add solids of one shape, size and orientation at many positions.
 
         Args:
             shape: Name of the shape.

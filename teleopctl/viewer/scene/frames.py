@@ -59,7 +59,7 @@ class FrameBuffer(LiveBuffer):
         return time.monotonic() - self._full_s < _FULL_SHOWN_S
 
     def stale_frames(self, longer_than_s: float) -> set[str]:
-        """Return moving frames whose last transform is so much older than the newest one.
+        """Return moving frames whose last transform is that much older than the newest one.
 
         None is stale while all frames have stopped, as in a paused simulation.
 

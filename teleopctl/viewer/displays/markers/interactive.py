@@ -94,7 +94,7 @@ _FEEDBACK_PERIOD_S = 0.4
 
 
 class InteractiveMarkers(Display):
-    """RViz's ``InteractiveMarkers``: the markers of one interactive marker server."""
+    """RViz's ``InteractiveMarkers`` display: the markers of one interactive marker server."""
 
     rviz_class = "InteractiveMarkers"
     message_type = "visualization_msgs/msg/InteractiveMarkerUpdate"

@@ -54,14 +54,14 @@ class ControlOrientation:
         self.angle = 0.0
         self._view = Transform()
 
-    def face_camera(self, view: Quaternion) -> bool:
+    def face_camera(self, camera_rotation: Quaternion) -> bool:
         """Set the camera's rotation; return whether the control's orientation changes."""
-        if not self.faces_viewer or view == self._view.rotation:
+        if not self.faces_viewer or camera_rotation == self._view.rotation:
             return False
-        self._view = Transform(rotation=view)
+        self._view = Transform(rotation=camera_rotation)
         return True
 
-    def pose_for(self, marker: Transform) -> Transform:
+    def pose_for(self, marker_pose: Transform) -> Transform:
         """Return the control's pose for a pose of the control's interactive marker."""
         if self._mode == FIXED:
             turned = _rotation_about(self._axis(self.axes), self.angle)
@@ -72,18 +72,18 @@ class ControlOrientation:
                 @ self.axes.inverse()
             )
         else:
-            return marker
-        return Transform(marker.translation, turned.rotation)
+            return marker_pose
+        return Transform(marker_pose.translation, turned.rotation)
 
-    def angle_of(self, turn: Transform, marker: Transform) -> float:
-        """Return the angle of the rotation ``turn`` about the control's x axis, in radians.
+    def angle_of(self, rotation: Transform, marker_pose: Transform) -> float:
+        """Return the angle of a rotation about the control's x axis, in radians.
 
         Args:
-            turn: The rotation.
-            marker: Pose of the interactive marker, which sets the axis.
+            rotation: The rotation.
+            marker_pose: Pose of the interactive marker, which sets the axis.
         """
-        ax, ay, az = self._axis(self.pose_for(marker) @ self.axes)
-        x, y, z, w = turn.rotation
+        ax, ay, az = self._axis(self.pose_for(marker_pose) @ self.axes)
+        x, y, z, w = rotation.rotation
         return 2.0 * math.atan2(x * ax + y * ay + z * az, w)
 
     @staticmethod

@@ -83,7 +83,7 @@ class MarkerFiles:
         return key
 
     def drop_unused(self, used: Iterable[str]) -> None:
-        """Drop files that are not in ``used``, once there are more than 20 of them.
+        """Drop files whose keys are not in ``used``: waiting ones, and loaded ones beyond 20.
 
         Args:
             used: Keys that markers use.

@@ -282,7 +282,7 @@ _MOST_NAMESPACES = 100
 
 
 class Marker(Display):
-    """RViz's ``Marker``: the markers of a topic."""
+    """RViz's ``Marker`` display: the markers of a topic."""
 
     rviz_class = "Marker"
     message_type = "visualization_msgs/msg/Marker"
@@ -335,7 +335,7 @@ class Marker(Display):
 
 
 class MarkerArray(Marker):
-    """RViz's ``MarkerArray``: the markers of a topic of arrays."""
+    """RViz's ``MarkerArray`` display: the markers of a topic of arrays."""
 
     rviz_class = "MarkerArray"
     message_type = "visualization_msgs/msg/MarkerArray"

@@ -32,7 +32,7 @@ Color = tuple[int, int, int]
 
 @dataclass(frozen=True, slots=True)
 class OverlayModel:
-    """A robot's description, kinematics, meshes and textures, as `RobotOverlay` needs them.
+    """Robot to draw by `RobotOverlay`: description, kinematics, meshes and textures.
 
     Attributes:
         description: The robot.
@@ -50,7 +50,7 @@ class OverlayModel:
 
     @classmethod
     def from_urdf(cls, urdf: str, folder: Path | None = None) -> OverlayModel:
-        """Return the model of a URDF, with its meshes loaded; this may take seconds.
+        """Return the `OverlayModel` of a URDF, with its meshes loaded; may take seconds.
 
         Args:
             urdf: The description.

@@ -62,7 +62,7 @@ class SceneObjects:
         self.meshes.clear()
 
     def apply(self, message: Any, link: str = "") -> None:
-        """Add, append, move or remove an object, as a ``moveit_msgs/msg/CollisionObject`` says.
+        """Add, append, move or remove a CollisionObject; ``link`` is the link it is attached to.
 
         Args:
             message: The message.

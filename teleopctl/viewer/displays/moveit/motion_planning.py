@@ -24,7 +24,7 @@ _GOAL = "Planning Request"
 
 
 class MotionPlanning(PlanningScene):
-    """MoveIt's ``MotionPlanning``: planning scene, animated planned path and goal state.
+    """MoveIt's ``MotionPlanning`` display: planning scene, animated planned path and goal state.
 
     Unlike RViz's it has no goal to drag and requests no plans: it shows those of other programs.
     """

@@ -125,7 +125,7 @@ SCENE_PROPERTIES = (
 
 
 class PlanningScene(MoveItDisplay):
-    """MoveIt's ``PlanningScene``: collision objects, attached objects and the robot."""
+    """MoveIt's ``PlanningScene`` display: collision objects, attached objects and the robot."""
 
     rviz_class = "PlanningScene"
     message_type = "moveit_msgs/msg/PlanningScene"

@@ -17,7 +17,7 @@ from teleopctl.viewer.displays.properties import Property
 
 
 class RobotState(MoveItDisplay):
-    """MoveIt's ``RobotState``: the robot in the state of the newest message."""
+    """MoveIt's ``RobotState`` display: the robot in the state of the newest message."""
 
     rviz_class = "RobotState"
     message_type = "moveit_msgs/msg/DisplayRobotState"

@@ -74,7 +74,7 @@ class PlannedPath:
         return cls(tuple(times), tuple(states), left_out)
 
     def duration(self, display_time: str) -> float:
-        """Return the duration of the path's animation, in seconds.
+        """Return the animation's duration (s) for RViz's property ``State Display Time``.
 
         Args:
             display_time: RViz's property "State Display Time": ``0.05 s`` for each state, ``3x`` as
@@ -137,7 +137,7 @@ PATH_PROPERTIES = (
 
 
 class TrajectoryDisplay(MoveItDisplay):
-    """MoveIt's ``Trajectory``: the newest planned path, animated once or repeatedly.
+    """MoveIt's ``Trajectory`` display: the newest planned path, animated once or repeatedly.
 
     Attributes:
         other_poses: Poses of the links of another drawn robot; see `RobotOverlay.set_positions`.

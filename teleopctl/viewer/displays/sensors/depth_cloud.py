@@ -42,7 +42,7 @@ _STEP = math.log(1.1)
 
 
 class DepthCloud(PointsDisplay):
-    """RViz's ``DepthCloud``: points of a depth image, in the colours of another image."""
+    """RViz's ``DepthCloud`` display: points of a depth image, in the colours of another image."""
 
     rviz_class = "DepthCloud"
     message_type = RAW

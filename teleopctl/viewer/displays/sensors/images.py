@@ -228,7 +228,7 @@ _MARGIN_PX = 12
 
 
 class Image(ImageDisplay):
-    """RViz's ``Image``: the newest image, in a window of the page."""
+    """RViz's ``Image`` display: the newest image, in a window of the page."""
 
     rviz_class = "Image"
 
@@ -263,7 +263,7 @@ _THICKNESS = 0.01
 
 
 class CameraDisplay(ImageDisplay):
-    """RViz's ``Camera``: the camera's frustum in the scene, with the newest image at its end."""
+    """RViz's ``Camera`` display: the camera's frustum in the scene, with the newest image."""
 
     rviz_class = "Camera"
     properties: ClassVar[tuple[Property, ...]] = (

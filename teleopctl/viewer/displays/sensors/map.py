@@ -143,7 +143,7 @@ _NOTHING = np.zeros((1, 1, 4), np.uint8)
 
 
 class Map(Display):
-    """RViz's ``Map``: an occupancy grid and its updates, at the pose of its frame."""
+    """RViz's ``Map`` display: an occupancy grid and its updates, at the pose of its frame."""
 
     rviz_class = "Map"
     message_type = "nav_msgs/msg/OccupancyGrid"

@@ -298,7 +298,7 @@ class PointsDisplay(Display):
         self.set_status(*self._fares)
 
     def status_of(self, drawable: ColoredPoints) -> tuple[str, str]:
-        """Return level and text of the status: number of points, and a substitute transformer."""
+        """Return the status (level, text): number of points, and a replaced transformer."""
         shown, total = len(drawable.points), drawable.total
         count = f"{shown:,} points" if shown == total else f"{shown:,} of {total:,} points"
         chosen = self.values.given.get("Color Transformer")
@@ -336,7 +336,7 @@ class PointsDisplay(Display):
 
 
 class PointCloud2(PointsDisplay):
-    """RViz's ``PointCloud2``: the points of the newest message, or of those of the decay time."""
+    """RViz's ``PointCloud2`` display: points of the newest message, or within the decay time."""
 
     rviz_class = "PointCloud2"
     message_type = "sensor_msgs/msg/PointCloud2"
@@ -347,7 +347,7 @@ class PointCloud2(PointsDisplay):
 
 
 class PointCloud(PointsDisplay):
-    """RViz's ``PointCloud``: the points of messages of the deprecated type ``PointCloud``."""
+    """RViz's ``PointCloud`` display: points of the deprecated message type ``PointCloud``."""
 
     rviz_class = "PointCloud"
     message_type = "sensor_msgs/msg/PointCloud"
@@ -362,7 +362,7 @@ _LONGEST_S = 1.0
 
 
 class LaserScan(PointsDisplay):
-    """RViz's ``LaserScan``: points of a scan, corrected by the scanner's motion."""
+    """RViz's ``LaserScan`` display: points of a scan, corrected by the scanner's motion."""
 
     rviz_class = "LaserScan"
     message_type = "sensor_msgs/msg/LaserScan"
