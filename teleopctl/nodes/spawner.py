@@ -148,16 +148,16 @@ def _make_parser() -> argparse.ArgumentParser:
 
 
 def read_command_line(
-    words: Sequence[str], ros_files: Sequence[str] = ()
+    arguments: Sequence[str], ros_files: Sequence[str] = ()
 ) -> tuple[argparse.Namespace, list[SpawnRequest]]:
     """Parse the spawner's arguments; return common options and a request for each controller.
 
     Args:
-        words: The program's arguments, without ROS's.
+        arguments: The program's arguments, without ROS's.
         ros_files: Parameter files of the spawner itself, which are the controllers' as well.
     """
     groups: list[list[str]] = [[]]
-    for word in words:
+    for word in arguments:
         if word == "--controller":
             groups.append([])
         else:

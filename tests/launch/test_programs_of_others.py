@@ -18,7 +18,7 @@ from teleopctl.launch.evaluation.processes import (
 )
 from teleopctl.launch.frontends import read_launch_file
 from teleopctl.node import get_logger
-from teleopctl.nodes.gazebo.bridges import Bridge, parse_bridge_words, read_bridge_file
+from teleopctl.nodes.gazebo.bridges import Bridge, parse_bridge_arguments, read_bridge_file
 from teleopctl.nodes.gazebo.command_line import (
     GazeboRequest,
     server_request,
@@ -158,12 +158,12 @@ def test_each_word_of_a_command_line_is_followed_or_named(words):
 
 def test_a_bridges_command_line_is_read():
     words = ["/scan@sensor_msgs/msg/LaserScan[gz.msgs.LaserScan", "/world/a/control@x/srv/Control"]
-    assert parse_bridge_words(words) == (
+    assert parse_bridge_arguments(words) == (
         [Bridge("/scan", "/scan", "sensor_msgs/msg/LaserScan", "GZ_TO_ROS")],
         ["/world/a/control"],
     )
     with pytest.raises(UsageError, match="'/scan' is no topic"):
-        parse_bridge_words(["/scan"])
+        parse_bridge_arguments(["/scan"])
 
 
 def test_a_bridges_file_is_read_and_what_is_wrong_in_it_is_told(tmp_path):

@@ -59,7 +59,7 @@ class FrameReplay:
         self._last_ns: int | None = None
 
     def compare(self, time_ns: int, state: bytes, stream: ComparedStream) -> bytes | None:
-        """Compare a JointState's transforms with recorded ones; return their CDR, None if none due.
+        """Compare a JointState's transforms with the recorded ``stream``; return CDR, or None.
 
         Args:
             time_ns: The state's time, in nanoseconds.

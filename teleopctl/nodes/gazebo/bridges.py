@@ -78,8 +78,8 @@ def simulated_topics(gz_topic: str) -> tuple[str, ...]:
     return tuple(f"/{ros_topic(name.format(sensor))}" for name in names)
 
 
-def parse_bridge_words(words: Sequence[str]) -> tuple[list[Bridge], list[str]]:
-    """Parse ``parameter_bridge``'s command line; return a list of bridges and service names.
+def parse_bridge_arguments(arguments: Sequence[str]) -> tuple[list[Bridge], list[str]]:
+    """Parse ``parameter_bridge``'s arguments; return a list of bridges and service names.
 
     Returns:
         The topics, and the names of services.
@@ -89,7 +89,7 @@ def parse_bridge_words(words: Sequence[str]) -> tuple[list[Bridge], list[str]]:
     """
     bridges: list[Bridge] = []
     services: list[str] = []
-    for word in words:
+    for word in arguments:
         if service := _SERVICE.fullmatch(word):
             services.append(service[1])
         elif topic := _WORD.fullmatch(word):
@@ -158,7 +158,7 @@ def parameter_bridge() -> int:
     Raises:
         UsageError: A word of the command line is no topic.
     """
-    bridges, services = parse_bridge_words(parse_ros_arguments(sys.argv[1:]).program)
+    bridges, services = parse_bridge_arguments(parse_ros_arguments(sys.argv[1:]).program)
     with _bridging("ros_gz_bridge") as (node, simulators):
         for service in services:
             node.get_logger().warning(

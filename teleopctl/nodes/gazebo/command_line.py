@@ -101,9 +101,9 @@ class GazeboRequest(NamedTuple):
     unserved: tuple[str, ...] = ()
 
 
-def sim_request(words: Sequence[str]) -> GazeboRequest:
+def sim_request(arguments: Sequence[str]) -> GazeboRequest:
     """Parse the command line of ``gz sim``; return a `GazeboRequest`."""
-    worlds, options = _sort(words, _SIM_VALUES)
+    worlds, options = _sort(arguments, _SIM_VALUES)
     flags = {name for name, _ in options}
     level = next((value for name, value in options if name in ("-v", "--verbose")), None)
     return GazeboRequest(
@@ -118,9 +118,9 @@ def sim_request(words: Sequence[str]) -> GazeboRequest:
     )
 
 
-def server_request(words: Sequence[str], *, has_window: bool) -> GazeboRequest:
+def server_request(arguments: Sequence[str], *, has_window: bool) -> GazeboRequest:
     """Parse the command line of ``gzserver`` or ``gazebo``; return a `GazeboRequest`."""
-    worlds, options = _sort(words, _SERVER_VALUES)
+    worlds, options = _sort(arguments, _SERVER_VALUES)
     flags = {name for name, _ in options}
     own = [one for one in options if one[1] not in _ROS_PLUGINS]
     return GazeboRequest(

@@ -90,18 +90,18 @@ def main(args: list[str] | None = None) -> int:
     return 0
 
 
-def is_old_style(words: Sequence[str]) -> bool:
+def is_old_style(arguments: Sequence[str]) -> bool:
     """Return whether a command line has the positional arguments of old ROS releases."""
-    return len(words) in (8, 9) and not any(word.startswith("--") for word in words)
+    return len(arguments) in (8, 9) and not any(word.startswith("--") for word in arguments)
 
 
-def parse_old_style(words: Sequence[str]) -> tuple[str, str, Transform]:
+def parse_old_style(arguments: Sequence[str]) -> tuple[str, str, Transform]:
     """Parse positional arguments; return the parent frame, child frame and transform.
 
     Raises:
         UsageError: When a number is none.
     """
-    *texts, frame_id, child_frame_id = words
+    *texts, frame_id, child_frame_id = arguments
     try:
         x, y, z, *turn = (float(text) for text in texts)
     except ValueError as error:
@@ -114,7 +114,7 @@ def parse_old_style(words: Sequence[str]) -> tuple[str, str, Transform]:
     return frame_id, child_frame_id, Transform((x, y, z), rotation)
 
 
-def parse_new_style(words: Sequence[str]) -> tuple[str, str, Transform]:
+def parse_new_style(arguments: Sequence[str]) -> tuple[str, str, Transform]:
     """Parse ``--x``-style arguments; return the parent frame, child frame and transform.
 
     Raises:
@@ -131,7 +131,7 @@ def parse_new_style(words: Sequence[str]) -> tuple[str, str, Transform]:
         parser.add_argument(f"--{name}", type=float, metavar="NUMBER")
     parser.add_argument("--frame-id", required=True, help="the parent frame")
     parser.add_argument("--child-frame-id", required=True, help="the frame that stands in it")
-    found = vars(parser.parse_args(list(words)))
+    found = vars(parser.parse_args(list(arguments)))
     x, y, z = (found[name] or 0.0 for name in _MOVES)
     has_quaternion = any(found[name] is not None for name in _TURNS)
     if has_quaternion and any(found[name] is not None for name in _ANGLES):

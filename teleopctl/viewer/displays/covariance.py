@@ -43,7 +43,7 @@ _WEDGE_PARTS = 12
 
 
 def draw_covariance(
-    drawing: Drawing, pose: Transform, covariance: list[float], values: Properties
+    drawing: Drawing, pose: Transform, covariance: list[float], properties: Properties
 ) -> str:
     """Add a pose covariance's ellipsoid and discs to a drawing; return why not, or an empty text.
 
@@ -51,23 +51,23 @@ def draw_covariance(
         drawing: In the frame of the message's header.
         pose: The pose, in that frame.
         covariance: Row by row, of x, y, z and the rotations about them.
-        values: The display's properties, among them `COVARIANCE_PROPERTIES`.
+        properties: The display's properties, among them `COVARIANCE_PROPERTIES`.
 
     Returns:
         The reason why nothing is drawn, or an empty text.
     """
-    if not values.flag("Covariance"):
+    if not properties.flag("Covariance"):
         return ""
     # Squares of what is_drawable allows, so that roots can be drawn.
     if len(covariance) != 36 or not is_drawable(covariance):
         return "The covariance is not drawn: it must hold finite numbers"
     whole = np.array(covariance, np.float64).reshape(6, 6)
     whole = (whole + whole.T) / 2
-    if values.flag("Covariance/Position"):
-        _draw_position(drawing, pose, whole[:3, :3], values)
-    if values.flag("Covariance/Orientation"):
+    if properties.flag("Covariance/Position"):
+        _draw_position(drawing, pose, whole[:3, :3], properties)
+    if properties.flag("Covariance/Orientation"):
         is_flat = not whole[2, 2] and not whole[3, 3] and not whole[4, 4]
-        _draw_orientation(drawing, pose, whole[3:, 3:], values, is_flat=is_flat)
+        _draw_orientation(drawing, pose, whole[3:, 3:], properties, is_flat=is_flat)
     return ""
 
 

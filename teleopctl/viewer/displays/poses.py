@@ -45,22 +45,22 @@ def shape_properties(parent_property: str = "") -> tuple[Property, ...]:
 
 
 def draw_pose(
-    drawing: Drawing, pose: Transform, values: Properties, parent_property: str = ""
+    drawing: Drawing, pose: Transform, properties: Properties, parent_property: str = ""
 ) -> None:
     """Add an arrow or axes at a pose to a drawing, by the values of `shape_properties`."""
     above = f"{parent_property}/" if parent_property else ""
-    alpha = values.number(f"{above}Alpha")
-    if values.text(parent_property or "Shape") == "Axes":
-        length = values.number(f"{above}Axes Length")
-        drawing.axes(pose, length, values.number(f"{above}Axes Radius"), alpha)
+    alpha = properties.number(f"{above}Alpha")
+    if properties.text(parent_property or "Shape") == "Axes":
+        length = properties.number(f"{above}Axes Length")
+        drawing.axes(pose, length, properties.number(f"{above}Axes Radius"), alpha)
         return
     size = ArrowSize(
-        values.number(f"{above}Shaft Length"),
-        2 * values.number(f"{above}Shaft Radius"),
-        values.number(f"{above}Head Length"),
-        2 * values.number(f"{above}Head Radius"),
+        properties.number(f"{above}Shaft Length"),
+        2 * properties.number(f"{above}Shaft Radius"),
+        properties.number(f"{above}Head Length"),
+        2 * properties.number(f"{above}Head Radius"),
     )
-    drawing.arrow(pose, size, rgba_of(values.color(f"{above}Color"), alpha))
+    drawing.arrow(pose, size, rgba_of(properties.color(f"{above}Color"), alpha))
 
 
 # Any stands for messages throughout: their classes are made at run time, from definitions.

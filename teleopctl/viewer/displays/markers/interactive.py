@@ -70,9 +70,9 @@ class UpdateSequence:
         return False
 
     # Any: as above.
-    def start(self, number: int) -> list[Any]:
+    def start(self, sequence_number: int) -> list[Any]:
         """Continue from the full state's sequence number; return the kept updates to apply now."""
-        self._last, self.needs_state = number, False
+        self._last, self.needs_state = sequence_number, False
         waiting = [each for each in self._waiting if each.type == UPDATE]
         self._waiting.clear()
         return [update for update in waiting if not self.needs_state and self.add(update)]

@@ -139,11 +139,11 @@ class InteractiveMarker:
         """Whether at least one control of the marker faces the camera."""
         return bool(self._facing)
 
-    def face_camera(self, camera: Transform) -> None:
+    def face_camera(self, camera_pose: Transform) -> None:
         """Rotate the controls that face the camera, unless the user drags the marker.
 
         Args:
-            camera: The camera's pose in the fixed frame; see `Stage.camera`.
+            camera_pose: The camera's pose in the fixed frame; see `Stage.camera`.
         """
         if self.held:
             return
@@ -151,7 +151,7 @@ class InteractiveMarker:
         if self._is_locked:
             frame = self._stage.frames.by_name.get(self.message.header.frame_id.removeprefix("/"))
             above = (frame.pose if frame is not None else None) or Transform()
-        view = (above.inverse() @ camera).rotation
+        view = (above.inverse() @ camera_pose).rotation
         for control in self._facing:
             if control.turning.face_camera(view):
                 control.set_marker_pose(self.pose)

@@ -129,14 +129,14 @@ class RobotOverlay:
                 shapes.draw(f"{name}/{index}", visual.geometry, visual.origin, material, alpha)
 
     def set_positions(
-        self, positions: Mapping[str, float], others: Mapping[str, Transform] | None = None
+        self, positions: Mapping[str, float], other_poses: Mapping[str, Transform] | None = None
     ) -> None:
-        """Draw the robot with these joint positions; hide links posed as in ``others``.
+        """Draw the robot with these joint positions; hide links posed as in ``other_poses``.
 
         Args:
             positions: Positions of joints by name; others are at rest.
-            others: Poses of the links of another drawn robot, in the root's frame. Links with the
-                same pose are hidden, since a browser draws stripes for two equal surfaces.
+            other_poses: Poses of the links of another drawn robot, in the root's frame. Links with
+                the same pose are hidden, since a browser draws stripes for two equal surfaces.
         """
         poses = self._model.poses(positions)
         for name, node in self._links.items():
@@ -146,7 +146,7 @@ class RobotOverlay:
             if pose != self._poses.get(name):
                 x, y, z, w = pose.rotation
                 node.position, node.wxyz = pose.translation, (w, x, y, z)
-            other = others.get(name) if others else None
+            other = other_poses.get(name) if other_poses else None
             apart = other is None or _are_apart(pose, other)
             if node.visible != apart:
                 node.visible = apart

@@ -133,18 +133,18 @@ def drawable_mask(points: Array) -> npt.NDArray[np.bool_]:
     return np.asarray((np.abs(points) < _FARTHEST_M).all(axis=-1))
 
 
-def masked_cloud(points: Floats, total: int, channels: dict[str, Array], kept: Array) -> Cloud:
-    """Return a `Cloud` of the points and channel values for which the mask ``kept`` is true.
+def masked_cloud(points: Floats, total: int, channels: dict[str, Array], mask: Array) -> Cloud:
+    """Return a `Cloud` of those points and channel values for which ``mask`` is true.
 
     Args:
         points: All points, (n, 3).
         total: See `Cloud`.
         channels: Values of each channel, (n,), by name.
-        kept: The mask, (n,).
+        mask: The mask, (n,).
     """
-    if kept.all():
+    if mask.all():
         return Cloud(points, total, channels)
-    return Cloud(points[kept], total, {name: values[kept] for name, values in channels.items()})
+    return Cloud(points[mask], total, {name: values[mask] for name, values in channels.items()})
 
 
 def _swept(points: Array, motion: Transform) -> Array:

@@ -75,26 +75,28 @@ class Coloring:
     table: Colors
 
     @classmethod
-    def from_properties(cls, values: Properties) -> Coloring:
+    def from_properties(cls, properties: Properties) -> Coloring:
         """Return a copy of a display's colour properties, with its colour scale as a table."""
-        if values.flag("Use rainbow"):
-            table = _RAINBOW[::-1] if values.flag("Invert Rainbow") else _RAINBOW
+        if properties.flag("Use rainbow"):
+            table = _RAINBOW[::-1] if properties.flag("Invert Rainbow") else _RAINBOW
         else:
-            low, high = (np.array(values.color(name), float) for name in ("Min Color", "Max Color"))
+            low, high = (
+                np.array(properties.color(name), float) for name in ("Min Color", "Max Color")
+            )
             table = (low + np.linspace(0.0, 1.0, _STEPS)[:, None] * (high - low)).astype(np.uint8)
         along = "Autocompute Value Bounds"
         return cls(
-            values.text("Color Transformer") if "Color Transformer" in values.given else "",
-            values.color("Color"),
-            values.text("Channel Name"),
-            "XYZ".index(values.text("Axis")),
-            values.flag("Use Fixed Frame"),
+            properties.text("Color Transformer") if "Color Transformer" in properties.given else "",
+            properties.color("Color"),
+            properties.text("Channel Name"),
+            "XYZ".index(properties.text("Axis")),
+            properties.flag("Use Fixed Frame"),
             None
-            if values.flag("Autocompute Intensity Bounds")
-            else (values.number("Min Intensity"), values.number("Max Intensity")),
+            if properties.flag("Autocompute Intensity Bounds")
+            else (properties.number("Min Intensity"), properties.number("Max Intensity")),
             None
-            if values.flag(along)
-            else (values.number(f"{along}/Min Value"), values.number(f"{along}/Max Value")),
+            if properties.flag(along)
+            else (properties.number(f"{along}/Min Value"), properties.number(f"{along}/Max Value")),
             table,
         )
 

@@ -126,16 +126,16 @@ class DepthCloud(PointsDisplay):
         except PictureError as error:
             raise CloudError(error.message) from error
 
-    def point_size_m(self, drawable: ColoredPoints) -> float:
+    def point_size_m(self, colored_points: ColoredPoints) -> float:
         """Return the size of points in metres: with Auto Size a pixel's, at the median distance."""
-        size = self.values.number(_FACTOR) * drawable.spacing
+        size = self.values.number(_FACTOR) * colored_points.spacing
         if not self.values.flag(_AUTO) or not size > 0.0:
-            return super().point_size_m(drawable)
+            return super().point_size_m(colored_points)
         return math.exp(_STEP * round(math.log(size) / _STEP))
 
-    def status_of(self, drawable: ColoredPoints) -> tuple[str, str]:
+    def status_of(self, colored_points: ColoredPoints) -> tuple[str, str]:
         """Return level and text of the status: the number of points, or a fault of colours."""
-        level, text = super().status_of(drawable)
+        level, text = super().status_of(colored_points)
         return (WARN, self._wrong) if self._wrong and level == OK else (level, text)
 
     # --- its own ------------------------------------------------------------------------------

@@ -141,7 +141,7 @@ class PointsDisplay(Display):
         """
         raise NotImplementedError
 
-    def point_size_m(self, drawable: ColoredPoints) -> float:  # noqa: ARG002 -- for overrides
+    def point_size_m(self, colored_points: ColoredPoints) -> float:  # noqa: ARG002 -- for overrides
         """Return the size of the drawn points in metres: the property ``Size (m)``."""
         return self.values.number("Size (m)")
 
@@ -297,16 +297,13 @@ class PointsDisplay(Display):
         self._fares = self.status_of(drawable)
         self.set_status(*self._fares)
 
-    def status_of(self, drawable: ColoredPoints) -> tuple[str, str]:
+    def status_of(self, colored_points: ColoredPoints) -> tuple[str, str]:
         """Return the status (level, text): number of points, and a replaced transformer."""
-        shown, total = len(drawable.points), drawable.total
+        shown, total = len(colored_points.points), colored_points.total
         count = f"{shown:,} points" if shown == total else f"{shown:,} of {total:,} points"
-        chosen = self.values.given.get("Color Transformer")
-        if shown and chosen and chosen != drawable.transformer:
-            return (
-                OK,
-                f"{count}; coloured by {drawable.transformer}, since {chosen} needs other channels",
-            )
+        chosen, used = self.values.given.get("Color Transformer"), colored_points.transformer
+        if shown and chosen and chosen != used:
+            return OK, f"{count}; coloured by {used}, since {chosen} needs other channels"
         return OK, count
 
     def _place(self, drawn: _Drawn, pose: Transform) -> None:
