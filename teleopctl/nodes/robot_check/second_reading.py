@@ -17,6 +17,7 @@ from __future__ import annotations
 import io
 import logging
 import math
+import warnings
 from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 from typing import Any, NamedTuple, TypeVar
@@ -141,7 +142,9 @@ class _YourdfpyError(Exception):
 
 def _asked(ask: Callable[[], _Answer]) -> _Answer:
     try:
-        return ask()
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # numpy's, of infinite numbers
+            return ask()
     except Exception as error:  # whatever its parsers do
         reason = " ".join(f"{type(error).__name__}: {error}".split())[:200]
         raise _YourdfpyError(reason) from error
