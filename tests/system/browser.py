@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 import pytest
-from playwright.sync_api import Browser, sync_playwright
+from playwright.sync_api import Browser, Page, sync_playwright
 
 _NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "msedge")
 # WebGL without a graphics card.
@@ -34,3 +34,19 @@ def browser() -> Iterator[Browser]:
             yield started
         finally:
             started.close()
+
+
+# Software draws a picture of the page in a tenth of a second, and a page draws all the time.
+_FEW_PICTURES = """
+const draw = window.requestAnimationFrame.bind(window);
+window.requestAnimationFrame = (callback) => setTimeout(() => draw(callback), 200);
+window.cancelAnimationFrame = clearTimeout;
+"""
+
+
+def open_page(browser: Browser, address: str, *, width: int = 900, height: int = 640) -> Page:
+    """Open a page that draws at most five pictures per second, so that the tests get the cores."""
+    page = browser.new_page(viewport={"width": width, "height": height})
+    page.add_init_script(_FEW_PICTURES)
+    page.goto(address)
+    return page

@@ -13,7 +13,7 @@ from teleopctl.interfaces import get_message
 from teleopctl.packages import package_share
 from teleopctl.robot import Joints, RobotDescription, SegmentTree, expand_xacro
 from teleopctl.testing import RosGraph, eventually
-from tests.system.browser import browser
+from tests.system.browser import browser, open_page
 from tests.system.window import window
 
 JointState = get_message("sensor_msgs/msg/JointState")
@@ -77,9 +77,8 @@ def page_log(ros: RosGraph) -> str:
 
 
 def opened(chromium: Browser, address: str) -> Page:
-    page = chromium.new_page(viewport={"width": 900, "height": 640})
+    page = open_page(chromium, address)
     page.set_default_timeout(PAGE_WITHIN_MS)
-    page.goto(address)
     return page
 
 

@@ -52,7 +52,7 @@ def window(address: str, folder: Path) -> Iterator[Window]:
         address: The page's.
         folder: For what the browser keeps.
     """
-    words = ["--headless=new", "--no-sandbox", *SOFTWARE_GL]
+    words = ["--headless=new", "--no-sandbox", "--window-size=400,300", *SOFTWARE_GL]
     words += ["--remote-debugging-port=0", f"--user-data-dir={folder}", address]
     with subprocess.Popen([chromium_program(), *words], stderr=subprocess.DEVNULL) as browser:
         try:
