@@ -47,6 +47,9 @@ _transport_callbacks: set[CodeType] = set()
 # Whether KeyboardInterrupt has been raised, which ends most programs.
 _was_raised = False
 
+# Whether an interrupt is to be raised again that was swallowed.
+_is_pending = False
+
 # What signals are written to, once the main thread is woken after them.
 _wakes: list[int] = []
 
@@ -155,6 +158,8 @@ def _wake(signals: int, thread: int) -> None:
 
 def resend_signal(signum: int = signal.SIGINT) -> None:
     """Raise a signal again in the main thread, which must be the caller."""
+    global _is_pending
+    _is_pending = _is_pending or signum == signal.SIGINT
     # Not a threading.Thread: its start takes a lock, which the interrupted code may be holding.
     _thread.start_new_thread(_signal, (signum, _thread.get_ident()))
 
@@ -173,7 +178,7 @@ def raise_swallowed() -> None:
 
 
 def is_cause(error: BaseException | None) -> bool:
-    """Return whether an exception was caused by an interrupt.
+    """Return whether an exception was caused by an interrupt, or came before one was raised again.
 
     Before 3.12 Python wraps what is raised while a class takes its attributes (``__set_name__``)
     into a RuntimeError.
@@ -182,7 +187,7 @@ def is_cause(error: BaseException | None) -> bool:
         if isinstance(error, KeyboardInterrupt):
             return True
         error = error.__cause__
-    return False
+    return _is_pending
 
 
 def clear_exec_interrupt() -> None:
@@ -195,11 +200,11 @@ def clear_exec_interrupt() -> None:
 
 
 def _interrupt(signum: int, frame: FrameType | None) -> None:
-    global _was_raised
+    global _is_pending, _was_raised
     if in_transport_callback(frame):
         resend_signal()
     else:
-        _was_raised = True
+        _was_raised, _is_pending = True, False
         signal.default_int_handler(signum, frame)
 
 

@@ -60,7 +60,7 @@ def test_nodes_run_together_with_their_output_prefixed_and_end_on_ctrl_c(ros):
     for name in ("simple_publisher-1", "simple_subscriber-2", "simple_parameter-3"):
         assert f"[INFO] [{name}]: process has finished cleanly [pid " in launch.stdout
     assert not psutil.pid_exists(pid)
-    assert ros.run("node list").stdout == ""
+    assert ros.run("node list").stdout == "/test\n"
 
 
 def test_the_death_of_one_process_leaves_the_others_and_is_told_by_the_exit_status_if_asked(ros):
