@@ -44,7 +44,7 @@ class RvizFileError(TeleopctlError):
 
 
 class View(NamedTuple):
-    """Position and focal point of a camera, in metres.
+    """Camera of the 3D view: position and focal point, in metres.
 
     Attributes:
         eye: Position of the camera.
@@ -105,23 +105,23 @@ class RvizFile:
         return cls(document, lines)
 
     def text(self) -> str:
-        """Return the document as YAML text, which RViz can read."""
+        """Return the ``.rviz`` document as YAML text, which RViz can read."""
         import yaml
 
         return yaml.safe_dump(self.document, sort_keys=False, allow_unicode=True)
 
     def line_of(self, mapping: dict[str, Any], key: str) -> int | None:
-        """Return the line number of a key in a mapping of the document; None if unknown."""
+        """Return the line number of a key in a mapping of the ``.rviz`` file; None if unknown."""
         return self._lines.get((id(mapping), key))
 
     # --- displays -----------------------------------------------------------------------------
 
     def displays(self) -> list[DisplayEntry]:
-        """Return all displays in the order of the document, those in groups included."""
+        """Return all displays of the ``.rviz`` document in order, those in groups included."""
         return list(_entries(self._displays(), shown=True))
 
     def add(self, rviz_class: str, name: str, mapping: dict[str, Any]) -> None:
-        """Add a display to the document, by its mapping of properties."""
+        """Add a display to the ``.rviz`` document, by the display's mapping of properties."""
         mapping.setdefault("Class", f"{_PACKAGE}/{rviz_class}")
         mapping.setdefault("Name", name)
         mapping.setdefault("Enabled", True)
@@ -129,7 +129,7 @@ class RvizFile:
         self._displays().append(mapping)
 
     def remove(self, mapping: dict[str, Any]) -> None:
-        """Remove a display from the document, also from a group, by its mapping."""
+        """Remove a display from the ``.rviz`` document, also from a group, by its mapping."""
         _remove(self._displays(), mapping)
 
     def _displays(self) -> list[Any]:
@@ -142,7 +142,7 @@ class RvizFile:
 
     @property
     def fixed_frame(self) -> str:
-        """Fixed frame of the document; empty if the document has none."""
+        """Fixed frame in the ``.rviz`` document; empty if the document has none."""
         name = _inner(self._manager, "Global Options").get("Fixed Frame")
         return name.removeprefix("/") if isinstance(name, str) else ""
 
@@ -152,7 +152,7 @@ class RvizFile:
 
     @property
     def background(self) -> tuple[int, int, int] | None:
-        """Background colour, each part from 0 to 255; None if the document has none."""
+        """Background colour, each part from 0 to 255; None if the ``.rviz`` document has none."""
         text = str(_inner(self._manager, "Global Options").get("Background Color", ""))
         try:
             red, green, blue = (min(max(int(part), 0), 255) for part in text.split(";"))
@@ -161,13 +161,13 @@ class RvizFile:
         return red, green, blue
 
     def tools(self) -> list[dict[str, Any]]:
-        """Return the mappings of the document's tools, such as ``2D Goal Pose``."""
+        """Return the mappings of the ``.rviz`` document's tools, such as ``SetGoal``."""
         tools = self._manager.get("Tools")
         return [one for one in tools if isinstance(one, dict)] if isinstance(tools, list) else []
 
     @property
     def current_view(self) -> dict[str, Any]:
-        """Mapping of the document's current view; empty if the document has none."""
+        """Mapping of the ``.rviz`` document's current view; empty if the document has none."""
         current = _inner(self._manager, "Views").get("Current")
         return current if isinstance(current, dict) else {}
 

@@ -22,7 +22,7 @@ _WAY = (0.25, 0.5, 0.75, 1.0)
 def free_targets(
     simulation: Simulation, joints: Iterable[JointSpec], step: float
 ) -> dict[str, float]:
-    """Return by joint a position, at most ``step`` away, that is reached without new contacts.
+    """Return by joint a target position, at most ``step`` away, reached without new contacts.
 
     Joint by joint: the first position counts that, on the straight way there of all joints chosen
     so far, brings no shapes together that do not touch now.

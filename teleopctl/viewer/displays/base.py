@@ -135,7 +135,7 @@ class Display:
 
     @property
     def is_enabled(self) -> bool:
-        """Whether the display and all its groups in the ``.rviz`` file are enabled."""
+        """Whether the display and all groups of the ``.rviz`` file that hold it are enabled."""
         return self.in_shown_group and self.values.given.get("Enabled", True) is not False
 
     @property

@@ -62,7 +62,7 @@ class BagPanel(Panel):
             self._rate.on_update(self.page.on_node_thread(self._choose_rate))
 
     def began(self) -> None:
-        """Subscribe to a bag player of the graph, if any; called when a browser shows the page."""
+        """Subscribe to a bag player in the ROS graph, if any; called when the page is shown."""
         self.graph_changed()
 
     def ended(self) -> None:

@@ -19,7 +19,7 @@ _LIST = "list_controllers"
 
 
 def controller_managers(node: Node) -> list[str]:
-    """Return the full names of the controller managers in the graph, sorted."""
+    """Return the full names of the controller managers in the ROS graph, sorted."""
     return servers_of(node, _LIST, "controller_manager_msgs/srv/ListControllers")
 
 

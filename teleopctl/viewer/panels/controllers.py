@@ -104,7 +104,7 @@ class ControllersPanel(Panel):
         self.ended()
 
     def graph_changed(self) -> None:
-        """Update the offered controller managers; called when the graph has changed."""
+        """Update the offered controller managers after a change of the ROS graph."""
         if self._is_watched:
             self._offer_managers()
 

@@ -29,7 +29,7 @@ _PICTURE = """<style>
 
 
 class GraphPanel(Panel):
-    """Panel with the graph of nodes and topics, which is redrawn when it changes."""
+    """Panel with the graph of nodes and topics, redrawn after each change of the graph."""
 
     title: ClassVar[str] = "Graph"
     icon = "topology-star-3"

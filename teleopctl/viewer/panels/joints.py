@@ -111,7 +111,7 @@ class JointsPanel(Panel):
         self._selector.start()
 
     def ended(self) -> None:
-        """Unsubscribe from description and joint states; a mover that publishes continues."""
+        """Unsubscribe from description and joint states; a publishing joint mover continues."""
         for end in self._ends:
             end()
         self._ends = []

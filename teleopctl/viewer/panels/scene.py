@@ -100,7 +100,7 @@ class ScenePanel(Panel):
         self._tools.deactivate()
 
     def graph_changed(self) -> None:
-        """Update the topics offered for each display; called when the graph has changed."""
+        """Update the topics offered for each display after a change of the ROS graph."""
         topics = dict(self.page.node.get_topic_names_and_types())
         for row in self._rows.values():
             row.set_topic_options(topics)

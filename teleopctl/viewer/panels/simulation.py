@@ -74,7 +74,7 @@ class SimulationPanel(Panel):
             self._reset.on_click(self.page.on_node_thread(lambda _event: self._reset_world()))
 
     def began(self) -> None:
-        """Follow a simulator of the graph, if any; called when a browser shows the page."""
+        """Follow a simulator in the ROS graph, if any; called when the page is shown."""
         self._is_watched = True
         self._look()
 

@@ -217,7 +217,7 @@ def prepare_glb(glb: bytes, *, is_gltf: bool) -> bytes:
 
 
 def colored_glb(glb: bytes, rgba: Rgba, alpha: float = 1.0) -> bytes:
-    """Return a GLB file made by `prepare_glb`, with a colour for the parts without material.
+    """Return a `prepare_glb` file with a colour for parts without material, and an opacity for all.
 
     Args:
         glb: The file.
@@ -238,7 +238,7 @@ def colored_glb(glb: bytes, rgba: Rgba, alpha: float = 1.0) -> bytes:
 
 
 def tinted_glb(glb: bytes, rgba: Rgba) -> bytes:
-    """Return a GLB file made by `prepare_glb`, tinted by a colour as RViz tints marker meshes.
+    """Return a `prepare_glb` file tinted by a colour, as RViz tints the meshes of markers.
 
     RViz draws the mesh, and over it the mesh in the colour with an opacity of at most 0.5. Parts
     without material have the colour alone. A texture is multiplied by the mean of the colour and

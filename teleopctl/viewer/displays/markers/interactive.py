@@ -128,7 +128,7 @@ class InteractiveMarkers(Display):
     # --- the graph ----------------------------------------------------------------------------
 
     def set_topic(self, topic: str) -> None:
-        """Set the update topic; the ``.rviz`` mapping gets its namespace, as in RViz."""
+        """Set the update topic; its namespace is stored in the ``.rviz`` mapping."""
         super().set_topic(topic)
         self.values.given[_NAMESPACE] = topic.removesuffix(_UPDATE)
 
@@ -137,7 +137,7 @@ class InteractiveMarkers(Display):
         return QoSProfile(depth=100)
 
     def started(self) -> None:
-        """Create the client for the full state and the publisher of feedback."""
+        """Create the service client for the full state and the publisher of feedback."""
         namespace = self.topic.removesuffix(_UPDATE)
         if not self.topic:
             return

@@ -62,7 +62,7 @@ class ControlOrientation:
         return True
 
     def pose_for(self, marker_pose: Transform) -> Transform:
-        """Return the control's pose for a pose of the control's interactive marker."""
+        """Return the control's pose for an interactive marker at ``marker_pose``."""
         if self._mode == FIXED:
             turned = _rotation_about(self._axis(self.axes), self.angle)
         elif self.faces_viewer:
@@ -76,7 +76,7 @@ class ControlOrientation:
         return Transform(marker_pose.translation, turned.rotation)
 
     def angle_of(self, rotation: Transform, marker_pose: Transform) -> float:
-        """Return the angle of a rotation about the control's x axis, in radians.
+        """Return the angle (rad) of a rotation about the x axis of a control at a marker pose.
 
         Args:
             rotation: The rotation.
@@ -186,7 +186,7 @@ class ControlGizmo:
         self.node.on_update(updated)
 
     def set_pose(self, pose: Transform) -> None:
-        """Move the gizmo to where the control is for a pose of the interactive marker."""
+        """Move the gizmo to its control's place on an interactive marker at ``pose``."""
         self._pose = pose
         set_node_pose(self.node, self._turning.pose_for(pose) @ self._turn)
 
@@ -326,7 +326,7 @@ class InteractiveControl:
                 node.on_click(self._clicked)
 
     def set_marker_pose(self, pose: Transform, *, with_handle: bool = True) -> None:
-        """Move the control's markers and gizmo to a pose of the interactive marker.
+        """Move the control's markers and gizmo to an interactive marker's pose.
 
         Args:
             pose: The pose.

@@ -157,7 +157,7 @@ class InteractiveMarker:
                 control.set_marker_pose(self.pose)
 
     def update_pose(self) -> None:
-        """Place a stamped marker by tf at its stamp; hide the marker until tf has it.
+        """Place a stamped marker by the transform at its stamp, hidden until that is known.
 
         A marker without a stamp moves with its frame by itself.
         """

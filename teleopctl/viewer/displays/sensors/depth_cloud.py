@@ -127,7 +127,7 @@ class DepthCloud(PointsDisplay):
             raise CloudError(error.message) from error
 
     def point_size_m(self, colored_points: ColoredPoints) -> float:
-        """Return the size of points in metres: with Auto Size a pixel's, at the median distance."""
+        """Return the points' size in metres: a pixel's at their median distance if Auto Size."""
         size = self.values.number(_FACTOR) * colored_points.spacing
         if not self.values.flag(_AUTO) or not size > 0.0:
             return super().point_size_m(colored_points)
