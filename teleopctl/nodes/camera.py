@@ -67,7 +67,7 @@ _CHOICES = {"quality": ("auto", "fast", "full"), "compressed.format": ("jpeg", "
 class CameraNode(Node):
     """Node ``camera``, which renders and publishes the camera sensors of a robot.
 
-    Everything that draws happens on one thread, as OpenGL wants it.
+    All drawing happens on one thread, as OpenGL requires.
     """
 
     def __init__(self) -> None:
@@ -259,7 +259,7 @@ class CameraNode(Node):
         )
 
     def _take(self, message: Any) -> None:
-        """Go on with what the simulator says is there now."""
+        """Use the model that the simulator has published."""
         from teleopctl.sim import model_from_message
 
         try:
@@ -276,7 +276,7 @@ class CameraNode(Node):
             channel.name_bodies(_bodies_of(model))
 
     def _listen(self, wanted: bool) -> None:
-        """Follow the simulator's state only while somebody looks at what comes of it."""
+        """Subscribe to the simulator's state while an output has a subscriber, else unsubscribe."""
         if wanted and self._states is None:
             self._states = self.create_subscription(
                 _JointState, _VIEW_TOPIC, self._on_state, 1, immediate=True
@@ -310,7 +310,7 @@ class CameraNode(Node):
         return any(channel.wanted for channel in self._channels)
 
     def _up_to_date_renderer(self, drawing: list[CameraChannel]) -> CameraRenderer:
-        """The renderer of the quality that is wanted now, for at least these cameras."""
+        """Return the renderer for the present ``quality``, for at least these cameras."""
         from teleopctl.sim import CameraRenderer, make_renderer
 
         quality, drawn = self._drawn_for

@@ -1,7 +1,7 @@
 """``python -m teleopctl.sweep FOLDER``: one run of a sweep, as the sweep starts it.
 
-With ``--guarded`` it is stopped when its standard input ends, and so when whoever holds the other
-end is no more.
+With ``--guarded`` the run is stopped when its standard input ends, and so when the process at the
+other end of the pipe has ended.
 """
 
 from __future__ import annotations

@@ -33,16 +33,16 @@ class Measure(NamedTuple):
 
     Attributes:
         field: Topic and field, ``/joint_states/position[0]``.
-        how: What is made of its values.
+        statistic: Statistic of the values, such as ``max``.
     """
 
     field: str
-    how: str
+    statistic: str
 
     @property
     def name(self) -> str:
         """Name of the measure in tables: ``FIELD:STATISTIC``."""
-        return f"{self.field}:{self.how}"
+        return f"{self.field}:{self.statistic}"
 
 
 def parse_measure(text: str) -> Measure:
@@ -75,7 +75,7 @@ def measure_bag(bag: Path, measure: Measure) -> float:
         values = [_number(field.full_name, read(each.message)) for each in decoder.messages()]
     if not values:
         raise InvalidMessageError(f"The bag has no message of {field.topic}")
-    number = _HOW[measure.how](values)
+    number = _HOW[measure.statistic](values)
     if not math.isfinite(number):
         raise InvalidMessageError(f"{measure.name} is {number}")
     return number

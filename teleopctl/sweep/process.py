@@ -63,14 +63,14 @@ class RunProcesses:
         """Execute a run in a child process and wait; return its result, or None after `stop`.
 
         Args:
-            request: What it is to be.
-            folder: Its folder, where that is written.
+            request: The run's request.
+            folder: The run's folder, in which the request is written.
             domain_index: See `environment`.
             port: See there.
             cwd: Where relative paths start; None for the present folder.
 
         Returns:
-            What came of it, None where it was stopped.
+            The result; None after `stop`.
         """
         started = time.monotonic()
         try:

@@ -102,9 +102,9 @@ class Sweep:
         """Execute pending runs, ``jobs`` at a time; call ``on_begin`` and ``on_result`` for each.
 
         Args:
-            jobs: How many at a time.
-            on_begin: Called when one begins.
-            on_result: Called with what came of each.
+            jobs: Number of runs at a time.
+            on_begin: Called when a run begins.
+            on_result: Called with the result of each run.
 
         Raises:
             KeyboardInterrupt: Ctrl-C; the runs at work have been stopped, what is done is kept.
@@ -138,7 +138,7 @@ class Sweep:
 
 
 class _RunThreads:
-    """Those who do the runs, each one after another; events: None when one begins, then its result.
+    """Threads that execute runs; put None into ``events`` when one begins, then its result.
 
     Args:
         sweep: Whose runs.

@@ -33,7 +33,7 @@ class RandomParameter(NamedTuple):
 
     Attributes:
         name: A launch argument, or ``node:parameter``.
-        distribution: As it was written, ``uniform(0.2,1)`` say.
+        distribution: As on the command line, such as ``uniform(0.2,1)``.
         draw: Takes the source of random numbers.
     """
 

@@ -276,8 +276,8 @@ class RosGraph:
         Args:
             message_type: A message class.
             topic: Its name.
-            matching: Told each message; by default the first one will do.
-            qos: Of the subscription; ``qos_profile_latched`` also hears what was sent before.
+            matching: Called with each message, returns whether to take it; None takes the first.
+            qos: Of the subscription; with ``qos_profile_latched`` earlier messages count too.
             timeout_s: Upper bound in seconds.
 
         Raises:

@@ -17,11 +17,11 @@ def assert_bag_repeats(path: Path | str, *, tolerance: float = 0.0) -> Verificat
 
     Args:
         path: The bag, of a simulation from its start on.
-        tolerance: What two numbers (rad, rad/s, N m; m, m/s, N) may be apart; 0 asks for the same
-            bits, which other versions of MuJoCo need not give.
+        tolerance: Largest difference of two numbers (rad, rad/s, N m; m, m/s, N); 0 requires the
+            same bits, which other versions of MuJoCo need not give.
 
     Returns:
-        What came of it.
+        The comparison of messages, library versions and remarks.
 
     Raises:
         AssertionError: A message differs; the message has the first and the largest differences.

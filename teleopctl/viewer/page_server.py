@@ -222,7 +222,7 @@ def page_address(host: str, port: int, token_file: Path | None = None) -> Addres
     Args:
         host: What the server listens on.
         port: Its port.
-        token_file: Where the token is that the page asks for, if it asks for one.
+        token_file: File of the page's token; None for a page without token.
     """
     return Address(f"http://{host_in_url(host)}:{port}/", token_file)
 

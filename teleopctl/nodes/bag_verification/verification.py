@@ -120,7 +120,7 @@ class _Run:
     """A run that was recorded, and the same once more.
 
     Args:
-        session: What the bag says of it.
+        session: The run as the bag has it.
         parameters: Of the simulator.
         tolerance: What two numbers may be apart.
         on_message: See `verify_bag`.

@@ -106,7 +106,7 @@ def async_param_client(args: list[str] | None = None) -> None:
 
 
 class _Steps:
-    """What the client does, and says of it."""
+    """Steps of the demo client, with their log lines."""
 
     def __init__(self, node: Node, client: AsyncParameterClient) -> None:
         self._node = node

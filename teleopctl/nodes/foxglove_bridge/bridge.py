@@ -35,8 +35,8 @@ class AssetReader:
     """Callable that returns the file of an asset URI (mesh, texture) if an allowlist has the URI.
 
     Args:
-        settings: Which URIs clients may ask for.
-        logger: Told of what was refused or is missing.
+        settings: Which URIs clients may request.
+        logger: Logs refused and missing files.
     """
 
     def __init__(self, settings: BridgeSettings, logger: RcutilsLogger) -> None:

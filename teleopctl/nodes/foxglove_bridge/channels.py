@@ -28,7 +28,7 @@ _LONGEST_LEARNING_S = 2.0
 
 
 class _Open:
-    """A channel, who looks at it, and the subscription while somebody does."""
+    """A channel, its clients, and the ROS subscription while there are any."""
 
     def __init__(self, channel: Channel, topic: str, type_name: str) -> None:
         self.channel = channel

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 _DEPTH = 10
 ENCODINGS = ("cdr", "json")
-"""How clients may write messages."""
+"""Encodings in which clients may send messages."""
 
 
 class _Advertised(NamedTuple):

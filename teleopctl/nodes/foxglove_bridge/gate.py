@@ -336,7 +336,7 @@ class _SdkPort:
     def _admit(self) -> None:
         """Make the kernel drop packets that do not come from our own connections' ports.
 
-        A port belongs to one connection while that lasts, so that nobody else can come from it.
+        A port belongs to one connection while that lasts, so that no other process can use it.
         What an accepted connection lets through is decided when it is made.
         """
         if self._listener is None:

@@ -31,7 +31,7 @@ class RemoteParameters:
     """Access of Foxglove clients to the parameters of all nodes; used on the server's threads.
 
     Args:
-        node: Asks the other nodes.
+        node: Calls the other nodes' services.
         settings: Which parameters there are for clients.
     """
 
@@ -166,7 +166,7 @@ def _to_remote(name: str, message: Any) -> RemoteParameter:
 
 
 def _in_type(value: Any, kind: RemoteType | None) -> Any:
-    """Integers where the node has floating-point numbers: JSON does not tell them apart."""
+    """Convert integers to floats where the parameter has floats: JSON has one number type."""
     if kind == RemoteType.Float64 and isinstance(value, int):
         return float(value)
     if kind == RemoteType.Float64Array and isinstance(value, list):

@@ -59,8 +59,8 @@ class GazeboServer(Node):
     """Node ``gazebo``: starts the simulator for a spawned robot, and spawns other entities.
 
     Args:
-        request: What the command line wants.
-        children: Takes the programs.
+        request: The parsed command line.
+        children: Starts and ends the programs.
 
     Raises:
         InvalidDescriptionError: The world cannot be read.

@@ -182,7 +182,7 @@ def _node(name: str) -> Any:
 
 
 def _entity(node: Node, options: argparse.Namespace, name: str) -> GazeboEntity | None:
-    """Return what is to be spawned, from where the options say it is; None when they do not."""
+    """Return the entity to spawn, read from the source in the options; None without a source."""
     there = GazeboEntity(name=name, pose=tuple(float(getattr(options, key)) for key in _NUMBERS))
     if options.file:
         node.get_logger().info(f"Loading entity XML from file {options.file}")

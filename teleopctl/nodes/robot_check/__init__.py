@@ -1,1 +1,1 @@
-"""What becomes of a robot's file: how it is read, what was repaired, and whether it stands."""
+"""Check of a robot file: reading, repairs, model, simulation, controllers and frames."""

@@ -12,9 +12,9 @@ if TYPE_CHECKING:
     from teleopctl.sim import SimulatedRobot, Simulation
 
 SPEED = 0.3
-"""How fast a base is to go, in m/s."""
+"""Commanded speed of a base, in m/s."""
 TURN = 0.5
-"""How fast it is to turn, in rad/s."""
+"""Commanded turning speed of a base, in rad/s."""
 MOVING_S = 2.0
 """Seconds of each motion."""
 ENOUGH = 0.5

@@ -175,7 +175,7 @@ class ControllerTester:
         return bool(joints), summary
 
     def _why_still(self, joints: Sequence[str]) -> str:
-        """What is known of the reason for which joints do not follow their commands."""
+        """Return a known reason why joints do not follow their commands; empty for none."""
         names, efforts = self._simulation.joint_names, self._simulation.efforts
         at_limit = []
         for name in joints:
@@ -267,7 +267,7 @@ class ControllerTester:
         return min(_JOINT_SPEED, most / 2) if most > 0.0 else _JOINT_SPEED
 
     def _least(self, interface: CommandInterface, joint: str, away: float, before: float) -> float:
-        """How far a joint has to come; NaN for one that is not there."""
+        """Return the least motion of a joint that passes; NaN for an unknown joint."""
         if joint not in self._joints:
             return math.nan
         if interface.interface_name == "position":

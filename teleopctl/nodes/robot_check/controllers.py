@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 _MANAGER = "controller_manager"
 PLANAR_MOVE = "planar_move"
-"""What stands for the type of a controller where Gazebo's plug-in moves a base."""
+"""Type in the report for a Gazebo plug-in that moves a base instead of a controller."""
 _DEFAULT_RATE_HZ = 100
 # As the simulator has it.
 _MOST_HZ = 100_000
@@ -158,7 +158,7 @@ def _script(
     tester: ControllerTester,
     driven: ControllerReport,
 ) -> Iterator[None]:
-    """What is done in each control period, one after the other."""
+    """Yield after each control period of the test: wait, activate controllers, command each."""
     yield from tester.wait(_BEFORE_S)
     for name in given.names:
         if why := _bring_up(stack, name, given):
@@ -197,7 +197,7 @@ def _parameters(name: str, given: ChosenControllers) -> Mapping[str, Any]:
 
 
 def _reason(stack: ControlStack, spec: ControllerSpec | None, before: int) -> str:
-    """The last thing that was said against a controller."""
+    """Return the last error that was logged about a controller."""
     said = [text for kind, text in stack.log.lines[before:] if kind == "error"]
     if spec is not None:
         said += stack.nodes[spec.name].log.texts("error")

@@ -238,7 +238,7 @@ def defect_report(file: Path, error: Exception) -> RobotReport:
 
 
 def _of_world(report: RobotReport) -> RobotReport:
-    """See what a world has, with nobody in it."""
+    """Report on a world without a robot."""
     from teleopctl.mujoco_model import build_model
 
     nobody = RobotDescription.from_urdf('<robot name="nobody"><link name="world"/></robot>')

@@ -3,7 +3,7 @@
 yourdfpy is another reader of URDF, which shares no code with ours. What it does not support is no
 difference, and is evened out beforehand:
 
-- Capsules, which it does not know, are left out.
+- Capsules, which it does not support, are left out.
 - Every joint is given its position, since yourdfpy lets a joint stand still that follows a mimic
   joint. The numbers of ``<mimic>`` are compared.
 - Axes are made unit vectors, as ROS takes them: yourdfpy does so for rotations only.
@@ -91,7 +91,7 @@ class SecondReading(NamedTuple):
         error: Why yourdfpy cannot read it; empty where it can.
         differences: What it reads differently.
         meshes: Number of mesh files of the same size.
-        capsules: Number of capsules, which yourdfpy does not know.
+        capsules: Number of capsules, which yourdfpy does not support.
     """
 
     error: str = ""

@@ -95,7 +95,7 @@ def _run(simulation: Simulation, seconds: float) -> bool:
 
 
 def _fallen(robot: SimulatedRobot) -> str:
-    """How the robot's free root link has fallen; empty where it stands or is fixed."""
+    """Return how the robot's free root link has fallen; empty if it stands or is fixed."""
     base = robot.model.base
     if base is None:
         return ""

@@ -16,7 +16,7 @@ from teleopctl.node import Node, init, parse_ros_arguments
 from teleopctl.tf import TF_STATIC_TOPIC, TF_TOPIC, KnownFrame, LiveBuffer, TransformListener
 
 WAIT_S = 5.0
-"""How long tf is listened to, in seconds: as long as tf2_tools does."""
+"""Seconds for which tf is received: as long as tf2_tools does."""
 
 # What tf2 calls every broadcaster: messages do not tell who sent them.
 _NOBODY = "default_authority"

@@ -109,7 +109,7 @@ class Cluster:
             sent_folder: The folder that the runs need.
             archive: Its bytes.
             on_begin: Called when a run begins.
-            on_result: Called with what came of each.
+            on_result: Called with the result of each run.
 
         Raises:
             UnavailableError: The scheduler has gone.
@@ -157,7 +157,7 @@ class Cluster:
             raise
 
     def _told(self, told: queue.SimpleQueue[Any], count: int) -> Iterator[Any]:
-        """What is told until so many runs have ended."""
+        """Yield events of the workers until that many runs have ended."""
         away_s = 0.0
         while count:
             try:
@@ -173,7 +173,7 @@ class Cluster:
 
 # Any: a future of Dask's.
 def _received(future: Any, request: RunRequest, folder: Path) -> RunResult:
-    """Put what came of a run into its folder here."""
+    """Store the result and the files of a run in its folder on this machine."""
     clear_run(folder)
     try:
         fields, packed = future.result()

@@ -34,7 +34,7 @@ def run_on_worker(
     """Execute a run on this Dask worker; return its result as a dict, and its folder as an archive.
 
     Args:
-        request_fields: Fields of a `RunRequest`, with the paths of whoever asks for it.
+        request_fields: Fields of a `RunRequest`, with paths of the requesting machine.
         sent_folder: The folder that was sent with it.
         archive: Its bytes.
         sweep_id: Which sweep it is of.
@@ -87,7 +87,7 @@ def _processes(sweep: str) -> RunProcesses:
 
 
 def _sent_folder(home: Path, sweep: str, data: bytes) -> Path:
-    """Where the files are that were sent, unpacked once for all runs."""
+    """Return the folder of the files that were sent, unpacked once for all runs."""
     root = home / f"sweep-{sweep}"
     with _lock:
         if not root.is_dir():

@@ -1,1 +1,1 @@
-"""What can be shown in the picture: one file for each kind of display, under RViz's names."""
+"""Displays of the 3D view, under RViz's names: one file for each kind."""

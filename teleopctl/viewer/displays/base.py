@@ -89,7 +89,7 @@ class Display:
         rviz_class: The class's name in ``.rviz`` files, without its package.
         message_type: Type of its topic; empty for a display without a topic.
         other_types: Further types that its topic may have.
-        properties: Its properties, besides name, topic and whether it is enabled.
+        properties: Its properties, except name, topic and whether it is enabled.
         topic_key: Name of the property that holds the topic in an ``.rviz`` file.
         parts_title: Title of the list of its `parts`; empty for a display without any.
         latched: Whether to request the last message of latched publishers, whatever the file says.
@@ -226,7 +226,7 @@ class Display:
         """Clear drawn messages after ROS time jumped back; subscribe again if latched.
 
         A latched message may have come before the jump and is not repeated: the display subscribes
-        anew.
+        again.
         """
         if self._end is not None and self.qos().durability == DurabilityPolicy.TRANSIENT_LOCAL:
             self.reset()

@@ -1,4 +1,4 @@
-"""What the joint sliders move: controllers, published joint states, or nothing."""
+"""Receivers of the joint sliders' positions: controllers, published joint states, or none."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""What stands in the picture: frames, and the robot on them."""
+"""Contents of the 3D view as viser scene nodes: tf frames, drawings, meshes and textures."""

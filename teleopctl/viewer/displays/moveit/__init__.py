@@ -1,1 +1,1 @@
-"""What MoveIt plans: states, trajectories and the planning scene, as its plug-ins of RViz show."""
+"""Displays of MoveIt's RViz plug-ins: robot states, trajectories and the planning scene."""

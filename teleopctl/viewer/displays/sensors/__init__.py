@@ -1,1 +1,1 @@
-"""What sensors send: pictures, clouds of points, scans, maps."""
+"""Displays of sensor data: images, point clouds, laser scans and maps."""
