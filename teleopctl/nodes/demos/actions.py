@@ -48,7 +48,7 @@ class FibonacciActionClient(Node):
         self._client = ActionClient(self, Fibonacci, "fibonacci")
 
     def send_goal(self, order: int) -> None:
-        """Wait for the action server, and send a goal for ``order`` Fibonacci numbers."""
+        """Wait for the action server, and send a goal of an order; the result is logged later."""
         self._client.wait_for_server()
         sent = self._client.send_goal_async(
             Fibonacci.Goal(order=order), feedback_callback=self._take_feedback

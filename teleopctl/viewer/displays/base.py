@@ -248,7 +248,7 @@ class Display:
     # --- for subclasses -----------------------------------------------------------------------
 
     def subscription_type(self) -> str:
-        """Return the message type to subscribe to: the publishers', if the display supports it."""
+        """Return the type to subscribe to: the publishers' if supported, else `message_type`."""
         known = (self.message_type, *self.other_types)
         if self.other_types:
             offered = [

@@ -196,7 +196,7 @@ class RobotModelDisplay(Display):
             self._update_status()
 
     def changed(self, name: str) -> None:
-        """Redraw after a property was set; load the description again for its properties."""
+        """Redraw; after a change of a ``Description …`` property load the robot again."""
         self.stopped()
         self._draw_links()
         if name.startswith("Description"):
