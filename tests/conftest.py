@@ -35,7 +35,7 @@ _REAPER = pytest.StashKey[subprocess.Popen[bytes]]()
 # each time, so that a change is judged by itself; `--hypothesis-profile=nightly` tries many others.
 # Neither has a deadline: how long an example takes depends on the machine's other work.
 _SETTINGS = settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])
-settings.register_profile("teleopctl", _SETTINGS, max_examples=20, derandomize=True)
+settings.register_profile("teleopctl", _SETTINGS, max_examples=12, derandomize=True)
 settings.register_profile("nightly", _SETTINGS, max_examples=400)
 settings.load_profile("teleopctl")
 
