@@ -17,7 +17,7 @@ from teleopctl.control.resource_manager import ResourceManager
 
 
 class ChainCycleError(Exception):
-    """Controllers command each other in a cycle; the message names them."""
+    """Raised when controllers command each other in a cycle; the message names them."""
 
 
 class Chains:
@@ -35,7 +35,7 @@ class Chains:
         self._resources = resources
 
     def exporting_controller(self, interface: str) -> ControllerSpec | None:
-        """Return the controller that exports an interface; None for hardware interfaces."""
+        """Return the controller that an interface's name begins with; None for hardware's."""
         spec = self._controllers.get(interface.partition("/")[0])
         if spec is None or self._resources.component_of(interface) is not None:
             return None
@@ -62,7 +62,7 @@ class Chains:
         ]
 
     def connected(self, specs: Iterable[ControllerSpec]) -> list[ControllerSpec]:
-        """Return given controllers with all active ones that a chain connects to them."""
+        """Return the given controllers and all active controllers that chains connect to them."""
         found = {spec.name: spec for spec in specs}
         waiting = list(found.values())
         while waiting:
@@ -78,7 +78,7 @@ class Chains:
         return list(found.values())
 
     def chain_connections(self, spec: ControllerSpec) -> dict[str, list[str]]:
-        """Return the reference interfaces that a controller commands, by exporting controller.
+        """Return the names of the references that a controller commands, by exporting controller.
 
         The references are named without their controllers.
         """
@@ -89,7 +89,7 @@ class Chains:
         return found
 
     def in_update_order(self) -> list[ControllerSpec]:
-        """Return all controllers in update order: each before those that it commands.
+        """Return all controllers, each before those it commands and after those it reads.
 
         A controller that both commands another one and reads its states comes before it.
         Controllers without a chain keep their order.
@@ -117,7 +117,7 @@ class Chains:
         starting: Collection[ControllerSpec],
         stopping: Collection[ControllerSpec],
     ) -> str | None:
-        """Return why a controller cannot be activated in a switch; None if it can.
+        """Return the reason why a switch cannot activate a controller; None if it can.
 
         Args:
             spec: The controller.
@@ -184,7 +184,7 @@ class Chains:
         starting: Collection[ControllerSpec],
         stopping: Collection[ControllerSpec],
     ) -> str | None:
-        """Return why a controller cannot be deactivated in a switch; None if it can."""
+        """Return the reason why a switch cannot deactivate a controller; None if it can."""
         if spec.lifecycle_state is not State.ACTIVE:
             return (
                 f"Controller with name '{spec.name}' can not be deactivated since it is not active."
@@ -205,7 +205,7 @@ class Chains:
         return None
 
     def controllers_in_chained_mode(self, running: Iterable[ControllerSpec]) -> set[str]:
-        """Return the names of the controllers that the given running ones command."""
+        """Return the names of the controllers that the given running controllers command."""
         return {other.name for spec in running for other in self.commanded_controllers(spec)}
 
     def chained_mode_changes(
@@ -214,7 +214,7 @@ class Chains:
         starting: Collection[ControllerSpec],
         stopping: Collection[ControllerSpec],
     ) -> list[ControllerSpec]:
-        """Return the controllers staying active whose chained mode a switch must change."""
+        """Return the controllers that a switch keeps active but must change in chained mode."""
         staying = [spec for spec in active if spec not in stopping]
         controllers_in_chained_mode = self.controllers_in_chained_mode((*staying, *starting))
         return [

@@ -33,11 +33,11 @@ _WAKE_PERIOD_S = 1.0
 
 
 class ControllerManagerUnavailableError(UnavailableError):
-    """The services of a controller manager are not offered or do not respond."""
+    """Raised when a controller manager's services are missing or do not respond."""
 
 
 class ControllerManagerClient:
-    """Client of a controller manager's services, with retries and error causes.
+    """Client of a controller manager's services, with retries and logged error causes.
 
     Args:
         node: The node that sends the requests.
@@ -67,7 +67,7 @@ class ControllerManagerClient:
         return self._clients[service]
 
     def wait(self, timeout: float, *, log_waiting: bool = False) -> None:
-        """Wait until the controller manager offers its services.
+        """Wait until the controller manager offers its services; raise when the time is over.
 
         Args:
             timeout: Seconds; 0 waits for ever.
@@ -124,7 +124,7 @@ class ControllerManagerClient:
         return frozenset(server.zid for server in servers)
 
     def wait_for_restart(self, sessions: frozenset[str]) -> None:
-        """Wait until a session other than the given ones offers the manager's services.
+        """Wait until a Zenoh session other than the given ones offers the manager's services.
 
         Raises:
             ExternalShutdownException: The context was shut down meanwhile.
@@ -139,11 +139,11 @@ class ControllerManagerClient:
         return ManagerLog(self._node, self.name)
 
     def cause(self, controller: str) -> str | None:
-        """Return the error logged about a controller since the last call, or None."""
+        """Return the error logged about a controller since the last request; None if none."""
         return self._log.cause(controller, self._called_ns)
 
     def reload_error(self) -> str | None:
-        """Return the logged reason why the last call did not reload controllers, or None.
+        """Return the manager's logged reason for refusing the last reload request; None if none.
 
         None also if nothing was logged.
         """
@@ -175,7 +175,7 @@ class ControllerManagerClient:
         )
 
     def call(self, service: str, type_name: str, **fields: Any) -> Any:
-        """Call a service of the controller manager, with retries; return the response.
+        """Call a manager's service, with retries; return the response, or raise if none comes.
 
         Args:
             service: Name of the service, below the manager's name.
@@ -263,7 +263,7 @@ class ControllerManagerClient:
         return bool(response.ok), str(response.message)
 
     def set_parameter(self, name: str, value: AllowableParameterValue) -> bool:
-        """Set a parameter of the manager's node; return whether that succeeded."""
+        """Set a parameter of the manager's node by service; return whether that succeeded."""
         wanted = [Parameter(name, value=value)]
         response = self._call_with_retries(
             "set_parameters", lambda: self._parameters.set_parameters(wanted)

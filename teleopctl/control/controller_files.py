@@ -20,7 +20,7 @@ MANAGER_PARAMETERS = frozenset((*_FROM_FILES, "params_file", "node_options_args"
 def controller_load_parameters(
     controller: str, manager: str, files: Sequence[str]
 ) -> dict[str, Any]:
-    """Return the parameters that the manager needs to load a controller, from files.
+    """Return a controller's type, fallback controllers and file paths from parameter files.
 
     Args:
         controller: The controller's name.

@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 
 
 class ManagerNode(Protocol):
-    """Interface of the node that a controller manager uses."""
+    """Interface of the node that a controller manager uses: parameters, controllers' nodes."""
 
     def parameter(self, name: str) -> AllowableParameterValue:
         """Return the value of a parameter of the manager's node; None if undeclared."""
@@ -52,11 +52,11 @@ class ManagerNode(Protocol):
         """Destroy the node of an unloaded controller."""
 
     def publish_activity(self) -> None:
-        """Publish the states of all controllers and hardware components."""
+        """Publish the lifecycle states of all controllers and hardware components."""
 
 
 def string_list_parameter(node: ManagerNode, name: str) -> list[str]:
-    """Return a manager's parameter that lists strings; a string is a list of one.
+    """Return the value of a manager's parameter as a list of strings; raise if impossible.
 
     Args:
         node: The manager's node.
@@ -73,7 +73,7 @@ def string_list_parameter(node: ManagerNode, name: str) -> list[str]:
 
 
 class ControllerManager:
-    """Loads, configures, activates, deactivates and unloads controllers.
+    """Controller manager without ROS topics: loads, configures and unloads controllers.
 
     Args:
         resource_manager: The robot's hardware.
@@ -109,7 +109,7 @@ class ControllerManager:
     # ---- life cycle of single controllers
 
     def load_controller(self, name: str) -> bool:
-        """Load a controller, of the type in parameter ``<name>.type``; False on failure."""
+        """Load a controller of the type in parameter ``<name>.type``; return False on failure."""
         if name in self.controllers:
             self.logger.error(
                 f"A controller named '{name}' was already loaded inside the controller manager"
@@ -170,7 +170,7 @@ class ControllerManager:
         return True
 
     def configure_controller(self, name: str) -> bool:
-        """Configure a controller, unconfigured or inactive, to inactive; False on failure."""
+        """Configure an unconfigured or inactive controller; return False on failure."""
         spec = self._find(name, "configure")
         if spec is None:
             return False
@@ -306,11 +306,11 @@ class ControllerManager:
 
     @property
     def chains(self) -> Chains:
-        """Chains of the loaded controllers."""
+        """Chains of the loaded controllers: which commands or reads which others."""
         return Chains(self.controllers, self.resource_manager)
 
     def refresh_interfaces(self, spec: ControllerSpec) -> None:
-        """Update a controller's required interfaces from its interface configurations."""
+        """Update the interface names that a controller requires from its configurations."""
         resources = self.resource_manager
         spec.required_command_interfaces = required_names(
             spec.command_interface_configuration, resources.command_interfaces
@@ -349,7 +349,7 @@ class ControllerManager:
     def call(
         self, controller: ControllerInterface, function: Callable[[], CallbackReturn | None]
     ) -> CallbackReturn:
-        """Call a life cycle callback of a controller; log exceptions and return ERROR for them."""
+        """Call a lifecycle callback of a controller; return its result, or ERROR if it raises."""
         # A bound method has a name; what is put together for one call has none.
         where = getattr(function, "__name__", "its choice of interfaces")
         self._causes.pop(controller.name, None)
@@ -366,7 +366,7 @@ class ControllerManager:
         return outcome
 
     def record_failure(self, controller: ControllerInterface, cause: str) -> CallbackReturn:
-        """Store the cause of a controller's failure, for `cause`; return FAILURE."""
+        """Store the cause of a controller's failure, which `cause` returns; return FAILURE."""
         self._causes[controller.name] = cause
         return CallbackReturn.FAILURE
 
@@ -377,7 +377,7 @@ class ControllerManager:
     def recover(
         self, controller: ControllerInterface, outcome: CallbackReturn, after_failure: State
     ) -> None:
-        """Set a controller's state after a life cycle callback that did not succeed.
+        """Set a controller's state after a failed callback; after ERROR, call ``on_error`` first.
 
         Args:
             controller: The controller.
@@ -403,7 +403,7 @@ class ControllerManager:
         return outcome
 
     def deactivate_controllers(self, stopping: Sequence[ControllerSpec]) -> list[str]:
-        """Deactivate controllers and release their interfaces; return the failed ones."""
+        """Deactivate controllers and release their interfaces; return the names of failed ones."""
         failed = []
         for spec in stopping:
             controller = spec.controller
@@ -422,7 +422,7 @@ class ControllerManager:
         return failed
 
     def stop_controllers(self, stopping: Sequence[ControllerSpec]) -> None:
-        """Stop updating and deactivate controllers at once; the caller holds ``cycle_lock``."""
+        """Stop updating and deactivate controllers; called with ``cycle_lock`` held."""
         self.active_controllers = tuple(
             spec for spec in self.active_controllers if spec not in stopping
         )
@@ -434,7 +434,7 @@ class ControllerManager:
     def users_of(
         self, component: HardwareComponent, *, only_commands: bool
     ) -> list[ControllerSpec]:
-        """Return the active controllers that use interfaces of a hardware component."""
+        """Return the active controllers that command or read interfaces of a hardware component."""
         hardware = component.hardware
         users = []
         for spec in self.active_controllers:

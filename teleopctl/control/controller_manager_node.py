@@ -99,7 +99,7 @@ class ControllerManagerNode:
         return value
 
     def create_controller_params(self, controller_name: str) -> ControllerInterfaceParams:
-        """Create a controller's node, with the parameters of its parameter files."""
+        """Create a controller's node; return the constructor argument with that node."""
         arguments = list(self._ros_arguments)
         for file in dict.fromkeys(string_list_parameter(self, f"{controller_name}.params_file")):
             arguments += ["--ros-args", "--params-file", file, "--"]
@@ -284,7 +284,7 @@ def _no_cycle(time_ns: int) -> None:
 
 
 def without_node_name(arguments: Sequence[str]) -> list[str]:
-    """Return ROS arguments without the remap rule of the node's name.
+    """Return ROS arguments without remap rules of the node's name (``__node``, ``__name``).
 
     Args:
         arguments: A command line with ``--ros-args`` groups.

@@ -19,7 +19,7 @@ _NO_INTERFACES = InterfaceConfiguration()
 
 @dataclass
 class ControllerSpec:
-    """Loaded controller with type, fallbacks, required interfaces and statistics.
+    """Record of a loaded controller: type, fallbacks, required interfaces and statistics.
 
     Attributes:
         controller: The controller.
@@ -58,7 +58,7 @@ class ControllerSpec:
 def required_names(
     configuration: InterfaceConfiguration, interfaces: Mapping[str, StateInterface]
 ) -> tuple[str, ...]:
-    """Return the full interface names that a configuration selects; ALL takes available ones."""
+    """Return the interface names that a configuration selects; ALL selects the available ones."""
     if configuration.type is InterfaceConfigurationType.ALL:
         return tuple(name for name, interface in interfaces.items() if interface.available)
     if configuration.type is InterfaceConfigurationType.NONE:

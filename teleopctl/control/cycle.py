@@ -36,7 +36,7 @@ _REPORT_PERIOD = 1.0
 
 
 class Cycle:
-    """Control cycle: read hardware, update controllers, enforce limits, write hardware.
+    """Control cycle: reads hardware, updates controllers, enforces limits, writes hardware.
 
     Args:
         manager: The controllers and the hardware.
@@ -58,11 +58,11 @@ class Cycle:
         self.times = CycleTimes()
 
     def report(self, sentence: str) -> None:
-        """Log a warning after the present cycle, since logging is too slow within."""
+        """Store a warning that is logged after the present cycle."""
         self._reports.append(sentence)
 
     def run(self, time_ns: int, steady_ns: int | None = None) -> None:
-        """Run one control cycle at a given time.
+        """Run one control cycle at a given time, then publish queued values and log warnings.
 
         Args:
             time_ns: Its time, for controllers and stamps.
@@ -188,7 +188,7 @@ class WallClockLoop:
         self._thread.start()
 
     def stop(self) -> None:
-        """End the loop after the present cycle, and wait for the thread."""
+        """End the loop after the present cycle, and wait up to 2 s for the thread."""
         self._stop.set()
         if self._thread.is_alive():
             self._thread.join(timeout=2.0)

@@ -15,7 +15,7 @@ EFFORT = "effort"
 
 
 class StateInterface:
-    """Named float that hardware measures, such as ``joint_1/position``.
+    """Named float that hardware measures or a controller exports, such as ``joint_1/position``.
 
     Args:
         prefix_name: The joint, sensor or gpio.

@@ -26,7 +26,7 @@ _ORDER = (State.UNCONFIGURED, State.INACTIVE, State.ACTIVE)
 
 
 class HardwareComponent:
-    """Hardware plug-in with life cycle state, interfaces and statistics.
+    """Loaded hardware plug-in with lifecycle state, interfaces and statistics.
 
     Args:
         hardware: The plug-in.
@@ -58,7 +58,7 @@ class HardwareComponent:
         return True
 
     def change_state(self, target: State) -> bool:
-        """Move to a life cycle state step by step; return False if a step fails."""
+        """Change to a lifecycle state, transition by transition; return False if one fails."""
         if target is State.FINALIZED:
             return self._finalize()
         while self.lifecycle_state is not target:
@@ -99,7 +99,7 @@ class HardwareComponent:
             interface.available = available
 
     def read(self, time_ns: int, period: float) -> ReturnType:
-        """Call the plug-in's ``read`` if inactive or active; handle errors and requests."""
+        """Call the plug-in's ``read`` if inactive or active; return the outcome after recovery."""
         if self.lifecycle_state not in (State.INACTIVE, State.ACTIVE):
             return ReturnType.OK
         began_ns = time.perf_counter_ns()
@@ -108,7 +108,7 @@ class HardwareComponent:
         return outcome
 
     def write(self, time_ns: int, period: float) -> ReturnType:
-        """Call the plug-in's ``write`` if active; handle errors and requests."""
+        """Call the plug-in's ``write`` if active; return the outcome after recovery."""
         if self.lifecycle_state is not State.ACTIVE:
             return ReturnType.OK
         began_ns = time.perf_counter_ns()

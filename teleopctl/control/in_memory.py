@@ -30,7 +30,7 @@ from teleopctl.robot import RobotDescription
 
 
 class RecordedLog:
-    """Logger that stores lines in memory.
+    """Logger for tests that stores lines in memory.
 
     Attributes:
         lines: Severity (``debug`` to ``fatal``) and text of each.
@@ -41,41 +41,41 @@ class RecordedLog:
         self.lines: list[tuple[str, str]] = []
 
     def texts(self, severity: str | None = None) -> list[str]:
-        """Return the logged texts of a severity, or all of them."""
+        """Return the stored log texts of a severity, or all of them."""
         return [text for kind, text in self.lines if severity in (None, kind)]
 
     def get_child(self, name: str) -> RecordedLog:
-        """Return this logger: lines of children are stored here too."""
+        """Return this logger itself, so that lines of child loggers are stored here too."""
         del name
         return self
 
     # Options, such as once=True, are accepted: every line counts.
     def debug(self, message: str, **_: object) -> None:
-        """Append a line of severity DEBUG to `lines`, in memory only."""
+        """Append a line of severity ``debug`` to `lines`, in memory only."""
         self.lines.append(("debug", message))
 
     def info(self, message: str, **_: object) -> None:
-        """Append a line of severity INFO to `lines`, in memory only."""
+        """Append a line of severity ``info`` to `lines`, in memory only."""
         self.lines.append(("info", message))
 
     def warning(self, message: str, **_: object) -> None:
-        """Append a line of severity WARN to `lines`, in memory only."""
+        """Append a line of severity ``warning`` to `lines`, in memory only."""
         self.lines.append(("warning", message))
 
     warn = warning
 
     def error(self, message: str, **_: object) -> None:
-        """Append a line of severity ERROR to `lines`, in memory only."""
+        """Append a line of severity ``error`` to `lines`, in memory only."""
         self.lines.append(("error", message))
 
     def fatal(self, message: str, **_: object) -> None:
-        """Append a line of severity FATAL to `lines`, in memory only."""
+        """Append a line of severity ``fatal`` to `lines`, in memory only."""
         self.lines.append(("fatal", message))
 
 
 # Any: an endpoint takes the callback and the messages of any type.
 class RecordedEndpoint:
-    """Publisher, subscription or service in memory, which stores published messages.
+    """Publisher, subscription or service in memory for tests, which stores published messages.
 
     Args:
         name: As the controller gave it.
@@ -97,19 +97,19 @@ class RecordedEndpoint:
         self._last_only = last_only
 
     def publish(self, msg: object) -> None:
-        """Store a copy of a message."""
+        """Store a copy of a message in `messages`; with ``last_only``, the message itself alone."""
         if self._last_only:
             self.messages = [msg]
         else:
             self.messages.append(copy.deepcopy(msg))
 
     def get_subscription_count(self) -> int:
-        """Return 1, so that publishers publish."""
+        """Return 1, so that publishers that skip messages without subscribers publish."""
         return 1
 
 
 class RecordedNode:
-    """Node in memory, for controllers and hardware under test.
+    """Node in memory, for tests of controllers and hardware without a ROS graph.
 
     Args:
         name: The node's name.
@@ -139,7 +139,7 @@ class RecordedNode:
     # -- what the other side does ------------------------------------------------------------------
 
     def receive(self, topic: str, message: object) -> None:
-        """Call a subscription's callback with a message."""
+        """Call the callback of a subscription to a topic with a message."""
         callback = self.endpoints[topic].callback
         if callback is None:
             raise AssertionError(f"{topic} is published, not subscribed to")
@@ -147,7 +147,7 @@ class RecordedNode:
 
     # Any: what it answers has the type of the service.
     def call(self, service: str, request: object, response: object) -> Any:
-        """Call a service's callback with request and response; return what it returns."""
+        """Call a service's callback with request and response; return the callback's result."""
         callback = self.endpoints[service].callback
         if callback is None:
             raise AssertionError(f"{service} is no service")
@@ -155,7 +155,7 @@ class RecordedNode:
 
     # Any: each topic has a type of its own.
     def published(self, topic: str) -> list[Any]:
-        """Return the messages that the node published on a topic."""
+        """Return the messages that the node has published on a topic."""
         return self.endpoints[topic].messages
 
     # -- what the node's owner uses ----------------------------------------------------------------
@@ -188,7 +188,7 @@ class RecordedNode:
         return {name: Parameter(name, value=value) for name, value in self._given.items()}
 
     def set_parameters(self, parameter_list: Sequence[Parameter]) -> None:
-        """Set parameters, and call the post-set callbacks."""
+        """Set parameters, and call the callbacks registered for changed parameters."""
         self._parameters.update((parameter.name, parameter.value) for parameter in parameter_list)
         for callback in self._post_set:
             callback(list(parameter_list))
@@ -240,7 +240,7 @@ class RecordedNode:
 
 # Any: goals, results and feedback of whatever action it is.
 class RecordedActionServer:
-    """Action server in memory, for controllers under test.
+    """Action server in memory, for tests of controllers without a ROS graph.
 
     Args:
         action_type: Action class.
@@ -280,7 +280,7 @@ class RecordedActionServer:
     # -- what the other side does ------------------------------------------------------------------
 
     def send_goal(self, goal: object) -> ServerGoalHandle[Any, Any, Any] | None:
-        """Send a goal to the callbacks; return its handle, or None if it is rejected."""
+        """Send a goal to the server's callbacks; return its handle, or None if rejected."""
         if self._goal_callback(goal) is not GoalResponse.ACCEPT:
             return None
         self._count += 1
@@ -295,7 +295,7 @@ class RecordedActionServer:
         return self._cancel_callback(handle) is CancelResponse.ACCEPT and handle.begin_cancel()
 
     def result(self, handle: ServerGoalHandle[Any, Any, Any]) -> Any:
-        """Return the result of a goal; None before the goal has ended."""
+        """Return the result of a goal; None if the goal has not ended."""
         responses: list[Any] = []
         handle.when_finished(responses.append)
         return responses[0].result if responses else None
@@ -393,7 +393,7 @@ class ControlStack:
             self.load_urdf(urdf)
 
     def load_urdf(self, urdf: str) -> None:
-        """Load a robot's hardware components, and activate them.
+        """Load the hardware components of a URDF text, and activate them.
 
         Raises:
             TeleopctlError: A plug-in is missing or fails.
@@ -406,7 +406,7 @@ class ControlStack:
     def set_controller_parameters(
         self, name: str, parameters: Mapping[str, AllowableParameterValue]
     ) -> None:
-        """Set the parameters, by dotted name, of a controller to be loaded."""
+        """Set the parameters, by dotted name, for a controller that is loaded afterwards."""
         self._controller_parameters[name] = dict(parameters)
 
     def load_controller(
@@ -415,7 +415,7 @@ class ControlStack:
         type_name: str,
         parameters: Mapping[str, AllowableParameterValue] | None = None,
     ) -> ControllerInterface:
-        """Load a controller, and return it.
+        """Load and return a controller; raise AssertionError on failure.
 
         Args:
             name: The controller's name.
@@ -434,7 +434,7 @@ class ControlStack:
         return self.manager.controllers[name].controller
 
     def activate(self, *names: str) -> None:
-        """Activate controllers, after configuring those that are unconfigured.
+        """Configure unconfigured controllers, and activate them; raise AssertionError on failure.
 
         Raises:
             AssertionError: It failed; the text says why.
@@ -445,7 +445,7 @@ class ControlStack:
         self._expect(*switch_controller(self.manager, SwitchRequest(names, [])))
 
     def deactivate(self, *names: str) -> None:
-        """Deactivate controllers.
+        """Deactivate controllers; raise AssertionError on failure.
 
         Raises:
             AssertionError: It failed; the text says why.
@@ -457,7 +457,7 @@ class ControlStack:
             raise AssertionError(message or self.log.texts("error")[-1])
 
     def step(self, count: int = 1, period_ns: int | None = None) -> None:
-        """Run control cycles, each one period of the update rate later by default."""
+        """Run a number of control cycles, by default one period of the update rate apart."""
         for _ in range(count):
             self.time_ns += period_ns or round(1e9 / self.manager.update_rate)
             self.cycle.run(self.time_ns)
@@ -476,7 +476,7 @@ class ControlStack:
         return self.resources.command_interfaces[name].value
 
     def commands(self, interface_name: str = "position") -> list[float]:
-        """Return the values of all hardware command interfaces of a kind."""
+        """Return the values of all hardware command interfaces of a kind, such as ``position``."""
         return [
             command.value
             for component in self.resources.components.values()
@@ -523,8 +523,8 @@ class ControlStack:
         return cast("ActionServer[Any, Any, Any]", server)
 
     def destroy_controller_node(self, node: Node) -> None:
-        """Remove the node of an unloaded controller."""
+        """Remove the node of an unloaded controller from `nodes`."""
         del self.nodes[node.get_name()]
 
     def publish_activity(self) -> None:
-        """Do nothing: there are no subscribers."""
+        """Do nothing: in memory there are no subscribers."""

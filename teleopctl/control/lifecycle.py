@@ -10,7 +10,7 @@ __all__ = ["CallbackReturn", "ReturnType", "State"]
 
 
 class ReturnType(Enum):
-    """Return values of update, read and write; None means OK, an exception ERROR."""
+    """Return values of ``update``, ``read`` and ``write``; None is OK, an exception is ERROR."""
 
     OK = "ok"
     ERROR = "error"

@@ -31,7 +31,7 @@ _ROUNDING = 1e-9
 
 
 def limits_enforced_by_default() -> bool:
-    """Return whether the ROS 2 distribution enforces command limits by default.
+    """Return whether the ROS 2 distribution enforces command limits by default: since Kilted.
 
     They are from Kilted on; in Jazzy the parameter is false, and before there was none.
     """
@@ -51,7 +51,7 @@ def limits_text(limits: JointLimits) -> str:
 
 
 class JointLimiter:
-    """Limiter of the commands of one joint.
+    """Limiter that clamps the commands of one joint to the joint's limits.
 
     Args:
         joint: Name, for the report.
@@ -89,16 +89,16 @@ class JointLimiter:
         self._reported: set[str] = set()
 
     def reset(self, interface: str) -> None:
-        """Forget the previous command of an interface, which another controller takes over."""
+        """Discard the previous command of an interface that another controller claims."""
         self._previous.pop(interface, None)
         self._reported.discard(interface)
 
     def restart(self) -> None:
-        """Forget all previous commands, so that limiting starts from measured values."""
+        """Discard all previous commands, so that limiting starts from measured values."""
         self._previous.clear()
 
     def enforce(self, period: float) -> None:
-        """Clamp the claimed commands to the limits; report each interface's first cut.
+        """Clamp the claimed commands to the limits; report each interface's first clamped command.
 
         Args:
             period: Seconds of this cycle.

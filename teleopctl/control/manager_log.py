@@ -31,7 +31,7 @@ _SKEW_NS = 100_000_000
 
 
 class ManagerLog:
-    """Collector of a controller manager's and its controllers' errors on ``/rosout``.
+    """Collector of errors that a controller manager and its controllers log on ``/rosout``.
 
     Args:
         node: The node that subscribes.
@@ -57,7 +57,7 @@ class ManagerLog:
         )
 
     def cause(self, controller: str, since_ns: int) -> str | None:
-        """Return the last error logged about a controller; None if none arrives soon.
+        """Wait for and return the last error logged about a controller; None after 3 s.
 
         Args:
             controller: Its name.
@@ -70,7 +70,7 @@ class ManagerLog:
             return self._own(controller, since_ns) or self._about(controller, since_ns)
 
     def last_error(self, beginning: str, since_ns: int) -> str | None:
-        """Return the manager's last error with a given beginning, without the beginning."""
+        """Wait for the manager's last error with a given beginning; return the rest, or None."""
 
         def found() -> str | None:
             texts = self._texts(self._name, since_ns)

@@ -19,7 +19,7 @@ LogEntry: TypeAlias = "tuple[Callable[[str], object], *tuple[str, ...]]"
 
 
 class RealtimePublisher(Generic[T]):
-    """Publisher for use in the control cycle: queues values, which are published later.
+    """Publisher for the control cycle: queues values that are published outside of it.
 
     Args:
         queue: The queue of the control loop, ``params.publish_queue`` of a controller.
@@ -33,7 +33,7 @@ class RealtimePublisher(Generic[T]):
         self.publish = publish
 
     def try_publish(self, value: T) -> None:
-        """Queue a value, which must not be changed afterwards; never blocks.
+        """Queue a value for publishing without blocking; it must not be changed afterwards.
 
         On the wall clock it replaces an earlier value that has not been published yet.
         """
@@ -41,7 +41,7 @@ class RealtimePublisher(Generic[T]):
 
 
 class PublishQueue:
-    """Queue of values to be published outside of the control cycle.
+    """Queue of values that controllers publish outside of the control cycle.
 
     Args:
         report: Called with a sentence when publishing fails.
@@ -57,12 +57,12 @@ class PublishQueue:
         self._stopping = False
 
     def start_thread(self) -> None:
-        """Start a thread that publishes the latest value of each publisher."""
+        """Start a thread that publishes the latest value of each publisher after each cycle."""
         self._thread = threading.Thread(target=self._run, name="publish queue", daemon=True)
         self._thread.start()
 
     def close(self) -> None:
-        """Stop the thread of `start_thread`, if any."""
+        """Stop the publishing thread of `start_thread`, if any."""
         self._stopping = True
         self._wake.set()
         if self._thread is not None:
@@ -70,14 +70,14 @@ class PublishQueue:
             self._thread = None
 
     def put(self, publisher: RealtimePublisher[T], value: T) -> None:
-        """Queue a value to publish; if a thread publishes, keep only each publisher's latest."""
+        """Queue a publisher's value; with a thread, replace the publisher's unpublished value."""
         if self._thread is None:
             self._queue.append((publisher, value))
         else:
             self._latest[publisher] = value
 
     def flush(self) -> None:
-        """Publish the queued values now, or wake the thread that does."""
+        """Publish the queued values now, or wake the publishing thread if there is one."""
         if self._thread is not None:
             if self._latest:
                 self._wake.set()

@@ -30,7 +30,7 @@ _WITHOUT_HARDWARE = (
 
 
 class ClaimError(Exception):
-    """An interface cannot be claimed or read; the message says which and why."""
+    """Raised when an interface cannot be claimed or read; the message says which and why."""
 
 
 class ResourceManager:
@@ -167,7 +167,7 @@ class ResourceManager:
     def import_interfaces(
         self, states: Iterable[StateInterface], commands: Iterable[CommandInterface]
     ) -> None:
-        """Add state and reference interfaces that a controller exports."""
+        """Add the state and reference interfaces that a controller exports."""
         # New mappings, since the control loop may be looking at the old ones.
         self.state_interfaces = self.state_interfaces | {state.name: state for state in states}
         self.command_interfaces = self.command_interfaces | {
@@ -177,7 +177,7 @@ class ResourceManager:
     def remove_interfaces(
         self, states: Iterable[StateInterface], commands: Iterable[CommandInterface]
     ) -> None:
-        """Remove interfaces that a controller exported."""
+        """Remove the state and reference interfaces that a controller exported."""
         gone_states = {state.name for state in states}
         gone_commands = {command.name for command in commands}
         self.state_interfaces = {
@@ -190,7 +190,7 @@ class ResourceManager:
         }
 
     def available_states(self, names: Iterable[str]) -> list[StateInterface]:
-        """Return the state interfaces of the given full names.
+        """Return the state interfaces of given names; raise if one is not available.
 
         Raises:
             ClaimError: One does not exist or is not available.
@@ -204,7 +204,7 @@ class ResourceManager:
         return states
 
     def claim_command_interfaces(self, names: Iterable[str], owner: str) -> list[CommandInterface]:
-        """Claim command interfaces for a controller: all or, on an error, none.
+        """Claim and return command interfaces for a controller: all, or raise and claim none.
 
         Raises:
             ClaimError: One does not exist, is not available or belongs to another controller.
@@ -234,7 +234,7 @@ class ResourceManager:
     def prepare_command_mode_switch(
         self, start_interfaces: Sequence[str], stop_interfaces: Sequence[str]
     ) -> bool:
-        """Return whether the hardware components accept a switch of command interfaces.
+        """Return whether all hardware components accept a switch of command interfaces.
 
         Args:
             start_interfaces: Full names of interfaces that controllers will own.
@@ -250,7 +250,7 @@ class ResourceManager:
     def perform_command_mode_switch(
         self, start_interfaces: Sequence[str], stop_interfaces: Sequence[str]
     ) -> bool:
-        """Switch command interfaces of the hardware components; return False on failure."""
+        """Make hardware components switch command interfaces; return False if one fails."""
         return self._switch_command_mode(
             lambda hardware: hardware.perform_command_mode_switch, start_interfaces, stop_interfaces
         )
@@ -288,7 +288,7 @@ class ResourceManager:
         ]
 
     def write(self, time_ns: int, period: float) -> list[HardwareComponent]:
-        """Write to all components; return those that failed or deactivated themselves."""
+        """Write to all hardware components; return those that failed or deactivated themselves."""
         return [
             component
             for component in self.components.values()
@@ -296,19 +296,19 @@ class ResourceManager:
         ]
 
     def enforce_command_limits(self, period: float) -> None:
-        """Clamp the claimed commands to the joints' limits."""
+        """Clamp the claimed commands to the joints' limits, if limits are enforced."""
         for limiter in self._limiters:
             limiter.enforce(period)
 
     def take_state_jumped(self) -> bool:
-        """Return whether hardware has set ``state_jumped`` since the last call."""
+        """Return whether hardware has set ``state_jumped`` since the last call, and clear that."""
         jumped = [c.hardware for c in self.components.values() if c.hardware.state_jumped]
         for hardware in jumped:
             hardware.state_jumped = False
         return bool(jumped)
 
     def restart(self) -> None:
-        """Reset commands to NaN, and restart the limiters, after the state has jumped."""
+        """Reset commands to NaN and restart the limiters, after a reset of the simulation."""
         for limiter in self._limiters:
             limiter.restart()
         for command in self.command_interfaces.values():

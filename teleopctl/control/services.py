@@ -95,7 +95,7 @@ def hardware_component_state(manager: ControllerManager, component: HardwareComp
 
 
 class ControllerManagerServices:
-    """Service servers of a controller manager.
+    """Service servers ``~/list_controllers``, ``~/switch_controller`` and so on of a manager.
 
     Args:
         node: The manager's node.

@@ -14,7 +14,7 @@ _NANOSECONDS_PER_US = 1000.0
 
 
 class MovingStatistics:
-    """Average, extremes and standard deviation of values since the last reset.
+    """Average, extremes and standard deviation of all values since the last reset.
 
     Source: Welford 1962, which needs one pass and keeps no measurements.
 
@@ -30,7 +30,7 @@ class MovingStatistics:
         self.reset()
 
     def reset(self) -> None:
-        """Discard all values."""
+        """Discard all values that were added."""
         self.count = 0
         self.current = self.average = self._squares = 0.0
         self._minimum, self._maximum = math.inf, -math.inf
@@ -63,7 +63,7 @@ class MovingStatistics:
         return math.sqrt(self._squares / self.count) if self.count else 0.0
 
     def entries(self, name: str) -> Iterator[tuple[str, float]]:
-        """Yield pairs of name and value, as ros2_control names and orders them."""
+        """Yield name-value pairs of all statistics, as ros2_control names and orders them."""
         yield f"{name}/max", self.maximum
         yield f"{name}/min", self.minimum
         yield f"{name}/average", self.average
@@ -73,7 +73,7 @@ class MovingStatistics:
 
 
 class WorkStatistics:
-    """Statistics of one part of the control cycle: execution time in µs and rate in Hz."""
+    """Statistics of a controller's or hardware's execution time in µs and rate in Hz."""
 
     __slots__ = ("execution_time", "periodicity")
 
@@ -87,7 +87,7 @@ class WorkStatistics:
         self.periodicity.reset()
 
     def add(self, began_ns: int, period_s: float | None) -> None:
-        """Add the execution time of the work that ends now, and the rate if known.
+        """Add the execution time since a begin time, and the rate if a period is given.
 
         Args:
             began_ns: When it began, by ``time.perf_counter_ns``.
@@ -98,13 +98,13 @@ class WorkStatistics:
             self.periodicity.add(1.0 / period_s)
 
     def entries(self, name: str) -> Iterator[tuple[str, float]]:
-        """Yield pairs of name and value, as ros2_control names and orders them."""
+        """Yield name-value pairs of execution time and rate, as ros2_control names them."""
         yield from self.execution_time.entries(f"{name}/execution_time")
         yield from self.periodicity.entries(f"{name}/periodicity")
 
 
 class CycleTimes:
-    """Durations of the last control cycle's parts in µs, and statistics of the rate.
+    """Read, update and write times of the last control cycle in µs, and rate statistics.
 
     Attributes:
         periodicity: How often cycles began, in Hz.
@@ -117,7 +117,7 @@ class CycleTimes:
         self.periodicity = MovingStatistics()
 
     def record(self, began_ns: int, read_ns: int, updated_ns: int, period_s: float | None) -> None:
-        """Store the durations of the cycle that ends now, and add its rate.
+        """Store the read, update and write times of the cycle that ends now, and add its rate.
 
         Args:
             began_ns: When it began, by ``time.perf_counter_ns``, as for the others.
@@ -132,7 +132,7 @@ class CycleTimes:
             self.periodicity.add(1.0 / period_s)
 
     def entries(self, name: str) -> Iterator[tuple[str, float]]:
-        """Yield pairs of name and duration, as ros2_control names them."""
+        """Yield pairs of name and duration in µs, as ros2_control names them."""
         yield f"{name}.read_time", self.read_us
         yield f"{name}.update_time", self.update_us
         yield f"{name}.write_time", self.write_us

@@ -24,7 +24,7 @@ _DEPTH = 10
 
 
 class StatisticsPublisher:
-    """Publisher of ros2_control's statistics topics, while they have subscriptions.
+    """Publisher of ``~/statistics/…`` at 10 Hz while these topics have subscriptions.
 
     Args:
         node: The manager's node.
@@ -84,7 +84,7 @@ class StatisticsPublisher:
 def statistics_entries(
     name: str, manager: ControllerManager, cycle: Cycle
 ) -> Iterator[tuple[str, float]]:
-    """Yield name and value of statistics of a control cycle, its controllers and hardware.
+    """Yield name-value pairs of the statistics of a control cycle, controllers and hardware.
 
     Args:
         name: The manager's.
@@ -113,7 +113,7 @@ Parameter = Callable[[str], "AllowableParameterValue"]
 
 
 class DiagnosticLevel(IntEnum):
-    """Levels of diagnostic_msgs/DiagnosticStatus."""
+    """Levels of diagnostic_msgs/DiagnosticStatus: OK, WARN and ERROR."""
 
     OK = 0
     WARN = 1
@@ -121,7 +121,7 @@ class DiagnosticLevel(IntEnum):
 
 
 class DiagnosticStatus(NamedTuple):
-    """Diagnostic status of one task: level, message and values."""
+    """Diagnostic status of controllers, hardware or control cycle: level, message and values."""
 
     name: str
     level: DiagnosticLevel
@@ -174,7 +174,7 @@ class DiagnosticsPublisher:
 def diagnostic_statuses(
     manager: ControllerManager, cycle: Cycle, parameter: Parameter
 ) -> tuple[DiagnosticStatus, DiagnosticStatus, DiagnosticStatus]:
-    """Return the diagnostic statuses of controllers, hardware and control cycle.
+    """Return three diagnostic statuses: of controllers, hardware and control cycle.
 
     Args:
         manager: Its controllers and hardware.
@@ -251,12 +251,12 @@ class _Thresholds:
         self.level = DiagnosticLevel.OK
 
     def judge(
-        self, name: str, measured: MovingStatistics, quantity: str, wanted: float
+        self, name: str, measured: MovingStatistics, quantity: str, expected: float
     ) -> tuple[str, str]:
         """Compare statistics with an expected value; return the key and text for the status."""
         level = DiagnosticLevel.OK
         if measured.count:
-            error = measured.average - wanted
+            error = measured.average - expected
             # What takes less time than it may is no mistake.
             error = error if quantity == "execution_time" else abs(error)
             level = max(
@@ -272,7 +272,7 @@ class _Thresholds:
             f"Avg: {measured.average:.2f} "
             f"[{measured.minimum:.2f} - {measured.maximum:.2f}] {unit}, "
             f"StdDev: {measured.standard_deviation:.2f}"
-            + (f" -> Desired : {wanted:g} Hz" if wanted else ""),
+            + (f" -> Desired : {expected:g} Hz" if expected else ""),
         )
 
     def _level(self, quantity: str, value: float) -> DiagnosticLevel:
@@ -285,15 +285,15 @@ class _Thresholds:
         return above
 
     def status(
-        self, task: str, things: str, all_: Iterable[Any], values: Sequence[tuple[str, str]]
+        self, task: str, kind: str, items: Iterable[Any], values: Sequence[tuple[str, str]]
     ) -> DiagnosticStatus:
         """Return one status for all controllers or components, with the worst level so far."""
-        states = [one.lifecycle_state for one in all_]
-        message = f"All {things} are active"
+        states = [one.lifecycle_state for one in items]
+        message = f"All {kind} are active"
         if not states:
-            message = f"There are no {things}"
+            message = f"There are no {kind}"
         elif any(state is not State.ACTIVE for state in states):
-            message = f"Not all {things} are active"
+            message = f"Not all {kind} are active"
         if self._off:
             message += f"; slow or irregular: {', '.join(dict.fromkeys(self._off))}"
         return DiagnosticStatus(task, self.level, message, values)

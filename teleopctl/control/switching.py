@@ -14,7 +14,7 @@ from teleopctl.control.resource_manager import ClaimError
 
 
 class Strictness(IntEnum):
-    """Strictness of a switch request, numbered as in controller_manager_msgs."""
+    """Strictness of a request to switch controllers, numbered as in controller_manager_msgs."""
 
     DEFAULT = 0
     BEST_EFFORT = 1
@@ -25,7 +25,7 @@ class Strictness(IntEnum):
 
 @dataclass(frozen=True)
 class SwitchRequest:
-    """Request to activate and deactivate controllers.
+    """Request to activate and deactivate controllers, as of ``~/switch_controller``.
 
     Attributes:
         activate_controllers: Names of controllers to start.
@@ -54,7 +54,7 @@ NOT_INITIALIZED = (
 
 
 def switch_controller(manager: ControllerManager, request: SwitchRequest) -> tuple[bool, str]:
-    """Activate and deactivate controllers; return the success and a message.
+    """Activate and deactivate requested controllers; return the success and a message.
 
     Args:
         manager: The controller manager.
@@ -394,7 +394,7 @@ def _start(manager: ControllerManager, spec: ControllerSpec, chained: bool) -> b
 
 
 def start_fallbacks(manager: ControllerManager, failed: Sequence[ControllerSpec]) -> None:
-    """Activate the fallback controllers of failed controllers; called within a cycle."""
+    """Activate fallback controllers in place of failed ones; called within a control cycle."""
     names = list(dict.fromkeys(name for spec in failed for name in spec.fallback_controllers))
     if not names:
         return

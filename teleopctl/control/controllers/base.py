@@ -47,7 +47,7 @@ def _make_action_server(*args: Any, **options: Any) -> ActionServer[Any, Any, An
 
 @dataclass(frozen=True)
 class ControllerInterfaceParams:
-    """Constructor argument of controllers, made by the controller manager.
+    """Constructor argument of controllers (node, limits, URDF), made by the controller manager.
 
     Attributes:
         controller_name: The controller's name, which is its node's too.
@@ -87,7 +87,7 @@ class InterfaceConfigurationType(Enum):
 
 @dataclass(frozen=True)
 class InterfaceConfiguration:
-    """Command or state interfaces that a controller claims.
+    """Selection of the command or state interfaces that a controller claims.
 
     Attributes:
         type: ALL means those that are available when the controller is activated.
@@ -104,7 +104,7 @@ class InterfaceConfiguration:
 
 
 class ControllerInterface:
-    """Base class of controllers, with the methods of ros2_control's class of that name.
+    """Base class of controllers, with the methods of ros2_control's ControllerInterface.
 
     A lifecycle callback that returns None has succeeded, one that raises has failed. ``update``
     runs in the control cycle: no input or output, no waiting. Publish with a
@@ -156,7 +156,7 @@ class ControllerInterface:
         return 1.0 / self.update_rate
 
     def auto_declare(self, name: str, default: T, *, read_only: bool = False) -> T:
-        """Declare a parameter of the controller if undeclared; return the value.
+        """Declare a parameter of the controller if undeclared; return the parameter's value.
 
         Args:
             name: Dotted name.
@@ -179,7 +179,7 @@ class ControllerInterface:
         return default if value is None else cast(T, _of_type(name, value, default))
 
     def unread_parameters(self) -> list[str]:
-        """Return the names of set parameters that the controller does not declare.
+        """Return the names of parameters that are set but that the controller never declared.
 
         Called after ``on_configure``; empty for controllers of others, which may read the node's
         parameters themselves.
@@ -202,7 +202,7 @@ class ControllerInterface:
         handle_accepted_callback: AcceptedCallback[GoalT, ResultT, FeedbackT],
         cancel_callback: CancelCallback[GoalT, ResultT, FeedbackT],
     ) -> ActionServer[GoalT, ResultT, FeedbackT]:
-        """Create an action server, to be destroyed in ``on_cleanup``.
+        """Create and return an action server, which ``on_cleanup`` has to destroy.
 
         The callbacks run beside the control loop, as those of subscriptions do. A goal is followed
         by ``update``, and what ``update`` finds out leaves through a ``RealtimePublisher``.
@@ -226,43 +226,43 @@ class ControllerInterface:
         )
 
     def on_init(self) -> CallbackReturn | None:
-        """Declare parameters, after construction; the base does nothing."""
+        """Called after construction: declare parameters; the base class does nothing."""
 
     def on_configure(self) -> CallbackReturn | None:
-        """Read parameters and create publishers and subscriptions; the base does nothing."""
+        """Called on configuring: read parameters, create topics; the base class does nothing."""
 
     def on_activate(self) -> CallbackReturn | None:
-        """Prepare to control, with the interfaces assigned; the base does nothing."""
+        """Called on activation, with interfaces assigned: prepare; the base class does nothing."""
 
     def on_deactivate(self) -> CallbackReturn | None:
-        """Stop controlling, before the interfaces are released; the base does nothing."""
+        """Called on deactivation, before interfaces are released; the base class does nothing."""
 
     def on_restart(self) -> None:
-        """Reset internal plans after the robot was moved, as by a simulation reset.
+        """Called in the cycle after a simulation reset: reset plans; the base class does nothing.
 
         A simulation was reset, or its clock went back. Called in the control cycle, with the states
         as they are now and commands that are NaN, which hardware takes as "stay where you are".
         """
 
     def on_cleanup(self) -> CallbackReturn | None:
-        """Release what ``on_configure`` created; the base does nothing."""
+        """Called on cleanup: release what ``on_configure`` created; the base class does nothing."""
 
     def on_shutdown(self) -> CallbackReturn | None:
-        """Release all resources before the controller is unloaded; the base does nothing."""
+        """Called before the controller is unloaded: release all; the base class does nothing."""
 
     def on_error(self) -> CallbackReturn | None:
-        """Recover from an error; SUCCESS leads to unconfigured, FAILURE to finalized."""
+        """Called after a failed callback: SUCCESS leads to unconfigured, FAILURE to finalized."""
 
     def command_interface_configuration(self) -> InterfaceConfiguration:
-        """Return the command interfaces to claim; called after ``on_configure``."""
+        """Called after ``on_configure``: return the command interfaces to claim; here none."""
         return InterfaceConfiguration()
 
     def state_interface_configuration(self) -> InterfaceConfiguration:
-        """Return the state interfaces to read; called after ``on_configure``."""
+        """Called after ``on_configure``: return the state interfaces to read; here none."""
         return InterfaceConfiguration()
 
     def update(self, time_ns: int, period: float) -> ReturnType | None:
-        """Run one control step: read ``state_interfaces``, write ``command_interfaces``.
+        """Called in each cycle: read ``state_interfaces`` and write ``command_interfaces``.
 
         Args:
             time_ns: Time of this cycle, nanoseconds.

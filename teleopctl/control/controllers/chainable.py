@@ -14,11 +14,11 @@ I = TypeVar("I", bound=StateInterface)  # noqa: E741 - an interface
 
 
 class InvalidExportError(Exception):
-    """A controller exports an invalid interface; the message says which and why."""
+    """Raised when a controller exports an invalid interface; the message says why."""
 
 
 class ChainableControllerInterface(ControllerInterface):
-    """Base of controllers that export reference and state interfaces to others.
+    """Base class of controllers that export reference and state interfaces to other controllers.
 
     It exports *reference interfaces*, which a preceding controller commands as if they were a
     joint's, and *state interfaces*, which any controller reads. Both exist while it is configured
@@ -41,18 +41,18 @@ class ChainableControllerInterface(ControllerInterface):
     # -- overridden by controllers -----------------------------------------------------------------
 
     def on_export_reference_interfaces_list(self) -> Sequence[CommandInterface]:
-        """Return new reference interfaces, named after the controller; the base has none.
+        """Called on configuring: return new reference interfaces for other controllers; here none.
 
         ``CommandInterface(f"{self.name}/joint_1", "position")`` is one.
         """
         return ()
 
     def on_export_state_interfaces_list(self) -> Sequence[StateInterface]:
-        """Return new exported state interfaces, named after the controller; the base has none."""
+        """Called on configuring: return new state interfaces for other controllers; here none."""
         return ()
 
     def on_set_chained_mode(self, chained_mode: bool) -> bool:
-        """Return whether the controller accepts to enter or leave chained mode.
+        """Called on entering or leaving chained mode: return whether that is accepted.
 
         Called before it is activated.
         """
@@ -60,10 +60,10 @@ class ChainableControllerInterface(ControllerInterface):
         return True
 
     def update_reference_from_subscribers(self, time_ns: int, period: float) -> ReturnType | None:
-        """Set the reference interfaces from received messages; not called in chained mode."""
+        """Called in each cycle outside chained mode: set references from received messages."""
 
     def update_and_write_commands(self, time_ns: int, period: float) -> ReturnType | None:
-        """Run one control step: read states and references, write commands.
+        """Called in each cycle: read states and references, write commands.
 
         Args:
             time_ns: Time of this cycle, nanoseconds.
@@ -72,7 +72,7 @@ class ChainableControllerInterface(ControllerInterface):
         raise NotImplementedError
 
     def update(self, time_ns: int, period: float) -> ReturnType | None:
-        """Run one control step: update references unless in chained mode, then commands."""
+        """Run one control step: update references unless in chained mode, then write commands."""
         if not self._in_chained_mode:
             outcome = self.update_reference_from_subscribers(time_ns, period)
             if outcome is not None and outcome is not ReturnType.OK:
@@ -87,14 +87,14 @@ class ChainableControllerInterface(ControllerInterface):
         return self._in_chained_mode
 
     def set_chained_mode(self, chained_mode: bool) -> bool:
-        """Enter or leave chained mode; return False if active or not accepted."""
+        """Enter or leave chained mode; return False if the controller is active or refuses."""
         if self.lifecycle_state is State.ACTIVE or not self.on_set_chained_mode(chained_mode):
             return False
         self._in_chained_mode = chained_mode
         return True
 
     def export_interfaces(self) -> None:
-        """Create and check all exported interfaces, unavailable until activation.
+        """Create and check all exported interfaces; raise if a name is invalid or there are none.
 
         Raises:
             InvalidExportError: A name is another's, or there twice; or there is none at all.
@@ -135,7 +135,7 @@ class ChainableControllerInterface(ControllerInterface):
         self._in_chained_mode = False
 
     def make_exported_interfaces_available(self, available: bool) -> None:
-        """Set whether the exported interfaces can be used; unavailable ones become NaN."""
+        """Set whether exported interfaces can be used; values of unavailable ones become NaN."""
         for interface in (*self.reference_interfaces, *self.exported_state_interfaces):
             interface.available = available
             if not available:

@@ -15,12 +15,15 @@ from teleopctl.control.lifecycle import CallbackReturn, ReturnType
 
 
 class ForwardCommandController(ControllerInterface):
-    """``forward_command_controller/ForwardCommandController``: one interface of several joints."""
+    """Controller that writes the values on ``~/commands`` to one interface of each joint.
+
+    Plug-in type ``forward_command_controller/ForwardCommandController``.
+    """
 
     zero_on_deactivate: ClassVar[bool] = False
 
     def on_init(self) -> None:
-        """Declare the parameters of joints and interface."""
+        """Declare the parameters ``joints`` and ``interface_name``."""
         self.auto_declare("joints", [])
         self.auto_declare("interface_name", "")
 
@@ -31,7 +34,7 @@ class ForwardCommandController(ControllerInterface):
         return [f"{joint}/{name}" for joint in joints] if name else []
 
     def on_configure(self) -> CallbackReturn | None:
-        """Read the parameters, and subscribe to ``~/commands``."""
+        """Read the parameters and subscribe to ``~/commands``; return ERROR if a name is empty."""
         from teleopctl.interfaces import get_message
 
         self._names = self.interface_names()
@@ -59,7 +62,7 @@ class ForwardCommandController(ControllerInterface):
         self._command = None
 
     def on_deactivate(self) -> None:
-        """Discard the command; velocity and effort groups command zero."""
+        """Discard the last command; velocity and effort group controllers command zero."""
         self._incoming.clear()
         self._command = None
         if self.zero_on_deactivate:
@@ -67,7 +70,7 @@ class ForwardCommandController(ControllerInterface):
                 interface.value = 0.0
 
     def on_restart(self) -> None:
-        """Discard the command after a simulation reset."""
+        """Discard the last command after a simulation reset."""
         self._command = None
 
     def _received(self, message: Any) -> None:
@@ -78,7 +81,7 @@ class ForwardCommandController(ControllerInterface):
         self._incoming.append(data)
 
     def update(self, time_ns: int, period: float) -> ReturnType | None:
-        """Write the last received command to the command interfaces."""
+        """Write the last received command to the interfaces; return ERROR for a wrong length."""
         del time_ns, period
         if self._incoming:
             self._command = self._incoming.pop()
@@ -98,10 +101,13 @@ class ForwardCommandController(ControllerInterface):
 
 
 class MultiInterfaceForwardCommandController(ForwardCommandController):
-    """``forward_command_controller/MultiInterfaceForwardCommandController``: several interfaces."""
+    """Controller that writes the values on ``~/commands`` to several interfaces of one joint.
+
+    Plug-in type ``forward_command_controller/MultiInterfaceForwardCommandController``.
+    """
 
     def on_init(self) -> None:
-        """Declare the parameters of joint and interfaces."""
+        """Declare the parameters ``joint`` and ``interface_names``."""
         self.auto_declare("joint", "")
         self.auto_declare("interface_names", [])
 
@@ -118,30 +124,39 @@ class _JointGroupController(ForwardCommandController):
     interface: ClassVar[str]
 
     def on_init(self) -> None:
-        """Declare the parameter of the joints."""
+        """Declare the parameter ``joints``."""
         self.auto_declare("joints", [])
 
     def interface_names(self) -> list[str]:
-        """Return the full names of the joints' interfaces of the class's kind."""
+        """Return the full names of the joints' position, velocity or effort interfaces."""
         joints: list[str] = self.auto_declare("joints", [])
         return [f"{joint}/{self.interface}" for joint in joints]
 
 
 class JointGroupPositionController(_JointGroupController):
-    """``position_controllers/JointGroupPositionController``: forwards positions."""
+    """Controller that writes the values on ``~/commands`` to the joints' position interfaces.
+
+    Plug-in type ``position_controllers/JointGroupPositionController``.
+    """
 
     interface = "position"
 
 
 class JointGroupVelocityController(_JointGroupController):
-    """``velocity_controllers/JointGroupVelocityController``: forwards velocities."""
+    """Controller that writes the values on ``~/commands`` to the joints' velocity interfaces.
+
+    Plug-in type ``velocity_controllers/JointGroupVelocityController``.
+    """
 
     interface = "velocity"
     zero_on_deactivate = True
 
 
 class JointGroupEffortController(_JointGroupController):
-    """``effort_controllers/JointGroupEffortController``: forwards efforts."""
+    """Controller that writes the values on ``~/commands`` to the joints' effort interfaces.
+
+    Plug-in type ``effort_controllers/JointGroupEffortController``.
+    """
 
     interface = "effort"
     zero_on_deactivate = True

@@ -52,7 +52,7 @@ class _GripperController(ControllerInterface):
     default_max_effort: ClassVar[float] = 0.0
 
     def on_init(self) -> None:
-        """Declare the parameters, and follow their changes."""
+        """Declare the parameters, and mark them for re-reading whenever one is changed."""
         self.auto_declare("joint", "", read_only=True)
         self._read_parameters()
         self._stale_parameters = False
@@ -100,7 +100,7 @@ class _GripperController(ControllerInterface):
         self._server.destroy()
 
     def command_interface_configuration(self) -> InterfaceConfiguration:
-        """Return the joint's command interface."""
+        """Return the joint's command interface, by default position."""
         return InterfaceConfiguration(
             InterfaceConfigurationType.INDIVIDUAL, [f"{self._joint}/{self.command_interface}"]
         )
@@ -113,7 +113,7 @@ class _GripperController(ControllerInterface):
         )
 
     def on_activate(self) -> None:
-        """Hold the gripper at the position measured in the first update."""
+        """Accept goals, and hold the gripper at the position measured in the first update."""
         self._incoming.clear()
         self._goal = None
         self._command = _Command(math.nan, self._max_effort)
@@ -121,7 +121,7 @@ class _GripperController(ControllerInterface):
         self._active = True
 
     def on_deactivate(self) -> None:
-        """Abort the running goal."""
+        """Reject further goals, and abort the running goal."""
         self._active = False
         self._abort_latest()
         self._goal = None
@@ -135,7 +135,7 @@ class _GripperController(ControllerInterface):
             self._goal = None
 
     def update(self, time_ns: int, period: float) -> ReturnType | None:
-        """Write the goal's command, and end the goal when reached, stalled or canceled."""
+        """Write the gripper command; end the goal if it is reached, stalled or canceled."""
         if self._stale_parameters:
             self._read_parameters()
         position, velocity = (state.value for state in self.state_interfaces)
@@ -261,7 +261,10 @@ class _GripperCommandController(_GripperController):
 
 
 class PositionGripperActionController(_GripperCommandController):
-    """``position_controllers/GripperActionController``: commands a position."""
+    """Controller that moves a gripper by position commands for GripperCommand goals.
+
+    Plug-in type ``position_controllers/GripperActionController``.
+    """
 
     def _write(self, command: _Command, error: float, velocity: float, period: float) -> float:
         del error, velocity, period
@@ -270,12 +273,15 @@ class PositionGripperActionController(_GripperCommandController):
 
 
 class EffortGripperActionController(_GripperCommandController):
-    """``effort_controllers/GripperActionController``: a PID within the goal's largest effort."""
+    """Controller that moves a gripper by a PID, within the effort of a GripperCommand goal.
+
+    Plug-in type ``effort_controllers/GripperActionController``.
+    """
 
     command_interface = EFFORT
 
     def on_activate(self) -> None:
-        """Hold the measured position, with a new PID from the parameters."""
+        """Hold the position measured in the first update, with a new PID from the parameters."""
         super().on_activate()
         read = self.auto_declare
         clamp = abs(read(f"gains.{self._joint}.i_clamp", 0.0))
@@ -288,7 +294,7 @@ class EffortGripperActionController(_GripperCommandController):
         self._pid.reset()
 
     def on_deactivate(self) -> None:
-        """Abort the running goal, and command zero effort."""
+        """Reject further goals, abort the running goal, and command zero effort."""
         super().on_deactivate()
         self.command_interfaces[0].value = 0.0
 
@@ -300,26 +306,29 @@ class EffortGripperActionController(_GripperCommandController):
 
 
 class ParallelGripperActionController(_GripperController):
-    """``parallel_gripper_action_controller/GripperActionController``: commands a position."""
+    """Controller that moves a gripper by position commands for ParallelGripperCommand goals.
+
+    Plug-in type ``parallel_gripper_action_controller/GripperActionController``.
+    """
 
     action_type = "control_msgs/action/ParallelGripperCommand"
     # N; upstream's.
     default_max_effort = 10.0
 
     def on_configure(self) -> CallbackReturn | None:
-        """Read the parameters, create the action server, and find optional interfaces."""
+        """Read the parameters, with optional interface names, and create the action server."""
         self._max_velocity = self.auto_declare("max_velocity", 0.1)
         self._effort_interface = self.auto_declare("max_effort_interface", "")
         self._velocity_interface = self.auto_declare("max_velocity_interface", "")
         return super().on_configure()
 
     def on_activate(self) -> None:
-        """Hold the gripper at the position measured in the first update."""
+        """Accept goals, and hold the gripper at the position measured in the first update."""
         super().on_activate()
         self._command = _Command(math.nan, self._max_effort, self._max_velocity)
 
     def command_interface_configuration(self) -> InterfaceConfiguration:
-        """Return the position interface, and those of largest effort and velocity if any."""
+        """Return the position interface, and those for maximum effort and velocity if set."""
         names = [f"{self._joint}/{POSITION}", self._effort_interface, self._velocity_interface]
         return InterfaceConfiguration(
             InterfaceConfigurationType.INDIVIDUAL, [name for name in names if name]

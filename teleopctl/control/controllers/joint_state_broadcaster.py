@@ -18,10 +18,13 @@ _FIELDS = (POSITION, VELOCITY, EFFORT)
 
 
 class JointStateBroadcaster(ControllerInterface):
-    """``joint_state_broadcaster/JointStateBroadcaster``: publishes state interfaces of joints."""
+    """Controller that publishes joints' state interfaces as ``joint_states``.
+
+    Plug-in type ``joint_state_broadcaster/JointStateBroadcaster``.
+    """
 
     def on_init(self) -> None:
-        """Declare the parameters."""
+        """Declare the broadcaster's parameters, such as ``joints`` and ``interfaces``."""
         self.auto_declare("joints", [])
         self.auto_declare("interfaces", [])
         self.auto_declare("extra_joints", [])
@@ -33,7 +36,7 @@ class JointStateBroadcaster(ControllerInterface):
             self.auto_declare(f"map_interface_to_joint_state.{field}", field)
 
     def on_configure(self) -> None:
-        """Read the parameters, and create the publishers."""
+        """Read the parameters; create publishers of ``joint_states`` and dynamic_joint_states."""
         from teleopctl.interfaces import get_message
 
         self._joints: list[str] = self.auto_declare("joints", [])
@@ -72,7 +75,7 @@ class JointStateBroadcaster(ControllerInterface):
             self.get_node().destroy_publisher(self._dynamic)
 
     def state_interface_configuration(self) -> InterfaceConfiguration:
-        """Return the state interfaces that the parameters select, or all."""
+        """Return the state interfaces of ``joints`` times ``interfaces``, or all available ones."""
         if self._joints and self._interfaces:
             return InterfaceConfiguration(
                 InterfaceConfigurationType.INDIVIDUAL,
@@ -81,7 +84,7 @@ class JointStateBroadcaster(ControllerInterface):
         return InterfaceConfiguration(InterfaceConfigurationType.ALL)
 
     def on_activate(self) -> CallbackReturn | None:
-        """Prepare the messages for the assigned state interfaces."""
+        """Set the joint names of the messages; return FAILURE without any float interface."""
         states = [state for state in self.state_interfaces if state.data_type == "double"]
         if not states:
             self.logger.error("None of requested interfaces exist. Controller will not run.")
@@ -124,7 +127,7 @@ class JointStateBroadcaster(ControllerInterface):
         self._dynamic_rows = [list(interfaces.values()) for interfaces in by_prefix.values()]
 
     def update(self, time_ns: int, period: float) -> ReturnType | None:
-        """Publish the values of the state interfaces, through the publish queue."""
+        """Queue the values of the state interfaces for publishing after the control cycle."""
         del period
         self._realtime_publisher.try_publish(
             (time_ns, [[state.value for state in column] for column in self._columns])

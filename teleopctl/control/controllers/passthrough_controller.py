@@ -13,7 +13,9 @@ from teleopctl.interfaces import get_message
 
 
 class PassthroughController(ChainableControllerInterface):
-    """``passthrough_controller/PassthroughController``, of ros2_control's demonstrations.
+    """Chainable controller that copies reference interfaces to command interfaces.
+
+    Plug-in type ``passthrough_controller/PassthroughController``, of ros2_control's demonstrations.
 
     For each of its ``interfaces`` it exports a reference of that name, whose value it writes to the
     interface. Where no other controller commands it, the references are the data of ``~/commands``.
@@ -41,7 +43,7 @@ class PassthroughController(ChainableControllerInterface):
         return InterfaceConfiguration(InterfaceConfigurationType.INDIVIDUAL, self._names)
 
     def on_export_reference_interfaces_list(self) -> list[CommandInterface]:
-        """Return a reference interface for each command interface."""
+        """Return a new reference interface for each command interface."""
         parts = (name.rpartition("/") for name in self._names)
         return [
             CommandInterface(f"{self.name}/{joint}".removesuffix("/"), name)
@@ -59,7 +61,7 @@ class PassthroughController(ChainableControllerInterface):
         self._command = None
 
     def on_restart(self) -> None:
-        """Discard commands and references, after a simulation reset."""
+        """Discard commands and set references to NaN, after a simulation reset."""
         self.on_activate()
 
     # Any: a message, whose class is made at run time.
@@ -76,7 +78,7 @@ class PassthroughController(ChainableControllerInterface):
         self._command = data
 
     def update_reference_from_subscribers(self, time_ns: int, period: float) -> ReturnType | None:
-        """Set the reference interfaces to the last received command."""
+        """Set the reference interfaces to the last command received on ``~/commands``."""
         del time_ns, period
         if self._command is not None:
             for reference, value in zip(self.reference_interfaces, self._command, strict=True):
@@ -84,7 +86,7 @@ class PassthroughController(ChainableControllerInterface):
         return None
 
     def update_and_write_commands(self, time_ns: int, period: float) -> ReturnType | None:
-        """Copy finite references to the command interfaces."""
+        """Copy references that are not NaN to the command interfaces."""
         del time_ns, period
         for reference, command in zip(
             self.reference_interfaces, self.command_interfaces, strict=True

@@ -45,7 +45,7 @@ class PidGains:
     error_deadband: float = 1e-16
 
     def tracking_time(self) -> float:
-        """Return the time constant of ``back_calculation`` in seconds; 0 or less if unused."""
+        """Return the time constant of ``back_calculation`` in seconds; 0 or less if invalid."""
         if self.tracking_time_constant != 0.0 or self.i == 0.0:
             return self.tracking_time_constant
         if self.d == 0.0:
@@ -53,7 +53,7 @@ class PidGains:
         return math.sqrt(self.d / self.i) if self.d / self.i > 0.0 else -1.0
 
     def problem(self) -> str | None:
-        """Return why the gains are invalid, in control_toolbox's words; None if they are valid."""
+        """Return the reason why the gains are invalid; None if they are valid."""
         if math.isnan(self.u_clamp_min) or math.isnan(self.u_clamp_max):
             return "Gains: u_min and u_max must not be NaN"
         if self.u_clamp_min >= self.u_clamp_max:
@@ -87,7 +87,7 @@ class PidGains:
 
 
 class Pid:
-    """PID controller: output = p·error + i·∫error + d·error rate, clamped.
+    """PID controller of one value: output = p·error + i·∫error + d·error rate, clamped.
 
     A step whose errors are not finite (a measurement that is missing) gives the last output again
     and is otherwise left out.
@@ -113,7 +113,7 @@ class Pid:
         self._tracking = gains.tracking_time()
 
     def reset(self, *, keep_integral: bool = False) -> None:
-        """Clear the last error and output, and the integral unless it is kept."""
+        """Clear the last error and output, and by default the integral."""
         if not keep_integral:
             self.integral = 0.0
         self.error_rate = 0.0
@@ -121,7 +121,7 @@ class Pid:
         self._output = 0.0
 
     def update_by_error(self, error: float, period: float) -> float:
-        """Run a step with the error's difference quotient as error rate; return the output.
+        """Run a PID step, with the error rate from the last error; return the clamped output.
 
         After a reset the error is taken to have been 0.
 
@@ -135,7 +135,7 @@ class Pid:
         return self.update(error, rate, period)
 
     def update(self, error: float, error_rate: float, period: float) -> float:
-        """Run a step with a given error rate; return the output.
+        """Run a PID step with a given error rate; return the clamped output.
 
         Args:
             error: Desired minus measured position.

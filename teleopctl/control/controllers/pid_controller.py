@@ -36,7 +36,9 @@ class _Options(NamedTuple):
 
 
 class PidController(ChainableControllerInterface):
-    """``pid_controller/PidController``: commands each degree of freedom by a PID.
+    """Chainable controller that commands each degree of freedom by a PID.
+
+    Plug-in type ``pid_controller/PidController``.
 
     Of each degree of freedom it measures one quantity and perhaps its derivative, and commands
     ``PID(reference - measured)``. With feed-forward enabled ``feedforward_gain`` times the
@@ -48,7 +50,7 @@ class PidController(ChainableControllerInterface):
     """
 
     def on_init(self) -> None:
-        """Follow changes of the parameters; they are declared in ``on_configure``."""
+        """Register for parameter changes; parameters are declared in ``on_configure``."""
         self._pids: list[Pid] = []
         self._feedforward = False
         self.get_node().add_post_set_parameters_callback(self._parameters_changed)
@@ -174,7 +176,7 @@ class PidController(ChainableControllerInterface):
         )
 
     def on_cleanup(self) -> None:
-        """Destroy the topics and the service."""
+        """Destroy subscriptions, publishers and the feed-forward service."""
         node = self.get_node()
         for subscription in self._subscriptions:
             node.destroy_subscription(subscription)
@@ -188,14 +190,14 @@ class PidController(ChainableControllerInterface):
         return InterfaceConfiguration(InterfaceConfigurationType.INDIVIDUAL, names)
 
     def state_interface_configuration(self) -> InterfaceConfiguration:
-        """Return the state interfaces, derivatives last; none if a topic gives the state."""
+        """Return the measured state interfaces, derivatives last; none if a topic gives states."""
         if self._external:
             return InterfaceConfiguration(InterfaceConfigurationType.NONE)
         names = [f"{name}/{interface}" for interface in self._interfaces for name in self._names]
         return InterfaceConfiguration(InterfaceConfigurationType.INDIVIDUAL, names)
 
     def on_export_reference_interfaces_list(self) -> list[CommandInterface]:
-        """Return a reference interface for each measured quantity."""
+        """Return a new reference interface for each measured quantity."""
         return [
             CommandInterface(f"{self.name}/{name}", interface)
             for interface in self._interfaces
@@ -203,7 +205,7 @@ class PidController(ChainableControllerInterface):
         ]
 
     def on_export_state_interfaces_list(self) -> list[StateInterface]:
-        """Return an exported state interface for each measured quantity."""
+        """Return a new exported state interface for each measured quantity."""
         return [
             StateInterface(f"{self.name}/{name}", interface)
             for interface in self._interfaces
@@ -211,13 +213,13 @@ class PidController(ChainableControllerInterface):
         ]
 
     def on_activate(self) -> None:
-        """Initialize the references, and reset the PIDs (integrals kept if configured)."""
+        """Set the references to measured values or NaN, and reset the PIDs."""
         self._begin()
         for pid, options in zip(self._pids, self._options, strict=True):
             pid.reset(keep_integral=options.save_i_term)
 
     def on_restart(self) -> None:
-        """Initialize the references and reset the PIDs, after a simulation reset."""
+        """Set the references to measured values or NaN, and reset the PIDs with integrals."""
         self._begin()
         for pid in self._pids:
             pid.reset()
@@ -305,7 +307,7 @@ class PidController(ChainableControllerInterface):
     # -- control cycle -----------------------------------------------------------------------------
 
     def update_reference_from_subscribers(self, time_ns: int, period: float) -> ReturnType | None:
-        """Set the references from the last message; NaN keeps a reference."""
+        """Set the references from the last ``~/reference`` message; NaN changes nothing."""
         del time_ns, period
         if not self._incoming:
             return None
@@ -320,7 +322,7 @@ class PidController(ChainableControllerInterface):
         return None
 
     def update_and_write_commands(self, time_ns: int, period: float) -> ReturnType | None:
-        """Run a step of each PID, and queue the state for publishing."""
+        """Write the output of each PID to its command interface; queue the PID state."""
         if self._external:
             measured = self._measured
         else:

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class PidStep(NamedTuple):
-    """Values of one PID step of one degree of freedom; NaN where missing.
+    """Record of one PID step of one degree of freedom, as published; NaN where missing.
 
     Attributes:
         reference: Reference value.
@@ -43,7 +43,7 @@ class PidStep(NamedTuple):
 
 
 class PidStatePublisher:
-    """Publisher of ``~/controller_state`` and, if configured, of ``~/DOF/pid_state``.
+    """Realtime publisher of ``~/controller_state`` and, if configured, ``~/DOF/pid_state``.
 
     Args:
         node: The controller's node.
@@ -83,7 +83,7 @@ class PidStatePublisher:
         self._node.destroy_publisher(self._publisher)
 
     def try_publish(self, time_ns: int, period: float, steps: Sequence[PidStep]) -> None:
-        """Queue the PID steps of one update for publishing."""
+        """Queue the PID steps of one update for publishing after the control cycle."""
         self._realtime.try_publish((time_ns, period, steps))
 
     def _publish(self, value: tuple[int, float, Sequence[PidStep]]) -> None:

@@ -25,7 +25,9 @@ _TOLERANCE = 0.01
 
 
 class PoseBroadcaster(ControllerInterface):
-    """``pose_broadcaster/PoseBroadcaster``: publishes a pose from state interfaces.
+    """Controller that publishes a pose from state interfaces, as topic and transform.
+
+    Plug-in type ``pose_broadcaster/PoseBroadcaster``.
 
     Publishes the pose of ``pose_name`` in ``frame_id`` with each update, and, unless ``tf.enable``
     is false, as a transform to ``tf.child_frame_id``, which is ``pose_name`` by default. A pose
@@ -33,7 +35,7 @@ class PoseBroadcaster(ControllerInterface):
     """
 
     def on_configure(self) -> CallbackReturn | None:
-        """Read the parameters, and create the publishers."""
+        """Read the parameters; create the publishers of ``~/pose`` and, if enabled, ``/tf``."""
         read = self.auto_declare
         frame, self._pose_name = read("frame_id", ""), read("pose_name", "")
         for name, value in (("frame_id", frame), ("pose_name", self._pose_name)):
@@ -78,21 +80,21 @@ class PoseBroadcaster(ControllerInterface):
             node.destroy_publisher(self._transforms)
 
     def state_interface_configuration(self) -> InterfaceConfiguration:
-        """Return the position and orientation interfaces."""
+        """Return the pose's three position and four orientation state interfaces."""
         names = [f"{self._pose_name}/{interface}" for interface in _INTERFACES]
         return InterfaceConfiguration(InterfaceConfigurationType.INDIVIDUAL, names)
 
     def on_activate(self) -> None:
-        """Reset the time of the last transform."""
+        """Reset the time of the last transform, so that the next update publishes one."""
         self._last_ns: int | None = None
         self._logged_ns: int | None = None
 
     def on_restart(self) -> None:
-        """Reset the time of the last transform, since the clock may have gone back."""
+        """Reset the time of the last transform after a simulation reset."""
         self.on_activate()
 
     def update(self, time_ns: int, period: float) -> ReturnType | None:
-        """Queue the measured pose for publishing."""
+        """Queue the measured pose and, if valid and due, its transform for publishing."""
         del period
         values = [state.value for state in self.state_interfaces]
         valid = all(map(math.isfinite, values)) and (

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 # Any: goals, results and feedback of whatever action it is.
 class RealtimeServerGoalHandle:
-    """Goal handle for use in ``update``, as realtime_tools' class of this name.
+    """Action goal handle for use in ``update``, as in realtime_tools; never blocks there.
 
     The methods whose names begin with ``try_`` return at once and take effect through the publish
     queue. The first of several ends counts.
@@ -45,26 +45,26 @@ class RealtimeServerGoalHandle:
         return self.handle.is_cancel_requested
 
     def start(self) -> None:
-        """Set the goal's status to executing; not to be called in ``update``."""
+        """Set the goal's status to executing; must not be called in ``update``."""
         # A request to cancel may have been quicker.
         with contextlib.suppress(InvalidGoalTransitionError):
             if not self.handle.is_cancel_requested:
                 self.handle.executing()
 
     def try_succeed(self, **result: object) -> None:
-        """End the goal as succeeded, with fields of the result, through the publish queue."""
+        """End the goal as succeeded after the control cycle, with a result of given fields."""
         self._end_publisher.try_publish(("succeed", result))
 
     def try_abort(self, **result: object) -> None:
-        """End the goal as aborted, with fields of the result, through the publish queue."""
+        """End the goal as aborted after the control cycle, with a result of given fields."""
         self._end_publisher.try_publish(("abort", result))
 
     def try_cancel(self, **result: object) -> None:
-        """End the goal as canceled, with fields of the result, through the publish queue."""
+        """End the goal as canceled after the control cycle, with a result of given fields."""
         self._end_publisher.try_publish(("canceled", result))
 
     def abort(self, **result: object) -> None:
-        """End the goal as aborted at once; not to be called in ``update``."""
+        """End the goal as aborted at once; must not be called in ``update``."""
         self._end(("abort", result))
 
     def _end(self, ending: tuple[str, dict[str, object]]) -> None:

@@ -32,7 +32,7 @@ class _SensorBroadcaster(ControllerInterface):
         self.auto_declare("frame_id", "")
 
     def create_publisher(self) -> None:
-        """Create the message and its publisher."""
+        """Create the sensor message, which is reused, and its publisher."""
         # Any: message classes are made at run time. Made once and reused.
         kind: Any = get_message(self.message_type)
         self._message: Any = kind()
@@ -45,11 +45,11 @@ class _SensorBroadcaster(ControllerInterface):
         self.get_node().destroy_publisher(self._publisher)
 
     def interface_names(self) -> Sequence[str]:
-        """Return the full names of the state interfaces; for subclasses."""
+        """Return the full names of the sensor's state interfaces; for subclasses."""
         raise NotImplementedError
 
     def fill_message(self, values: Sequence[float]) -> None:
-        """Fill the message with the values of the state interfaces; for subclasses."""
+        """Copy values of the state interfaces into the message; for subclasses."""
         raise NotImplementedError
 
     def state_interface_configuration(self) -> InterfaceConfiguration:
@@ -57,7 +57,7 @@ class _SensorBroadcaster(ControllerInterface):
         return InterfaceConfiguration(InterfaceConfigurationType.INDIVIDUAL, self.interface_names())
 
     def update(self, time_ns: int, period: float) -> ReturnType | None:
-        """Queue the measured values for publishing."""
+        """Queue the measured values for publishing as one message."""
         del period
         self._realtime_publisher.try_publish(
             (time_ns, [state.value for state in self.state_interfaces])
@@ -72,7 +72,9 @@ class _SensorBroadcaster(ControllerInterface):
 
 
 class IMUSensorBroadcaster(_SensorBroadcaster):
-    """``imu_sensor_broadcaster/IMUSensorBroadcaster``: publishes sensor_msgs/Imu.
+    """Controller that publishes an IMU's state interfaces as sensor_msgs/Imu.
+
+    Plug-in type ``imu_sensor_broadcaster/IMUSensorBroadcaster``.
 
     Its parameters ``rotation_offset.roll``, ``pitch`` and ``yaw`` turn what is measured: they are
     the sensor's mounting in the frame of ``frame_id``.
@@ -82,7 +84,7 @@ class IMUSensorBroadcaster(_SensorBroadcaster):
     topic = "~/imu"
 
     def on_configure(self) -> CallbackReturn | None:
-        """Read the parameters, and create the publisher."""
+        """Read the parameters, and create the publisher of ``~/imu``."""
         self._sensor = self.auto_declare("sensor_name", "")
         for name in ("sensor_name", "frame_id"):
             if not self.auto_declare(name, ""):
@@ -119,7 +121,7 @@ class IMUSensorBroadcaster(_SensorBroadcaster):
         ]
 
     def fill_message(self, values: Sequence[float]) -> None:
-        """Fill the message with the values, rotated by the sensor's mounting."""
+        """Copy the measured values into the Imu message, rotated by the sensor's mounting."""
         orientation, rate, acceleration = values[:4], values[4:7], values[7:]
         x, y, z, w = self._mounting
         if w != 1.0:
@@ -137,7 +139,9 @@ class IMUSensorBroadcaster(_SensorBroadcaster):
 
 
 class ForceTorqueSensorBroadcaster(_SensorBroadcaster):
-    """``force_torque_sensor_broadcaster/ForceTorqueSensorBroadcaster``: publishes wrenches.
+    """Controller that publishes force and torque interfaces as WrenchStamped.
+
+    Plug-in type ``force_torque_sensor_broadcaster/ForceTorqueSensorBroadcaster``.
 
     Published is ``(measured + offset) * multiplier`` for each axis; one without an interface is
     not a number.
@@ -147,7 +151,7 @@ class ForceTorqueSensorBroadcaster(_SensorBroadcaster):
     topic = "~/wrench"
 
     def on_configure(self) -> CallbackReturn | None:
-        """Read the parameters, and create the publisher."""
+        """Read the parameters, and create the publisher of ``~/wrench``."""
         sensor = self.auto_declare("sensor_name", "")
         given = [self.auto_declare(f"interface_names.{p}.{a}", "") for p, a in _WRENCH]
         if not sensor and not any(given):
@@ -176,11 +180,11 @@ class ForceTorqueSensorBroadcaster(_SensorBroadcaster):
         return None
 
     def interface_names(self) -> Sequence[str]:
-        """Return the state interfaces of force and torque that are configured."""
+        """Return the full names of the configured force and torque state interfaces."""
         return [name for name in self._names if name]
 
     def fill_message(self, values: Sequence[float]) -> None:
-        """Fill the message with the values, with offsets and multipliers applied."""
+        """Copy the measured values into the wrench, with offsets and multipliers applied."""
         measured = iter(values)
         for (part, axis), name, offset, factor in zip(
             _WRENCH, self._names, self._offsets, self._factors, strict=True

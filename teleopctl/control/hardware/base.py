@@ -31,7 +31,7 @@ class HardwareComponentParams:
 
 
 class HardwareComponentInterface:
-    """Base of hardware components, with ros2_control's life cycle callbacks.
+    """Base class of hardware components, with ros2_control's lifecycle callbacks.
 
     A plug-in overrides what it needs. A life cycle callback that returns None has succeeded; one
     that raises has failed. ``read`` and ``write`` run in the control cycle: they must not block.
@@ -73,38 +73,38 @@ class HardwareComponentInterface:
         return self.params.node
 
     def on_init(self) -> CallbackReturn | None:
-        """Check the hardware parameters, once after loading; the base does nothing."""
+        """Called after loading: check the hardware parameters; the base class does nothing."""
 
     def on_configure(self) -> CallbackReturn | None:
-        """Connect to the hardware, so that states become available; by default nothing."""
+        """Called on configuring: connect, so that states are available; does nothing by default."""
 
     def on_activate(self) -> CallbackReturn | None:
-        """Enable the hardware, which then follows commands; the base does nothing."""
+        """Called on activation: make hardware follow commands; does nothing by default."""
 
     def on_deactivate(self) -> CallbackReturn | None:
-        """Disable the hardware, with states still available; the base does nothing."""
+        """Called on deactivation: stop following commands; does nothing by default."""
 
     def on_cleanup(self) -> CallbackReturn | None:
-        """Disconnect from the hardware; the base does nothing."""
+        """Called on cleanup: disconnect from the hardware; does nothing by default."""
 
     def on_shutdown(self) -> CallbackReturn | None:
-        """Release all resources, as the last callback; the base does nothing."""
+        """Called on finalizing: release all resources; does nothing by default."""
 
     def on_error(self) -> CallbackReturn | None:
-        """Recover from an error; SUCCESS leads to unconfigured, FAILURE to finalized."""
+        """Called after an error: SUCCESS leads to unconfigured, FAILURE to finalized."""
 
     def prepare_command_mode_switch(
         self, start_interfaces: Sequence[str], stop_interfaces: Sequence[str]
     ) -> ReturnType | None:
-        """Check whether command interfaces can be switched; return ERROR to refuse."""
+        """Called before a switch: return ERROR to refuse to switch command interfaces."""
 
     def perform_command_mode_switch(
         self, start_interfaces: Sequence[str], stop_interfaces: Sequence[str]
     ) -> ReturnType | None:
-        """Switch command interfaces, before the controllers are switched."""
+        """Called in a switch, before controllers are switched: change command modes."""
 
     def read(self, time_ns: int, period: float) -> ReturnType | None:
-        """Read the measured values into ``state_interfaces``; called in each cycle.
+        """Called in each cycle: read the measured values into ``state_interfaces``.
 
         Args:
             time_ns: Time of the cycle, nanoseconds.
@@ -112,7 +112,7 @@ class HardwareComponentInterface:
         """
 
     def write(self, time_ns: int, period: float) -> ReturnType | None:
-        """Write the values of ``command_interfaces`` to the hardware; called in each cycle.
+        """Called in each cycle: write the values of ``command_interfaces`` to the hardware.
 
         Args:
             time_ns: Time of the cycle, nanoseconds.
@@ -120,7 +120,7 @@ class HardwareComponentInterface:
         """
 
     def set_cycle(self, cycle: Callable[[int], None]) -> None:
-        """Receive the function that runs a control cycle; the base ignores it.
+        """Receive the function that runs a control cycle, for lockstep; ignored by default.
 
         Args:
             cycle: To be called for every new state, where ``drives_cycle`` is true.

@@ -23,11 +23,11 @@ class Member(Protocol):
     """Interface of hardware components that share a `JointStateExchange`."""
 
     def commands(self) -> tuple[list[str], dict[str, list[float]]]:
-        """Return joint names and their commands by message field; no joints without a command."""
+        """Return joint names, and commands of these joints by JointState field; empty if none."""
 
 
 class JointStateExchange:
-    """Subscription to joint states and publisher of commands that components share.
+    """Joint state subscription and joint command publisher that hardware components share.
 
     Attributes:
         message: The latest state, or None.
@@ -53,7 +53,7 @@ class JointStateExchange:
         self._command: Any = self._joint_state()
 
     def open(self, member: Member) -> None:
-        """Add a component as reader; subscribe to states with the first one."""
+        """Add a component as reader; subscribe to joint states for the first reader."""
         self._readers.append(member)
         if self._subscription is None:
             self.message = None
@@ -63,14 +63,14 @@ class JointStateExchange:
             )
 
     def close(self, member: Member) -> None:
-        """Remove a component as reader; unsubscribe after the last one."""
+        """Remove a component as reader; unsubscribe after the last reader."""
         self._readers.remove(member)
         if not self._readers:
             subscription, self._subscription = self._subscription, None
             self._node.destroy_subscription(subscription)
 
     def activate(self, member: Member) -> None:
-        """Add a component as writer; create the command publisher with the first one."""
+        """Add a component as writer; create the command publisher for the first writer."""
         self._writers.append(member)
         if self._publisher is None:
             self._publisher = self._node.create_publisher(
@@ -78,7 +78,7 @@ class JointStateExchange:
             )
 
     def deactivate(self, member: Member) -> None:
-        """Remove a component as writer; destroy the command publisher after the last one."""
+        """Remove a component as writer; destroy the command publisher after the last writer."""
         if member not in self._writers:
             return
         self._writers.remove(member)
@@ -87,7 +87,7 @@ class JointStateExchange:
             self._node.destroy_publisher(publisher)
 
     def write(self, member: Member, time_ns: int) -> None:
-        """Record that a component has written; publish once all writers have."""
+        """Record that a component has written; publish all commands once all writers have."""
         self._written.append(member)
         if all(writer in self._written for writer in self._writers):
             self._answer(time_ns)
@@ -135,7 +135,7 @@ _exchanges: WeakKeyDictionary[Node, dict[tuple[str, str], JointStateExchange]] =
 
 
 def exchange_of(node: Node, states_topic: str, commands_topic: str) -> JointStateExchange:
-    """Return the exchange of a node on a pair of topics, created on first use."""
+    """Return the `JointStateExchange` of a node and two topics, created on first use."""
     of_node = _exchanges.setdefault(node, {})
     topics = (states_topic, commands_topic)
     if topics not in of_node:

@@ -22,14 +22,16 @@ def parse_bool(text: str | None) -> bool:
 
 
 class GenericSystem(HardwareComponentInterface):
-    """``mock_components/GenericSystem``: mirrors commands to states.
+    """Mock hardware that copies commands to states, as ros2_control's GenericSystem.
+
+    Plug-in type ``mock_components/GenericSystem``.
 
     Hardware parameters: ``calculate_dynamics``, ``position_state_following_offset``,
     ``custom_interface_with_following_offset``, ``disable_commands``.
     """
 
     def on_init(self) -> None:
-        """Read the hardware parameters, and match command with state interfaces."""
+        """Read the hardware parameters, and pair command with state interfaces by name."""
         parameters = self.info.hardware_parameters
         self._disabled = parse_bool(parameters.get("disable_commands"))
         self._dynamics = parse_bool(parameters.get("calculate_dynamics"))
@@ -65,7 +67,7 @@ class GenericSystem(HardwareComponentInterface):
         return self._offset if command.interface_name == POSITION else 0.0
 
     def on_configure(self) -> None:
-        """Set joint states without a value to zero or the nearest limit."""
+        """Set joint states that are NaN to zero, or a position to the nearest limit."""
         rest = {joint.name: joint.limits.rest for joint in self.info.joints}
         for state in self._joint_states:
             if math.isnan(state.value):
@@ -77,7 +79,7 @@ class GenericSystem(HardwareComponentInterface):
     def prepare_command_mode_switch(
         self, start_interfaces: Sequence[str], stop_interfaces: Sequence[str]
     ) -> ReturnType | None:
-        """With dynamics, refuse to command a joint by two interfaces at once."""
+        """With dynamics, return ERROR if a joint would be commanded by two interfaces at once."""
         if not self._dynamics:
             return None
         modes = dict(self._modes)
@@ -99,7 +101,7 @@ class GenericSystem(HardwareComponentInterface):
         return None
 
     def read(self, time_ns: int, period: float) -> ReturnType | None:
-        """Copy finite commands to the state interfaces of the same name."""
+        """Copy commands to states; with dynamics, compute each joint's other quantities too."""
         del time_ns
         if self._disabled:
             self.logger.warning(

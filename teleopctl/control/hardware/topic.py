@@ -21,7 +21,9 @@ _NAN = float("nan")
 
 
 class JointStateTopicSystem(HardwareComponentInterface):
-    """``joint_state_topic_hardware_interface/JointStateTopicSystem``: joints behind topics.
+    """Hardware that receives joint states from a topic and publishes joint commands.
+
+    Plug-in type ``joint_state_topic_hardware_interface/JointStateTopicSystem``.
 
     Hardware parameters: ``joint_states_topic`` (``/robot_joint_states``),
     ``joint_commands_topic`` (``/robot_joint_commands``) and ``lockstep`` (true): whether a control
@@ -30,7 +32,7 @@ class JointStateTopicSystem(HardwareComponentInterface):
     """
 
     def on_init(self) -> None:
-        """Read the hardware parameters, and prepare the exchange of messages."""
+        """Read the hardware parameters: topics and lockstep."""
         parameters = self.info.hardware_parameters
         self.drives_cycle = (parameters.get("lockstep") or "true").strip().lower() != "false"
         self._layout: Sequence[str] = ()
@@ -50,12 +52,12 @@ class JointStateTopicSystem(HardwareComponentInterface):
         ]
 
     def set_cycle(self, cycle: Callable[[int], None]) -> None:
-        """Store the function that runs a control cycle for each received state."""
+        """Store the function that runs a control cycle for each received state, in lockstep."""
         if self.drives_cycle:
             self._exchange.cycle = cycle
 
     def on_configure(self) -> None:
-        """Reset the states to NaN, and subscribe to states."""
+        """Reset the states to NaN, and subscribe to joint states."""
         for state in self.state_interfaces.values():
             # Not its initial value: that is where a simulator starts, not where the robot is now.
             state.value = _NAN
@@ -74,18 +76,18 @@ class JointStateTopicSystem(HardwareComponentInterface):
         self._exchange.deactivate(self)
 
     def on_cleanup(self) -> None:
-        """Unsubscribe from states."""
+        """Unsubscribe from joint states."""
         self._exchange.close(self)
 
     def on_error(self) -> None:
-        """Stop publishing commands, and unsubscribe from states."""
+        """Stop publishing commands, and unsubscribe from joint states."""
         self.on_deactivate()
         self.on_cleanup()
 
     def prepare_command_mode_switch(
         self, start_interfaces: Sequence[str], stop_interfaces: Sequence[str]
     ) -> None:
-        """Refuse to let two controllers command different interfaces of one joint.
+        """Raise HardwareError if two controllers would command interfaces of one joint.
 
         One controller may own several interfaces of a joint, a trajectory's position and velocity
         say; two that want different things of it would fight.
@@ -113,7 +115,7 @@ class JointStateTopicSystem(HardwareComponentInterface):
     def perform_command_mode_switch(
         self, start_interfaces: Sequence[str], stop_interfaces: Sequence[str]
     ) -> None:
-        """Reset released commands of joints whose command interface changes to NaN."""
+        """Set released commands of joints to NaN when other interfaces of these joints start."""
         joints = {self.command_interfaces[name].prefix_name for name in start_interfaces}
         for name, command in self.command_interfaces.items():
             given_up = command.owner is None or name in stop_interfaces
@@ -121,7 +123,7 @@ class JointStateTopicSystem(HardwareComponentInterface):
                 command.value = _NAN
 
     def read(self, time_ns: int, period: float) -> ReturnType | None:
-        """Copy the last received state to the state interfaces."""
+        """Copy the last received joint state to the state interfaces; detect resets."""
         del time_ns, period
         message = self._exchange.message
         if message is None:
@@ -158,12 +160,12 @@ class JointStateTopicSystem(HardwareComponentInterface):
             )
 
     def write(self, time_ns: int, period: float) -> None:
-        """Publish the commands, stamped with the time of the received state."""
+        """Mark the component as written; all commands are published after the last component."""
         del period
         self._exchange.write(self, time_ns)
 
     def commands(self) -> tuple[list[str], dict[str, list[float]]]:
-        """Return joint names and their commands by message field; none if none is claimed."""
+        """Return joint names, and their commands by JointState field; empty if none is claimed."""
         owned = {
             command.prefix_name for command in self.command_interfaces.values() if command.owner
         }

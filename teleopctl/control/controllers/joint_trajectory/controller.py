@@ -55,7 +55,9 @@ from teleopctl.interfaces import NANOSECONDS_PER_SECOND
 
 
 class JointTrajectoryController(ControllerInterface):
-    """``joint_trajectory_controller/JointTrajectoryController``: follows trajectories.
+    """Controller that moves joints along trajectories received by action or topic.
+
+    Plug-in type ``joint_trajectory_controller/JointTrajectoryController``.
 
     Commands lead by one period: what is written is where the trajectory will be when the next
     command can be written. Trajectories come over the action ``~/follow_joint_trajectory`` and the
@@ -74,7 +76,7 @@ class JointTrajectoryController(ControllerInterface):
         self._stale_parameters = False
 
     def on_init(self) -> None:
-        """Declare the joints' and interfaces' parameters, and follow parameter changes."""
+        """Declare the parameters of joints and interfaces; re-read parameters after changes."""
         for name in ("joints", "command_joints", "command_interfaces", "state_interfaces"):
             self.auto_declare(name, [], read_only=True)
         self.get_node().add_post_set_parameters_callback(self._parameters_changed)
@@ -84,7 +86,7 @@ class JointTrajectoryController(ControllerInterface):
         self._stale_parameters = True
 
     def on_configure(self) -> CallbackReturn | None:
-        """Read the parameters; create subscriptions, publishers and the action server."""
+        """Read the parameters; create subscriptions, services, publisher and action server."""
         try:
             self._settings = settings = read_settings(self.auto_declare)
             self._pids = [Pid(self._gains(joint)) for joint in settings.joints]
@@ -146,7 +148,7 @@ class JointTrajectoryController(ControllerInterface):
         )
 
     def state_interface_configuration(self) -> InterfaceConfiguration:
-        """Return the state interfaces, joint by joint, then that of speed scaling."""
+        """Return the state interfaces, joint by joint, then the speed scaling interface if any."""
         settings = self._settings
         names = [f"{j}/{name}" for j in settings.joints for name in settings.state_interfaces]
         if settings.scaling_state_interface:
@@ -154,7 +156,7 @@ class JointTrajectoryController(ControllerInterface):
         return InterfaceConfiguration(InterfaceConfigurationType.INDIVIDUAL, names)
 
     def on_activate(self) -> None:
-        """Hold the last commanded positions, or the measured ones without a command."""
+        """Accept trajectories; hold the last commanded positions, or else the measured ones."""
         self._sort_interfaces()
         for pid in self._pids:
             pid.reset()
@@ -199,7 +201,7 @@ class JointTrajectoryController(ControllerInterface):
         self._abort_goal(INVALID_GOAL, "The simulation was reset")
 
     def on_deactivate(self) -> None:
-        """Abort the goal, and command zero on all interfaces but positions."""
+        """Abort the goal, and command zero on all command interfaces except positions."""
         self._inputs.active = False
         self._action.abort_goal("Current goal cancelled during deactivate transition.")
         self._goal = None
@@ -216,7 +218,7 @@ class JointTrajectoryController(ControllerInterface):
         self._holding = True
 
     def update(self, time_ns: int, period: float) -> ReturnType | None:
-        """Command the trajectory's state one period ahead, and check tolerances."""
+        """Command the trajectory's state one period ahead; check tolerances and end the goal."""
         if self._stale_parameters:
             self._read_changed_parameters()
         positions = self._position_states.read()
@@ -362,7 +364,7 @@ class JointTrajectoryController(ControllerInterface):
 
     @property
     def speed_scaling(self) -> float:
-        """Factor on the speed at which trajectories are followed; 0 pauses."""
+        """Factor on the speed at which trajectories are followed; 0 pauses the motion."""
         return self._scaling
 
     @speed_scaling.setter
@@ -371,7 +373,7 @@ class JointTrajectoryController(ControllerInterface):
             self._scaling = factor
 
     def state_at(self, time_ns: int) -> TrajectoryPoint | None:
-        """Return the desired state at a time; None outside the trajectory."""
+        """Return the desired state at a time; None outside the trajectory or if inactive."""
         trajectory = self._trajectory
         if not self._inputs.active or not trajectory.sampled_already:
             return None

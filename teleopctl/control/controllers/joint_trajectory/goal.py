@@ -27,7 +27,7 @@ class _Feedback(NamedTuple):
 
 
 class FollowedGoal(RealtimeServerGoalHandle):
-    """Goal handle for the control cycle, with tolerances and periodic feedback.
+    """FollowJointTrajectory goal for the control cycle, with tolerances and periodic feedback.
 
     Args:
         handle: The goal's handle.
@@ -61,7 +61,7 @@ class FollowedGoal(RealtimeServerGoalHandle):
         actual: TrajectoryPoint,
         error: TrajectoryPoint,
     ) -> None:
-        """Queue feedback for publishing if the feedback period has passed."""
+        """Queue a feedback message for publishing if the feedback period has passed."""
         if time_ns < self._feedback_due_ns:
             return
         self._feedback_due_ns = max(self._feedback_due_ns, time_ns) + self._feedback_period_ns

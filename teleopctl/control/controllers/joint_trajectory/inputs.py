@@ -31,7 +31,7 @@ _FAR_AHEAD = 60.0
 
 @dataclass(frozen=True)
 class ReceivedTrajectory:
-    """Validated trajectory on its way to the control cycle, with its goal.
+    """Validated trajectory that is passed to the control cycle, with its action goal if any.
 
     Attributes:
         points: Its points, given where the joints are commanded to be now.
@@ -47,7 +47,7 @@ class ReceivedTrajectory:
 
 
 class TrajectoryFollower(Protocol):
-    """Interface of a joint trajectory controller as its inputs use it.
+    """Interface of a joint trajectory controller as `TrajectoryInputs` uses it.
 
     Attributes:
         logger: Its logger.
@@ -62,7 +62,7 @@ class TrajectoryFollower(Protocol):
 
     @property
     def speed_scaling(self) -> float:
-        """Factor on the speed at which trajectories are followed."""
+        """Factor on the speed at which trajectories are followed; 0 pauses the motion."""
 
     @speed_scaling.setter
     def speed_scaling(self, factor: float) -> None: ...
@@ -72,11 +72,11 @@ class TrajectoryFollower(Protocol):
         """Nominal time between two updates of the controller, in seconds."""
 
     def state_at(self, time_ns: int) -> TrajectoryPoint | None:
-        """Return the desired state at a time; None outside the trajectory."""
+        """Return the desired state at a time; None outside the trajectory or if inactive."""
 
 
 class TrajectoryInputs:
-    """Subscriptions and query service of a joint trajectory controller.
+    """Subscriptions and ``~/query_state`` service of a joint trajectory controller.
 
     Args:
         controller: The controller.
@@ -133,20 +133,20 @@ class TrajectoryInputs:
         )
 
     def close(self) -> None:
-        """Destroy the subscriptions and the service."""
+        """Destroy the subscriptions and the query service."""
         for subscription in self._subscriptions:
             self._node.destroy_subscription(subscription)
         self._node.destroy_service(self._service)
 
     def on_trajectory(self, message: Any) -> None:
-        """Handle a message on ``~/joint_trajectory``: validate and pass it on."""
+        """Called for each ``~/joint_trajectory`` message: validate and pass on the trajectory."""
         if not self.active:
             self._logger.warning("Controller is not active: the trajectory is ignored.")
         elif self.is_valid(message):
             self.take(message)
 
     def is_valid(self, message: Any) -> bool:
-        """Return whether a trajectory message is valid; log the reason if not."""
+        """Return whether a trajectory message is valid; log an error if not."""
         try:
             validate(message, self._rules, self._controller.params.now_ns())
         except InvalidTrajectoryError as error:
@@ -155,7 +155,7 @@ class TrajectoryInputs:
         return True
 
     def take(self, message: Any, goal: FollowedGoal | None = None) -> None:
-        """Pass a valid trajectory message to the control cycle.
+        """Pass a valid trajectory message, with its action goal if any, to the control cycle.
 
         Args:
             message: The trajectory.
@@ -185,7 +185,7 @@ class TrajectoryInputs:
         self._incoming.append(incoming)
 
     def on_commands(self, message: Any) -> None:
-        """Handle positions on ``~/commands``: pass on a trajectory to them."""
+        """Called for each ``~/commands`` message: pass on a trajectory to the clamped positions."""
         if not self.active:
             self._logger.warning("Controller is not active: the command is ignored.")
             return
@@ -221,14 +221,14 @@ class TrajectoryInputs:
         )
 
     def on_speed_scaling(self, message: Any) -> None:
-        """Handle a message on ``~/speed_scaling_input``: set the speed scaling factor."""
+        """Called for each ``~/speed_scaling_input`` message: set the factor, unless negative."""
         if message.factor < 0.0:
             self._logger.warning(f"Speed scaling factor {message.factor:g} is negative: ignored.")
             return
         self._controller.speed_scaling = message.factor
 
     def on_query(self, request: Any, response: Any) -> Any:
-        """Answer ``~/query_state`` with the desired state at the requested time."""
+        """Called for a ``~/query_state`` request: respond with the desired state at its time."""
         state = self._controller.state_at(to_nanoseconds(request.time))
         response.success = state is not None
         if state is None:

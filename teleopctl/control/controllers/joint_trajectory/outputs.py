@@ -18,7 +18,7 @@ from teleopctl.control.handles import (
 
 
 class CommandOutputs:
-    """Command interfaces of a joint trajectory controller, written directly or by PIDs.
+    """Command interfaces of a joint trajectory controller, written directly or through PIDs.
 
     Args:
         settings: The controller's parameters.
@@ -43,7 +43,7 @@ class CommandOutputs:
         self._all_commanded = len(self._joints) == len(settings.joints)
 
     def positions(self) -> list[float] | None:
-        """Return the commanded positions; None unless all joints have finite ones."""
+        """Return the commanded positions; None unless every joint has a finite one."""
         outputs = self._outputs.get(POSITION)
         if not outputs or not self._all_commanded:
             return None
@@ -51,11 +51,11 @@ class CommandOutputs:
         return values if all(map(math.isfinite, values)) else None
 
     def values(self) -> dict[str, list[float]]:
-        """Return the values of the command interfaces, by interface name."""
+        """Return the values of the command interfaces per joint, by interface name."""
         return {name: [o.value for o in outputs] for name, outputs in self._outputs.items()}
 
     def zero_commands(self) -> None:
-        """Command zero on all interfaces but positions."""
+        """Command zero on all command interfaces except positions."""
         for name, outputs in self._outputs.items():
             if name != POSITION:
                 for output in outputs:
@@ -68,7 +68,7 @@ class CommandOutputs:
         velocity_errors: Sequence[float],
         period: float,
     ) -> None:
-        """Write a trajectory's state, or the PIDs' output for it, to the command interfaces.
+        """Write a trajectory's state, or PID outputs for its errors, to the command interfaces.
 
         Args:
             state: Where the trajectory will be at the next update.

@@ -20,11 +20,11 @@ _DEFAULT_SPEED = 1.0
 
 
 class InvalidCommandError(Exception):
-    """Position commands are invalid; the message says why."""
+    """Raised when position commands are invalid; the message says why."""
 
 
 def check_positions(data: Sequence[float], joints: Sequence[str]) -> list[float]:
-    """Return the positions of a command message; raise if number or values are invalid.
+    """Return a command message's positions; raise if their number or a value is invalid.
 
     Raises:
         InvalidCommandError: Their number is wrong, or one is not finite.
@@ -42,7 +42,7 @@ def check_positions(data: Sequence[float], joints: Sequence[str]) -> list[float]
 def clamp_positions(
     positions: Sequence[float], joints: Sequence[str], limits: dict[str, JointLimits]
 ) -> tuple[list[float], dict[str, str]]:
-    """Return positions clamped to the joints' limits, with a report for each that changed.
+    """Return positions clamped to the joints' limits, and a warning for each clamped joint by name.
 
     Returns:
         The positions, and by joint a sentence for each that had to be changed.
@@ -66,7 +66,7 @@ def trajectory_to_positions(
     limits: dict[str, JointLimits],
     period: float,
 ) -> list[TrajectoryPoint]:
-    """Return a trajectory of one point that reaches positions within the velocity limits.
+    """Return a one-point trajectory to positions whose duration respects the velocity limits.
 
     Args:
         positions: Targets, rad or m.

@@ -36,19 +36,19 @@ T = TypeVar("T", bound="AllowableParameterValue")
 
 
 class ReadParameter(Protocol):
-    """Interface of a function that reads a parameter; the default gives the type."""
+    """Interface of a function that returns a parameter's value; the default gives the type."""
 
     def __call__(self, name: str, default: T, /) -> T:
         """The parameter's value, or the default where it has none."""
 
 
 class InvalidSettingsError(Exception):
-    """The parameters contradict each other; the message says how."""
+    """Raised when a controller's parameters are invalid or contradict each other."""
 
 
 @dataclass(frozen=True)
 class TrajectorySettings:
-    """Parameters of a joint trajectory controller that are fixed once configured.
+    """Parameters of a joint trajectory controller that are fixed once it is configured.
 
     Attributes:
         joints: Joints of the trajectories.
@@ -101,12 +101,12 @@ class TrajectorySettings:
 
     @property
     def uses_pid(self) -> bool:
-        """Whether PIDs compute the commands: for velocity alone or effort alone."""
+        """Whether PIDs compute the commands: if only velocity or only effort is commanded."""
         return set(self.command_interfaces) in ({VELOCITY}, {EFFORT})
 
 
 def read_settings(parameter: ReadParameter) -> TrajectorySettings:
-    """Return the checked settings of a joint trajectory controller from its parameters.
+    """Read a joint trajectory controller's parameters; return them, or raise if invalid.
 
     Raises:
         InvalidSettingsError: The parameters are invalid or contradict each other.

@@ -28,7 +28,7 @@ _FIELDS = {
 
 
 class MeasuredValues:
-    """One measured quantity of all joints; missing values keep the last measured one.
+    """Reader of one quantity of all joints, which keeps the last finite value of each.
 
     Args:
         interfaces: Where the values come from, joint by joint.
@@ -39,7 +39,7 @@ class MeasuredValues:
         self._last = [math.nan] * len(interfaces)
 
     def read(self) -> list[float]:
-        """Return the latest finite value of each joint; NaN before the first."""
+        """Return the latest finite value of each joint; NaN before a joint's first finite value."""
         for index, interface in enumerate(self._interfaces):
             value = interface.value
             if math.isfinite(value):
@@ -48,7 +48,7 @@ class MeasuredValues:
 
 
 class TrajectoryStatePublisher:
-    """Publisher of ``~/controller_state`` of a joint trajectory controller.
+    """Realtime publisher of ``~/controller_state`` of a joint trajectory controller.
 
     Args:
         node: The controller's node.
@@ -81,7 +81,7 @@ class TrajectoryStatePublisher:
         output: dict[str, list[float]],
         scaling: float,
     ) -> None:
-        """Queue the values of one update for publishing.
+        """Queue a state message of one update for publishing after the control cycle.
 
         Args:
             time_ns: Time of the update.

@@ -21,7 +21,7 @@ _SAME = 1.2e-7
 
 @dataclass(frozen=True, slots=True)
 class StateTolerance:
-    """Allowed errors of one joint; 0 is unlimited.
+    """Allowed position, velocity and acceleration errors of one joint; 0 is unlimited.
 
     Attributes:
         position: rad or m.
@@ -36,7 +36,7 @@ class StateTolerance:
 
 @dataclass(frozen=True)
 class Tolerances:
-    """Tolerances of a trajectory: on the path, at the goal, and of the goal's time.
+    """Tolerances of a trajectory: errors on the path and at the goal, and lateness at the goal.
 
     Attributes:
         path: Per joint, while the trajectory runs.
@@ -67,11 +67,11 @@ class GoalLike(Protocol):
 
 
 class IllegalToleranceError(Exception):
-    """A goal's tolerances are invalid; the message says why."""
+    """Raised when a goal's tolerances are invalid; the message says why."""
 
 
 def tolerances_of_goal(defaults: Tolerances, goal: GoalLike, joints: Sequence[str]) -> Tolerances:
-    """Return the tolerances that a goal specifies, completed by the defaults.
+    """Return the tolerances of a goal, with the controller's defaults where it specifies none.
 
     Args:
         defaults: The controller's.
@@ -135,7 +135,7 @@ def _resolved(default: float, given: float) -> float:
 def tracking_error(
     desired: TrajectoryPoint, measured: TrajectoryPoint, wraparound: Sequence[bool]
 ) -> TrajectoryPoint:
-    """Return desired minus measured state; quantities missing on either side are empty.
+    """Return desired minus measured state; quantities missing in one of them are empty.
 
     Args:
         desired: What is desired now.
@@ -161,13 +161,13 @@ def _differences(desired: Sequence[float], measured: Sequence[float]) -> list[fl
 
 
 def first_violation(
-    tolerances: Sequence[StateTolerance], names: Sequence[str], errors: TrajectoryPoint
+    tolerances: Sequence[StateTolerance], joints: Sequence[str], errors: TrajectoryPoint
 ) -> str | None:
-    """Return a sentence about the first exceeded tolerance; None if none is exceeded.
+    """Return a sentence about the first joint that exceeds a tolerance; None if none does.
 
     Args:
         tolerances: Per joint.
-        names: The joints.
+        joints: The joints.
         errors: Desired minus measured; a quantity that is not checked is empty.
     """
     for index, tolerance in enumerate(tolerances):
@@ -178,14 +178,14 @@ def first_violation(
         ):
             if values and 0.0 < allowed < abs(values[index]):
                 return (
-                    f"joint {names[index]}: {quantity} Error: {values[index]:f}, "
+                    f"joint {joints[index]}: {quantity} Error: {values[index]:f}, "
                     f"{quantity} Tolerance: {allowed:f}"
                 )
     return None
 
 
 class ToleranceVerdict(Enum):
-    """Results of `check_tolerances`: moving, reached, violated, late and so on."""
+    """Result of `check_tolerances`: moving, path violated, waiting, reached, late or timed out."""
 
     MOVING = "on the way"
     PATH_VIOLATED = "an error is larger than the path allows"
@@ -197,35 +197,35 @@ class ToleranceVerdict(Enum):
 
 def check_tolerances(
     tolerances: Tolerances,
-    names: Sequence[str],
+    joints: Sequence[str],
     errors: TrajectoryPoint,
-    late: float | None,
+    seconds_past_end: float | None,
     cmd_timeout: float,
     *,
     first: bool,
 ) -> tuple[ToleranceVerdict, str]:
-    """Check the errors of one update against the tolerances; return the verdict.
+    """Check the errors of one update; return the verdict and a sentence on the violation.
 
     Args:
         tolerances: What is allowed.
-        names: The joints.
+        joints: The joints.
         errors: Desired minus measured; a quantity that is not checked is empty.
-        late: Seconds since the last point, or None before it.
+        seconds_past_end: Seconds since the last point, or None before it.
         cmd_timeout: Seconds after the last point until the trajectory is given up; 0 is never.
         first: Whether this is the trajectory's first update.
 
     Returns:
         The verdict, and which joint is to blame for a violation.
     """
-    if late is None or first:
-        failure = first_violation(tolerances.path, names, errors)
+    if seconds_past_end is None or first:
+        failure = first_violation(tolerances.path, joints, errors)
         if failure:
             return ToleranceVerdict.PATH_VIOLATED, failure
-    if late is None:
+    if seconds_past_end is None:
         return ToleranceVerdict.MOVING, ""
-    failure = first_violation(tolerances.goal, names, errors)
-    if failure and 0.0 < tolerances.goal_time < late:
+    failure = first_violation(tolerances.goal, joints, errors)
+    if failure and 0.0 < tolerances.goal_time < seconds_past_end:
         return ToleranceVerdict.GOAL_LATE, failure
-    if 0.0 < cmd_timeout < late:
+    if 0.0 < cmd_timeout < seconds_past_end:
         return ToleranceVerdict.TIMED_OUT, failure or ""
     return (ToleranceVerdict.WAITING, failure) if failure else (ToleranceVerdict.REACHED, "")

@@ -48,7 +48,7 @@ class TrajectoryPoint:
 
     @classmethod
     def from_message(cls, point: PointLike, order: Iterable[int] | None = None) -> TrajectoryPoint:
-        """Return the point of a message, with its joints reordered by indices."""
+        """Return the point of a message; its joints reordered by indices if given."""
         indices = None if order is None else tuple(order)
 
         def take(values: Sequence[float]) -> list[float]:
@@ -65,7 +65,7 @@ class TrajectoryPoint:
         )
 
     def copy_to(self, message: PointLike) -> None:
-        """Copy the point into a JointTrajectoryPoint message."""
+        """Copy the point's values into a JointTrajectoryPoint message."""
         message.positions = self.positions
         message.velocities = self.velocities
         message.accelerations = self.accelerations
@@ -121,7 +121,7 @@ class TrajectorySegment:
         )
 
     def sample(self, time_ns: int) -> TrajectoryPoint:
-        """Return the interpolated state at a time, clamped to the segment."""
+        """Return the interpolated state at a time, clamped to the segment's ends."""
         t = (time_ns - self._begin_ns) / NANOSECONDS_PER_SECOND
         t = min(max(t, 0.0), self._duration)
         if self._degree == 1:
@@ -154,7 +154,7 @@ def _lines(
 
 
 def cubic(pa: float, va: float, pb: float, vb: float, duration: float) -> tuple[float, ...]:
-    """Return coefficients c0…c3 of the cubic with given positions and velocities at the ends."""
+    """Return coefficients c0…c3 of the cubic from position pa, velocity va to pb, vb."""
     if duration == 0.0:
         return pa, va, 0.0, 0.0
     d = duration
@@ -169,7 +169,7 @@ def cubic(pa: float, va: float, pb: float, vb: float, duration: float) -> tuple[
 def quintic(
     pa: float, va: float, aa: float, pb: float, vb: float, ab: float, duration: float
 ) -> tuple[float, ...]:
-    """Return coefficients c0…c5 of the quintic with given accelerations at the ends as well."""
+    """Return coefficients c0…c5 of the quintic from position pa, velocity va, acceleration aa."""
     if duration == 0.0:
         return pa, va, aa / 2.0, 0.0, 0.0, 0.0
     d = duration
@@ -187,7 +187,7 @@ def quintic(
 def stopping_points(
     positions: Sequence[float], velocities: Sequence[float], decelerations: Sequence[float]
 ) -> list[TrajectoryPoint]:
-    """Return trajectory points on which each joint decelerates at a constant rate to rest.
+    """Return points of a trajectory that brakes each joint at a constant deceleration to rest.
 
     A joint at speed v stops after ``|v| / d`` seconds, ``v |v| / 2d`` further on. A point stands
     where a joint has stopped; the cubics in between are then the parabolas that are meant.
@@ -226,14 +226,14 @@ def _slowed(
 
 
 class InterpolationMethod(Enum):
-    """Interpolation between trajectory points: splines, or none (the next point)."""
+    """Interpolation between trajectory points: splines, or none (jump to the next point)."""
 
     SPLINES = "splines"
     NONE = "none"
 
 
 class TrajectorySample(NamedTuple):
-    """Sampled state of a trajectory, with the indices of the points around it.
+    """State sampled from a trajectory, with the indices of the points before and after.
 
     Attributes:
         state: The desired state.
@@ -248,7 +248,7 @@ class TrajectorySample(NamedTuple):
 
 
 class Trajectory:
-    """Trajectory points with a start time, interpolated when sampled.
+    """Trajectory points with a start time; returns interpolated states.
 
     Args:
         points: The points, their times strictly increasing. They are filled in where derivatives
@@ -263,7 +263,7 @@ class Trajectory:
         self.update(points, start_ns)
 
     def update(self, points: Sequence[TrajectoryPoint], start_ns: int = 0) -> None:
-        """Replace the trajectory's points and start time; the point before stays."""
+        """Replace the trajectory's points and start time; keep the state set as point before."""
         self._points = list(points)
         # Segment i ends at point i; the first one begins at the point before.
         self._segments = [None] * len(self._points)
@@ -274,7 +274,7 @@ class Trajectory:
 
     @property
     def points(self) -> Sequence[TrajectoryPoint]:
-        """Points of the trajectory, read-only."""
+        """Points of the trajectory; callers must not change them."""
         return self._points
 
     @property
@@ -285,7 +285,7 @@ class Trajectory:
     def set_point_before(
         self, time_ns: int, point: TrajectoryPoint, wraparound: Sequence[bool] = ()
     ) -> None:
-        """Set the state from which the robot starts to follow the trajectory.
+        """Set the robot's state when it starts to follow the trajectory, before the first point.
 
         Args:
             time_ns: The time of that state; the trajectory cannot be sampled before it.
@@ -309,7 +309,7 @@ class Trajectory:
         *,
         advance: bool = True,
     ) -> TrajectorySample | None:
-        """Return the desired state at a time; None outside the trajectory.
+        """Return the desired state at a time; None without points or before the start state.
 
         There is none without points and before the point before.
 
@@ -379,7 +379,7 @@ class Trajectory:
 
 
 def integrate(begin: TrajectoryPoint, end: TrajectoryPoint, duration: float) -> None:
-    """Fill in missing positions and velocities of a segment's end, in place.
+    """Set missing positions and velocities of a segment's end point by integration, in place.
 
     Velocity and acceleration run linearly over the segment; those that ``begin`` lacks count as 0.
 
@@ -407,7 +407,7 @@ def integrate(begin: TrajectoryPoint, end: TrajectoryPoint, duration: float) -> 
 def shift_to_nearest_turn(
     current: Sequence[float], target: Sequence[float], wraparound: Sequence[bool]
 ) -> list[float]:
-    """Return positions shifted by whole turns, to within half a turn of their targets.
+    """Return positions of continuous joints shifted by whole turns towards their targets.
 
     Args:
         current: Positions, rad.
@@ -421,7 +421,7 @@ def shift_to_nearest_turn(
 
 
 def shortest_angle(begin: float, end: float) -> float:
-    """Return the shortest rotation from one angle to another, rad.
+    """Return the shortest signed rotation from one angle to another, in rad.
 
     Args:
         begin: Angle, rad.

@@ -29,12 +29,12 @@ class TrajectoryLike(Protocol):
 
 
 class InvalidTrajectoryError(Exception):
-    """A trajectory message breaks a rule; the message says which."""
+    """Raised when a trajectory message breaks a rule; the message says which."""
 
 
 @dataclass(frozen=True)
 class TrajectoryRules:
-    """Which trajectory messages a controller accepts: joints, fields, final velocity.
+    """Rules for the trajectory messages that a controller accepts: joints, fields, final velocity.
 
     Attributes:
         joints: The controller's joints.
@@ -154,14 +154,14 @@ def _check_point(point: PointLike, index: int, names: list[str], rules: Trajecto
 
 
 def to_points(
-    trajectory: TrajectoryLike, joints: Sequence[str], hold: Sequence[float]
+    trajectory: TrajectoryLike, joints: Sequence[str], held_positions: Sequence[float]
 ) -> list[TrajectoryPoint]:
-    """Return a message's points in the controller's joint order; missing joints hold still.
+    """Return a message's points in the controller's joint order; missing joints hold positions.
 
     Args:
         trajectory: A valid trajectory.
         joints: The controller's joints.
-        hold: Positions of the controller's joints, for those that the trajectory leaves out.
+        held_positions: Positions of all joints, for those that the trajectory leaves out.
     """
     names = list(trajectory.joint_names)
     if len(names) == len(joints):
@@ -172,7 +172,7 @@ def to_points(
         given = TrajectoryPoint.from_message(message)
         points.append(
             TrajectoryPoint(
-                _spread(given.positions, names, joints, hold),
+                _spread(given.positions, names, joints, held_positions),
                 _spread(given.velocities, names, joints, None),
                 _spread(given.accelerations, names, joints, None),
                 _spread(given.effort, names, joints, None),

@@ -20,11 +20,11 @@ from teleopctl.control.lifecycle import CallbackReturn, ReturnType
 
 
 class InvalidBaseError(Exception):
-    """The parameters of a mobile base are invalid; the message says why."""
+    """Raised when the parameters of a mobile base are invalid; the message says why."""
 
 
 class MobileBaseController(ControllerInterface):
-    """Base of controllers that drive a mobile base and publish odometry.
+    """Base class of controllers that command a mobile base's wheels and publish odometry.
 
     It stands still until a velocity comes, and when none has come for the timeout. Its odometry
     starts at the origin when it is activated for the first time.
@@ -41,7 +41,7 @@ class MobileBaseController(ControllerInterface):
     # -- overridden by kinds of bases --------------------------------------------------------------
 
     def read_parameters(self) -> None:
-        """Read and check the parameters of geometry and interfaces; for subclasses.
+        """Read and check the base's geometry and interface parameters; for subclasses.
 
         Raises:
             InvalidBaseError: A parameter is missing or invalid.
@@ -49,11 +49,11 @@ class MobileBaseController(ControllerInterface):
         raise NotImplementedError
 
     def read_timeout(self) -> float:
-        """Return the timeout of velocity commands in seconds; 0 is none."""
+        """Return the velocity command timeout parameter in seconds; 0 is no timeout."""
         return self.auto_declare(self.timeout_parameter, self.default_timeout)
 
     def command_names(self) -> Sequence[str]:
-        """Return the full names of the command interfaces; for subclasses."""
+        """Return the full names of the wheels' command interfaces; for subclasses."""
         raise NotImplementedError
 
     def feedback_names(self) -> Sequence[str]:
@@ -61,18 +61,18 @@ class MobileBaseController(ControllerInterface):
         raise NotImplementedError
 
     def requested_velocity(self, time_ns: int) -> BaseVelocity:
-        """Return the velocity requested of the base, by default from the topic."""
+        """Return the base velocity to command at a time; by default the last one received."""
         return self._input.read(time_ns)
 
     def limit(self, velocity: BaseVelocity, period: float) -> BaseVelocity:
-        """Return a requested velocity within the limits; by default unlimited."""
+        """Return a requested velocity within the base's limits; by default unchanged."""
         del period
         return velocity
 
     def displacement(
         self, values: Sequence[float], last: Sequence[float], period: float
     ) -> BaseVelocity:
-        """Return the base's displacement (m, m, rad) since the last update, from its wheels.
+        """Return the base's displacement (m, m, rad) since the last update, from wheel states.
 
         Args:
             values: Values of the state interfaces.
@@ -82,21 +82,21 @@ class MobileBaseController(ControllerInterface):
         raise NotImplementedError
 
     def wheel_commands(self, velocity: BaseVelocity) -> Sequence[float]:
-        """Return the values of the command interfaces for a velocity of the base."""
+        """Return the command interfaces' values for a velocity of the base; for subclasses."""
         raise NotImplementedError
 
     def on_commanded(self, time_ns: int, velocity: BaseVelocity) -> None:
-        """Handle the velocity that was commanded, as by publishing it; by default nothing."""
+        """Called in each update with the commanded velocity; does nothing by default."""
 
     # -- life cycle --------------------------------------------------------------------------------
 
     def on_init(self) -> None:
-        """Declare the parameters common to all mobile bases."""
+        """Declare the parameters ``open_loop`` and ``position_feedback``."""
         self.auto_declare("open_loop", False)
         self.auto_declare("position_feedback", True)
 
     def on_configure(self) -> CallbackReturn | None:
-        """Read the parameters; create the subscription and the odometry publishers."""
+        """Read the parameters; create the velocity subscription and the odometry publishers."""
         try:
             self.read_parameters()
         except InvalidBaseError as error:
@@ -119,7 +119,7 @@ class MobileBaseController(ControllerInterface):
         return None
 
     def on_cleanup(self) -> None:
-        """Destroy the subscription and the odometry publishers."""
+        """Destroy the velocity subscription and the odometry publishers."""
         self._input.close()
         self._publisher.close()
 
@@ -128,30 +128,30 @@ class MobileBaseController(ControllerInterface):
         return InterfaceConfiguration(InterfaceConfigurationType.INDIVIDUAL, self.command_names())
 
     def state_interface_configuration(self) -> InterfaceConfiguration:
-        """Return the state interfaces for odometry; none in open loop."""
+        """Return the state interfaces of the wheels for odometry; none in open loop."""
         if self._open_loop:
             return InterfaceConfiguration(InterfaceConfigurationType.NONE)
         return InterfaceConfiguration(InterfaceConfigurationType.INDIVIDUAL, self.feedback_names())
 
     @property
     def feedback_type(self) -> str:
-        """Kind of the driven wheels' state interfaces: position or velocity."""
+        """State interface of driven wheels, ``position`` or ``velocity``, from the parameters."""
         return POSITION if self.auto_declare("position_feedback", True) else VELOCITY
 
     def on_activate(self) -> None:
-        """Discard earlier commands, so that the base stands still."""
+        """Discard earlier velocity commands, and accept new ones."""
         self._input.clear()
         self._publisher.restart()
         self._last: list[float] | None = None
         self._input.active = True
 
     def on_restart(self) -> None:
-        """Stop the base and reset the odometry, after a simulation reset."""
+        """Discard velocity commands and reset the odometry, after a simulation reset."""
         self._odometry.reset()
         self.on_activate()
 
     def on_deactivate(self) -> None:
-        """Command the wheels to stop."""
+        """Refuse further velocity commands, and command the wheels to stop."""
         self._input.active = False
         for interface, value in zip(
             self.command_interfaces, self.wheel_commands(BaseVelocity()), strict=True
@@ -159,7 +159,7 @@ class MobileBaseController(ControllerInterface):
             interface.value = value
 
     def update(self, time_ns: int, period: float) -> ReturnType | None:
-        """Command the wheels, update the odometry, and queue it for publishing."""
+        """Command the wheels by the limited velocity; update and queue the odometry."""
         velocity = self.limit(self.requested_velocity(time_ns), period)
         if self._open_loop:
             self._odometry.advance(
@@ -193,7 +193,7 @@ class MobileBaseController(ControllerInterface):
 
 
 class ChainableBase(MobileBaseController, ChainableControllerInterface):
-    """Base of mobile base controllers that another controller can command.
+    """Base class of mobile base controllers whose velocity other controllers can command.
 
     In chained mode the references are the velocity at each update, however old they are; while one
     of them is not a number the base stands still.
@@ -202,11 +202,11 @@ class ChainableBase(MobileBaseController, ChainableControllerInterface):
     references: ClassVar[Sequence[str]] = ("linear", "angular")
 
     def on_export_reference_interfaces_list(self) -> list[CommandInterface]:
-        """Return a new reference interface for each velocity component."""
+        """Return a new reference interface for each component of the base velocity."""
         return [CommandInterface(f"{self.name}/{part}", VELOCITY) for part in self.references]
 
     def requested_velocity(self, time_ns: int) -> BaseVelocity:
-        """Return the velocity of the references in chained mode, else of the topic."""
+        """Return the velocity from the references in chained mode, else the received one."""
         if not self.in_chained_mode:
             return super().requested_velocity(time_ns)
         values = [reference.value for reference in self.reference_interfaces]

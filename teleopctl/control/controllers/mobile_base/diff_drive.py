@@ -15,7 +15,9 @@ from teleopctl.interfaces import get_message, set_stamp
 
 
 class DiffDriveController(ChainableBase):
-    """``diff_drive_controller/DiffDriveController``: driven wheels on both sides.
+    """Controller of a base with driven left and right wheels: turns velocity into wheel speeds.
+
+    Plug-in type ``diff_drive_controller/DiffDriveController``.
 
     At speed v and turn rate w the wheels, L apart with radius r, turn with ``(v - w L/2) / r`` on
     the left and ``(v + w L/2) / r`` on the right.
@@ -59,7 +61,7 @@ class DiffDriveController(ChainableBase):
         return [f"{wheel}/{self.feedback_type}" for wheel in (*self._left, *self._right)]
 
     def on_configure(self) -> CallbackReturn | None:
-        """Read the parameters; create the topics, also that of limited velocities."""
+        """Read the parameters; create the topics, with ``~/cmd_vel_out`` if configured."""
         outcome = super().on_configure()
         self._limited: Any = None
         if outcome is None and self.auto_declare("publish_limited_velocity", False):
@@ -79,7 +81,7 @@ class DiffDriveController(ChainableBase):
             self.get_node().destroy_publisher(self._limited)
 
     def on_activate(self) -> None:
-        """Discard earlier commands and reset the limiters, so that the base stands still."""
+        """Discard earlier velocity commands and reset the limiters, so that the base is at rest."""
         super().on_activate()
         self._linear.reset()
         self._angular.reset()
@@ -94,7 +96,7 @@ class DiffDriveController(ChainableBase):
     def displacement(
         self, values: Sequence[float], last: Sequence[float], period: float
     ) -> BaseVelocity:
-        """Return the base's displacement (m, m, rad) by the mean of each side's wheels."""
+        """Return the base's displacement (m, m, rad) by the mean of the wheels on each side."""
         if self._by_position:
             turned = [now - before for now, before in zip(values, last, strict=True)]
         else:
@@ -105,14 +107,14 @@ class DiffDriveController(ChainableBase):
         return BaseVelocity((left + right) / 2.0, angular=(right - left) / self._separation)
 
     def wheel_commands(self, velocity: BaseVelocity) -> Sequence[float]:
-        """Return the wheel velocities in rad/s for a velocity of the base."""
+        """Return the velocities of left, then right wheels (rad/s) for a base velocity."""
         half = velocity.angular * self._separation / 2.0
         left = (velocity.x - half) / self._left_radius
         right = (velocity.x + half) / self._right_radius
         return [left] * len(self._left) + [right] * len(self._right)
 
     def on_commanded(self, time_ns: int, velocity: BaseVelocity) -> None:
-        """Publish the commanded velocity, if the parameters say so."""
+        """Queue the limited velocity for ``~/cmd_vel_out``, if configured."""
         if self._limited is not None:
             self._realtime_limited.try_publish((time_ns, velocity))
 

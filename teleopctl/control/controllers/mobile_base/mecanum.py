@@ -21,7 +21,9 @@ _TURNING = (-1.0, 1.0, 1.0, -1.0)
 
 
 class MecanumDriveController(ChainableBase):
-    """``mecanum_drive_controller/MecanumDriveController``: four wheels with rollers.
+    """Controller of a base on four mecanum wheels, which turns velocity into wheel speeds.
+
+    Plug-in type ``mecanum_drive_controller/MecanumDriveController``.
 
     Wheels of radius r turn with ``(x ∓ y ∓ s w) / r``, where s is the sum of the distances from the
     centre to a wheel along x and along y.
@@ -69,7 +71,7 @@ class MecanumDriveController(ChainableBase):
             raise InvalidBaseError(str(error)) from None
 
     def on_configure(self) -> CallbackReturn | None:
-        """Read the parameters; create the topics, also that of the controller's state."""
+        """Read the parameters; create the topics, with ``~/controller_state``."""
         outcome = super().on_configure()
         if outcome is None:
             # Any: message classes are made at run time. Made once and reused.
@@ -85,7 +87,7 @@ class MecanumDriveController(ChainableBase):
         self.get_node().destroy_publisher(self._state_publisher)
 
     def on_commanded(self, time_ns: int, velocity: BaseVelocity) -> None:
-        """Publish the controller's state: wheel velocities and commanded velocity."""
+        """Queue the measured wheel and commanded velocities for ``~/controller_state``."""
         speeds = [state.value for state in self.state_interfaces]
         self._realtime_state.try_publish((time_ns, speeds, velocity))
 
@@ -101,21 +103,21 @@ class MecanumDriveController(ChainableBase):
         self._state_publisher.publish(message)
 
     def on_activate(self) -> None:
-        """Discard earlier commands and reset the limiters, so that the base stands still."""
+        """Discard earlier velocity commands and reset the limiters, so that the base is at rest."""
         super().on_activate()
         for limiter in self._limiters:
             limiter.reset()
 
     def command_names(self) -> Sequence[str]:
-        """Return the velocity interfaces: front left, front right, rear right, rear left."""
+        """Return the wheels' command interfaces: front left, front right, rear right, rear left."""
         return [f"{joint}/{VELOCITY}" for joint in self._joints]
 
     def feedback_names(self) -> Sequence[str]:
-        """Return the velocity state interfaces, in the order of the commands."""
+        """Return the wheels' velocity state interfaces, in the order of `command_names`."""
         return [f"{joint}/{VELOCITY}" for joint in self._states]
 
     def limit(self, velocity: BaseVelocity, period: float) -> BaseVelocity:
-        """Return a requested velocity limited in each component."""
+        """Return a velocity limited in x, y and yaw: speed, acceleration and jerk."""
         return BaseVelocity(
             *(
                 limiter.limit(value, period)
@@ -126,7 +128,7 @@ class MecanumDriveController(ChainableBase):
     def displacement(
         self, values: Sequence[float], last: Sequence[float], period: float
     ) -> BaseVelocity:
-        """Return the base's displacement (m, m, rad) by the four wheels."""
+        """Return the base's displacement (m, m, rad) by the speeds of the four wheels."""
         del last
         step = self._radius * period / len(values)
         return BaseVelocity(
@@ -138,7 +140,7 @@ class MecanumDriveController(ChainableBase):
         )
 
     def wheel_commands(self, velocity: BaseVelocity) -> Sequence[float]:
-        """Return the wheel velocities in rad/s for a velocity of the base."""
+        """Return the four wheel velocities (rad/s) for a velocity of the base."""
         turn = velocity.angular * self._reach
         return [
             (velocity.x + sideways * velocity.y + turning * turn) / self._radius

@@ -12,7 +12,7 @@ _SHORTEST_STEP = 1e-4
 
 
 class Odometry:
-    """Pose and velocity of a base in the odometry frame, integrated from displacements.
+    """Pose of a base in the odometry frame, integrated from displacements, and mean velocity.
 
     Args:
         window: How many steps the speeds are averaged over.
@@ -37,7 +37,7 @@ class Odometry:
         self._steps.clear()
 
     def advance(self, forwards: float, turned: float, period: float, sideways: float = 0.0) -> None:
-        """Move the pose along an arc, and update the velocity averages.
+        """Move the pose along an arc of given lengths and turn, and update the mean velocity.
 
         Args:
             forwards: Length along the base's x axis, m.

@@ -17,7 +17,7 @@ _ROWS = 6
 
 
 class OdometryPublisher:
-    """Publisher of odometry and transform, at a rate of the controller's time.
+    """Realtime publisher of odometry and transform, at a rate by the controller's time.
 
     It reads the controller's parameters ``odom_frame_id``, ``base_frame_id``, ``tf_frame_prefix``
     and ``tf_frame_prefix_enable``, ``pose_covariance_diagonal``, ``twist_covariance_diagonal`` and
@@ -66,11 +66,11 @@ class OdometryPublisher:
             self._node.destroy_publisher(publisher)
 
     def restart(self) -> None:
-        """Make the next `try_publish` publish, whatever the time since the last."""
+        """Make the next `try_publish` publish, whatever the time since the last publication."""
         self._due_ns = 0
 
     def try_publish(self, time_ns: int, odometry: Odometry) -> None:
-        """Queue the odometry for publishing if the publish period has passed."""
+        """Queue odometry and transform for publishing if the publish period has passed."""
         if time_ns < self._due_ns:
             return
         # Keeps the rate in the mean, also where it is no divisor of the controller's.

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class RateLimits:
-    """Limits of one speed, its acceleration and its jerk; infinite where unlimited.
+    """Limits of one velocity component, its acceleration and its jerk; infinite if unlimited.
 
     Attributes:
         lowest: Lowest speed (backwards), at most 0.
@@ -36,7 +36,7 @@ class RateLimits:
 
 
 class RateLimiter:
-    """Limiter of a speed, its acceleration and its jerk over successive calls.
+    """Limiter of one velocity component, its acceleration and its jerk over successive calls.
 
     Args:
         limits: The limits.
@@ -47,11 +47,11 @@ class RateLimiter:
         self.reset()
 
     def reset(self) -> None:
-        """Reset the previous speeds to zero."""
+        """Reset the stored previous speeds to zero."""
         self._last = self._before = 0.0
 
     def limit(self, speed: float, period: float) -> float:
-        """Return a requested speed limited by the previous speeds, and store it.
+        """Return a requested speed limited relative to the previous speeds, and store the result.
 
         Args:
             speed: What is wanted.
@@ -79,7 +79,7 @@ def _clamp(value: float, lowest: float, highest: float) -> float:
 
 
 def read_limits(controller: ControllerInterface, prefix: str) -> RateLimits:
-    """Return the limits in a controller's parameters ``<prefix>.max_velocity`` and so on.
+    """Return limits from parameters such as ``<prefix>.max_velocity``; raise for a wrong sign.
 
     Not a number is "no limit"; what is left out follows from its counterpart. The switches
     ``has_velocity_limits`` and so on of older parameter files count, and their
@@ -91,7 +91,7 @@ def read_limits(controller: ControllerInterface, prefix: str) -> RateLimits:
     read = controller.auto_declare
 
     def limit(name: str, *counterparts: tuple[float, float]) -> float:
-        """Return a limit parameter; if unset, the first set counterpart times its sign."""
+        """Return a limit parameter; if NaN, the first counterpart that is set, times its sign."""
         value = read(f"{prefix}.{name}", math.nan)
         for sign, other in counterparts:
             if math.isnan(value):

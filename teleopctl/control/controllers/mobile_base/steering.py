@@ -29,7 +29,7 @@ class _SteeringController(ChainableBase):
     steered_wheels: ClassVar[int] = 1
 
     def read_parameters(self) -> None:
-        """Read and check the parameters, by their present or older names."""
+        """Read and check the parameters of wheels and geometry, by new or older names."""
         front = self.auto_declare("front_steering", True)
         driven, steered = ("rear", "front") if front else ("front", "rear")
         self._driven = self._joints("traction_joints_names", driven, self.driven_wheels)
@@ -83,13 +83,13 @@ class _SteeringController(ChainableBase):
         ]
 
     def feedback_names(self) -> Sequence[str]:
-        """Return the state interfaces, in the order of the commands."""
+        """Return the state interfaces of driven, then of steered wheels."""
         return [f"{joint}/{self.feedback_type}" for joint in self._driven_states] + [
             f"{joint}/{POSITION}" for joint in self._steered_states
         ]
 
     def on_activate(self) -> None:
-        """Discard earlier commands, with the wheels straight."""
+        """Discard earlier velocity commands, and set the steering angles to straight."""
         super().on_activate()
         self._angles = [0.0] * self.steered_wheels
 
@@ -119,7 +119,7 @@ class _SteeringController(ChainableBase):
         ) / len(angles)
 
     def wheel_commands(self, velocity: BaseVelocity) -> Sequence[float]:
-        """Return wheel velocities (rad/s) and steering angles (rad); at rest angles stay."""
+        """Return wheel velocities (rad/s), then steering angles (rad), kept for zero velocity."""
         if velocity.x != 0.0 or velocity.angular != 0.0:
             self._angles = self._steering(velocity)
         half = velocity.angular * self._driven_track / 2.0
@@ -138,16 +138,25 @@ class _SteeringController(ChainableBase):
 
 
 class BicycleSteeringController(_SteeringController):
-    """``bicycle_steering_controller/BicycleSteeringController``: one driven, one steered wheel."""
+    """Controller of a base with one driven and one steered wheel.
+
+    Plug-in type ``bicycle_steering_controller/BicycleSteeringController``.
+    """
 
     driven_wheels = 1
 
 
 class TricycleSteeringController(_SteeringController):
-    """``tricycle_steering_controller/TricycleSteeringController``: two driven, one steered."""
+    """Controller of a base with two driven wheels and one steered wheel.
+
+    Plug-in type ``tricycle_steering_controller/TricycleSteeringController``.
+    """
 
 
 class AckermannSteeringController(_SteeringController):
-    """``ackermann_steering_controller/AckermannSteeringController``: two driven, two steered."""
+    """Controller of a base with two driven and two steered wheels.
+
+    Plug-in type ``ackermann_steering_controller/AckermannSteeringController``.
+    """
 
     steered_wheels = 2

@@ -21,7 +21,9 @@ _NEAR, _FAR, _CRAWL = math.pi / 6.0, math.pi / 2.0, 0.01
 
 
 class TricycleController(MobileBaseController):
-    """``tricycle_controller/TricycleController``: one wheel that drives and steers.
+    """Controller of a base with one wheel that both drives and steers.
+
+    Plug-in type ``tricycle_controller/TricycleController``.
 
     The wheel stands a wheelbase L in front of the frame's origin. To drive at v and turn at w it
     is turned by ``a = atan(w L / v)`` and rolls at ``v / cos(a)``; a turn on the spot is possible.
@@ -31,12 +33,12 @@ class TricycleController(MobileBaseController):
     default_publish_rate = 0.0
 
     def on_init(self) -> None:
-        """Declare the parameters whose defaults differ from other bases'."""
+        """Declare the base's parameters, with ``enable_odom_tf`` false by default."""
         super().on_init()
         self.auto_declare("enable_odom_tf", False)
 
     def on_configure(self) -> CallbackReturn | None:
-        """Read the parameters; create the topics and the odometry reset service."""
+        """Read the parameters; create the topics and the service ``~/reset_odometry``."""
         outcome = super().on_configure()
         self._resets = False
         if outcome is None:
@@ -46,7 +48,7 @@ class TricycleController(MobileBaseController):
         return outcome
 
     def on_cleanup(self) -> None:
-        """Destroy the subscription, the publishers and the service."""
+        """Destroy the subscription, the publishers and the reset service."""
         super().on_cleanup()
         self.get_node().destroy_service(self._service)
 
@@ -57,14 +59,14 @@ class TricycleController(MobileBaseController):
         return response
 
     def update(self, time_ns: int, period: float) -> ReturnType | None:
-        """Reset the odometry if requested by service, then update as the base class."""
+        """Reset the odometry if the service requested that; then command the wheel as usual."""
         if self._resets:
             self._resets = False
             self._odometry.reset()
         return super().update(time_ns, period)
 
     def read_timeout(self) -> float:
-        """Return the command timeout in seconds; the parameter is in milliseconds."""
+        """Return the velocity command timeout in seconds, from a parameter in milliseconds."""
         return self.auto_declare("cmd_vel_timeout", 500) / 1000.0
 
     def read_parameters(self) -> None:
@@ -112,19 +114,19 @@ class TricycleController(MobileBaseController):
     feedback_names = command_names
 
     def on_activate(self) -> None:
-        """Discard earlier commands and reset the limiters, with the wheel straight."""
+        """Discard earlier velocity commands; reset the limiters and the steering angle."""
         super().on_activate()
         self._speed_limiter.reset()
         self._angle_limiter.reset()
         self._angle = 0.0
 
     def on_deactivate(self) -> None:
-        """Command the wheel to stop at once, without limiting."""
+        """Command the wheel to stop at once, without limiting the deceleration."""
         self._speed_limiter.reset()
         super().on_deactivate()
 
     def limit(self, velocity: BaseVelocity, period: float) -> BaseVelocity:
-        """Return the requested velocity unchanged: `wheel_commands` limits the wheel."""
+        """Return the requested velocity unchanged; `wheel_commands` limits the wheel instead."""
         self._period = period
         return velocity
 
@@ -139,7 +141,7 @@ class TricycleController(MobileBaseController):
         )
 
     def wheel_commands(self, velocity: BaseVelocity) -> Sequence[float]:
-        """Return wheel velocity (rad/s) and steering angle (rad); at rest the angle stays."""
+        """Return the limited wheel velocity (rad/s) and steering angle (rad)."""
         sideways = velocity.angular * self._wheelbase
         if velocity.x != 0.0 or sideways != 0.0:
             backwards = velocity.x < 0.0

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 class BaseVelocity(NamedTuple):
-    """Velocity of a mobile base, in the frame of the base.
+    """Velocity of a mobile base in its own frame: forwards, to the left, and turn rate.
 
     Attributes:
         x: m/s forwards.
@@ -30,7 +30,7 @@ _REST = BaseVelocity()
 
 
 class VelocityInput:
-    """Subscription to velocity commands, which count until a timeout.
+    """Subscription to velocity commands of a mobile base, which are valid until a timeout.
 
     Args:
         controller: Whose topic it is.
@@ -67,11 +67,11 @@ class VelocityInput:
         self._node.destroy_subscription(self._subscription)
 
     def clear(self) -> None:
-        """Discard the last command."""
+        """Discard the last received velocity command."""
         self._latest: tuple[int, BaseVelocity] | None = None
 
     def read(self, time_ns: int) -> BaseVelocity:
-        """Return the last command, or zero velocity if it has timed out."""
+        """Return the last velocity command at a time; zero without one or after its timeout."""
         latest = self._latest
         if latest is None:
             return _REST
