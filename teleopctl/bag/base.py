@@ -27,7 +27,7 @@ class _MessageReader(ABC):
         end_ns: int = NO_TIME_NS,
         on_left_out: Callable[[str], object] | None = None,
     ) -> Iterator[BagMessage]:
-        """Yield messages in the order of their log times.
+        """Yield messages by log time; report broken parts to ``on_left_out``, or raise without it.
 
         Args:
             topics: Only these; all if None.
@@ -42,7 +42,7 @@ class _MessageReader(ABC):
 
     @abstractmethod
     def latest(self, topic: str, end_ns: int, most: int = 1) -> list[BagMessage]:
-        """Return the last messages of a topic before a log time, oldest first.
+        """Return up to `most` last messages of a topic before a log time, oldest first.
 
         Parts that cannot be read are passed over.
 
@@ -54,15 +54,15 @@ class _MessageReader(ABC):
 
     @abstractmethod
     def attachments(self) -> Iterator[BagAttachment]:
-        """Yield the attachments; none where the storage format has none."""
+        """Yield the attachments of the bag; none if the storage format has none."""
 
     @abstractmethod
     def records(self) -> Iterator[tuple[str, dict[str, str]]]:
-        """Yield the name and the values of each metadata record."""
+        """Yield name and values of each metadata record of the bag."""
 
     @abstractmethod
     def close(self) -> None:
-        """Close the files."""
+        """Close the files of the bag."""
 
     def __enter__(self) -> Self:
         return self
@@ -72,7 +72,7 @@ class _MessageReader(ABC):
 
 
 class Bag(_MessageReader):
-    """Bag opened for reading, as `open_bag` returns it.
+    """Bag opened for reading, as returned by `open_bag`: messages, attachments and metadata.
 
     Attributes:
         path: Folder or file of the bag.
@@ -92,7 +92,7 @@ class Bag(_MessageReader):
 
 
 class BagFileReader(_MessageReader):
-    """File of a bag opened for reading.
+    """Base class of readers of one file of a bag: MCAP or SQLite.
 
     Attributes:
         STORAGE: Storage format of the file: ``mcap`` or ``sqlite3``.
@@ -115,11 +115,11 @@ class BagFileReader(_MessageReader):
     @property
     @abstractmethod
     def description(self) -> BagFile:
-        """Entry of the file for ``metadata.yaml``."""
+        """Entry that describes the file in ``metadata.yaml``."""
 
 
 class BagFileWriter(ABC):
-    """File of a bag opened for writing; counts its messages and their times.
+    """Base class of writers of one file of a bag, which count messages and times.
 
     Args:
         path: The file.
@@ -147,7 +147,7 @@ class BagFileWriter(ABC):
 
     @property
     def description(self) -> BagFile:
-        """Entry of the file for ``metadata.yaml``."""
+        """Entry that describes the file in ``metadata.yaml``."""
         if self._first_ns is None:
             return BagFile(self.path.name)
         count = sum(self.message_counts.values())
@@ -156,35 +156,35 @@ class BagFileWriter(ABC):
     @property
     @abstractmethod
     def size(self) -> int:
-        """Size of the file in bytes, by which the bag writer decides to start another one."""
+        """Size of the file in bytes, which the bag writer compares with the size for splitting."""
 
     @abstractmethod
     def add_topic(self, topic: BagTopic) -> None:
-        """Add a topic, before its first message. Idempotent."""
+        """Add a topic to the file, before the topic's first message. Idempotent."""
 
     @abstractmethod
     def write(self, message: BagMessage) -> None:
-        """Write a message of an added topic."""
+        """Write a message whose topic was added to the file."""
 
     @abstractmethod
     def attach(self, attachment: BagAttachment) -> None:
-        """Add an attachment, if the storage format has attachments."""
+        """Add an attachment to the file, if the storage format has attachments."""
 
     @abstractmethod
     def add_record(self, name: str, values: Mapping[str, str]) -> None:
-        """Add a metadata record, if the storage format has them."""
+        """Add a metadata record to the file, if the storage format has metadata records."""
 
     @abstractmethod
     def flush(self) -> None:
-        """Hand all written messages to the operating system."""
+        """Write buffered messages to the operating system, so that a killed process keeps them."""
 
     @abstractmethod
     def sync(self) -> None:
-        """Wait until all flushed data is on the disk (fsync), on a thread that does not write."""
+        """Wait until all flushed data is on the disk (fsync); for a thread that does not write."""
 
     @abstractmethod
     def close(self) -> None:
-        """Finish and close the file."""
+        """Write the end of the file, and close the file."""
 
     @abstractmethod
     def abandon(self) -> None:

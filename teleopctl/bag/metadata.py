@@ -75,13 +75,13 @@ class BagFile:
 
     @property
     def end_ns(self) -> int:
-        """Log time of the file's last message."""
+        """Log time of the file's last message, in nanoseconds since the epoch."""
         return self.start_ns + self.duration_ns
 
 
 @dataclass(frozen=True)
 class BagMetadata:
-    """Metadata of a bag: files, topics, message counts and custom data.
+    """Metadata of a bag (``metadata.yaml``): files, topics, message counts, custom data.
 
     Attributes:
         files: In the order of their times.
@@ -125,7 +125,7 @@ class BagMetadata:
 
 
 def format_metadata(metadata: BagMetadata, *, with_root: bool = True) -> str:
-    """Return the text of ``metadata.yaml``, in version 8.
+    """Return the text of a bag's ``metadata.yaml``, in version 8.
 
     Args:
         metadata: What it says.
@@ -172,7 +172,7 @@ def _format_topic(topic: BagTopic) -> _Yaml:
 
 
 def write_metadata(path: Path, metadata: BagMetadata) -> None:
-    """Write ``metadata.yaml`` atomically.
+    """Write bag metadata to a ``metadata.yaml`` path atomically.
 
     Raises:
         SystemFailureError: It cannot be written.
@@ -188,7 +188,7 @@ def write_metadata(path: Path, metadata: BagMetadata) -> None:
 
 
 def read_metadata(folder: Path) -> BagMetadata:
-    """Read a bag's ``metadata.yaml``.
+    """Read and return the metadata in the ``metadata.yaml`` of a bag's folder.
 
     Raises:
         InvalidFileError: It cannot be read, or is not what it should be; the message says where.
@@ -206,7 +206,7 @@ def read_metadata(folder: Path) -> BagMetadata:
 
 
 def parse_metadata(text: str, *, with_root: bool = True) -> BagMetadata:
-    """Parse the text of a ``metadata.yaml`` of any version.
+    """Parse and return the metadata in the text of a ``metadata.yaml`` of any version.
 
     Args:
         text: The text.

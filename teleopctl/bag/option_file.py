@@ -13,7 +13,7 @@ from teleopctl.errors import InvalidFileError
 
 
 class OptionItem(NamedTuple):
-    """Entry in a YAML option file of ``bag convert`` or ``bag record``, with its line.
+    """List entry in a YAML option file of ``bag convert`` or ``bag record``, with its line.
 
     Attributes:
         path: The file.
@@ -31,12 +31,12 @@ class OptionItem(NamedTuple):
 
     @property
     def place(self) -> str:
-        """File and line of the entry, as error messages have them."""
+        """File and line of the entry, as used in error messages."""
         return f"{self.path}:{self.line}"
 
 
 def read_option_list(path: Path, root: str, expected: str) -> list[OptionItem]:
-    """Read the entries of an option file with a single key, whose value is a list.
+    """Return the list under the only key, `root`, of an option file; raise with a hint if absent.
 
     Args:
         path: The file.

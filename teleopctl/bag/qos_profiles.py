@@ -35,7 +35,7 @@ _LONGEST_S = INFINITE_NS // NANOSECONDS_PER_SECOND
 
 
 def format_offered_profiles(profiles: Sequence[EndpointQos]) -> str:
-    """Return QoS profiles as the text of ``offered_qos_profiles``; empty for none."""
+    """Return QoS profiles as text for ``offered_qos_profiles``; empty text for none."""
     if not profiles:
         return ""
     listed = [
@@ -58,7 +58,7 @@ def format_offered_profiles(profiles: Sequence[EndpointQos]) -> str:
 
 # Any: YAML's values, from a file that nobody here wrote.
 def parse_offered_profiles(value: Any) -> tuple[EndpointQos, ...]:
-    """Parse ``offered_qos_profiles``: the text of version 8 or the list of version 9.
+    """Return the QoS profiles in ``offered_qos_profiles``, a text (version 8) or list (9).
 
     Policies and durations that are missing or unknown are those of the default profile.
 
@@ -123,7 +123,7 @@ _VALUES = ("depth", "avoid_ros_namespace_conventions")
 
 
 def read_qos_overrides(file: Path) -> dict[str, QoSProfile]:
-    """Read the file of ``--qos-profile-overrides-path``: QoS profiles by topic.
+    """Read a ``--qos-profile-overrides-path`` file; return QoS profiles by topic.
 
     Policies have the names of the command line, such as ``best_effort``; a duration is a mapping
     of ``sec`` and ``nsec``.

@@ -21,12 +21,12 @@ NO_TIME_NS = 2**63 - 1
 
 
 def full_type_name(name: str) -> str:
-    """Return a type name as ``package/msg/Type``; old bags have ``package/Type``."""
+    """Return a type name as ``package/msg/Type``, also for old ``package/Type``."""
     return name.replace("/", "/msg/") if name.count("/") == 1 else name
 
 
 class TypeText(NamedTuple):
-    """Definition text of a message type, with its encoding.
+    """Definition text of a message type, with its encoding (``ros2msg`` or ``ros2idl``).
 
     Attributes:
         encoding: ``ros2msg`` or ``ros2idl``; empty where no definition is known.
@@ -38,7 +38,7 @@ class TypeText(NamedTuple):
 
 
 class BagTopic(NamedTuple):
-    """Topic of a bag: name, type, definition and offered QoS profiles.
+    """Topic of a bag: name, type, type definition and offered QoS profiles.
 
     Attributes:
         name: Full name.
@@ -66,12 +66,12 @@ class BagTopic(NamedTuple):
 
     @property
     def is_latched(self) -> bool:
-        """Whether the topic's publishers are transient local."""
+        """Whether any recorded publisher of the topic is transient local."""
         return any(profile.is_transient_local for profile in self.qos)
 
 
 class BagMessage(NamedTuple):
-    """Undecoded message of a bag; times in nanoseconds since the epoch.
+    """Undecoded message of a bag, with topic and times in nanoseconds since the epoch.
 
     Attributes:
         topic: Full name of the topic.

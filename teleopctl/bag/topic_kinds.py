@@ -27,7 +27,7 @@ _RESPONSES = (2, 3)
 
 
 def is_service_event(topic: str, type_name: str) -> bool:
-    """Return whether a topic carries service introspection events."""
+    """Return whether a topic, by name and type, carries service introspection events."""
     return (
         len(topic) > len(EVENT_TOPIC_SUFFIX)
         and topic.endswith(EVENT_TOPIC_SUFFIX)
@@ -37,7 +37,7 @@ def is_service_event(topic: str, type_name: str) -> bool:
 
 
 def service_of(topic: str, type_name: str) -> tuple[str, str]:
-    """Return name and type of the service whose events are on a topic."""
+    """Return name and type of the service whose introspection events are on a topic."""
     return topic.removesuffix(EVENT_TOPIC_SUFFIX), type_name.removesuffix(_TYPE_SUFFIX)
 
 
@@ -48,7 +48,7 @@ _ACTION_TOPIC = re.compile(
 
 
 class TopicKind(enum.Enum):
-    """Kind of a recorded topic: of messages, of a service's events, or of an action."""
+    """Kind of a recorded topic: plain messages, service events, or part of an action."""
 
     TOPIC = enum.auto()
     SERVICE = enum.auto()
@@ -56,7 +56,7 @@ class TopicKind(enum.Enum):
 
 
 def kind_of(topic: str, type_name: str) -> tuple[TopicKind, str]:
-    """Return the kind of a topic, and the name of the topic, service or action behind it."""
+    """Return the kind of a topic, and the name of the topic, service or action it belongs to."""
     action = _ACTION_TOPIC.fullmatch(topic)
     if action:
         return TopicKind.ACTION, action["action"]
@@ -66,14 +66,14 @@ def kind_of(topic: str, type_name: str) -> tuple[TopicKind, str]:
 
 
 class ServiceCounts(NamedTuple):
-    """Numbers of requests and responses of a service."""
+    """Numbers of recorded requests and responses of a service."""
 
     requests: int = 0
     responses: int = 0
 
 
 class ServiceCounter:
-    """Counts requests and responses of services in their recorded introspection events.
+    """Counter of service requests and responses in recorded introspection events.
 
     Args:
         topics: Names of the topics with their events.
@@ -85,7 +85,7 @@ class ServiceCounter:
         self._responses: dict[str, set[tuple[bytes, int]]] = {name: set() for name in names}
 
     def add(self, message: BagMessage) -> None:
-        """Count a service event; other messages are ignored."""
+        """Count the request or response in a service event; ignore other messages."""
         if message.topic not in self._requests:
             return
         data = message.data
@@ -99,5 +99,5 @@ class ServiceCounter:
             self._responses[message.topic].add((client, number))
 
     def counts(self, topic: str) -> ServiceCounts:
-        """Return the counts of the service behind an event topic."""
+        """Return the request and response counts of the service behind an event topic."""
         return ServiceCounts(len(self._requests[topic]), len(self._responses[topic]))

@@ -37,7 +37,7 @@ def known_definition(type_name: str, required_hash: str = "") -> TypeText | None
 
 
 def register_types(topic: BagTopic) -> None:
-    """Add a topic's type, as defined in the bag, to this process's type catalog.
+    """Add the types of a topic, as defined in the bag, to this process's type catalog.
 
     Nested types are added with it, and known types are not replaced. A service is defined by the
     definition of its event type.
@@ -62,7 +62,7 @@ def register_types(topic: BagTopic) -> None:
 
 
 def topic_type_hash(topic: BagTopic) -> str:
-    """Return the type hash recorded for a topic, or else that of the known type of this name.
+    """Return the type hash recorded for a topic, or else that of this process's type.
 
     Raises:
         TeleopctlError: The type is not known.

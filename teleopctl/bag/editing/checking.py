@@ -21,7 +21,7 @@ from teleopctl.interfaces import deserialize, hash_of_text
 
 
 def metadata_differences(stated: BagMetadata, found: BagMetadata) -> Iterator[str]:
-    """Yield a sentence for each difference between ``metadata.yaml`` and the files of a bag.
+    """Yield a sentence for each difference between stated metadata and that found in files.
 
     Args:
         stated: By ``metadata.yaml``.
@@ -62,7 +62,7 @@ def _differences(name: str, *pairs: tuple[str, int, int]) -> Iterator[str]:
 
 
 class GapCounter:
-    """Counts the sequence numbers that are missing among the messages of a topic.
+    """Counter of sequence numbers that are missing among the messages of a topic.
 
     What publishers send at the same time may stand in the bag in another order than it was counted.
     """
@@ -78,7 +78,7 @@ class GapCounter:
         return 0 if self._first is None else self._last - self._first + 1 - self._count
 
     def add(self, number: int) -> bool:
-        """Add a message's sequence number; return whether numbers before it are missing.
+        """Add a message's sequence number; return whether numbers directly before it are missing.
 
         Args:
             number: 0 for what is repeated and not counted.
@@ -97,7 +97,7 @@ DATABASE_SUFFIX = ".db3"
 
 
 def bag_file_faults(file: Path) -> Iterator[Fault]:
-    """Read a whole file of a ROS 2 bag, MCAP or SQLite, and yield each fault that is found."""
+    """Read a whole MCAP or SQLite file of a bag, and yield each fault that is found."""
     if file.suffix == SUFFIX:
         with TemporaryFolder(Path(gettempdir())) as folder:
             yield from _faults_inside(file, folder)
@@ -133,7 +133,7 @@ def _faults_inside(file: Path, folder: Path) -> Iterator[Fault]:
 
 
 class BagFault(NamedTuple):
-    """Fault of a bag: the file or topic that has it, and what is wrong.
+    """Fault of a bag that `check` found: the file or topic that has it, and what is wrong.
 
     Attributes:
         place: The file, or the topic.
@@ -222,7 +222,7 @@ class _TopicCheck:
                 self._fault = error.message
 
     def findings_of_type(self) -> Iterator[BagFault]:
-        """Yield the faults of the topic's type, definition and type hash."""
+        """Yield the faults of the topic's type, type definition and type hash."""
         topic = self._topic
         if not topic.type_name:
             yield BagFault(topic.name, "it has no type")
@@ -240,7 +240,7 @@ class _TopicCheck:
             )
 
     def add(self, message: BagMessage) -> None:
-        """Check whether a message of the topic can be decoded and follows the one before."""
+        """Check that a message can be decoded and that no sequence number is missing before it."""
         self._count += 1
         if self._topic.is_counted and self._sequences.add(message.sequence):
             self._first_gap_ns = self._first_gap_ns or message.log_time_ns
@@ -253,7 +253,7 @@ class _TopicCheck:
             self._reason = self._reason or f"at {message.log_time_ns}: {error.message}"
 
     def findings(self, count: int) -> Iterator[BagFault]:
-        """Yield the faults found in the topic's messages, after all were added.
+        """Yield the faults found in the topic's messages, after all messages were added.
 
         Args:
             count: How many the bag says that it has.

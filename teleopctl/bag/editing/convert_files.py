@@ -62,7 +62,7 @@ class InputBag:
 
 
 def read_input_options(path: Path) -> tuple[list[InputBag], list[str]]:
-    """Read the ``--input-options`` file of ``bag convert``: the bags to read.
+    """Read an ``--input-options`` file of ``bag convert``; return bags to read and remarks.
 
     Returns:
         The inputs, and remarks on what has no effect, each with its place.
@@ -178,7 +178,7 @@ _OF_RECORDING = {
 
 
 def read_output_options(path: Path) -> tuple[list[OutputBag], list[str]]:
-    """Read the ``-o`` file of ``bag convert``: the bags to write.
+    """Read a ``-o`` file of ``bag convert``; return the bags to write and remarks.
 
     Returns:
         The outputs, and remarks on what has no effect, each with its place.
@@ -209,7 +209,7 @@ class _Entry:
             self._take(key, value)
 
     def output(self) -> OutputBag:
-        """Return the bag to write that the entry describes."""
+        """Return the description of the bag to write that the entry contains."""
         values = self._values
         if not values.get("uri"):
             raise InvalidFileError(f"{self._path}:{self._line}: an output has no 'uri'")

@@ -53,7 +53,7 @@ def copy_bags(
     on_progress: ProgressCallback = lambda _done: None,
     on_left_out: Callable[[str], object] | None = None,
 ) -> list[dict[str, int]]:
-    """Copy messages of bags, merged by log time, into new bags with a selection each.
+    """Copy selected messages of bags into new bags; return each one's message counts by topic.
 
     What was written so far is removed where it cannot be ended.
 
@@ -122,7 +122,7 @@ class _Selected:
                 self._write(message._replace(log_time_ns=output.start_ns, sequence=0))
 
     def take(self, message: BagMessage) -> None:
-        """Write a message if its topic and log time are selected."""
+        """Write a message to the output bag if its topic and log time are selected."""
         if message.topic in self.topics and self.start_ns <= message.log_time_ns < self.end_ns:
             self._write(message)
 

@@ -24,7 +24,7 @@ from teleopctl.interfaces import deserialize
 
 
 def reindex(folder: Path) -> BagMetadata:
-    """Rebuild ``metadata.yaml`` of a bag from its files, finishing those that were not closed.
+    """Rebuild ``metadata.yaml`` from a bag's files, which are completed first; return the metadata.
 
     What the old one has of the person's own data is kept, where it can be read.
 
@@ -77,7 +77,7 @@ class Recovery(NamedTuple):
 def recover(
     path: Path, output: Path | None = None, on_progress: ProgressCallback = lambda _done: None
 ) -> Recovery:
-    """Repair a truncated bag in place, or copy what can be read of a damaged one to a new bag.
+    """Repair a truncated bag in place, or copy what can be read of a damaged bag to a new one.
 
     What was only cut off gets its end in place: nothing is taken from it but the beginning of a
     record. What is broken otherwise stays as it is, and what can be read goes into a new bag.

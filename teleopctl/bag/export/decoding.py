@@ -16,7 +16,7 @@ PICTURES = frozenset({"sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage"
 
 
 class DecodedMessage(NamedTuple):
-    """A decoded message of a bag; times in nanoseconds since the epoch.
+    """Decoded message of a bag, with topic and times in nanoseconds since the epoch.
 
     Attributes:
         topic: Full name of the topic.
@@ -39,7 +39,7 @@ class DecodedMessage(NamedTuple):
 
 
 class Decoder:
-    """Reader of chosen topics of a bag that decodes their messages.
+    """Reader of a bag that decodes messages by the type definitions in the bag.
 
     What cannot be read is passed over and counted: a bag may hold the messages of a broken node.
 
@@ -82,7 +82,7 @@ class Decoder:
 
     # Any: as above.
     def message_class(self, topic: str) -> type[Any]:
-        """Return the class that the decoded messages of a topic have."""
+        """Return the class of the decoded messages of a topic."""
         return self._classes[topic]
 
     def messages(
@@ -91,7 +91,7 @@ class Decoder:
         start_ns: int = 0,
         end_ns: int = NO_TIME_NS,
     ) -> Iterator[DecodedMessage]:
-        """Yield the decoded messages of topics in the order of their log times.
+        """Yield decoded messages of topics by log time; count those that cannot be decoded.
 
         Args:
             topics: Only these; all that can be decoded if None.

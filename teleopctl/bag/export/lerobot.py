@@ -53,7 +53,7 @@ _NAMES = ("name", "joint_names")
 
 
 class VectorField:
-    """Array of numbers in the messages of a topic, such as joint positions; keeps the newest.
+    """Reader of an array field of a topic, such as joint positions, that keeps the newest values.
 
     Its elements are those of the first message. Where messages name them, as joints, later ones may
     have them in another order, and only some of them: the others stay as they are.
@@ -88,7 +88,7 @@ class VectorField:
 
     # Any: a message of any type.
     def update(self, message: Any) -> None:
-        """Set `newest` to the numbers of a message; one without numbers changes nothing.
+        """Update `newest` from a message's values, by element name if named; ignore empty arrays.
 
         Raises:
             InvalidMessageError: Its vector is none, or has another length than the first.
@@ -126,7 +126,7 @@ def _names(message: Any, length: int) -> tuple[str, ...]:
 
 
 def decodable_types(decoder: Decoder) -> dict[str, str]:
-    """Return the type of each topic that a decoder can decode, by topic name."""
+    """Return the message type of each topic that a decoder can decode, by topic name."""
     return {name: topic.type_name for name, topic in decoder.topics.items()}
 
 
@@ -172,7 +172,7 @@ class LeRobotSummary(NamedTuple):
 
 
 def export_lerobot(bag: Bag, folder: Path, options: LeRobotOptions) -> LeRobotSummary:
-    """Export a bag as a LeRobot data set with one episode.
+    """Export a bag as a LeRobot data set with one episode; return a summary.
 
     Args:
         bag: The bag.
@@ -213,7 +213,7 @@ class _Camera:
 
     # Any: a message with a picture.
     def update(self, message: Any) -> None:
-        """Set the newest image from a message.
+        """Set the newest image of the camera from an image message.
 
         Raises:
             PictureError: It is none, or of another size than the first.

@@ -21,7 +21,7 @@ _CHUNKS, _DATA_MB, _VIDEO_MB = 1000, 100, 200
 
 
 class Video(NamedTuple):
-    """Width and height of a video of the data set, in pixels."""
+    """Width and height in pixels of a video of a LeRobot data set."""
 
     width: int
     height: int
@@ -53,13 +53,13 @@ class Episode(NamedTuple):
 
 
 def video_path(folder: Path, key: str) -> Path:
-    """Return where the video of a camera feature is in the folder of a data set."""
+    """Return the path of the video of a camera feature in the folder of a data set."""
     return folder / "videos" / key / f"{_PLACE}.mp4"
 
 
 # Any: whole numbers, and the time.
 def index_columns(length: int, fps: int) -> dict[str, npt.NDArray[Any]]:
-    """Return the columns for time, frame and episode numbers that LeRobot expects."""
+    """Return LeRobot's timestamp, frame, episode and task index columns for an episode."""
     numbers = np.arange(length, dtype=np.int64)
     zeros = np.zeros(length, np.int64)
     return {
@@ -72,7 +72,7 @@ def index_columns(length: int, fps: int) -> dict[str, npt.NDArray[Any]]:
 
 
 def write_episode(folder: Path, episode: Episode, statistics: Mapping[str, Statistics]) -> None:
-    """Write all files of a LeRobot data set except the videos.
+    """Write all files of a LeRobot data set with one episode, except the videos.
 
     Args:
         folder: The data set.
@@ -217,7 +217,7 @@ _SAMPLES = 100
 
 
 def feature_statistics(values: Values) -> Statistics:
-    """Return minimum, maximum, mean, deviation, quantiles and count of a feature.
+    """Return minimum, maximum, mean, deviation, quantiles and count of a feature, by name.
 
     Args:
         values: Its values in all frames, shape (frames, numbers).
@@ -237,7 +237,7 @@ def feature_statistics(values: Values) -> Statistics:
 
 
 class PictureStatistics:
-    """Colour statistics of a video, accumulated in histograms frame by frame."""
+    """Colour statistics of a video for LeRobot, accumulated in histograms frame by frame."""
 
     def __init__(self) -> None:
         self._counts = np.zeros((3, 256), np.int64)
@@ -252,7 +252,7 @@ class PictureStatistics:
         self._frames += 1
 
     def result(self) -> Statistics:
-        """Return the statistics, shape (3, 1, 1) for red, green and blue, and ``count``, (1,)."""
+        """Return the statistics by name: shape (3, 1, 1) for red, green, blue; ``count`` (1,)."""
         shades = np.arange(256) / 255.0
         shares = self._counts / self._counts.sum(axis=1, keepdims=True)
         means = shares @ shades

@@ -15,7 +15,7 @@ _LONGEST = 150
 
 
 def make_output_folder(folder: Path) -> None:
-    """Create the output folder of an export, or accept one that is empty.
+    """Create the output folder of an export; raise if it exists and is not empty.
 
     Raises:
         RefusedError: It holds something already.
@@ -34,7 +34,7 @@ def make_output_folder(folder: Path) -> None:
 
 @contextlib.contextmanager
 def removed_on_error(paths: Collection[Path]) -> Iterator[None]:
-    """Remove files and folders if the ``with`` block fails or is interrupted.
+    """Return a context manager that removes files and folders if its block fails.
 
     Half a table can be read as well as a whole one, and nothing would tell.
 
@@ -54,7 +54,7 @@ def removed_on_error(paths: Collection[Path]) -> Iterator[None]:
 
 
 def file_stems(topics: Iterable[str]) -> dict[str, str]:
-    """Return a different file name, without suffix, for each topic.
+    """Return a unique file name without suffix for each topic, by topic name.
 
     ``/arm/joint_states`` is ``arm__joint_states``. No name of ROS 2 has two underscores in a row,
     so that names which are valid stay different; others, and those that differ in case only, get a

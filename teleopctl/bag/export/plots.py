@@ -30,7 +30,7 @@ _NS_PER_S = 1e9
 
 
 class Curve(NamedTuple):
-    """Curve of a plot: its name, and values over seconds since the start of the bag.
+    """Curve of a plot: name, and values over seconds since the start of the bag.
 
     Attributes:
         name: The field, and what its message calls it, such as the joint.
@@ -44,7 +44,7 @@ class Curve(NamedTuple):
 
 
 class PlottedField(NamedTuple):
-    """Field of a topic that is plotted, as topic name and field path.
+    """Message field to plot, as topic name and field path.
 
     Attributes:
         topic: Name of the topic.
@@ -56,12 +56,12 @@ class PlottedField(NamedTuple):
 
     @property
     def full_name(self) -> str:
-        """Name of the field in rqt_plot's spelling: ``/joint_states/position[0]``."""
+        """Name of the field as in rqt_plot: ``/joint_states/position[0]``."""
         return f"{self.topic}/{self.path.replace('.', '/')}"
 
 
 def parse_field(text: str, topics: Sequence[str]) -> PlottedField:
-    """Split a text such as ``/odom/pose/pose/position/x`` into a topic and a field path.
+    """Split a text such as ``/odom/pose/pose/position/x`` into a bag's topic and a field path.
 
     The topic is the longest one that the text begins with; the path may be empty.
 
@@ -83,7 +83,7 @@ def parse_field(text: str, topics: Sequence[str]) -> PlottedField:
 def read_curves(
     bag: Bag, fields: Sequence[str], start_s: float = 0.0, end_s: float = math.inf
 ) -> list[Curve]:
-    """Read numeric fields of a bag as curves, in one pass over its messages.
+    """Read numeric message fields of a bag; return a curve for each field or array element.
 
     An array of numbers makes a curve for each element. Messages without the field leave a gap.
 
@@ -244,7 +244,7 @@ _FEW_POINTS = 40
 
 
 def check_plot_file(file: Path) -> None:
-    """Raise if the suffix of a file name is not one that `save_plot` can write.
+    """Raise UsageError if a file's suffix is not PNG, SVG or PDF, which `save_plot` writes.
 
     Raises:
         UsageError: It does not end as a picture.
@@ -254,7 +254,7 @@ def check_plot_file(file: Path) -> None:
 
 
 def save_plot(curves: Sequence[Curve], file: Path, title: str = "") -> None:
-    """Write curves over seconds to a PNG, SVG or PDF file, with a legend.
+    """Write curves over seconds to a PNG, SVG or PDF file, with a legend and a title.
 
     In an SVG, texts stay texts, and each curve is an element whose ``id`` is its name.
 

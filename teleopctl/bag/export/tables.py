@@ -57,7 +57,7 @@ class MessageColumns:
         self.names, self._put = self._message(message_class, "")
 
     def row(self, message: Message) -> list[Cell]:
-        """Return the cells of a message in the order of the columns; None for missing elements."""
+        """Return a message's cells in the order of the columns; None for missing array elements."""
         cells: list[Cell] = []
         self._put(message, cells)
         return cells
@@ -104,7 +104,7 @@ class MessageColumns:
 
 
 def update_lengths(message: Message, lengths: Lengths, path: str = "") -> None:
-    """Update the longest length of each sequence seen so far, by path, with a message."""
+    """Update `lengths`, the longest length of each sequence field so far, with a message."""
     for field in message.__definition__.fields:
         kind = field.type
         if kind.shape is Shape.SINGLE and not kind.is_nested:
@@ -159,7 +159,7 @@ TIMES = ("log_time_ns", "publish_time_ns")
 
 
 class CsvTable:
-    """CSV file that is written, with a row for each message of a topic.
+    """Writer of a CSV file with a row for each message of a topic.
 
     Args:
         path: The file.
@@ -182,7 +182,7 @@ class CsvTable:
         self._writer.writerow([*TIMES, *self._columns.names])
 
     def write(self, decoded: DecodedMessage) -> None:
-        """Write a message as a row."""
+        """Write a decoded message as a row of the CSV file."""
         cells = self._columns.row(decoded.message)
         self._writer.writerow([decoded.log_time_ns, decoded.publish_time_ns, *cells])
         self.row_count += 1
@@ -205,7 +205,7 @@ _NAMES = {
 
 
 class ParquetTable:
-    """Parquet file that is written, with a row for each message of a topic.
+    """Writer of a Parquet file with a row for each message of a topic.
 
     Args:
         path: The file.
@@ -238,7 +238,7 @@ class ParquetTable:
         self._writer = parquet.ParquetWriter(path, self._schema, compression="zstd")
 
     def write(self, decoded: DecodedMessage) -> None:
-        """Add a message as a row; a full group of rows is written to the file."""
+        """Add a decoded message as a row; write a group of rows to the file when it is full."""
         row = self._values
         row[0].append(decoded.log_time_ns)
         row[1].append(decoded.publish_time_ns)
@@ -325,7 +325,7 @@ _MOST_FILES = 100
 
 
 class ExportedTable(NamedTuple):
-    """Table file written by `TableExport`: topic, and numbers of rows and columns.
+    """Result of `TableExport` for one topic: file, row and column counts, unreadable messages.
 
     Attributes:
         path: Where it is.
@@ -345,7 +345,7 @@ class ExportedTable(NamedTuple):
 
 
 class TableExport:
-    """Export of the topics of a bag to CSV or Parquet files, one for each topic.
+    """Export of a bag's topics to CSV or Parquet files, one file for each topic.
 
     Holds one chunk of the bag and some rows of each table in memory at a time. A bag with
     sequences is read twice for CSV, whose columns have to be known first.
@@ -383,7 +383,7 @@ class TableExport:
         self._topics = [name for name in self._decoder.topics if name not in self.left_out]
 
     def write(self) -> Iterator[ExportedTable]:
-        """Write the tables; yield the result of each when its file is finished.
+        """Write the table files; yield the result for each topic when its file is finished.
 
         Raises:
             RefusedError: The folder holds something already.

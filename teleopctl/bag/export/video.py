@@ -31,7 +31,7 @@ _BT709, _BT601_MATRIX = 1, 6
 
 
 class VideoFile:
-    """H.264 video file in MP4 that is written frame by frame, each frame with its own time.
+    """Writer of an H.264 video in MP4, frame by frame, each frame with its own time.
 
     Each frame has its own time, so that a film is as long as what it shows, whatever the rate of
     the camera was; frames of the same time follow each other by one tick.
@@ -76,7 +76,7 @@ class VideoFile:
         context.colorspace = _BT601_MATRIX
 
     def add(self, time_s: float, image: PilImage) -> None:
-        """Encode an image as the next frame.
+        """Encode an image as the next frame, shown at a time in seconds from the start.
 
         Args:
             time_s: When it is shown, in seconds from the film's start.
@@ -113,7 +113,7 @@ _MOST_REPEATED = 100_000
 
 
 class ExportedVideo(NamedTuple):
-    """Video file written by `VideoExport`: topic, frames, size, and messages left out.
+    """Result of `VideoExport` for one topic: file, frames, size, and messages left out.
 
     Attributes:
         path: Where it is.
@@ -135,7 +135,7 @@ class ExportedVideo(NamedTuple):
 
 
 class VideoExport:
-    """Export of the image topics of a bag to MP4 files, one for each topic.
+    """Export of a bag's image topics to MP4 files, one file for each topic.
 
     A frame is shown when its message was recorded, so that films, plots and tables have the same
     time; it begins with the first frame. Frames of another size than the first are left out.
@@ -172,7 +172,7 @@ class VideoExport:
                 raise UsageError(f"{name} has no pictures, but {topic.type_name}")
 
     def write(self) -> Iterator[ExportedVideo]:
-        """Write the videos; yield the result of each when its file is finished.
+        """Write the videos; yield the result for each topic when its file is finished.
 
         Topics without a picture make none.
 
@@ -233,7 +233,7 @@ class _Pictures:
         return self._reason or self._decoder.reasons.get(self._topic, "")
 
     def frames(self) -> Iterator[tuple[float, PilImage]]:
-        """Yield the images with their times since the first one, in seconds."""
+        """Yield pairs of time in seconds since the first image, and image."""
         shades = GreyRange()
         start_ns, size = 0, (0, 0)
         for decoded in self._decoder.messages([self._topic]):
@@ -257,7 +257,7 @@ class _Pictures:
 def resample_frames(
     frames: Iterable[tuple[float, PilImage]], rate: float
 ) -> Iterator[tuple[float, PilImage]]:
-    """Yield frames at a constant rate, each the newest image at its time.
+    """Yield timed frames at a constant rate, each with the newest image at its time.
 
     The last frame is always there, at the next time of the rate.
 

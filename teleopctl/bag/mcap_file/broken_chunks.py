@@ -32,7 +32,7 @@ from teleopctl.base.budget import check_unpacked
 
 
 class RecoveredChunk(NamedTuple):
-    """Records recovered from a chunk whose checksum is wrong.
+    """Records recovered from an MCAP chunk whose checksum is wrong.
 
     Attributes:
         descriptions: Schemas and channels.
@@ -46,7 +46,7 @@ class RecoveredChunk(NamedTuple):
 
 
 def recover_chunk(stream: BinaryIO, index: ChunkIndex) -> RecoveredChunk:
-    """Return those records of a chunk with a wrong checksum that look intact.
+    """Return the intact-looking records of an MCAP chunk whose checksum is wrong.
 
     Its message indexes stand behind it, and say of each message where it begins, its channel and
     its time: what agrees with them is a message, also behind a record whose length is nonsense.
@@ -108,7 +108,7 @@ _ZEROS = 512
 
 
 class TruncatedChunk(NamedTuple):
-    """Complete records at the beginning of a chunk in which the file ends.
+    """Complete records at the beginning of an MCAP chunk that the end of the file cuts off.
 
     Its checksum cannot be compared.
 
@@ -128,7 +128,7 @@ class TruncatedChunk(NamedTuple):
 def read_truncated_chunk(
     stream: BinaryIO, offset: int, channels: Collection[int]
 ) -> TruncatedChunk | None:
-    """Return the complete records of a chunk in which the file ends; None if there are none.
+    """Return the complete records of a chunk cut off by the file's end; None without messages.
 
     Args:
         stream: The file; it is left somewhere.
@@ -140,17 +140,17 @@ def read_truncated_chunk(
     return None
 
 
-def rebuild_chunk(cut: TruncatedChunk, offset: int) -> bytes:
-    """Return the bytes of a complete chunk, made of the records of a truncated one.
+def rebuild_chunk(truncated: TruncatedChunk, offset: int) -> bytes:
+    """Return the bytes of a complete MCAP chunk, made of the records of a truncated chunk.
 
     Args:
-        cut: What there is of it.
+        truncated: Records of the truncated chunk.
         offset: Where in the file it is going to be.
     """
-    builder = ChunkBuilder(ChunkSettings(cut.compression))
-    for record in cut.descriptions:
+    builder = ChunkBuilder(ChunkSettings(truncated.compression))
+    for record in truncated.descriptions:
         builder.add_record(encode_record(record))
-    for message in cut.messages:
+    for message in truncated.messages:
         builder.add_message(
             message.channel_id,
             message.sequence,

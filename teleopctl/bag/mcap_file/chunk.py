@@ -56,7 +56,7 @@ _Record = TypeVar("_Record", Schema, Channel, MessageIndex)
 
 
 class UnpackedChunks:
-    """Counts the bytes that a file's chunks become together, by the sizes that they claim.
+    """Counter of the decompressed size of a file's chunks, which limits the total.
 
     Args:
         stream: The file.
@@ -67,7 +67,7 @@ class UnpackedChunks:
         self._unpacked = tally_of_unpacked(os.fstat(stream.fileno()).st_size)
 
     def add(self, index: ChunkIndex) -> None:
-        """Add a chunk.
+        """Add the decompressed size of a chunk; raise if the total becomes too large.
 
         Raises:
             InvalidFileError: The chunks become too large together.
@@ -85,7 +85,7 @@ class UnpackedChunks:
 
 
 def read_chunk(stream: BinaryIO, index: ChunkIndex) -> list[Schema | Channel | Message]:
-    """Return the schemas, channels and messages of a chunk.
+    """Return the schema, channel and message records of an MCAP chunk.
 
     Args:
         stream: The file; it is left somewhere.
@@ -109,7 +109,7 @@ def read_chunk(stream: BinaryIO, index: ChunkIndex) -> list[Schema | Channel | M
 def read_latest(
     stream: BinaryIO, index: ChunkIndex, channels: Iterable[int], end_ns: int, most: int
 ) -> list[Message]:
-    """Return a chunk's last messages of given channels before a log time.
+    """Return up to `most` last messages of given channels in a chunk before a log time.
 
     Args:
         stream: The file; it is left somewhere.
@@ -140,7 +140,7 @@ def read_latest(
 
 
 def read_message_index(stream: BinaryIO, offset: int) -> MessageIndex:
-    """Read the message index record at an offset of the file.
+    """Read and return the message index record at an offset of the file.
 
     Raises:
         Exception: One of `BROKEN`: there is none.
@@ -155,7 +155,7 @@ def read_message_index(stream: BinaryIO, offset: int) -> MessageIndex:
 
 
 def rebuild_message_indexes(stream: BinaryIO, index: ChunkIndex) -> list[MessageIndex]:
-    """Compute the message indexes of a chunk from the messages in it.
+    """Return the message index records of a chunk, computed from the messages in the chunk.
 
     Args:
         stream: The file; it is left somewhere.
@@ -174,7 +174,7 @@ def rebuild_message_indexes(stream: BinaryIO, index: ChunkIndex) -> list[Message
 
 
 def read_record(kind: type[_Record], data: bytes) -> _Record:
-    """Parse the content of a schema, channel or message index record.
+    """Parse and return the content of a schema, channel or message index record.
 
     Raises:
         Exception: One of `BROKEN`.
@@ -187,13 +187,13 @@ def read_record(kind: type[_Record], data: bytes) -> _Record:
 
 
 def read_message(data: bytes, start: int, end: int) -> Message:
-    """Parse the message record whose content lies between two offsets of a chunk."""
+    """Parse and return the message record whose content is between two offsets of a chunk."""
     channel, sequence, log_ns, publish_ns = MESSAGE_HEAD.unpack_from(data, start)
     return Message(channel, log_ns, data[start + MESSAGE_HEAD.size : end], publish_ns, sequence)
 
 
 def iter_records(data: bytes) -> Iterator[tuple[int, int, int]]:
-    """Yield opcode, start and end of content of each record in a decompressed chunk.
+    """Yield opcode, content start and content end of each record in decompressed chunk data.
 
     Raises:
         ValueError: The chain of records is broken, as `struct.error` says too, or there are more
@@ -223,7 +223,7 @@ def _count_records(data: bytes) -> None:
 
 
 def read_chunk_content(stream: BinaryIO, index: ChunkIndex, *, checked: bool = True) -> bytes:
-    """Return the decompressed content of a chunk.
+    """Return the decompressed content of an MCAP chunk; raise if it is broken.
 
     Args:
         stream: The file; it is left somewhere.
@@ -258,7 +258,7 @@ def read_chunk_content(stream: BinaryIO, index: ChunkIndex, *, checked: bool = T
 
 
 def read_compression(stream: BinaryIO, length: int) -> tuple[str, int]:
-    """Read the name of a chunk's compression and its compressed size from the stream.
+    """Read and return the compression name and the compressed size in a chunk's head.
 
     Raises:
         Exception: One of `BROKEN`: it contradicts the length of the record.

@@ -35,7 +35,7 @@ _LEAST_GAIN = 0.02
 
 
 class Compression(enum.Enum):
-    """Compression of MCAP chunks."""
+    """Compression of MCAP chunks: none, LZ4 or Zstandard."""
 
     NONE = "none"
     LZ4 = "lz4"
@@ -43,7 +43,7 @@ class Compression(enum.Enum):
 
 
 class CompressionLevel(enum.Enum):
-    """Level of compression, with rosbag2's names."""
+    """Compression level of MCAP chunks, with rosbag2's names."""
 
     FASTEST = "Fastest"
     FAST = "Fast"
@@ -76,7 +76,7 @@ class ChunkSettings(NamedTuple):
 
 
 class ChunkBuilder:
-    """Collects records, and makes of them an MCAP chunk with its message indexes.
+    """Builder of MCAP chunks with their message indexes from single records.
 
     Args:
         settings: How.
@@ -97,18 +97,18 @@ class ChunkBuilder:
 
     @property
     def has_messages(self) -> bool:
-        """Whether messages were collected since the last chunk."""
+        """Whether messages were added since the last finished chunk."""
         return bool(self._indexes)
 
     def add_record(self, data: bytes) -> None:
-        """Add a schema or channel record to the present chunk."""
+        """Add an encoded schema or channel record to the current chunk."""
         self._parts.append(data)
         self.size += len(data)
 
     def add_message(
         self, channel: int, sequence: int, log_ns: int, publish_ns: int, data: bytes
     ) -> None:
-        """Add a message record to the present chunk and to its index."""
+        """Add a message record to the current chunk and to the chunk's message indexes."""
         length = len(data)
         head = _MESSAGE.pack(
             Opcode.MESSAGE, MESSAGE_HEAD.size + length, channel, sequence, log_ns, publish_ns
@@ -122,7 +122,7 @@ class ChunkBuilder:
         self.size += _MESSAGE.size + length
 
     def finish(self, offset: int) -> tuple[list[bytes], ChunkIndex]:
-        """Return the bytes of the present chunk with its indexes, and begin a new chunk.
+        """Return the current chunk's bytes and chunk index record, and begin a new chunk.
 
         Args:
             offset: Where in the file it is going to be.

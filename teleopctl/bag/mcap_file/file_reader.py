@@ -50,7 +50,7 @@ if TYPE_CHECKING:
 def unchunked_messages(
     stream: BinaryIO, channels: Collection[int], start_ns: int, end_ns: int
 ) -> Iterator[Message]:
-    """Yield the messages of a file without chunks by log time, up to where it is broken.
+    """Yield messages of an MCAP file without chunks by log time, up to the first broken record.
 
     There is no index: the heads are read twice. What is kept at once is a number or two a message.
 
@@ -98,7 +98,7 @@ _log_time_ns = attrgetter("log_time_ns")
 
 
 class ChunkRecovery(NamedTuple):
-    """Recovery of messages from broken chunks: a filter, and a callback for each chunk.
+    """Options to recover messages from broken chunks: a filter, and a callback for each chunk.
 
     Attributes:
         accepts: Whether a message is taken: what it says may have changed.
@@ -110,7 +110,7 @@ class ChunkRecovery(NamedTuple):
 
 
 class McapFileReader(BagFileReader):
-    """MCAP file opened for reading, finished or not.
+    """Reader of one MCAP file of a bag, which may be unfinished.
 
     Args:
         path: The file.
@@ -149,7 +149,7 @@ class McapFileReader(BagFileReader):
 
     @property
     def description(self) -> BagFile:
-        """Entry of the file for ``metadata.yaml``."""
+        """Entry that describes the file in ``metadata.yaml``."""
         statistics = self._summary.statistics
         if statistics is None or not statistics.message_count:
             return BagFile(self.path.name)
@@ -164,7 +164,7 @@ class McapFileReader(BagFileReader):
         end_ns: int = NO_TIME_NS,
         on_left_out: Callable[[str], object] | None = None,
     ) -> Iterator[BagMessage]:
-        """Yield messages by log time; those of equal time in the order of the file.
+        """Yield messages by log time; report broken chunks to ``on_left_out``, or raise.
 
         A chunk is read when its first message is wanted; where chunks overlap in time, all that do
         are held at once.
@@ -197,7 +197,7 @@ class McapFileReader(BagFileReader):
         yield from waiting
 
     def latest(self, topic: str, end_ns: int, most: int = 1) -> list[BagMessage]:
-        """Return the last messages of a topic before a log time, oldest first.
+        """Return up to `most` last messages of a topic before a log time, oldest first.
 
         Chunks that cannot be read are passed over.
 
@@ -229,7 +229,7 @@ class McapFileReader(BagFileReader):
             yield BagAttachment(found.name, found.media_type, found.data, found.log_time)
 
     def records(self) -> Iterator[tuple[str, dict[str, str]]]:
-        """Yield the names and values of the metadata records."""
+        """Yield name and values of each metadata record of the file."""
         for index in self._summary.metadata_indexes:
             data = self._content_at(index.offset, Opcode.METADATA)
             try:
@@ -239,7 +239,7 @@ class McapFileReader(BagFileReader):
             yield found.name, found.metadata
 
     def check(self, chunk_checked: Callable[[], object] = lambda: None) -> Iterator[str]:
-        """Read all chunks; yield a sentence for each that is broken or has a wrong checksum.
+        """Read all chunks, calling a function after each; yield a sentence for each broken one.
 
         Args:
             chunk_checked: Called after each chunk.
@@ -252,7 +252,7 @@ class McapFileReader(BagFileReader):
             chunk_checked()
 
     def close(self) -> None:
-        """Close the file."""
+        """Close the MCAP file."""
         self._stream.close()
 
     def _read_summary(self) -> tuple[Summary, bool]:

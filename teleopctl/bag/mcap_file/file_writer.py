@@ -67,7 +67,7 @@ _SEQUENCE_MASK = 2**32 - 1
 
 
 class McapFileWriter(BagFileWriter):
-    """MCAP file opened for writing, with profile ``ros2`` and one channel for each topic.
+    """Writer of one MCAP file of a bag, with profile ``ros2`` and a channel for each topic.
 
     Messages are gathered into chunks. What `flush` has written survives the death of this process,
     whatever comes after.
@@ -103,11 +103,11 @@ class McapFileWriter(BagFileWriter):
 
     @property
     def size(self) -> int:
-        """Bytes written so far, without the present chunk."""
+        """Number of bytes written to the file, without the current chunk."""
         return self._size
 
     def add_topic(self, topic: BagTopic) -> None:
-        """Write schema and channel of a topic, before its first message. Idempotent."""
+        """Add schema and channel of a topic, before the topic's first message. Idempotent."""
         if topic.name in self._channels:
             return
         self.message_counts[topic.name] = 0
@@ -134,7 +134,7 @@ class McapFileWriter(BagFileWriter):
         self._chunk.add_record(encode_record(channel))
 
     def write(self, message: BagMessage) -> None:
-        """Add a message of an added topic to the present chunk; a full chunk is written."""
+        """Add a message of an added topic to the current chunk; write the chunk if it is full."""
         self._count(message)
         self._chunk.add_message(
             self._channels[message.topic],
@@ -147,7 +147,7 @@ class McapFileWriter(BagFileWriter):
             self._end_chunk()
 
     def attach(self, attachment: BagAttachment) -> None:
-        """Write an attachment."""
+        """Write an attachment record to the file."""
         name, media_type, data, log_ns = attachment
         record = encode_record(Attachment(0, log_ns, name, media_type, data))
         self._summary.attachment_indexes.append(
@@ -164,18 +164,18 @@ class McapFileWriter(BagFileWriter):
         self._put(record)
 
     def add_record(self, name: str, values: Mapping[str, str]) -> None:
-        """Write a metadata record."""
+        """Write a metadata record to the file."""
         record = encode_record(Metadata(name, dict(values)))
         self._summary.metadata_indexes.append(MetadataIndex(self._size, len(record), name))
         self._put(record)
 
     def flush(self) -> None:
-        """Write the present chunk, and hand all to the operating system."""
+        """Write the current chunk and all buffered data to the operating system."""
         self._end_chunk()
         self._try(self._stream.flush)
 
     def sync(self) -> None:
-        """Flush the written data to the disk, and wait until that is done (fsync).
+        """Wait until the data written so far is on the disk (fsync); for another thread.
 
         For another thread than the one that writes: it may take seconds.
         """
@@ -184,14 +184,14 @@ class McapFileWriter(BagFileWriter):
             os.fsync(self._raw.fileno())
 
     def close(self) -> None:
-        """Write indexes, statistics and the end, and close the file."""
+        """Write the last chunk, the summary section and the footer, and close the file."""
         self._end_chunk()
         self._summary.statistics = self._statistics()
         self._try(lambda: write_end(self._stream, self._size, self._summary))
         self._try(self._stream.close)
 
     def abandon(self) -> None:
-        """Close the file without a summary, after a write error."""
+        """Close the file after a write error, without a summary."""
         # The buffer would try again to write what found no room.
         self._raw.close()
 

@@ -24,7 +24,7 @@ _JITTER_NS = 10_000_000
 
 
 class Fault(NamedTuple):
-    """Fault of an MCAP file or SQLite database, and whether messages are lost by it.
+    """Fault of an MCAP or SQLite file: a sentence, and whether messages may be lost by it.
 
     Attributes:
         what: In one sentence.
@@ -133,7 +133,7 @@ class _TimeOrder:
         self._first_ns = 0
 
     def add(self, index: MessageIndex) -> None:
-        """Check the log times of a chunk's messages of one channel."""
+        """Count the messages of a chunk's channel whose log times are before earlier ones."""
         latest = self._latest.get(index.channel_id, 0)
         for time_ns, _ in sorted(index.records, key=lambda record: record[1]):
             if time_ns < latest - _JITTER_NS:
@@ -143,7 +143,7 @@ class _TimeOrder:
         self._latest[index.channel_id] = latest
 
     def faults(self) -> Iterator[Fault]:
-        """Yield a fault if messages had earlier times than those before them."""
+        """Yield one fault if any messages had earlier log times than those before them."""
         if self._count:
             yield Fault(
                 f"the times of {self._count} messages are before those of earlier ones of their"

@@ -34,7 +34,7 @@ class Repair(NamedTuple):
 
 
 def finish_file(path: Path) -> Repair:
-    """Write the missing indexes, summary and footer of an MCAP file, in place.
+    """Complete an MCAP file in place with indexes, summary and footer; return what was done.
 
     Nothing but what stands behind the last whole record is lost, also inside a chunk.
 

@@ -62,7 +62,7 @@ _CHUNK = re.compile(rb"\x06.{36}(?:\x04\0\0\0zstd|\x03\0\0\0lz4|\0\0\0\0)", re.D
 
 @dataclass
 class Scan:
-    """Result of `scan`: a summary of the records, and where the file is broken or cut off.
+    """Result of `scan`: summary of an MCAP file's records, and where it is broken or cut off.
 
     Attributes:
         summary: As a finished file has it, with its statistics.
@@ -93,14 +93,14 @@ class Scan:
     times: dict[int | None, dict[int, Times]] = field(default_factory=dict)
 
     def add_description(self, record: Schema | Channel) -> None:
-        """Add a schema or channel record to the summary."""
+        """Add a schema or channel record to the summary, unless its id is known."""
         if isinstance(record, Schema):
             self.summary.schemas.setdefault(record.id, record)
         else:
             self.summary.channels.setdefault(record.id, record)
 
     def update_statistics(self, messages: Iterable[Message] = ()) -> None:
-        """Set the summary's statistics from the scanned messages and further ones."""
+        """Set the summary's statistics from the scanned and further given messages."""
         statistics = self.summary.statistics
         assert statistics is not None
         statistics.chunk_count = len(self.summary.chunk_indexes)
@@ -119,7 +119,7 @@ class Scan:
 
 
 def scan(path: Path) -> Scan:
-    """Read the heads of all records of an MCAP file, and return its summary and defects.
+    """Read all records' heads of an MCAP file; return a summary and the places of defects.
 
     Raises:
         InvalidFileError: It is not an MCAP file, or cannot be read.
@@ -132,7 +132,7 @@ def scan(path: Path) -> Scan:
 
 
 class Times(NamedTuple):
-    """Number of messages of a channel, with their first and last log time."""
+    """Message count, first and last log time of a channel."""
 
     messages: int
     first_ns: int

@@ -39,7 +39,7 @@ _INDEX_LENGTH = struct.Struct("<Q")
 
 
 def read_summary(stream: BinaryIO) -> Summary | None:
-    """Read the summary section of an MCAP file; return None if it is missing or broken.
+    """Read and return the summary section of an MCAP file; None if it is missing or broken.
 
     Args:
         stream: The file; it is left somewhere.
@@ -198,13 +198,13 @@ def write_end(stream: BinaryIO, start: int, summary: Summary) -> None:
 
 
 def encode_record(record: McapRecord) -> bytes:
-    """Return the bytes of an MCAP record."""
+    """Return an MCAP record as bytes."""
     builder = RecordBuilder()
     record.write(builder)
     return take_bytes(builder)
 
 
 def take_bytes(builder: RecordBuilder) -> bytes:
-    """Return the records that a builder holds, as bytes, and clear the builder."""
+    """Return the records that a builder holds as bytes, and clear the builder."""
     data: bytes = builder.end()  # type: ignore[no-untyped-call]  # the library's own gap
     return data

@@ -19,7 +19,7 @@ MOST_BYTES = 256 * 2**20
 
 
 class ReadAhead:
-    """Queue of messages that a thread reads before they are due, limited in count and bytes.
+    """Queue of messages that a thread reads ahead, limited in count and bytes.
 
     Args:
         messages: What is read.
@@ -50,7 +50,7 @@ class ReadAhead:
         self._thread.start()
 
     def peek(self) -> BagMessage | None:
-        """Return the oldest message without removing it; None if there is none yet.
+        """Return the oldest message without removing it; None if the queue is empty.
 
         Raises:
             TeleopctlError: The bag could not be read any further.
@@ -62,7 +62,7 @@ class ReadAhead:
         return None
 
     def discard_oldest(self) -> None:
-        """Remove the message that `peek` returned, and let the thread refill a half-empty queue."""
+        """Remove the oldest message; let the thread refill a queue that is half empty."""
         with self._changed:
             self._bytes -= len(self._queue.popleft().data)
             # In gulps: a reader that is woken for each message would disturb each message.
@@ -74,11 +74,11 @@ class ReadAhead:
 
     @property
     def has_ended(self) -> bool:
-        """Whether all messages were read and removed."""
+        """Whether all messages of the bag were read and removed from the queue."""
         return self._has_ended and not self._queue
 
     def wait_until_filled(self, longest_s: float | None = None) -> None:
-        """Wait until the queue is full, everything was read, or the time is over.
+        """Wait until the queue is full, everything was read, or a time limit is over.
 
         Args:
             longest_s: Upper bound in seconds of wall time; None for none.
@@ -89,7 +89,7 @@ class ReadAhead:
             )
 
     def close(self) -> None:
-        """Stop the reading thread, and wait for it."""
+        """Stop the reading thread, and wait for its end."""
         with self._changed:
             self._is_closed = True
             self._changed.notify_all()
@@ -128,7 +128,7 @@ class ReadAhead:
 def order_by_publish_time(
     messages: Iterator[BagMessage], most: int, most_bytes: int = MOST_BYTES
 ) -> Iterator[BagMessage]:
-    """Yield messages in the order of their publish times, as far as a window allows.
+    """Yield messages sorted by publish time within a window of `most` messages.
 
     They come in the order of their receipt: one that was overtaken by more than the queue holds
     stays out of order.
@@ -153,7 +153,7 @@ def order_by_publish_time(
 
 
 class MessageCursor:
-    """Position in the messages of the played bags, from which one thread publishes them.
+    """Read position in the messages of the played bags, which publishes them one by one.
 
     Args:
         source: The bags.
@@ -193,7 +193,7 @@ class MessageCursor:
         self.position_ns = line.now_ns()
 
     def jump_to(self, time_ns: int, read_ahead_s: float = 0.0) -> None:
-        """Continue at a time: set the playback time and publish what latched topics had then.
+        """Set read position and playback time; publish the last messages of latched topics.
 
         Args:
             time_ns: In nanoseconds since the epoch.
@@ -215,7 +215,7 @@ class MessageCursor:
             self._send(message)
 
     def peek(self) -> tuple[BagMessage | None, bool]:
-        """Return the next message without removing it, and whether the end is reached.
+        """Return the next message (None if not read yet) and whether the end is reached.
 
         Raises:
             TeleopctlError: The bag could not be read any further.
@@ -239,11 +239,11 @@ class MessageCursor:
         return self._send(message)
 
     def due_ns(self, message: BagMessage) -> int:
-        """Return the playback time at which a message is due, in nanoseconds."""
+        """Return the playback time at which a message is to be published, in nanoseconds."""
         return message.publish_time_ns if self._is_by_sent_time else message.log_time_ns
 
     def close(self) -> None:
-        """Stop reading ahead."""
+        """Stop the thread that reads ahead."""
         if self._queue is not None:
             self._queue.close()
             self._queue = None

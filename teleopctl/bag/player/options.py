@@ -51,7 +51,7 @@ class PlaySelection:
                 raise UsageError(f"'{expression}' is not a regular expression: {error}") from error
 
     def with_absolute_names(self, expand: Callable[[str], str]) -> PlaySelection:
-        """Return the selection with names made absolute by a function."""
+        """Return the selection with its names made absolute by a function."""
 
         def absolute(names: tuple[str, ...]) -> tuple[str, ...]:
             return tuple(expand(name) for name in names)
@@ -68,7 +68,7 @@ class PlaySelection:
         )
 
     def chooses(self, name: str, type_name: str) -> bool:
-        """Return whether a topic of a bag is played.
+        """Return whether a topic of a bag, given by name and type, is played.
 
         Args:
             name: Its full name.

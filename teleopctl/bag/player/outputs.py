@@ -25,7 +25,7 @@ _DEPTH = 10
 
 
 def publisher_qos(topic: BagTopic) -> QoSProfile | None:
-    """Return the QoS profile to publish a recorded topic with; None if the recorded ones differ.
+    """Return the QoS profile to publish a recorded topic with; None if recorded ones differ.
 
     Profiles differ if a policy that QoS compatibility depends on differs; history, depth and
     lifespan may differ.
@@ -47,12 +47,12 @@ def publisher_qos(topic: BagTopic) -> QoSProfile | None:
 
 
 def default_publisher_qos() -> QoSProfile:
-    """Return the QoS profile for topics whose publishers offered different ones."""
+    """Return the QoS profile for topics whose recorded publishers offered different ones."""
     return QoSProfile(depth=_DEPTH)
 
 
 def as_keep_all(offer: QoSProfile) -> QoSProfile:
-    """Return a reliable profile as keep-all, so that publishing waits for slow subscribers.
+    """Return a QoS profile with keep-all history if it is reliable and not latched.
 
     A latched one stays as well: its late subscribers are to have its last messages, not all.
     """
@@ -86,7 +86,7 @@ _EVENTS = {"client_introspection": 0, "service_introspection": 1}
 
 
 class RequestSender:
-    """Service client that repeats the requests recorded as a service's introspection events.
+    """Service client that sends the requests recorded in a service's introspection events.
 
     Args:
         node: The node that asks.
@@ -111,7 +111,7 @@ class RequestSender:
         )
 
     def send(self, message: BagMessage) -> bool:
-        """Send the request in an event; return False if it has none or there is no server."""
+        """Send the request in a recorded event; return False without request or server."""
         try:
             event = deserialize(message.data, self._event_class)
         except InvalidMessageError as error:
@@ -167,7 +167,7 @@ _Send = Callable[[BagMessage], bool]
 
 
 class PlayerOutputs:
-    """Publishers and service clients for the topics that a player plays.
+    """Publishers and service clients through which a player sends the messages of bags.
 
     Args:
         node: The node that has them.
@@ -201,11 +201,11 @@ class PlayerOutputs:
         return self._sends.keys()
 
     def send(self, message: BagMessage) -> bool:
-        """Publish a message, or send its request; return False if nothing was sent."""
+        """Publish a message, or send the service request in it; return False if nothing is sent."""
         return self._sends[message.topic](message)
 
     def publish_split(self, split: FileSplit) -> None:
-        """Publish rosbag2's read-split event for a file boundary."""
+        """Publish rosbag2's ReadSplitEvent for the boundary between two files."""
         self._splits.publish(
             get_message(_SPLIT_EVENT)(
                 closed_file=str(split.closed_file),

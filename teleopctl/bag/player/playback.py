@@ -108,7 +108,7 @@ class Playback:
     # -- control ---------------------------------------------------------------------------------
 
     def play(self) -> bool:
-        """Start playing on a thread; return False if it plays already."""
+        """Start playing on a thread; return False with a warning if already playing."""
         with self._changed:
             if self._is_playing:
                 self._log.warning("Trying to play() while in playback, dismissing request.")
@@ -122,7 +122,7 @@ class Playback:
         return True
 
     def play_from(self, start_ns: int, duration_ns: int | None, until_ns: int | None) -> bool:
-        """Start playing another part than that of the options; return False if it plays already.
+        """Start playing from an offset for a duration or until a time; return False if playing.
 
         Args:
             start_ns: From here on, in nanoseconds behind the bag's start.
@@ -135,7 +135,7 @@ class Playback:
         return self.play()
 
     def stop(self) -> bool:
-        """Stop playing and wait for its end; return False if it does not play."""
+        """Stop playing and wait for the end; return False if not playing."""
         if not self._is_playing:
             return False
         self._log.info("Stopping playback.")
@@ -144,7 +144,7 @@ class Playback:
         return True
 
     def pause(self) -> None:
-        """Pause the playback time."""
+        """Pause the playback time, and with it the publishing."""
         self._line.pause()
         self._log.info("Pausing play.")
 
@@ -161,7 +161,7 @@ class Playback:
             self.pause()
 
     def set_rate(self, rate: float) -> bool:
-        """Set the playback rate; return False for 0 or less."""
+        """Set the playback rate; return False with a warning for 0 or less."""
         if not self._line.set_rate(rate):
             self._log.warning(f"Failed to set rate to invalid value {rate:g}")
             return False
@@ -169,7 +169,7 @@ class Playback:
         return True
 
     def play_next(self) -> bool:
-        """Publish the next message while paused; return False otherwise or at the end."""
+        """Publish the next message while paused; return False if not paused or at the end."""
         if not self._is_playing:
             self._log.warning("Called play next, but player is not playing.")
             return False
@@ -179,7 +179,7 @@ class Playback:
         return self._run_on_thread(lambda: self._burst(1)) == 1
 
     def burst(self, most: int = 0) -> int:
-        """Publish messages as fast as possible, while paused.
+        """Publish up to `most` messages at once while paused (0: all); return their number.
 
         Args:
             most: How many; 0 for all that are left.
@@ -197,7 +197,7 @@ class Playback:
         return sent
 
     def seek(self, time_ns: int) -> bool:
-        """Jump to a time, and publish what latched topics had then.
+        """Jump to a time and publish latched topics' last messages; return False if not playing.
 
         Args:
             time_ns: In nanoseconds since the epoch; one before the start is the start.
@@ -216,7 +216,7 @@ class Playback:
         return self._run_on_thread(jump) == 1
 
     def wait(self, timeout_s: float | None = None) -> bool:
-        """Wait for the end of the playback.
+        """Wait for the end of the playback; return False if the timeout is over before.
 
         Args:
             timeout_s: Upper bound in seconds of wall time; None for none.
@@ -237,7 +237,7 @@ class Playback:
 
     @property
     def is_playing(self) -> bool:
-        """Whether the player plays, paused or not."""
+        """Whether a playback is running, paused or not."""
         return self._is_playing
 
     @property
@@ -252,12 +252,12 @@ class Playback:
 
     @property
     def is_delayed(self) -> bool:
-        """Whether the player waits for its start delay."""
+        """Whether the player is waiting for its start delay."""
         return self._is_delayed
 
     @property
     def rate(self) -> float:
-        """Playback rate: seconds of the bag per second."""
+        """Playback rate: seconds of the bag per second of wall time."""
         return self._line.rate
 
     @property
@@ -266,7 +266,7 @@ class Playback:
         return self._cursor.position_ns
 
     def close(self) -> None:
-        """Stop, close the bags, and destroy the player's publishers and services."""
+        """Stop, close the bags, and destroy the player's publishers and service clients."""
         self._node.context.forget_on_shutdown(self._request_stop)
         self._request_stop()
         if self._thread is not None and self._thread.ident is not None:

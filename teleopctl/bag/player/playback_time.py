@@ -21,7 +21,7 @@ class SteadyClock(Protocol):
         """Return the steady time in nanoseconds, from any origin."""
 
     def wait(self, changed: threading.Condition, longest_ns: int | None) -> None:
-        """Wait until a condition is notified or the time is over.
+        """Wait on a condition until it is notified or the time limit is over.
 
         Args:
             changed: The condition.
@@ -40,7 +40,7 @@ class _ProcessTime:
 
 
 class PlaybackTime:
-    """Playback time: runs at a rate, can be paused, and can jump.
+    """Clock of a player, in the bag's time: runs at a rate, can be paused, and can jump.
 
     One thread waits on it; any thread may change it, and a change takes effect in the wait.
 
@@ -110,13 +110,13 @@ class PlaybackTime:
             self._set(time_ns)
 
     def wake(self) -> None:
-        """End the present `wait_until`, or the next one if no thread waits."""
+        """End the running `wait_until` early, or the next one if no thread waits."""
         with self._changed:
             self._is_woken = True
             self._changed.notify_all()
 
     def wait_until(self, time_ns: int | None) -> bool:
-        """Wait until the playback time reaches a time or anything is changed.
+        """Wait until the playback time reaches a time; return False if it was changed before.
 
         Args:
             time_ns: In nanoseconds since the epoch; None waits until something changes.
@@ -182,23 +182,23 @@ class PlaybackClock:
             )
 
     def start(self) -> None:
-        """Start the thread that publishes at a rate, if one was requested. Idempotent."""
+        """Start the thread that publishes /clock at a rate, if one was requested. Idempotent."""
         if self._thread is not None and self._thread.ident is None:
             self._thread.start()
 
     def publish_before(self, topic: str) -> None:
-        """Publish the time before a message of a topic, if this topic was requested."""
+        """Publish /clock before a message of a topic, if requested for this topic."""
         if self._topics is None or topic in self._topics:
             self.publish()
 
     def publish(self) -> None:
-        """Publish the playback time, if any publication on /clock was requested."""
+        """Publish the playback time on /clock, if any /clock publication was requested."""
         if self._publisher is not None:
             stamp = Time(nanoseconds=self._line.now_ns()).to_msg()
             self._publisher.publish(self._class(clock=stamp))
 
     def close(self) -> None:
-        """Stop the thread, and destroy the publisher."""
+        """Stop the publishing thread, and destroy the /clock publisher."""
         self._ending.set()
         if self._thread is not None and self._thread.ident is not None:
             self._thread.join()

@@ -58,7 +58,7 @@ class PlayerServices:
             node.declare_parameter(name, time_ns)
 
     def close(self) -> None:
-        """Destroy the services, and undeclare the parameters."""
+        """Destroy the services, and undeclare the parameters of start and end time."""
         for name in (START_TIME, END_TIME):
             if self._node.has_parameter(name):
                 self._node.undeclare_parameter(name)
@@ -161,7 +161,7 @@ class Player(Playback):
         self._services = PlayerServices(node, self)
 
     def close(self) -> None:
-        """Stop, close the bags, and destroy the player's publishers and services."""
+        """Stop, close the bags, and destroy the player's publishers, clients and services."""
         self._services.close()
         super().close()
 

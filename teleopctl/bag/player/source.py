@@ -21,7 +21,7 @@ STATIC_TRANSFORMS_KEPT = 100
 
 
 class FileSplit(NamedTuple):
-    """Boundary between two files of a bag; its time in nanoseconds since the epoch."""
+    """Boundary between two files of a bag, with its time in nanoseconds since the epoch."""
 
     time_ns: int
     closed_file: Path
@@ -66,7 +66,7 @@ class PlayedBags:
     def messages(
         self, topics: Collection[str], start_ns: int, on_left_out: Callable[[str], object]
     ) -> Iterator[BagMessage]:
-        """Yield messages of topics from a time on, in the order of their log times.
+        """Yield messages of topics from a time on, by log time; report broken parts by callback.
 
         Args:
             topics: Only these.
@@ -76,7 +76,7 @@ class PlayedBags:
         return self._merged.messages(topics, start_ns, on_left_out=on_left_out)
 
     def latched_before(self, topics: Collection[str], time_ns: int) -> list[BagMessage]:
-        """Return what latched topics had published last before a time, oldest first.
+        """Return the last messages of latched topics before a time, oldest first.
 
         Args:
             topics: Only these.
@@ -94,7 +94,7 @@ class PlayedBags:
         return sorted(found, key=lambda message: message.log_time_ns)
 
     def splits_between(self, start_ns: int, end_ns: int) -> list[FileSplit]:
-        """Return the file boundaries between two times, by time."""
+        """Return the file boundaries between two times, ordered by time."""
         first, behind = (
             bisect.bisect_right(self.splits, time_ns, key=lambda split: split.time_ns)
             for time_ns in (start_ns, end_ns)
@@ -113,7 +113,7 @@ class PlayedBags:
 
 
 def latched_depth_of(topic: BagTopic) -> int:
-    """Return how many last messages of a topic late subscribers get; 0 if it is volatile."""
+    """Return how many last messages late subscribers of a topic get; 0 if it is volatile."""
     if not topic.is_latched:
         return 0
     return STATIC_TRANSFORMS_KEPT if topic.type_name == STATIC_TRANSFORMS else 1

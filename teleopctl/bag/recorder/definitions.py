@@ -19,7 +19,7 @@ _EVENT = "_Event"
 
 
 class DefinitionFinder:
-    """Finds type definitions in this process, or requests them from nodes of the graph.
+    """Finder of type definitions, in this process or by requests to nodes of the graph.
 
     Args:
         node: Who asks other nodes; it needs no executor for this.
@@ -30,7 +30,7 @@ class DefinitionFinder:
         self._found: dict[tuple[str, str], TypeText] = {}
 
     def find_local(self, type_name: str, version: str) -> TypeText | None:
-        """Return a type's definition if this process has that version, else None."""
+        """Return a type's definition if this process has that version (type hash), else None."""
         key = (type_name, version)
         if key not in self._found:
             found = known_definition(type_name, version)
@@ -40,7 +40,7 @@ class DefinitionFinder:
         return self._found[key]
 
     def request(self, type_name: str, version: str, graph: Graph) -> TypeText:
-        """Request a type's definition from the nodes that use it; empty if none answers.
+        """Request and return a type's definition from nodes that use it; empty without answer.
 
         It takes as long as they take to answer, at most some seconds.
         """

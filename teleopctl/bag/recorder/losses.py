@@ -12,7 +12,7 @@ _MOST_TOPICS = 5
 
 
 class Losses(NamedTuple):
-    """Numbers of lost messages by topic: dropped by the recorder, or lost in transport.
+    """Counts of lost messages by topic: dropped by the recorder, or lost in transport.
 
     Attributes:
         in_recorder: They came faster than they could be written, and found no room.
@@ -27,12 +27,12 @@ class Losses(NamedTuple):
 
     @property
     def topics(self) -> list[str]:
-        """Topics with losses, sorted."""
+        """Names of topics with losses, sorted."""
         return sorted({*self.in_recorder, *self.in_transport})
 
 
 class LossCounter:
-    """Counts the messages that a recorder loses; thread-safe."""
+    """Counter of the messages that a recorder loses, by topic; thread-safe."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
@@ -41,22 +41,22 @@ class LossCounter:
         self._reported = Losses({}, {})
 
     def add_dropped(self, topic: str) -> None:
-        """Count a message that the full queue of the recorder refused."""
+        """Count a message of a topic that the recorder dropped because its queue was full."""
         with self._lock:
             self._in_recorder[topic] += 1
 
     def add_lost_in_transport(self, topic: str, count: int) -> None:
-        """Count messages that were sent and did not arrive."""
+        """Count messages of a topic that were sent but not received."""
         with self._lock:
             self._in_transport[topic] += count
 
     def total(self) -> Losses:
-        """Return all losses since the start of the recording."""
+        """Return the losses since the start of the recording."""
         with self._lock:
             return Losses(dict(self._in_recorder), dict(self._in_transport))
 
     def since_last_call(self) -> Losses:
-        """Return the losses since this method was last called."""
+        """Return the losses since the last call of this method."""
         now, before = self.total(), self._reported
         self._reported = now
         return Losses(
@@ -66,7 +66,7 @@ class LossCounter:
 
 
 def format_counts(counts: Mapping[str, int]) -> str:
-    """Return message counts by topic as one line of text, the largest first."""
+    """Return the largest message counts by topic as one line of text."""
     ordered = sorted(counts.items(), key=lambda item: (-item[1], item[0]))
     parts = [f"{topic} {count}" for topic, count in ordered[:_MOST_TOPICS]]
     if len(ordered) > _MOST_TOPICS:

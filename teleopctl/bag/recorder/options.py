@@ -21,7 +21,7 @@ _HIGHEST_RATE_HZ = 1000.0
 
 @dataclass(frozen=True)
 class RecorderOptions:
-    """Options of a recorder.
+    """Options of a recorder: selection, writer, cache, snapshot, discovery and QoS.
 
     Attributes:
         selection: Which topics, services and actions are recorded.

@@ -31,7 +31,7 @@ _REPORT_S = 1.0
 
 
 def default_bag_folder() -> Path:
-    """Return rosbag2's default name for a bag's folder: ``rosbag2_`` and the local time.
+    """Return rosbag2's default bag folder name, which does not exist yet: rosbag2_ and local time.
 
     Where there is one of this very second already, a number stands behind it.
     """
@@ -109,7 +109,7 @@ class Recorder:
 
     @property
     def options(self) -> RecorderOptions:
-        """Options that the recorder was made with."""
+        """Options that were given to the recorder."""
         return self._options
 
     @property
@@ -124,7 +124,7 @@ class Recorder:
 
     @property
     def is_discovering(self) -> bool:
-        """Whether topics that appear in the graph are recorded."""
+        """Whether topics that appear in the graph later are recorded."""
         return self._session is not None and self._session.is_discovering
 
     @property
@@ -134,7 +134,7 @@ class Recorder:
 
     @property
     def message_count(self) -> int:
-        """Number of messages in the present or last bag."""
+        """Number of messages received for the current or last bag."""
         session = self._session or self._last_session
         return 0 if session is None else session.message_count
 
@@ -145,12 +145,12 @@ class Recorder:
 
     @property
     def losses(self) -> Losses:
-        """Messages lost in the present or last recording, by topic."""
+        """Counts of messages lost in the current or last recording, by topic."""
         session = self._session or self._last_session
         return Losses({}, {}) if session is None else session.losses.total()
 
     def record(self, folder: Path | None = None) -> None:
-        """Start recording into a new bag, after `stop`.
+        """Start recording into a new bag, after `stop`; raise if already recording.
 
         Args:
             folder: Where it is to be; by default where the last one was to be.
@@ -180,7 +180,7 @@ class Recorder:
                 logger.info("Recording...")
 
     def stop(self) -> None:
-        """Stop recording and finish the bag. Idempotent.
+        """Stop recording, finish the bag, and log lost messages. Idempotent.
 
         Raises:
             SystemFailureError: The disk refused, now or before.
@@ -210,13 +210,13 @@ class Recorder:
                     )
 
     def pause(self) -> None:
-        """Pause the recording."""
+        """Pause the recording: messages received from now on are skipped."""
         if self._gate.is_open:
             self._gate.is_open = False
             self.node.get_logger().info("Pausing recording.")
 
     def resume(self) -> None:
-        """Resume the recording."""
+        """Resume the recording; also record what latched topics received while paused."""
         if not self._gate.is_open:
             self._gate.is_open = True
             if self._session is not None:
@@ -231,14 +231,14 @@ class Recorder:
             self.resume()
 
     def set_discovery(self, *, active: bool) -> None:
-        """Start or stop recording topics that appear in the graph."""
+        """Start or stop recording topics that appear in the graph later."""
         session = self._session
         if session is not None and session.is_discovering != active:
             self.node.get_logger().info(f"Topics discovery {'started' if active else 'stopped'}.")
             session.set_discovery(active=active)
 
     def flush(self) -> None:
-        """Wait until all received messages are written, or in the snapshot buffer.
+        """Wait until all received messages are written to the bag or the snapshot buffer.
 
         Raises:
             SystemFailureError: The disk refused.
@@ -247,15 +247,15 @@ class Recorder:
             self._session.flush()
 
     def split(self) -> Future[tuple[Path, Path]] | None:
-        """Start a new file of the bag; return its future, or None if no bag is open."""
+        """Start a new file of the bag; return a future of both paths, or None if no bag is open."""
         return None if self._session is None else self._session.split()
 
     def take_snapshot(self) -> Future[bool] | None:
-        """Write the snapshot buffer to the bag; return None if no bag is open."""
+        """Write the snapshot buffer to the bag; return a future, or None if no bag is open."""
         return None if self._session is None else self._session.take_snapshot()
 
     def wait(self, timeout_s: float | None = None) -> bool:
-        """Wait until the recorder is closed or has failed.
+        """Wait until the recorder is closed or has failed; return False after the timeout.
 
         Returns:
             Whether that came before the time was up.
@@ -264,7 +264,7 @@ class Recorder:
         return self._ended.wait(timeout_s)
 
     def on_end(self, callback: Callable[[], object]) -> None:
-        """Set a function to call when recording fails; call it at once if it has ended."""
+        """Set a function to call when recording fails; call it at once if already ended."""
         self._on_end = callback
         self._is_awaited = True
         if self._ended.is_set():

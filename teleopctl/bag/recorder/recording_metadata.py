@@ -291,12 +291,12 @@ class _ParameterRequests:
 
     @property
     def is_pending(self) -> bool:
-        """Whether a response is still expected."""
+        """Whether any node has not answered its parameter requests yet."""
         return bool(self._lists or self._values)
 
     # Any: YAML's values.
     def step(self) -> dict[str, Any]:
-        """Handle received responses; return the parameters of the nodes that have now sent all."""
+        """Handle received responses; return parameters of nodes whose responses are complete."""
         for name, future in [*self._lists.items()]:
             if future.is_settled():
                 del self._lists[name]

@@ -16,7 +16,7 @@ from teleopctl.wire import Graph, is_hidden_name
 
 @dataclass(frozen=True)
 class Selection:
-    """Selection of the topics, services and actions to record.
+    """Selection of the topics, services and actions that a recorder records.
 
     Services are recorded by the events that introspection publishes of them, actions by their
     feedback, their status and the events of their services. A regular expression is searched for
@@ -69,7 +69,7 @@ class Selection:
 
     @property
     def is_empty(self) -> bool:
-        """Whether the selection can never choose a topic."""
+        """Whether the selection can never choose any topic."""
         everything = self.all_topics or self.all_services or self.all_actions
         named = self.topics or self.services or self.actions or self.topic_types
         return not (everything or named or self.regex or self.static_topics)
@@ -77,7 +77,7 @@ class Selection:
     def with_absolute_names(
         self, topic: Callable[[str], str], service: Callable[[str], str]
     ) -> Selection:
-        """Return the selection with fully qualified names.
+        """Return the selection with names made absolute by functions for topics and services.
 
         Args:
             topic: Resolves the name of a topic.
@@ -95,7 +95,7 @@ class Selection:
         )
 
     def chooses(self, topic: str, type_name: str) -> bool:
-        """Return whether a topic is chosen by its name and type."""
+        """Return whether the selection chooses a topic, by its name and type."""
         kind, name = kind_of(topic, type_name)
         is_static = topic in self.static_topics
         if kind is TopicKind.ACTION:
@@ -113,14 +113,14 @@ class Selection:
         ) and type_name not in self.exclude_topic_types
 
     def passes_hidden_rule(self, topic: str, type_name: str) -> bool:
-        """Return whether a topic may be recorded under the rule for hidden names."""
+        """Return whether a topic is not hidden, or hidden topics are included."""
         kind, _ = kind_of(topic, type_name)
         return (
             self.include_hidden_topics or kind is not TopicKind.TOPIC or not is_hidden_name(topic)
         )
 
     def is_ready(self, topic: str, graph: Graph) -> bool:
-        """Return whether a topic has the publishers and subscribers that are required."""
+        """Return whether the graph has the publishers and subscribers that a topic must have."""
         needs_publisher = not self.include_unpublished_topics and topic not in self.static_topics
         if needs_publisher and not graph.publishers(topic):
             return False
@@ -146,7 +146,7 @@ _EXPECTED = f"The file is a list of pairs: {_ROOT}: [[/chatter, std_msgs/msg/Str
 
 
 def read_static_topics(path: Path) -> dict[str, str]:
-    """Read a ``--static-topics-path`` file; return the type of each topic in it.
+    """Read a ``--static-topics-path`` file; return the type of each topic by name.
 
     Returns:
         The type of each topic.

@@ -26,11 +26,11 @@ _LONGEST_S = 60.0
 
 
 class RecorderControls(Protocol):
-    """Interface of a recorder that its services call."""
+    """Interface of a recorder that its ROS services call."""
 
     @property
     def is_recording(self) -> bool:
-        """Whether a bag is open."""
+        """Whether a bag is open for recording."""
 
     @property
     def is_paused(self) -> bool:
@@ -38,13 +38,13 @@ class RecorderControls(Protocol):
 
     @property
     def is_discovering(self) -> bool:
-        """Whether new topics are recorded."""
+        """Whether topics that appear in the graph later are recorded."""
 
     def record(self, folder: Path | None = None) -> None:
-        """Start a new bag."""
+        """Start recording into a new bag."""
 
     def stop(self) -> None:
-        """Finish the bag."""
+        """Stop recording and finish the bag."""
 
     def pause(self) -> None:
         """Pause the recording."""
@@ -53,20 +53,20 @@ class RecorderControls(Protocol):
         """Resume the recording."""
 
     def toggle_paused(self) -> None:
-        """Toggle the pause."""
+        """Pause the recording, or resume it if it is paused."""
 
     def set_discovery(self, *, active: bool) -> None:
-        """Start or stop recording new topics."""
+        """Start or stop recording topics that appear in the graph later."""
 
     def split(self) -> Future[tuple[Path, Path]] | None:
-        """Start a new file."""
+        """Start a new file of the bag; return a future of both paths, or None without bag."""
 
     def take_snapshot(self) -> Future[bool] | None:
-        """Write the snapshot buffer."""
+        """Write the snapshot buffer to the bag; return a future, or None without bag."""
 
 
 class RecorderServices:
-    """rosbag2's services that control a recorder, and publishers of its events.
+    """rosbag2's services that control a recorder, and publishers of the recorder's events.
 
     Args:
         node: The recorder's node.
@@ -102,7 +102,7 @@ class RecorderServices:
             node.create_service(service, f"~/{snake_case(name)}", answer)
 
     def publish_split(self, closed: Path, opened: Path) -> None:
-        """Publish rosbag2's write-split event for a new file."""
+        """Publish rosbag2's WriteSplitEvent with the closed and the opened file."""
         self._splits.publish(
             self._split_event(
                 closed_file=str(closed.absolute()),
@@ -112,7 +112,7 @@ class RecorderServices:
         )
 
     def publish_losses(self, losses: Losses) -> None:
-        """Publish losses as rosbag2's event for lost messages."""
+        """Publish losses as rosbag2's MessagesLostEvent."""
         self._lost.publish(
             self._lost_event(
                 node_name=self._node.get_fully_qualified_name(),

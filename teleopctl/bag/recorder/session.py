@@ -91,7 +91,7 @@ class RecordingSession:
 
     @property
     def is_discovering(self) -> bool:
-        """Whether topics that appear in the graph are recorded."""
+        """Whether topics that appear in the graph later are recorded."""
         return self._follows
 
     @property
@@ -100,12 +100,12 @@ class RecordingSession:
         return self._queue.count
 
     def set_discovery(self, *, active: bool) -> None:
-        """Start or stop recording topics that appear in the graph."""
+        """Start or stop recording topics that appear in the graph later."""
         self._follows = active
         self._changed.set()
 
     def flush(self) -> None:
-        """Wait until all received messages are written, or in the snapshot buffer.
+        """Wait until all received messages are written to the bag or the snapshot buffer.
 
         Raises:
             SystemFailureError: The disk refused.
@@ -114,15 +114,15 @@ class RecordingSession:
             self.writing.call(lambda writer: writer.flush()).result()
 
     def split(self) -> Future[tuple[Path, Path]]:
-        """Start a new file of the bag; return a future of the two paths."""
+        """Start a new file of the bag; return a future of the closed and the new path."""
         return self.writing.split()
 
     def take_snapshot(self) -> Future[bool]:
-        """Write the snapshot buffer; the result is False in a recording without one."""
+        """Write the snapshot buffer to the bag; return a future, False without a buffer."""
         return self.writing.take_snapshot()
 
     def close(self) -> None:
-        """Write all received messages, and finish the bag.
+        """Unsubscribe, write all received messages, and finish the bag.
 
         Raises:
             SystemFailureError: The disk refused, now or before.
@@ -139,7 +139,7 @@ class RecordingSession:
         self.writing.close()
 
     def join(self) -> None:
-        """Wait for pending requests to other nodes, after `close`."""
+        """Wait for the end of pending parameter requests to other nodes, after `close`."""
         if self._metadata is not None:
             self._metadata.join()
 

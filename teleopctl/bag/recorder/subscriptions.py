@@ -57,7 +57,7 @@ class DomainSubscription:
         )
 
     def set_receiver(self, key_expression: str, receiver: Receiver) -> None:
-        """Call a function with the messages of a Zenoh key expression: those kept, then new ones.
+        """Call a receiver with the kept and all new messages of a Zenoh key expression.
 
         Args:
             key_expression: That of a topic with one type and type hash.
@@ -71,14 +71,14 @@ class DomainSubscription:
             self._receivers[key_expression] = receiver
 
     def ignore(self, key_expression: str) -> None:
-        """Drop the kept and all later messages of a Zenoh key expression."""
+        """Drop the kept messages and all new ones of a Zenoh key expression."""
         with self._lock:
             for data, _ in self._held.pop(key_expression, ()):
                 self._bytes -= len(data)
             self._receivers[key_expression] = None
 
     def close(self) -> None:
-        """Undeclare the subscription."""
+        """Undeclare the Zenoh subscription."""
         self._subscriber.undeclare()
 
     def _take(self, sample: zenoh.Sample) -> None:
@@ -205,7 +205,7 @@ class RecordedTopics:
         return sorted(self._topics)
 
     def update(self, graph: Graph) -> None:
-        """Subscribe to selected topics that are new in the graph."""
+        """Subscribe to selected topics that are new in the graph, and look up their types."""
         named = graph.topic_names_and_types(include_hidden=True)
         # The log first: what the recorder says while it begins with the others is in it.
         for name, types in sorted(named, key=lambda topic: topic[0] != _LOG):
@@ -236,14 +236,14 @@ class RecordedTopics:
         return True
 
     def record_kept_messages(self) -> None:
-        """Record what latched topics received while paused; called on resume."""
+        """Record what latched topics received while paused; called when recording resumes."""
         now_ns = self._node.get_clock().nanoseconds()
         for topic in tuple(self._topics.values()):
             for publisher in tuple(topic.kept):
                 self._put(topic.kept.pop(publisher)._replace(log_time_ns=now_ns))
 
     def close(self) -> None:
-        """Unsubscribe from all topics; topics without a type definition enter the bag without."""
+        """Unsubscribe from all topics; add those whose type is still unknown to the bag."""
         for topic in self._topics.values():
             if topic.subscription is not None:
                 self._node.destroy_subscription(topic.subscription)
@@ -402,7 +402,7 @@ def _ignore(_: bytes) -> None:
 
 
 def recording_qos(publishers: list[EndpointToken]) -> QoSProfile:
-    """Return the QoS for recording a topic: fits all publishers, transient local if any of them is.
+    """Return a QoS compatible with all publishers; transient local if any publisher is.
 
     As rosbag2 chooses it, but for two things that Zenoh allows and DDS does not: earlier messages
     are requested where any publisher keeps them, and where there is no publisher yet.

@@ -24,7 +24,7 @@ _MUCH_BYTES = 4 * 2**20
 
 
 class MessageQueue:
-    """Queue from the subscriptions to the writing thread, limited in bytes.
+    """Queue of messages from the subscriptions to the writing thread, limited in bytes.
 
     A full one refuses what comes; who refuses counts it.
 
@@ -49,11 +49,11 @@ class MessageQueue:
 
     @property
     def is_closed(self) -> bool:
-        """Whether the queue is closed."""
+        """Whether the queue is closed, so that it refuses messages."""
         return self._is_closed
 
     def put(self, message: BagMessage) -> bool:
-        """Add a message from any thread; return False if the queue is full."""
+        """Add a message from any thread; return False if the queue is full or closed."""
         size = len(message.data)
         with self._lock:
             if self._is_closed or (self._bytes and self._bytes + size > self._most_bytes):
@@ -69,7 +69,7 @@ class MessageQueue:
         return True
 
     def call(self, task: Callable[[], object]) -> bool:
-        """Queue a function that the writing thread calls after the present messages.
+        """Queue a function for the writing thread, after current messages; return False if closed.
 
         Returns:
             False where the queue is closed, so that nobody will call it.
@@ -103,12 +103,12 @@ class MessageQueue:
             return messages, tasks, self._is_closed
 
     def release(self, size: int) -> None:
-        """Free the space that written messages took in the queue."""
+        """Free the bytes that written messages took of the queue's limit."""
         with self._lock:
             self._bytes -= size
 
     def close(self) -> None:
-        """Close the queue; the present messages are still written. Idempotent."""
+        """Close the queue to new messages; queued ones are still written. Idempotent."""
         with self._lock:
             self._is_closed = True
         self._hurry.set()
@@ -119,7 +119,7 @@ _MOST_LATCHED = 100
 
 
 class SnapshotBuffer:
-    """Ring buffer of messages, limited in bytes and in time; not thread-safe.
+    """Ring buffer of the newest messages, limited in bytes and in time; not thread-safe.
 
     What latched topics last had stays besides, however old: the description of a robot is said
     once and needed always.
@@ -139,7 +139,7 @@ class SnapshotBuffer:
         self._fallen_out: Counter[str] = Counter()
 
     def put(self, message: BagMessage, latched_depth: int = 0) -> None:
-        """Add a message; the oldest ones fall out if the buffer is full.
+        """Add a message, also as latched if it has a depth; drop the oldest if the buffer is full.
 
         Args:
             message: The newest one.
@@ -158,7 +158,7 @@ class SnapshotBuffer:
             self._fallen_out[oldest.topic] += 1
 
     def take(self) -> list[BagMessage]:
-        """Return and remove the buffered messages, the latched ones first."""
+        """Return and remove the buffered messages, those of latched topics first."""
         messages, self._messages, self._bytes = self._messages, deque(), 0
         if not messages:
             return []
@@ -200,7 +200,7 @@ ResultT = TypeVar("ResultT")
 
 
 class WritingThread:
-    """Thread that writes the messages of a queue to a bag.
+    """Thread that writes the messages of a `MessageQueue` to a bag.
 
     Messages of a topic whose definition is still being asked for are held until `add_topic`.
 
@@ -241,7 +241,7 @@ class WritingThread:
             thread.start()
 
     def add_topic(self, topic: BagTopic) -> None:
-        """Add a topic to the bag, from any thread, and write its held messages."""
+        """Add a topic to the bag, from any thread, and write the messages held for the topic."""
         self._queue.call(lambda: self._add_topic(topic))
 
     def call(self, function: Callable[[BagWriter], ResultT]) -> Future[ResultT]:
@@ -264,15 +264,15 @@ class WritingThread:
         return answer
 
     def split(self) -> Future[tuple[Path, Path]]:
-        """Start a new file of the bag; return a future of the two paths."""
+        """Start a new file of the bag; return a future of the closed and the new path."""
         return self.call(lambda writer: writer.split())
 
     def take_snapshot(self) -> Future[bool]:
-        """Write the snapshot buffer to a file of its own; return a future."""
+        """Write the snapshot buffer to a file of its own; return a future of the success."""
         return self.call(self._write_snapshot)
 
     def close(self) -> None:
-        """Write all queued messages, finish the bag and end the threads.
+        """Write all queued messages, finish the bag and end the threads; raise earlier errors.
 
         Raises:
             SystemFailureError: The disk refused, now or before.

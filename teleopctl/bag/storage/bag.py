@@ -85,7 +85,7 @@ def open_files(
     storage: str | None = None,
     recovery: ChunkRecovery | None = None,
 ) -> Bag:
-    """Open given MCAP files or SQLite databases as one bag.
+    """Open given MCAP files or SQLite databases for reading as one bag.
 
     Args:
         path: What the bag is called.
@@ -112,7 +112,7 @@ def _metadata(path: Path) -> tuple[BagMetadata | None, list[str]]:
 
 
 def bag_files(path: Path) -> list[Path]:
-    """Return the files of a bag in the order of writing: the listed ones, then others.
+    """Return a bag's files in the order of writing: those in ``metadata.yaml``, then others.
 
     Those that ``metadata.yaml`` names, and what a recorder that was killed could no longer add.
     """
@@ -127,7 +127,7 @@ def bag_files(path: Path) -> list[Path]:
 
 
 def stored_files(folder: Path) -> list[Path]:
-    """Return the bag files that are in a folder, by number, whatever ``metadata.yaml`` lists."""
+    """Return the bag files in a folder, sorted by number, whatever ``metadata.yaml`` lists."""
     found = {file for file in folder.iterdir() if _suffix(file) in _SUFFIXES}
     # Beside a file that was decompressed by hand may stand the one that it was made of.
     return sorted(

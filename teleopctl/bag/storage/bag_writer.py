@@ -88,12 +88,12 @@ class WriterOptions:
 
     @property
     def storage(self) -> str:
-        """Storage format: ``mcap`` or ``sqlite3``."""
+        """Storage format of the bag: ``mcap`` or ``sqlite3``."""
         return MCAP if self.database_settings is None else SQLITE3
 
     @property
     def chunks(self) -> ChunkSettings:
-        """Size and compression of chunks."""
+        """Settings of MCAP chunks: size, compression and checksums."""
         return ChunkSettings(
             self.compression,
             self.chunk_bytes,
@@ -104,7 +104,7 @@ class WriterOptions:
 
 
 class BagWriter:
-    """Bag opened for writing.
+    """Bag opened for writing: a folder of MCAP or SQLite files with ``metadata.yaml``.
 
     Not safe to use from several threads. Messages before a `flush` survive the death of the
     process.
@@ -166,12 +166,12 @@ class BagWriter:
 
     @property
     def file(self) -> BagFileWriter:
-        """Writer of the present file."""
+        """Writer of the file that is written at present."""
         return self._file
 
     @property
     def metadata(self) -> BagMetadata:
-        """Metadata of what was written so far."""
+        """Metadata of the bag as written so far."""
         return BagMetadata(
             files=tuple(file.description for file in (*self._finished, self._file)),
             topics=tuple((t, self.message_counts[t.name]) for t in self._topics.values()),
@@ -214,7 +214,7 @@ class BagWriter:
         self._attempt(lambda: self._file.add_record(name, values))
 
     def split(self, time_ns: int | None = None) -> tuple[Path, Path]:
-        """Finish the present file and start a new one.
+        """Finish the present file and start a new one; return both paths.
 
         Args:
             time_ns: Log time of what is repeated there; by default that of the last message.
@@ -239,7 +239,7 @@ class BagWriter:
         return ended.path, self._file.path
 
     def flush(self) -> None:
-        """Hand all written messages to the operating system; update ``metadata.yaml`` if due."""
+        """Write buffered messages to the operating system; update ``metadata.yaml`` if due."""
         self._attempt(self._file.flush)
         if time.monotonic() >= self._metadata_due_s:
             self._write_metadata()

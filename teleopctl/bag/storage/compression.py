@@ -28,7 +28,7 @@ _HEAD_BYTES = 18
 
 
 def require_zstd(name: str) -> None:
-    """Raise if the name of a compression is not zstd.
+    """Raise UnsupportedError if a bag's compression name is not zstd.
 
     Raises:
         UnsupportedError: The name is another one.
@@ -41,7 +41,7 @@ def require_zstd(name: str) -> None:
 
 
 def unpack_file(path: Path, folder: Path) -> tuple[Path, str]:
-    """Decompress a zstd file into a folder, as far as it can be read.
+    """Decompress a zstd bag file into a folder; return the new path and a fault text or "".
 
     Args:
         path: The file.
@@ -88,7 +88,7 @@ def unpack_file(path: Path, folder: Path) -> tuple[Path, str]:
 def unpack_messages(
     messages: Iterator[BagMessage], path: Path, on_left_out: Callable[[str], object] | None
 ) -> Iterator[BagMessage]:
-    """Yield the messages of a bag whose messages are compressed, decompressed.
+    """Yield a bag's singly compressed messages decompressed; report broken ones, or raise.
 
     Raises:
         InvalidFileError: One is broken or over the budget, and nobody is to be told; or they are

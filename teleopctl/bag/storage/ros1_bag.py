@@ -81,7 +81,7 @@ class Ros1Bag(Bag):
         end_ns: int = NO_TIME_NS,
         on_left_out: Callable[[str], object] | None = None,  # noqa: ARG002 (others')
     ) -> Iterator[BagMessage]:
-        """Yield messages, converted to ROS 2, in the order of their log times."""
+        """Yield messages, converted to ROS 2, by log time; raise if a part is broken."""
         from rosbags.highlevel import AnyReaderError
         from rosbags.rosbag1 import ReaderError
 
@@ -98,19 +98,19 @@ class Ros1Bag(Bag):
             raise InvalidFileError(f"{self.path}: {error}") from error
 
     def latest(self, topic: str, end_ns: int, most: int = 1) -> list[BagMessage]:
-        """Return the last messages of a topic before a log time; see `Bag.latest`."""
+        """Return up to `most` last messages of a topic before a log time, oldest first."""
         return list(deque(self.messages((topic,), 0, end_ns), maxlen=most))
 
     def attachments(self) -> Iterator[BagAttachment]:
-        """Yield nothing: the format has no attachments."""
+        """Yield nothing: ROS 1 bags have no attachments."""
         return iter(())
 
     def records(self) -> Iterator[tuple[str, dict[str, str]]]:
-        """Yield nothing: the format has no metadata records."""
+        """Yield nothing: ROS 1 bags have no metadata records."""
         return iter(())
 
     def close(self) -> None:
-        """Close the file."""
+        """Close the file of the ROS 1 bag."""
         self._reader.close()
 
     def _to_cdr(self, connection: Connection, data: bytes | memoryview) -> bytes:

@@ -53,7 +53,7 @@ _WAL_VERSION = 2
 
 
 class SqliteFileReader(BagFileReader):
-    """SQLite file of a bag opened for reading, damaged or not.
+    """Reader of one SQLite file of a bag, which may be damaged.
 
     Args:
         path: The file.
@@ -100,7 +100,7 @@ class SqliteFileReader(BagFileReader):
 
     @property
     def description(self) -> BagFile:
-        """Entry of the file for ``metadata.yaml``."""
+        """Entry that describes the file in ``metadata.yaml``."""
         parts = self._summary.values()
         count = sum(part[0] for part in parts)
         if not count:
@@ -115,7 +115,7 @@ class SqliteFileReader(BagFileReader):
         end_ns: int = NO_TIME_NS,
         on_left_out: Callable[[str], object] | None = None,
     ) -> Iterator[BagMessage]:
-        """Yield messages by log time; of a damaged database, those that can be read.
+        """Yield messages by log time; if damaged, those that can be read, or raise.
 
         A database that was damaged when it was opened is read as far as it can be.
 
@@ -154,7 +154,7 @@ class SqliteFileReader(BagFileReader):
                     yield BagMessage(wanted[id_], time_ns, time_ns, data)
 
     def latest(self, topic: str, end_ns: int, most: int = 1) -> list[BagMessage]:
-        """Return the last messages of a topic before a log time, oldest first."""
+        """Return up to `most` last messages of a topic before a log time, oldest first."""
         wanted = {id_ for id_, known in self._ids.items() if known.name == topic}
         with suppress(sqlite3.Error):
             query = (
@@ -171,11 +171,11 @@ class SqliteFileReader(BagFileReader):
         return []
 
     def attachments(self) -> Iterator[BagAttachment]:
-        """Yield nothing: the format has no attachments."""
+        """Yield nothing: rosbag2's SQLite format has no attachments."""
         return iter(())
 
     def records(self) -> Iterator[tuple[str, dict[str, str]]]:
-        """Yield the metadata that the database has of the bag."""
+        """Yield the bag metadata stored in the database, as a record named ``rosbag2``."""
         text = self._first("SELECT metadata FROM metadata ORDER BY id DESC")
         if text:
             yield "rosbag2", {"serialized_metadata": text}
@@ -193,7 +193,7 @@ class SqliteFileReader(BagFileReader):
             yield f"{self._nonsense} rows of its messages are none: a time, a topic or bytes"
 
     def close(self) -> None:
-        """Close the file."""
+        """Close the database."""
         self._database.close()
 
     def _require_tables(self) -> None:
@@ -355,7 +355,7 @@ class _Database:
 
     # Any, here and below: SQLite's values.
     def rows(self, query: str, *parameters: int | str) -> Iterator[tuple[Any, ...]]:
-        """Execute a query and yield its rows.
+        """Execute an SQL query and yield its rows as tuples.
 
         Raises:
             sqlite3.Error: It fails, or a damaged file makes Python's own module fail.
@@ -364,7 +364,7 @@ class _Database:
             yield row
 
     def named_rows(self, query: str) -> Iterator[dict[str, Any]]:
-        """Execute a query and yield its rows as mappings by column name."""
+        """Execute an SQL query and yield its rows as mappings by column name."""
         for names, row in self._rows(query, ()):
             yield dict(zip(names, row, strict=True))
 

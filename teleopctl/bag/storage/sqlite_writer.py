@@ -29,7 +29,7 @@ _JOURNAL_SUFFIX = "-journal"
 
 
 def is_left_open(path: Path) -> bool:
-    """Return whether SQLite's log or journal, with content, lies beside a database.
+    """Return whether a non-empty SQLite log or journal is beside a database.
 
     Args:
         path: The database.
@@ -39,7 +39,7 @@ def is_left_open(path: Path) -> bool:
 
 
 def finish_database(path: Path) -> None:
-    """Complete a database that a killed process has left open, in place.
+    """Complete a database that a killed process left open, from its log or journal.
 
     Args:
         path: The database; one with nothing beside it is left alone.
@@ -65,7 +65,7 @@ def finish_database(path: Path) -> None:
 
 
 def merge_log(database: sqlite3.Connection) -> None:
-    """Merge SQLite's write-ahead log into a database, and end the use of the log.
+    """Merge SQLite's write-ahead log into a database, and switch the log off.
 
     Raises:
         sqlite3.OperationalError: Somebody else has it open.
@@ -101,7 +101,7 @@ _ROW_BYTES = 24
 
 
 class SqliteFileWriter(BagFileWriter):
-    """SQLite file of a bag opened for writing.
+    """Writer of one SQLite file of a bag, in rosbag2's format.
 
     What `flush` has written survives the death of this process, where the settings have SQLite
     keep a log or a journal. A database has no place for files and for records other than
@@ -142,11 +142,11 @@ class SqliteFileWriter(BagFileWriter):
 
     @property
     def size(self) -> int:
-        """Size of the database in bytes, with the messages that are not committed yet."""
+        """Size of the database in bytes, including messages that are not committed yet."""
         return self._pages_bytes + self._row_bytes
 
     def add_topic(self, topic: BagTopic) -> None:
-        """Add a topic, before its first message. Idempotent."""
+        """Add a topic to the database, before the topic's first message. Idempotent."""
         if topic.name in self._topic_ids:
             return
         definition = topic.definition
@@ -174,7 +174,7 @@ class SqliteFileWriter(BagFileWriter):
         self.message_counts[topic.name] = 0
 
     def write(self, message: BagMessage) -> None:
-        """Write a message of an added topic."""
+        """Buffer a message of an added topic; commit when the buffer is full."""
         self._count(message)
         self._rows.append((self._topic_ids[message.topic], message.log_time_ns, message.data))
         self._row_bytes += _ROW_BYTES + len(message.data)
@@ -182,10 +182,10 @@ class SqliteFileWriter(BagFileWriter):
             self.flush()
 
     def attach(self, attachment: BagAttachment) -> None:
-        """Do nothing: the SQLite format has no attachments."""
+        """Do nothing: rosbag2's SQLite format has no attachments."""
 
     def add_record(self, name: str, values: Mapping[str, str]) -> None:
-        """Store rosbag2's metadata; the format has no place for other records."""
+        """Store the record ``rosbag2`` (bag metadata); ignore all other records."""
         if name == "rosbag2":
             row = (VERSION, values["serialized_metadata"])
             with self._told():
@@ -194,7 +194,7 @@ class SqliteFileWriter(BagFileWriter):
                 )
 
     def flush(self) -> None:
-        """Commit the written messages."""
+        """Commit the buffered messages to the database."""
         rows, self._rows, self._row_bytes = self._rows, [], 0
         if rows:
             with self._told(), self._transaction():
@@ -204,7 +204,7 @@ class SqliteFileWriter(BagFileWriter):
             self._pages_bytes = self._count_pages()
 
     def sync(self) -> None:
-        """Flush the write-ahead log to the disk, and wait until that is done (fsync).
+        """Wait until the write-ahead log is on the disk (fsync); for another thread.
 
         For another thread than the one that writes. Of the database itself SQLite takes care:
         whoever opens and closes it in this process takes SQLite's locks from it.
@@ -217,7 +217,7 @@ class SqliteFileWriter(BagFileWriter):
                 os.close(log)
 
     def close(self) -> None:
-        """Commit the written messages, merge the log, and close the database."""
+        """Commit the buffered messages, merge the log, and close the database."""
         self.flush()
         # Where somebody is reading it, it keeps its log, into which SQLite looks.
         with contextlib.suppress(sqlite3.OperationalError):

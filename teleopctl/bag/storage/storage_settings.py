@@ -119,7 +119,7 @@ def _choice(key: str, place: str, value: Any, choices: dict[str, _Choice]) -> _C
 
 
 def read_storage_config(file: Path) -> list[tuple[str, str, Any]]:
-    """Read a storage configuration file: its keys with file and line, and their values.
+    """Read a storage configuration file; return key, place (file and line) and value of each.
 
     Raises:
         InvalidFileError: It cannot be read, or is not YAML; with its line.

@@ -12,7 +12,7 @@ from teleopctl.errors import RefusedError
 
 
 class BagPart(Bag):
-    """View of a bag that is limited to a time span.
+    """View of an open bag that is limited to a time span.
 
     Its metadata, attachments and records are those of the whole bag.
 
@@ -37,13 +37,13 @@ class BagPart(Bag):
         end_ns: int = NO_TIME_NS,
         on_left_out: Callable[[str], object] | None = None,
     ) -> Iterator[BagMessage]:
-        """Yield messages of the time span in the order of their log times."""
+        """Yield messages in the time span by log time; report broken parts, or raise."""
         return self._bag.messages(
             topics, max(start_ns, self._start_ns), min(end_ns, self._end_ns), on_left_out
         )
 
     def latest(self, topic: str, end_ns: int, most: int = 1) -> list[BagMessage]:
-        """Return the last messages of a topic before a log time, oldest first."""
+        """Return up to `most` last messages of a topic before a log time, oldest first."""
         found = self._bag.latest(topic, min(end_ns, self._end_ns), most)
         return [message for message in found if message.log_time_ns >= self._start_ns]
 
@@ -56,12 +56,12 @@ class BagPart(Bag):
         return self._bag.records()
 
     def close(self) -> None:
-        """Close the files of the bag."""
+        """Close the files of the underlying bag."""
         self._bag.close()
 
 
 class MergedBags:
-    """Several open bags read as one, with messages merged by log time.
+    """View of several open bags as one, with messages merged by log time.
 
     Args:
         bags: The bags; they stay whoever opened them's to close.
@@ -96,19 +96,19 @@ class MergedBags:
 
     @property
     def distribution(self) -> str:
-        """ROS 2 distribution of the first bag that has one."""
+        """Name of the ROS 2 distribution in the first bag that has one."""
         return next(filter(None, (bag.metadata.distribution for bag in self._bags)), "")
 
     @property
     def custom_data(self) -> dict[str, str]:
-        """Custom data of all bags; of equal keys the first bag has precedence."""
+        """Custom data of all bags; for equal keys the first bag has precedence."""
         merged: dict[str, str] = {}
         for bag in reversed(self._bags):
             merged |= bag.metadata.custom_data
         return merged
 
     def require_one_type(self, names: Collection[str]) -> None:
-        """Raise if one of the topics has different types in the bags.
+        """Raise if one of the named topics has different types in the bags.
 
         Raises:
             RefusedError: One has, since no bag can hold that.
@@ -127,14 +127,14 @@ class MergedBags:
         end_ns: int = NO_TIME_NS,
         on_left_out: Callable[[str], object] | None = None,
     ) -> Iterator[BagMessage]:
-        """Yield messages of all bags in the order of their log times."""
+        """Yield messages of all bags by log time; report broken parts by callback, or raise."""
         parts = [bag.messages(topics, start_ns, end_ns, on_left_out) for bag in self._bags]
         if len(parts) == 1:
             return parts[0]
         return heapq.merge(*parts, key=attrgetter("log_time_ns"))
 
     def attachments(self) -> Iterator[BagAttachment]:
-        """Yield the attachments of all bags, equal ones once."""
+        """Yield the attachments of all bags; equal ones only once."""
         seen = set()
         for bag in self._bags:
             for attachment in bag.attachments():
@@ -143,7 +143,7 @@ class MergedBags:
                     yield attachment
 
     def records(self) -> Iterator[tuple[str, dict[str, str]]]:
-        """Yield the metadata records of all bags except rosbag2's own, equal ones once."""
+        """Yield metadata records of all bags except rosbag2's own; equal ones only once."""
         seen: list[tuple[str, dict[str, str]]] = []
         for bag in self._bags:
             for record in bag.records():

@@ -28,7 +28,7 @@ _LONGEST_END_NS = 1_000_000_000
 
 
 class DifferenceKind(StrEnum):
-    """Kind of difference between a recording and its replay."""
+    """Kind of a `Difference` between a recording and its replay: value, missing, extra, order."""
 
     VALUE = "value"
     MISSING = "missing"
@@ -37,7 +37,7 @@ class DifferenceKind(StrEnum):
 
 
 class Difference(NamedTuple):
-    """Difference between a recorded message and the replayed one of the same time.
+    """Difference between a recorded message and the replayed one of the same simulated time.
 
     Attributes:
         topic: The topic.
@@ -57,7 +57,7 @@ class Difference(NamedTuple):
 
     @property
     def size(self) -> float:
-        """Absolute difference of the two numbers; infinite for other values."""
+        """Absolute difference of two numbers; infinite for other values."""
         if not (_is_number(self.recorded) and _is_number(self.replayed)):
             return math.inf
         distance = abs(float(self.recorded or 0) - float(self.replayed or 0))
@@ -97,7 +97,7 @@ class RecordedMessage(NamedTuple):
 
 @dataclass
 class ComparedStream:
-    """One publisher's messages, recorded and replayed, compared by simulated time.
+    """Comparison of one publisher's recorded and replayed messages by simulated time.
 
     Attributes:
         topic: The topic.
@@ -150,7 +150,7 @@ class ComparedStream:
 
     @property
     def name(self) -> str:
-        """Topic of the stream, with the publisher if the topic has several."""
+        """Topic of the stream, with the publisher's name if the topic has several."""
         return f"{self.topic} of {self.publisher}" if self.publisher else self.topic
 
     @property
@@ -163,7 +163,7 @@ class ComparedStream:
         return self._left.get(time_ns)
 
     def take(self, time_ns: int, data: bytes) -> RecordedMessage | None:
-        """Compare a replayed message with the recorded one of its time; return the recorded one.
+        """Compare a replayed message with the recorded one of its time; return that one or None.
 
         Messages before the first recorded one are passed over, since whoever recorded or published
         came later; so are those after the last one, until `close`.
@@ -179,15 +179,15 @@ class ComparedStream:
         return recorded
 
     def add_missing(self, time_ns: int) -> None:
-        """Count a replayed message without a recorded one as skipped, or as a difference."""
+        """Count a replayed message that was not recorded as skipped, or as a difference."""
         if self.may_skip and self._is_whole_around(time_ns):
             self.skipped_ns.append(time_ns)
         else:
             self.add(Difference(self.topic, time_ns, kind=DifferenceKind.MISSING))
 
-    def compare(self, time_ns: int, recorded: bytes, now: bytes) -> None:
-        """Compare the CDR bytes of two messages, and add the fields that differ."""
-        if recorded == now:
+    def compare(self, time_ns: int, recorded: bytes, replayed: bytes) -> None:
+        """Compare the CDR bytes of two messages, and add a difference for each differing field."""
+        if recorded == replayed:
             return
         try:
             before = deserialize(recorded, self._type)
@@ -195,13 +195,13 @@ class ComparedStream:
             raise InvalidFileError(
                 f"{self.topic}, {to_seconds(time_ns):.3f} s: {error.message}"
             ) from error
-        for found in differences(self.topic, time_ns, before, deserialize(now, self._type)):
+        for found in differences(self.topic, time_ns, before, deserialize(replayed, self._type)):
             # Without a tolerance the bits count, and the two zeros differ.
             if not (self.tolerance and found.size <= self.tolerance):
                 self.add(found)
 
     def add(self, difference: Difference) -> None:
-        """Count a difference, and keep it if it is among the first or the largest of its field."""
+        """Count a difference; store it if among the first, or the largest of its field."""
         self.difference_count += 1
         if len(self.differences) < MOST_LISTED:
             self.differences.append(difference)
@@ -212,7 +212,7 @@ class ComparedStream:
             self.largest[difference.field] = difference
 
     def close(self, reference: ComparedStream | None = None) -> None:
-        """Finish the comparison: add a difference for each recorded message without a replayed one.
+        """Finish the comparison: add differences for recorded messages that were not replayed.
 
         Args:
             reference: What goes on for as long as this one does.
@@ -241,7 +241,7 @@ class ComparedStream:
 
 
 class ReplayComparison:
-    """Result of the comparison of a whole recording with its replay.
+    """Result of comparing a whole recorded run with its replay.
 
     Args:
         tolerance: What two numbers may be apart; 0 asks for the same bits.
@@ -266,7 +266,7 @@ class ReplayComparison:
 
     @property
     def messages(self) -> int:
-        """Number of compared messages of all streams."""
+        """Number of compared messages in all streams."""
         return sum(stream.compared for stream in self.streams)
 
     @property
@@ -276,21 +276,21 @@ class ReplayComparison:
 
     @property
     def first_differences(self) -> list[Difference]:
-        """Differences from the recording at the earliest time with any; empty if there are none."""
+        """Differences at the earliest simulated time that has any; empty if there are none."""
         listed = [each for stream in self.streams for each in stream.differences]
         first_ns = min((each.time_ns for each in listed), default=0)
         return [each for each in listed if each.time_ns == first_ns]
 
     @property
     def largest_differences(self) -> list[Difference]:
-        """Largest difference from the recording for each message field that differs."""
+        """Largest difference of each message field that differs, of all streams."""
         return [each for stream in self.streams for each in stream.largest.values()]
 
 
 def differences(
     topic: str, time_ns: int, recorded: Message, replayed: Message
 ) -> Iterator[Difference]:
-    """Yield a difference for each field of two messages that differs in any bit."""
+    """Yield a `Difference` for each field of two messages that differs in any bit."""
     before, now = dict(flatten_fields(recorded)), dict(flatten_fields(replayed))
     for path in dict.fromkeys([*before, *now]):
         was, is_now = before.get(path), now.get(path)
@@ -300,7 +300,7 @@ def differences(
 
 # Any: a field of a message, of whatever type.
 def flatten_fields(value: Any, path: str = "") -> Iterator[tuple[str, Value]]:
-    """Yield path and value of every plain field of a message, nested ones included."""
+    """Yield path and value of each primitive field of a message, including nested ones."""
     if isinstance(value, Message):
         names = _part_names(value)
         for field_ in type(value).get_fields_and_field_types():
@@ -360,19 +360,21 @@ def _same(one: Value, other: Value) -> bool:
 
 
 class ComparedTraces:
-    """Pairs of recorded and replayed messages, kept for plots of their fields."""
+    """Store of pairs of recorded and replayed messages, for plots of their fields."""
 
     def __init__(self) -> None:
         self._types: dict[str, str] = {}
         self._pairs: dict[str, list[tuple[int, bytes, bytes]]] = defaultdict(list)
 
-    def note(self, topic: str, type_name: str, time_ns: int, recorded: bytes, now: bytes) -> None:
+    def add(
+        self, topic: str, type_name: str, time_ns: int, recorded: bytes, replayed: bytes
+    ) -> None:
         """Store the CDR bytes of a recorded and a replayed message of the same time."""
         self._types[topic] = type_name
-        self._pairs[topic].append((time_ns, recorded, now))
+        self._pairs[topic].append((time_ns, recorded, replayed))
 
     def curves(self, difference: Difference) -> list[Curve]:
-        """Return a recorded and a replayed curve of the field that a difference names.
+        """Return two curves, recorded and replayed, of the field that a difference names.
 
         Where it is no number, a curve has gaps.
         """

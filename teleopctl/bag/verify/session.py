@@ -58,13 +58,13 @@ class RecordedTopic(NamedTuple):
     numbers: Sequence[int] = ()
 
     def missing_numbers(self) -> list[int]:
-        """Return the recorder's message numbers that are missing in the topic."""
+        """Return the recorder's sequence numbers that are missing in the topic."""
         return sorted({*range(1, max(self.numbers, default=0))} - {*self.numbers})
 
 
 @dataclass(frozen=True)
 class RecordedCommands:
-    """Recorded commands of controllers, by the time of the joint states that they answer.
+    """Recorded joint commands, by the simulated time of the joint states that they answer.
 
     Attributes:
         by_time: The command that the simulator took for the state of a time in nanoseconds.
@@ -97,7 +97,7 @@ class RecordedSession:
 
 
 def read_session(bag: Bag) -> RecordedSession:
-    """Read robot description, topics, parameters and versions of a recorded run.
+    """Return robot description, topics, parameters and versions of the simulated run in a bag.
 
     Raises:
         InvalidFileError: The bag has no robot description.
@@ -124,7 +124,7 @@ def read_session(bag: Bag) -> RecordedSession:
 
 
 def read_topics(bag: Bag, names: Collection[str]) -> dict[str, RecordedTopic]:
-    """Read the undecoded messages of topics of a bag, with the stamps in them.
+    """Return topics of a bag by name, with undecoded messages and their header stamps.
 
     Raises:
         InvalidFileError: A message is too short to have one.
@@ -163,7 +163,7 @@ def read_topics(bag: Bag, names: Collection[str]) -> dict[str, RecordedTopic]:
 def read_commands(
     topic: RecordedTopic, period_ns: int, states: Sequence[RecordedMessage] = ()
 ) -> RecordedCommands:
-    """Return the recorded commands by the control tick that they were meant for.
+    """Return recorded commands by the time of the joint state that each one answers.
 
     Args:
         topic: Where the controllers sent them.
@@ -197,7 +197,7 @@ def read_commands(
 
 
 def end_of_run_ns(topics: Collection[RecordedTopic]) -> int:
-    """Return the simulated time up to which the run was recorded, in nanoseconds.
+    """Return the simulated time in ns at which the recorded run ends; raise if incomplete.
 
     Raises:
         InvalidFileError: It was not recorded from its start on, or was started again.

@@ -46,7 +46,7 @@ def verify(
         found = verify_bag(Path(bag_path), tolerance=tolerance, world=world)
     else:
         check_plot_file(Path(picture))
-        found = verify_bag(Path(bag_path), tolerance=tolerance, world=world, on_message=traces.note)
+        found = verify_bag(Path(bag_path), tolerance=tolerance, world=world, on_message=traces.add)
     for remark in found.remarks:
         console.warn(remark)
     if as_json:
