@@ -176,7 +176,7 @@ class BagFileWriter(ABC):
 
     @abstractmethod
     def flush(self) -> None:
-        """Write buffered messages to the operating system, so that a killed process keeps them."""
+        """Write buffered messages to the operating system, to keep them if the process dies."""
 
     @abstractmethod
     def sync(self) -> None:

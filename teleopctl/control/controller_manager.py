@@ -56,7 +56,7 @@ class ManagerNode(Protocol):
 
 
 def string_list_parameter(node: ManagerNode, name: str) -> list[str]:
-    """Return the value of a manager's parameter as a list of strings; raise if impossible.
+    """Return a manager's parameter, a string or a list, as a list of strings; empty if undeclared.
 
     Args:
         node: The manager's node.
@@ -73,7 +73,7 @@ def string_list_parameter(node: ManagerNode, name: str) -> list[str]:
 
 
 class ControllerManager:
-    """Controller manager without ROS topics: loads, configures and unloads controllers.
+    """Core of a controller manager, without ROS services: holds controllers, changes their states.
 
     Args:
         resource_manager: The robot's hardware.
@@ -377,7 +377,7 @@ class ControllerManager:
     def recover(
         self, controller: ControllerInterface, outcome: CallbackReturn, after_failure: State
     ) -> None:
-        """Set a controller's state after a failed callback; after ERROR, call ``on_error`` first.
+        """Set a controller's state after a failed callback: `after_failure`, or by ``on_error``.
 
         Args:
             controller: The controller.

@@ -130,7 +130,7 @@ class DiagnosticStatus(NamedTuple):
 
 
 class DiagnosticsPublisher:
-    """Publisher of the controller manager's ``/diagnostics``, once a second.
+    """Publisher of a controller manager's ``/diagnostics``, once a second while subscribed.
 
     Args:
         node: The manager's node.

@@ -240,7 +240,7 @@ class _TopicCheck:
             )
 
     def add(self, message: BagMessage) -> None:
-        """Check that a message can be decoded and that no sequence number is missing before it."""
+        """Check a message: note if it cannot be decoded or sequence numbers before are missing."""
         self._count += 1
         if self._topic.is_counted and self._sequences.add(message.sequence):
             self._first_gap_ns = self._first_gap_ns or message.log_time_ns

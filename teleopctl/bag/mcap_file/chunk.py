@@ -258,7 +258,7 @@ def read_chunk_content(stream: BinaryIO, index: ChunkIndex, *, checked: bool = T
 
 
 def read_compression(stream: BinaryIO, length: int) -> tuple[str, int]:
-    """Read and return the compression name and the compressed size in a chunk's head.
+    """Read and return the compression name and the compressed size in a chunk's header.
 
     Raises:
         Exception: One of `BROKEN`: it contradicts the length of the record.

@@ -119,7 +119,7 @@ class Scan:
 
 
 def scan(path: Path) -> Scan:
-    """Read all records' heads of an MCAP file; return a summary and the places of defects.
+    """Read all record headers of an MCAP file; return a summary and the places of defects.
 
     Raises:
         InvalidFileError: It is not an MCAP file, or cannot be read.

@@ -51,21 +51,21 @@ def default_publisher_qos() -> QoSProfile:
     return QoSProfile(depth=_DEPTH)
 
 
-def as_keep_all(offer: QoSProfile) -> QoSProfile:
-    """Return a QoS profile with keep-all history if it is reliable and not latched.
+def as_keep_all(profile: QoSProfile) -> QoSProfile:
+    """Return a reliable, non-latched QoS profile with keep-all history; other profiles unchanged.
 
     A latched one stays as well: its late subscribers are to have its last messages, not all.
     """
-    if offer.reliability == ReliabilityPolicy.BEST_EFFORT or offer.is_latched:
-        return offer
+    if profile.reliability == ReliabilityPolicy.BEST_EFFORT or profile.is_latched:
+        return profile
     return QoSProfile(
         history=HistoryPolicy.KEEP_ALL,
-        reliability=offer.reliability,
-        durability=offer.durability,
-        deadline=offer.deadline,
-        lifespan=offer.lifespan,
-        liveliness=offer.liveliness,
-        liveliness_lease_duration=offer.liveliness_lease_duration,
+        reliability=profile.reliability,
+        durability=profile.durability,
+        deadline=profile.deadline,
+        lifespan=profile.lifespan,
+        liveliness=profile.liveliness,
+        liveliness_lease_duration=profile.liveliness_lease_duration,
     )
 
 

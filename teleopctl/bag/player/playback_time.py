@@ -116,7 +116,7 @@ class PlaybackTime:
             self._changed.notify_all()
 
     def wait_until(self, time_ns: int | None) -> bool:
-        """Wait until the playback time reaches a time; return False if it was changed before.
+        """Wait until the playback time reaches a time; return False if changed or woken before.
 
         Args:
             time_ns: In nanoseconds since the epoch; None waits until something changes.

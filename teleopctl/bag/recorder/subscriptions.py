@@ -243,7 +243,7 @@ class RecordedTopics:
                 self._put(topic.kept.pop(publisher)._replace(log_time_ns=now_ns))
 
     def close(self) -> None:
-        """Unsubscribe from all topics; add those whose type is still unknown to the bag."""
+        """Unsubscribe from all topics; add topics without a known definition to the bag."""
         for topic in self._topics.values():
             if topic.subscription is not None:
                 self._node.destroy_subscription(topic.subscription)

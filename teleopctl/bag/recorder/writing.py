@@ -139,7 +139,7 @@ class SnapshotBuffer:
         self._fallen_out: Counter[str] = Counter()
 
     def put(self, message: BagMessage, latched_depth: int = 0) -> None:
-        """Add a message, also as latched if it has a depth; drop the oldest if the buffer is full.
+        """Add a message; keep the last ones of latched topics; drop the oldest others if full.
 
         Args:
             message: The newest one.

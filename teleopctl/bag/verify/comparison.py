@@ -57,7 +57,7 @@ class Difference(NamedTuple):
 
     @property
     def size(self) -> float:
-        """Absolute difference of two numbers; infinite for other values."""
+        """Absolute difference of recorded and replayed number; infinite for other values."""
         if not (_is_number(self.recorded) and _is_number(self.replayed)):
             return math.inf
         distance = abs(float(self.recorded or 0) - float(self.replayed or 0))

@@ -197,7 +197,7 @@ def read_commands(
 
 
 def end_of_run_ns(topics: Collection[RecordedTopic]) -> int:
-    """Return the simulated time in ns at which the recorded run ends; raise if incomplete.
+    """Return the simulated time in ns when the recorded run ends; raise if its start is missing.
 
     Raises:
         InvalidFileError: It was not recorded from its start on, or was started again.

@@ -235,7 +235,7 @@ class ControllerInterface:
         """Called on activation, with interfaces assigned: prepare; the base class does nothing."""
 
     def on_deactivate(self) -> CallbackReturn | None:
-        """Called on deactivation, before interfaces are released; the base class does nothing."""
+        """Called on deactivation, before interfaces are released: stop; does nothing by default."""
 
     def on_restart(self) -> None:
         """Called in the cycle after a simulation reset: reset plans; the base class does nothing.

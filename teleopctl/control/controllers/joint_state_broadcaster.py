@@ -84,7 +84,7 @@ class JointStateBroadcaster(ControllerInterface):
         return InterfaceConfiguration(InterfaceConfigurationType.ALL)
 
     def on_activate(self) -> CallbackReturn | None:
-        """Set the joint names of the messages; return FAILURE without any float interface."""
+        """Set the joint names of the messages; return FAILURE if no interface has type double."""
         states = [state for state in self.state_interfaces if state.data_type == "double"]
         if not states:
             self.logger.error("None of requested interfaces exist. Controller will not run.")

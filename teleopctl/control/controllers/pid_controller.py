@@ -213,7 +213,7 @@ class PidController(ChainableControllerInterface):
         ]
 
     def on_activate(self) -> None:
-        """Set the references to measured values or NaN, and reset the PIDs."""
+        """Set references to measured values or NaN; reset the PIDs, by default not integrals."""
         self._begin()
         for pid, options in zip(self._pids, self._options, strict=True):
             pid.reset(keep_integral=options.save_i_term)

@@ -120,7 +120,7 @@ class HardwareComponentInterface:
         """
 
     def set_cycle(self, cycle: Callable[[int], None]) -> None:
-        """Receive the function that runs a control cycle, for lockstep; ignored by default.
+        """Receive the function to call for a control cycle on each new state; ignored by default.
 
         Args:
             cycle: To be called for every new state, where ``drives_cycle`` is true.

@@ -19,7 +19,7 @@ FIELDS = ("position", "velocity", "effort")
 # Any stands for messages: their classes are made at run time, from definitions.
 
 
-class Member(Protocol):
+class ExchangeMember(Protocol):
     """Interface of hardware components that share a `JointStateExchange`."""
 
     def commands(self) -> tuple[list[str], dict[str, list[float]]]:
@@ -42,9 +42,9 @@ class JointStateExchange:
         self._node = node
         self._states_topic = states_topic
         self._commands_topic = commands_topic
-        self._readers: list[Member] = []
-        self._writers: list[Member] = []
-        self._written: list[Member] = []
+        self._readers: list[ExchangeMember] = []
+        self._writers: list[ExchangeMember] = []
+        self._written: list[ExchangeMember] = []
         self._subscription: Any = None
         self._publisher: Any = None
         self._answered_ns = -1
@@ -52,7 +52,7 @@ class JointStateExchange:
         # The same message each time: making one costs more than all the rest of a cycle.
         self._command: Any = self._joint_state()
 
-    def open(self, member: Member) -> None:
+    def open(self, member: ExchangeMember) -> None:
         """Add a component as reader; subscribe to joint states for the first reader."""
         self._readers.append(member)
         if self._subscription is None:
@@ -62,14 +62,14 @@ class JointStateExchange:
                 self._joint_state, self._states_topic, self._received, 10, immediate=True
             )
 
-    def close(self, member: Member) -> None:
+    def close(self, member: ExchangeMember) -> None:
         """Remove a component as reader; unsubscribe after the last reader."""
         self._readers.remove(member)
         if not self._readers:
             subscription, self._subscription = self._subscription, None
             self._node.destroy_subscription(subscription)
 
-    def activate(self, member: Member) -> None:
+    def activate(self, member: ExchangeMember) -> None:
         """Add a component as writer; create the command publisher for the first writer."""
         self._writers.append(member)
         if self._publisher is None:
@@ -77,7 +77,7 @@ class JointStateExchange:
                 self._joint_state, self._commands_topic, 10
             )
 
-    def deactivate(self, member: Member) -> None:
+    def deactivate(self, member: ExchangeMember) -> None:
         """Remove a component as writer; destroy the command publisher after the last writer."""
         if member not in self._writers:
             return
@@ -86,7 +86,7 @@ class JointStateExchange:
             publisher, self._publisher = self._publisher, None
             self._node.destroy_publisher(publisher)
 
-    def write(self, member: Member, time_ns: int) -> None:
+    def write(self, member: ExchangeMember, time_ns: int) -> None:
         """Record that a component has written; publish all commands once all writers have."""
         self._written.append(member)
         if all(writer in self._written for writer in self._writers):

@@ -169,7 +169,7 @@ def cubic(pa: float, va: float, pb: float, vb: float, duration: float) -> tuple[
 def quintic(
     pa: float, va: float, aa: float, pb: float, vb: float, ab: float, duration: float
 ) -> tuple[float, ...]:
-    """Return coefficients c0…c5 of the quintic from position pa, velocity va, acceleration aa."""
+    """Return c0…c5 of the quintic from position pa, velocity va, acceleration aa to pb, vb, ab."""
     if duration == 0.0:
         return pa, va, aa / 2.0, 0.0, 0.0, 0.0
     d = duration
@@ -407,7 +407,7 @@ def integrate(begin: TrajectoryPoint, end: TrajectoryPoint, duration: float) -> 
 def shift_to_nearest_turn(
     current: Sequence[float], target: Sequence[float], wraparound: Sequence[bool]
 ) -> list[float]:
-    """Return positions of continuous joints shifted by whole turns towards their targets.
+    """Return positions; those of continuous joints shifted by turns nearest to their targets.
 
     Args:
         current: Positions, rad.

@@ -70,13 +70,13 @@ class MobileBaseController(ControllerInterface):
         return velocity
 
     def displacement(
-        self, values: Sequence[float], last: Sequence[float], period: float
+        self, values: Sequence[float], last_values: Sequence[float], period: float
     ) -> BaseVelocity:
         """Return the base's displacement (m, m, rad) since the last update, from wheel states.
 
         Args:
             values: Values of the state interfaces.
-            last: Their values at the last update.
+            last_values: Their values at the last update.
             period: Seconds since the last update.
         """
         raise NotImplementedError

@@ -94,11 +94,11 @@ class DiffDriveController(ChainableBase):
         )
 
     def displacement(
-        self, values: Sequence[float], last: Sequence[float], period: float
+        self, values: Sequence[float], last_values: Sequence[float], period: float
     ) -> BaseVelocity:
         """Return the base's displacement (m, m, rad) by the mean of the wheels on each side."""
         if self._by_position:
-            turned = [now - before for now, before in zip(values, last, strict=True)]
+            turned = [now - before for now, before in zip(values, last_values, strict=True)]
         else:
             turned = [speed * period for speed in values]
         count = len(self._left)

@@ -126,10 +126,10 @@ class MecanumDriveController(ChainableBase):
         )
 
     def displacement(
-        self, values: Sequence[float], last: Sequence[float], period: float
+        self, values: Sequence[float], last_values: Sequence[float], period: float
     ) -> BaseVelocity:
         """Return the base's displacement (m, m, rad) by the speeds of the four wheels."""
-        del last
+        del last_values
         step = self._radius * period / len(values)
         return BaseVelocity(
             sum(values) * step,

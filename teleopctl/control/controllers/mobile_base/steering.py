@@ -94,12 +94,12 @@ class _SteeringController(ChainableBase):
         self._angles = [0.0] * self.steered_wheels
 
     def displacement(
-        self, values: Sequence[float], last: Sequence[float], period: float
+        self, values: Sequence[float], last_values: Sequence[float], period: float
     ) -> BaseVelocity:
         """Return the base's displacement (m, m, rad) by driven and steered wheels."""
         driven = values[: self.driven_wheels]
         if self._by_position:
-            turned = sum(now - before for now, before in zip(driven, last, strict=False))
+            turned = sum(now - before for now, before in zip(driven, last_values, strict=False))
         else:
             turned = sum(driven) * period
         forwards = turned / self.driven_wheels * self._radius

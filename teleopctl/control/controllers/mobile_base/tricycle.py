@@ -131,10 +131,10 @@ class TricycleController(MobileBaseController):
         return velocity
 
     def displacement(
-        self, values: Sequence[float], last: Sequence[float], period: float
+        self, values: Sequence[float], last_values: Sequence[float], period: float
     ) -> BaseVelocity:
         """Return the base's displacement (m, m, rad) by the wheel's speed and angle."""
-        del last
+        del last_values
         rolled = values[0] * period * self._radius
         return BaseVelocity(
             rolled * math.cos(values[1]), angular=rolled * math.sin(values[1]) / self._wheelbase
