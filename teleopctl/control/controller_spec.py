@@ -51,7 +51,7 @@ class ControllerSpec:
 
     @property
     def lifecycle_state(self) -> State:
-        """Life cycle state of the controller."""
+        """Lifecycle state of the controller."""
         return self.controller.lifecycle_state
 
 

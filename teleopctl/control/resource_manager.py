@@ -71,7 +71,7 @@ class ResourceManager:
         self.components_initialized = False
 
     def load_and_initialize_components(self, description: RobotDescription) -> None:
-        """Load and initialize the hardware components of a robot description.
+        """Load and initialize all hardware components of a robot description; raise if one fails.
 
         Raises:
             HardwareError: A plug-in is missing or fails; nothing has been loaded then.

@@ -70,7 +70,7 @@ def hardware_interface(interface: StateInterface) -> Any:
 
 
 def lifecycle_state_message(state: State) -> Any:
-    """Return a life cycle state as a lifecycle_msgs/State message."""
+    """Return a lifecycle state as a lifecycle_msgs/State message."""
     return get_message("lifecycle_msgs/msg/State")(id=int(state), label=state.label)
 
 

@@ -132,7 +132,7 @@ def scan(path: Path) -> Scan:
 
 
 class Times(NamedTuple):
-    """Message count, first and last log time of a channel."""
+    """Number of messages of a channel, with their first and last log time in nanoseconds."""
 
     messages: int
     first_ns: int

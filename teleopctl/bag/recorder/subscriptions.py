@@ -205,7 +205,7 @@ class RecordedTopics:
         return sorted(self._topics)
 
     def update(self, graph: Graph) -> None:
-        """Subscribe to selected topics that are new in the graph, and look up their types."""
+        """Subscribe to selected topics that are new in the graph; add known types to the bag."""
         named = graph.topic_names_and_types(include_hidden=True)
         # The log first: what the recorder says while it begins with the others is in it.
         for name, types in sorted(named, key=lambda topic: topic[0] != _LOG):

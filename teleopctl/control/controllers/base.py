@@ -251,7 +251,7 @@ class ControllerInterface:
         """Called before the controller is unloaded: release all; the base class does nothing."""
 
     def on_error(self) -> CallbackReturn | None:
-        """Called after a failed callback: SUCCESS leads to unconfigured, FAILURE to finalized."""
+        """Called after ERROR or exceptions; SUCCESS leads to unconfigured, else to finalized."""
 
     def command_interface_configuration(self) -> InterfaceConfiguration:
         """Called after ``on_configure``: return the command interfaces to claim; here none."""

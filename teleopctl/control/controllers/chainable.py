@@ -52,7 +52,7 @@ class ChainableControllerInterface(ControllerInterface):
         return ()
 
     def on_set_chained_mode(self, chained_mode: bool) -> bool:
-        """Called on entering or leaving chained mode: return whether that is accepted.
+        """Called before activation and after deactivation: return False to refuse a chained mode.
 
         Called before it is activated.
         """

@@ -96,7 +96,7 @@ class _GripperController(ControllerInterface):
         return None
 
     def on_cleanup(self) -> None:
-        """Destroy the action server."""
+        """Destroy the action server ``~/gripper_cmd``."""
         self._server.destroy()
 
     def command_interface_configuration(self) -> InterfaceConfiguration:

@@ -69,7 +69,7 @@ class JointStateBroadcaster(ControllerInterface):
             )
 
     def on_cleanup(self) -> None:
-        """Destroy the publishers."""
+        """Destroy the publishers of joint states."""
         self.get_node().destroy_publisher(self._publisher)
         if self._dynamic is not None:
             self.get_node().destroy_publisher(self._dynamic)

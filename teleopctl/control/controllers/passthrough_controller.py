@@ -43,7 +43,7 @@ class PassthroughController(ChainableControllerInterface):
         return InterfaceConfiguration(InterfaceConfigurationType.INDIVIDUAL, self._names)
 
     def on_export_reference_interfaces_list(self) -> list[CommandInterface]:
-        """Return a new reference interface for each command interface."""
+        """Return a new reference interface, for other controllers, for each command interface."""
         parts = (name.rpartition("/") for name in self._names)
         return [
             CommandInterface(f"{self.name}/{joint}".removesuffix("/"), name)

@@ -77,7 +77,7 @@ class PidStatePublisher:
             self._own[dofs.index(dof)] = (pid(), publisher)
 
     def close(self) -> None:
-        """Destroy the publishers."""
+        """Destroy the publishers of controller and PID states."""
         for _, publisher in self._own.values():
             self._node.destroy_publisher(publisher)
         self._node.destroy_publisher(self._publisher)

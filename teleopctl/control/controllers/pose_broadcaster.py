@@ -73,7 +73,7 @@ class PoseBroadcaster(ControllerInterface):
         return None
 
     def on_cleanup(self) -> None:
-        """Destroy the publishers."""
+        """Destroy the publishers of the pose and the transform."""
         node = self.get_node()
         node.destroy_publisher(self._publisher)
         if self._transforms is not None:

@@ -41,7 +41,7 @@ class _SensorBroadcaster(ControllerInterface):
         self._realtime_publisher = RealtimePublisher(self.params.publish_queue, self._publish)
 
     def on_cleanup(self) -> None:
-        """Destroy the publisher."""
+        """Destroy the publisher of the sensor's message."""
         self.get_node().destroy_publisher(self._publisher)
 
     def interface_names(self) -> Sequence[str]:

@@ -91,7 +91,7 @@ class HardwareComponentInterface:
         """Called on finalizing: release all resources; does nothing by default."""
 
     def on_error(self) -> CallbackReturn | None:
-        """Called after an error: SUCCESS leads to unconfigured, FAILURE to finalized."""
+        """Called after ERROR or exceptions; SUCCESS leads to unconfigured, else to finalized."""
 
     def prepare_command_mode_switch(
         self, start_interfaces: Sequence[str], stop_interfaces: Sequence[str]

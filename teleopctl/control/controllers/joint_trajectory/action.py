@@ -61,7 +61,7 @@ class FollowJointTrajectoryServer:
         )
 
     def close(self) -> None:
-        """Destroy the action server."""
+        """Destroy the action server ``~/follow_joint_trajectory``."""
         self._server.destroy()
 
     def abort_goal(self, error_string: str) -> None:

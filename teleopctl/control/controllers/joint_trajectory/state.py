@@ -69,7 +69,7 @@ class TrajectoryStatePublisher:
         self._realtime_publisher = RealtimePublisher(publish_queue, self._publish)
 
     def close(self) -> None:
-        """Destroy the publisher."""
+        """Destroy the publisher of ``~/controller_state``."""
         self._node.destroy_publisher(self._publisher)
 
     def try_publish(

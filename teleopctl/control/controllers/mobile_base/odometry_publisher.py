@@ -61,7 +61,7 @@ class OdometryPublisher:
         self.restart()
 
     def close(self) -> None:
-        """Destroy the publishers."""
+        """Destroy the publishers of odometry and transform."""
         for publisher in self._publishers:
             self._node.destroy_publisher(publisher)
 

@@ -63,7 +63,7 @@ class VelocityInput:
             )
 
     def close(self) -> None:
-        """Destroy the subscription."""
+        """Destroy the subscription to velocity commands."""
         self._node.destroy_subscription(self._subscription)
 
     def clear(self) -> None:
