@@ -41,14 +41,16 @@ class Listener:
                 self.received.append((topic, data))
                 self._changed.notify_all()
 
-        self._node.create_subscription(
-            raw_message_class(type_name, version or type_hash(type_name)),
-            topic,
-            hear,
-            QoSProfile(depth=100, durability=durability),
-            raw=True,
-            immediate=True,
-        )
+        kind = raw_message_class(type_name, version or type_hash(type_name))
+        qos = QoSProfile(depth=100, durability=durability)
+        self._node.create_subscription(kind, topic, hear, qos, raw=True, immediate=True)
+        if is_latched:
+            # Until it has got what was published before, it keeps back what is published.
+            publisher = self._node.create_publisher(kind, topic, qos)
+            publisher.publish(b"\0\1\0\0")
+            self.wait_for(lambda: (topic, b"\0\1\0\0") in self.received)
+            self._node.destroy_publisher(publisher)
+            self.received.remove((topic, b"\0\1\0\0"))
 
     def wait_for(self, has_come: Callable[[], bool]) -> None:
         """Wait until what was received satisfies a condition."""
