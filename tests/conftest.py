@@ -52,11 +52,11 @@ if not os.environ.get("MUJOCO_GL"):
 def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
     """Share out the whole folder; what is named in it starts no workers for itself.
 
-    Half of its time a worker waits for what a test has started: the cores are enough for one more.
+    Half of its time a worker waits for what a test has started: the cores are enough for two more.
     """
     named = [config.invocation_params.dir / argument for argument in config.args]
     is_whole = any(Path(__file__).parent.is_relative_to(path) for path in named)
-    return (os.cpu_count() or 1) + 1 if is_whole else 0
+    return (os.cpu_count() or 1) + 2 if is_whole else 0
 
 
 def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:

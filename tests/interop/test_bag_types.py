@@ -28,6 +28,7 @@ from teleopctl.interfaces import (
 )
 from teleopctl.interfaces.catalog import Catalog
 from tests.bag.bags import START_NS, topic
+from tests.samples import sample
 
 HAS_CHAR = re.compile(r"^char\b", re.MULTILINE)
 CUSTOM = "my_robot/msg/Grip"
@@ -54,12 +55,12 @@ def name_of(type_name: str) -> str:
 
 @pytest.fixture(scope="module")
 def bag(tmp_path_factory):
-    """A bag with the default message of every type, and what was written."""
+    """A bag with the default messages of many types, and what was written."""
     folder = tmp_path_factory.mktemp("types") / "bag"
     written: dict[str, BagMessage] = {}
     with BagWriter(folder) as writer:
         # Not the types that tests have added.
-        for number, type_name in enumerate(Catalog().names("msg")):
+        for number, type_name in enumerate(sample(Catalog().names("msg"), 3)):
             described = topic(name_of(type_name), type_name)
             data = bytes(serialize(get_message(type_name)()))
             time_ns = START_NS + number
