@@ -15,7 +15,7 @@ from teleopctl.node.values.time import ClockType, Duration, Time
 
 
 class ClockChange(IntEnum):
-    """How a time jump changed the clock's time source, numbered as in rcl."""
+    """Change of a clock's time source at a time jump, numbered as in rcl."""
 
     ROS_TIME_NO_CHANGE = 1
     ROS_TIME_ACTIVATED = 2

@@ -95,7 +95,7 @@ class WaitSet:
         self._ready = set()
 
     def listen(self, listener: Callable[[], None] | None) -> None:
-        """Notify a function instead of the executor of the entities' arrivals; None reverts it."""
+        """Set a function to call, not the executor, when an entity is ready; None reverts this."""
         for entities in self._entities.values():
             for entity in entities:
                 entity.listener = listener

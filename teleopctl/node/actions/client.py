@@ -298,7 +298,7 @@ class ActionClient(Generic[GoalT, ResultT, FeedbackT]):
         return self._feedback.topic_name.removesuffix("/_action/feedback")
 
     def get_num_entities(self) -> NumberOfEntities:
-        """Return how many subscriptions, clients etc. the action client is made of, as rclpy."""
+        """Return the numbers of subscriptions and service clients that the action client has."""
         return NumberOfEntities(num_subs=2, num_clients=3)
 
     # -- servers ---------------------------------------------------------------------------------

@@ -312,7 +312,7 @@ class ActionServer(Generic[GoalT, ResultT, FeedbackT]):
         return self._feedback.topic_name.removesuffix("/_action/feedback")
 
     def get_num_entities(self) -> NumberOfEntities:
-        """Return how many services, timers etc. the action server is made of, as rclpy."""
+        """Return the numbers of timers and services that the action server has."""
         return NumberOfEntities(num_timers=1, num_services=len(self._services))
 
     # -- callbacks -------------------------------------------------------------------------------
@@ -473,7 +473,7 @@ class ActionServer(Generic[GoalT, ResultT, FeedbackT]):
     # -- the end of goals ------------------------------------------------------------------------
 
     def notify_goal_done(self) -> None:
-        """Start the timer that drops the results of ended goals, unless it runs already."""
+        """Start the timer that drops results of ended goals; no effect while the timer runs."""
         with self.lock:
             if self._expiry.is_canceled() and self._timeout_ns >= 0:
                 self._expiry.restart(self._timeout_ns)

@@ -181,11 +181,11 @@ class ServerGoalHandle(Generic[GoalT, ResultT, FeedbackT]):
         self._end(GoalEvent.SUCCEED, response)
 
     def abort(self, response: ResultT | None = None) -> None:
-        """End the goal as aborted, with a result as in `succeed`."""
+        """End the goal as aborted, with a result; None takes that of the execute callback."""
         self._end(GoalEvent.ABORT, response)
 
     def canceled(self, response: ResultT | None = None) -> None:
-        """End the goal as canceled, with a result as in `succeed`.
+        """End the goal as canceled, with a result; None takes that of the execute callback.
 
         Raises:
             InvalidGoalTransitionError: No cancel request was accepted for the goal.
@@ -199,7 +199,7 @@ class ServerGoalHandle(Generic[GoalT, ResultT, FeedbackT]):
         self._response.cancel()
 
     def begin_cancel(self) -> bool:
-        """Set the goal's status to canceling; return False if the goal has ended already (ours)."""
+        """Set the goal to canceling; return whether the goal's state allowed that change (ours)."""
         try:
             self._update(GoalEvent.CANCEL_GOAL)
         except InvalidGoalTransitionError:

@@ -36,7 +36,7 @@ class Handle:
         return id(self.entity)
 
     def destroy_when_not_in_use(self) -> None:
-        """Destroy the entity at once."""
+        """Destroy the entity at once, even while the entity is in use (unlike rclpy)."""
         self.entity.destroy()
 
     def __enter__(self) -> Self:

@@ -167,7 +167,7 @@ def add_sink(name: str, sink: Sink) -> None:
 
 
 def remove_sink(name: str) -> None:
-    """Unregister the function of `add_sink` for a logger."""
+    """Unregister the function that receives a logger's messages; unknown names are ignored."""
     _sinks.pop(name, None)
 
 

@@ -50,7 +50,7 @@ _previous: dict[int, signal._HANDLER] = {}
 
 
 def install_signal_handlers(context: Endable, options: SignalHandlerOptions) -> None:
-    """End a context on signals; has no effect outside the main thread."""
+    """Install signal handlers that end a context; has no effect outside the main thread."""
     if threading.current_thread() is not threading.main_thread():
         return
     if _SIGNALS[options]:
