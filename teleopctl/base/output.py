@@ -78,7 +78,7 @@ class LogFile:
         self._is_closed = False
 
     def write(self, line: bytes) -> None:
-        """Write a line; it is lost if the disk is full."""
+        """Write a line to the log file; the line is lost if the disk is full."""
         trouble = None
         with self._lock:
             if self._is_closed:
@@ -94,7 +94,7 @@ class LogFile:
             self._on_trouble(trouble)
 
     def close(self) -> None:
-        """Close the file; later lines are lost. Idempotent."""
+        """Close the log file; lines written later are lost. Idempotent."""
         with self._lock:
             self._is_closed = True
             if self._file is not None:

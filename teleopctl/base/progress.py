@@ -64,7 +64,7 @@ class Progress(NamedTuple):
 
     @property
     def reason(self) -> str | None:
-        """Reason why the process failed; None if it gave none."""
+        """Reason why the process failed; None if the process reported none."""
         reason = self.detail.partition(" ")[2] if self.state == ENDED else self.detail
         return reason if reason and self.state in (ENDED, FAILED) else None
 

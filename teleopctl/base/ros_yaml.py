@@ -189,7 +189,7 @@ def faults_of(path: Path, kind: type[TeleopctlError] = InvalidFileError) -> Iter
 
 # Any, here and below: values of YAML.
 def load(text: str) -> Any:
-    """Parse one YAML document.
+    """Parse one YAML document, and return its Python value.
 
     Raises:
         yaml.YAMLError: The text is not YAML; ``problem_mark`` says where.
@@ -198,7 +198,7 @@ def load(text: str) -> Any:
 
 
 def safe_load(text: str) -> Any:
-    """Parse one document of YAML 1.1, for what ROS 2 reads by PyYAML itself.
+    """Parse one YAML 1.1 document as PyYAML does, and return its Python value.
 
     Raises:
         yaml.YAMLError: The text is not YAML.
@@ -230,7 +230,7 @@ def values_below(text: str, name: str) -> Iterator[tuple[yaml.Node, Any]]:
 
 
 def load_value(text: str) -> Any:
-    """Parse a parameter value of a command line.
+    """Parse a parameter value of a command line, and return its Python value.
 
     What starts with ``<`` is a robot description and is that text, whatever YAML would make of it.
 

@@ -55,7 +55,7 @@ class Address(NamedTuple):
 
     @classmethod
     def parse(cls, text: str) -> Address:
-        """Parse an address from its text."""
+        """Return the address in a text of the form ``URL [FILE]``, the file path URL-quoted."""
         url, _, file = text.partition(" ")
         return cls(url, Path(unquote(file)) if file else None)
 
