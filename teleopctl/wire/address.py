@@ -68,7 +68,7 @@ class RouterAddress:
 
     @property
     def fault(self) -> str | None:
-        """Which endpoint is invalid and why; None if all are valid."""
+        """Reason why an endpoint is invalid, with its text; None if all are valid."""
         return next(filter(None, map(_fault, self.endpoints)), None)
 
     @property

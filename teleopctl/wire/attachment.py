@@ -44,7 +44,7 @@ def encode_attachment(sequence: int, time_ns: int, gid: bytes) -> bytes:
 
 
 def decode_attachment(data: bytes) -> Attachment | None:
-    """Parse the bytes of an attachment; return None if they are none."""
+    """Return the attachment that bytes encode; None if the bytes are not an attachment."""
     if len(data) != _LAYOUT.size:
         return None
     sequence, time_ns, gid_size, gid = _LAYOUT.unpack(data)

@@ -225,7 +225,7 @@ def _tokens(samples: Iterable[zenoh.Sample]) -> Iterator[NodeToken | EndpointTok
 
 
 def node_key(token: NodeToken | EndpointToken) -> _NodeKey:
-    """Return what identifies the node of a token: session id, node id, namespace and name."""
+    """Return the identifying key of a token's node: session id, node id, namespace and name."""
     return (token.namespace, token.node, token.zid, token.nid)
 
 
