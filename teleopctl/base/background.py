@@ -79,14 +79,14 @@ class StartTime(NamedTuple):
 
 
 class ProcessRecord(NamedTuple):
-    """A background process.
+    """Record of a background process: name, PID, start time, command, log file and kind.
 
     Attributes:
-        name: What people call it.
+        name: Name shown to the user.
         pid: Process id.
-        start: When it started.
+        start: Start time of the process.
         command: Program and arguments.
-        log_file: Its output.
+        log_file: File with the output of the process.
         kind: ``router``, ``node``, ``launch`` or ``foreground launch``.
         file: The record itself; None for what a launch started, of which the launch keeps book.
     """
@@ -270,7 +270,7 @@ def remove_record(record: ProcessRecord) -> None:
 
 
 def temporary_folder() -> "TemporaryFolder":
-    """Make a temporary folder for this process.
+    """Make a private temporary folder for this process, and return the folder.
 
     It lies beside the records, private to the user. If this process is killed, the processes that
     it started may still need the files, so that the folder is removed with the record.
