@@ -46,8 +46,12 @@ def listen(**where):
 
 
 def call(**where):
-    client = ROS2ServiceClient("/add_two_ints", ADD, node_name="sdk_client", **ADD_TEXTS, **where)
-    answer = client.call(a=20, b=22)
+    client = ROS2ServiceClient(
+        "/add_two_ints", ADD, node_name="sdk_client", timeout=2.0, **ADD_TEXTS, **where
+    )
+    # It calls without waiting for the service: a request may come before the router knows the way.
+    while (answer := client.call(a=20, b=22)) is None:
+        pass
     print(f"sum {answer.sum}", flush=True)
 
 
