@@ -446,3 +446,11 @@ def test_stop_ends_the_nodes_and_all_the_router_too(ros):
     assert (nothing.returncode, nothing.stdout) == (0, "")
     assert "Nothing runs in the background" in nothing.stderr
     assert ros.run("ps --json").stdout == "[]\n"
+
+
+def test_a_recorded_launch_whose_work_is_done_at_once_has_come_up(ros):
+    (ros.folder / "quick.yaml").write_text("launch: [executable: {cmd: 'true'}]\n")
+    result = ros.run("launch -d quick.yaml record:=bag")
+    assert result.returncode == 0, result.stderr
+    assert "true-1 has finished" in result.stdout
+    assert re.search(r"^recorder (is up|has finished)", result.stdout, re.MULTILINE)

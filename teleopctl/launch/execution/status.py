@@ -82,7 +82,9 @@ def status_of(child: Child, start: StartTime) -> ProcessStatus:
     elif child.exit_status is not None:
         state = "died"
         if child.ended_cleanly:
-            state = "stopped" if child.was_signalled else "finished"
+            # A recorder has done its work when the others have ended, which it is signalled.
+            is_stopped = child.was_signalled and not child.plan.accompanies
+            state = "stopped" if is_stopped else "finished"
     return ProcessStatus(
         name=child.plan.name,
         pid=child.pid or 0,
