@@ -32,7 +32,7 @@ _READ_BY_MUJOCO = frozenset({".stl", ".obj", ".msh"})
 def resolve_meshes(
     spec: mujoco.MjSpec, folder: Path | None = None, *, try_each: bool = False
 ) -> list[str]:
-    """Set every mesh of a spec to a readable file or to triangles; remove those without.
+    """Give each mesh of a spec a readable file or its triangles; drop the rest with warnings.
 
     Args:
         spec: The ``mujoco.MjSpec`` whose meshes carry the URIs of the URDF.

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class FreeBody:
-    """A link on a floating joint.
+    """A link on a floating joint: link, joint, and the frame where the joint starts.
 
     Attributes:
         link: The link, whose pose is that of the joint.
@@ -35,7 +35,7 @@ class FreeBody:
 
 
 def free_bodies(description: RobotDescription) -> list[FreeBody]:
-    """Return the bodies on floating joints, in the order of the URDF.
+    """Return all links on floating joints as `FreeBody`, in the order of the URDF.
 
     Raises:
         InvalidDescriptionError: If a floating joint starts at a link that is not ``world``.
@@ -55,7 +55,7 @@ def free_bodies(description: RobotDescription) -> list[FreeBody]:
 
 
 def free_root(model: mujoco.MjModel, body: int) -> int:
-    """Return the free body that carries a body; 0 for the world.
+    """Return the index of the free body that carries a body; 0 (world) if none does.
 
     Args:
         model: The ``mujoco.MjModel``.
@@ -85,7 +85,7 @@ _Kind = mujoco.mjtGeom
 
 @dataclass(frozen=True)
 class FreeBase:
-    """Free root link of a robot.
+    """Free root link of a robot: its starting height, and how it touches the ground.
 
     Attributes:
         body: The link.
@@ -104,7 +104,7 @@ class FreeBase:
 
 
 class FixedBy(Enum):
-    """Reason why a root link is fixed to the world."""
+    """Reason why a robot's root link is fixed to the world."""
 
     NAME = "its name is 'world'"
     STATIC = "<static> asks"
@@ -114,7 +114,7 @@ class FixedBy(Enum):
 
 @dataclass(frozen=True)
 class FixedBase:
-    """Root link of a robot that is fixed in the world.
+    """Root link of a robot that is fixed in the world: link, reason and pose.
 
     Attributes:
         link: The link.
@@ -128,11 +128,11 @@ class FixedBase:
 
     @property
     def world_frame(self) -> str:
-        """Name of the frame fixed at the world's origin."""
+        """Name of the frame at the world's origin, in which the root link is fixed."""
         return self.link if self.pose is None else WORLD
 
     def place(self, spec: mujoco.MjSpec) -> None:
-        """Set the pose of the root link in a spec."""
+        """Set the pose of the fixed root link in a ``mujoco.MjSpec``."""
         if self.pose is not None:
             body = spec.body(self.link)
             body.pos, body.quat = np.array(self.pose.xyz), quaternion(self.pose)
@@ -149,16 +149,16 @@ def fixed_base(
     spec: mujoco.MjSpec,
     description: RobotDescription,
     *,
-    asked: bool | None,
+    is_fixed: bool | None,
     pose: Pose | None,
     start: Mapping[str, float],
 ) -> FixedBase | None:
-    """Return the fixed base of a robot; None if its root link is free.
+    """Return the fixed base of a robot; None if its root link moves freely (wheels, legs).
 
     Args:
         spec: The ``mujoco.MjSpec`` of the robot alone, its meshes found; it is not changed.
         description: The robot.
-        asked: Whether the user wants it fixed; None where he does not say.
+        is_fixed: Whether the user wants it fixed; None where he does not say.
         pose: Where the user wants the root link; None for nowhere in particular. One named
             ``world`` stays at the origin.
         start: Where the joints start, in rad or m, by name.
@@ -170,12 +170,12 @@ def fixed_base(
     if link == WORLD:
         return FixedBase(link, FixedBy.NAME)
     placed = pose if pose is not None and any((*pose.xyz, *pose.rpy)) else None
-    if asked:
+    if is_fixed:
         return FixedBase(link, FixedBy.ASKED, placed)
     static = description.gazebo.static
     if static:
         return FixedBase(link, FixedBy.STATIC, placed)
-    if asked is False or static is False or is_free_by_design(description):
+    if is_fixed is False or static is False or is_free_by_design(description):
         return None
     shapes = RobotShapes(spec, start)
     if locomotion_of(shapes, description):
@@ -188,7 +188,7 @@ def fixed_base(
 
 
 def free_base(spec: mujoco.MjSpec, description: RobotDescription) -> FreeBase:
-    """Add a free joint to a robot's root link.
+    """Add a free joint to a robot's root link; return it as a `FreeBase`.
 
     Args:
         spec: The ``mujoco.MjSpec`` of the robot, masses not yet repaired.
@@ -210,7 +210,7 @@ def place_base(
     pose: Pose | None,
     wheels: Iterable[str] = (),
 ) -> FreeBase:
-    """Set the initial pose of a free root link.
+    """Set the starting pose of a free root link, on the ground by default; return it placed.
 
     Args:
         spec: The ``mujoco.MjSpec`` to edit.
@@ -271,7 +271,7 @@ def _drags(model: Any, data: Any, root: int, wheels: Iterable[str]) -> bool:
 def supported_inertias(
     bare: mujoco.MjModel, base: FreeBase, positions: np.ndarray, joints: Iterable[str]
 ) -> dict[str, float]:
-    """Return the inertias that wheels' and legs' drives move while the robot stands on them.
+    """Return, by joint, the inertia of the robot that its wheels' and legs' drives move.
 
     The ground holds what touches it, so that the joint moves the robot instead: all its mass m, at
     the height h of the axis above the ground, as m h^2 (for sliding joints m).

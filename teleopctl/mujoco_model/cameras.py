@@ -48,7 +48,7 @@ PLUGIN_TOPIC_TAGS = frozenset(tag for _, tag in _OF_PLUGIN.values())
 
 
 def camera_topics(sensor: SensorTag, name: str, *, alone: bool) -> dict[str, str]:
-    """Return the topics of a camera.
+    """Return a camera's topic names by kind of data (image, depth, points, …).
 
     Args:
         sensor: What the description says.
@@ -115,7 +115,7 @@ _IN_ONE_PLACE_M = 0.001
 
 
 def optical_frame(sensor: SensorTag, description: RobotDescription) -> tuple[str, str]:
-    """Return the name of a camera's optical frame.
+    """Return a camera's optical frame, and a warning if the description names another one.
 
     Returns:
         The frame, and a sentence for the log if the description names another, else empty.
@@ -142,7 +142,7 @@ def optical_frame(sensor: SensorTag, description: RobotDescription) -> tuple[str
 
 
 def own_frame(link: str, name: str, description: RobotDescription) -> str:
-    """Return a default name for a camera's optical frame, after its link or the camera."""
+    """Return a free default name for a camera's optical frame, after its link or the camera."""
     return next(
         (f"{base}_optical" for base in (link, name) if f"{base}_optical" not in description.links),
         f"{link}_{name}_optical",
@@ -150,7 +150,7 @@ def own_frame(link: str, name: str, description: RobotDescription) -> str:
 
 
 def optical_rotation(pose: Pose) -> Quaternion:
-    """Return the optical frame's rotation in the camera's link, x y z w."""
+    """Return the rotation of the optical frame in the camera's link, as x, y, z, w."""
     return multiply(quaternion_from_rpy(*pose.rpy), OPTICAL_ROTATION)
 
 
@@ -202,7 +202,7 @@ _SENSOR_TO_MUJOCO = (0.5, 0.5, -0.5, -0.5)
 
 @dataclass(frozen=True)
 class CameraModel:
-    """Camera of a model.
+    """Simulated camera: link, image size, field of view, lens, optical frame and topics.
 
     Attributes:
         name: Its name, also of the MuJoCo camera.
@@ -249,7 +249,7 @@ class CameraModel:
     lens: Lens | None = None
 
     def sees(self, what: str) -> bool:
-        """Return whether the camera publishes a kind of topic; see ``topics``."""
+        """Return whether the camera publishes a kind of data, ``depth`` for example."""
         return what in self.topics
 
     @property
@@ -274,7 +274,7 @@ class CameraModel:
 
     @property
     def intrinsics(self) -> tuple[float, ...]:
-        """Return the intrinsic matrix K, row by row.
+        """Return the 3 by 3 intrinsic matrix K of ``camera_info``, row by row.
 
         Pixel (0, 0) is the centre of the upper left pixel, so the image centre lies half a
         pixel before width/2.
@@ -284,7 +284,7 @@ class CameraModel:
 
     @property
     def projection(self) -> tuple[float, ...]:
-        """Return the projection matrix P, row by row."""
+        """Return the 3 by 4 projection matrix P of ``camera_info``, row by row."""
         fx, fy, cx, cy = self._pinhole
         if self.rectified is not None:
             fx, fy, cx, cy, tx, ty = self.rectified
@@ -295,12 +295,12 @@ class CameraModel:
 
     @property
     def optical_rotation(self) -> Quaternion:
-        """Return the optical frame's rotation in the camera's link, x y z w."""
+        """Return the rotation of the optical frame in the camera's link, as x, y, z, w."""
         return optical_rotation(self.pose)
 
 
 def camera_models(description: RobotDescription) -> tuple[list[CameraModel], list[str]]:
-    """Return the cameras of a description.
+    """Return the cameras of a robot description, and warnings about names and frames.
 
     Returns:
         The cameras, each with a name of its own, and a warning for each that got another one, or
@@ -425,7 +425,7 @@ def _of_plugins(sensor: SensorTag, parameter: str) -> str:
 
 
 def add_camera(spec: mujoco.MjSpec, camera: CameraModel) -> None:
-    """Add a camera to a spec.
+    """Add a camera of the description to its link's body in a ``mujoco.MjSpec``.
 
     Args:
         spec: The ``mujoco.MjSpec``, which has the camera's link as a body.

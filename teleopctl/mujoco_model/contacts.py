@@ -36,7 +36,7 @@ _PLANE = mujoco.mjtGeom.mjGEOM_PLANE
 
 
 def set_friction_solver(spec: mujoco.MjSpec) -> None:
-    """Set the solver's options for firm friction grips.
+    """Set MuJoCo's contact solver options so that friction grips hold without slipping.
 
     Args:
         spec: The ``mujoco.MjSpec`` to edit.
@@ -48,7 +48,7 @@ def set_friction_solver(spec: mujoco.MjSpec) -> None:
 
 # Any stands for MuJoCo's shapes, whose class has no types.
 def set_friction(geom: Any, coefficient: float, usual: float) -> None:
-    """Set the friction coefficient of a shape.
+    """Set a shape's friction coefficient, with priority so that the smoother shape decides.
 
     Of two that touch the smoother one decides, as in Gazebo; MuJoCo would take the larger
     coefficient unless one shape has priority. Those that nobody gave any have 0.
@@ -85,7 +85,7 @@ def exclude_adjacent(spec: mujoco.MjSpec) -> None:
 
 
 def exclude_links(spec: mujoco.MjSpec, links: Iterable[str], robot: Sequence[str]) -> None:
-    """Exclude contacts between some links of a robot and all others.
+    """Exclude contacts between the given links and all other links of their robot.
 
     Args:
         spec: The ``mujoco.MjSpec`` to edit.
@@ -108,7 +108,7 @@ def _touches(body: Any) -> bool:
 
 @dataclass(frozen=True)
 class DirectedFriction:
-    """Direction-dependent friction of a link.
+    """Direction-dependent friction of a link: the direction, and the coefficient across.
 
     Attributes:
         link: The link.
@@ -126,7 +126,7 @@ class DirectedFriction:
 def directed_friction(
     description: RobotDescription,
 ) -> tuple[tuple[DirectedFriction, ...], list[str]]:
-    """Return the robot's direction-dependent friction, and a sentence per unknown frame."""
+    """Return each link's direction-dependent friction, and a warning per unknown frame."""
     found, told = [], []
     for link, physics in description.gazebo.links.items():
         across = physics.across
@@ -143,7 +143,7 @@ def directed_friction(
 
 @dataclass(frozen=True)
 class Overlap:
-    """Two links whose shapes overlap.
+    """Two links whose collision shapes overlap, with depth and relation of the links.
 
     Attributes:
         first: The one link.
@@ -164,7 +164,7 @@ class Overlap:
 def overlaps(
     model: mujoco.MjModel, positions: np.ndarray, leaders: Mapping[str, str]
 ) -> list[Overlap]:
-    """Return the pairs of links whose shapes overlap in a pose.
+    """Return the pairs of links whose collision shapes overlap in a pose, with their depths.
 
     Args:
         model: The compiled ``mujoco.MjModel``.

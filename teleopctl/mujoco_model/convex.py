@@ -65,12 +65,12 @@ Piece = tuple[npt.NDArray[np.float32], npt.NDArray[np.int32]]
 
 
 def can_decompose() -> bool:
-    """Return whether CoACD is installed."""
+    """Return whether CoACD, which cuts meshes into convex pieces, is installed."""
     return find_spec("coacd") is not None
 
 
 class Hull(NamedTuple):
-    """Comparison of a mesh with its convex hull.
+    """Comparison of a mesh with its convex hull: ratio of the volumes, and whether it is open.
 
     Attributes:
         ratio: Volume of the hull divided by that of the mesh; 1 if unknown.
@@ -82,7 +82,7 @@ class Hull(NamedTuple):
 
     @property
     def fault(self) -> str:
-        """Difference between the hull and the mesh, as the end of a sentence; empty for none."""
+        """Clause for a warning that the hull stands for the mesh, with why; empty if it fits."""
         if self.is_open:
             return "touches as its convex hull: it is not closed"
         if self.ratio <= _HOLLOW:
@@ -92,7 +92,7 @@ class Hull(NamedTuple):
 
 
 def measure_hull(path: Path) -> Hull:
-    """Return a mesh file's ratio of hull to mesh volume, and whether the mesh is open; cached."""
+    """Return the comparison of a mesh file with its convex hull, from the cache if there."""
     kept = _kept_at(path, ".volumes")
     try:
         ratio, is_open = kept.read_text("utf-8").split()
@@ -111,7 +111,7 @@ def needs_decomposition(path: Path) -> bool:
 
 
 def convex_pieces(path: Path) -> list[Piece]:
-    """Return the convex pieces of a mesh; empty if its hull is good enough or it is open."""
+    """Return a mesh's convex pieces, cut once and cached; none if its hull will do."""
     hull = measure_hull(path)
     if hull.is_open or hull.ratio <= _HOLLOW:
         return []
@@ -132,7 +132,7 @@ def convex_pieces(path: Path) -> list[Piece]:
 
 
 def surface_slabs(path: Path, scale: Sequence[float]) -> list[npt.NDArray[np.float64]]:
-    """Return the surface of a hollow mesh as convex slabs.
+    """Return a hollow mesh's surface as thin convex slabs, one per triangle; none if unfit.
 
     Args:
         path: The mesh file.
@@ -160,7 +160,7 @@ def surface_slabs(path: Path, scale: Sequence[float]) -> list[npt.NDArray[np.flo
 
 # Any stands for MuJoCo's elements, which have no types.
 def replace_collisions(spec: mujoco.MjSpec, mesh: Any, pieces: Sequence[Piece]) -> None:
-    """Replace the collision shape of a mesh by convex pieces; its visual shape stays.
+    """Replace the collision shape of a mesh by convex pieces; visual shapes stay.
 
     Args:
         spec: The ``mujoco.MjSpec`` to edit.
@@ -185,7 +185,7 @@ def replace_collisions(spec: mujoco.MjSpec, mesh: Any, pieces: Sequence[Piece]) 
 
 
 def collision_geoms(spec: mujoco.MjSpec, mesh: Any) -> list[Any]:
-    """Return the geoms of a model that use a mesh and take part in collisions."""
+    """Return the geoms of a spec that use a mesh and take part in collisions."""
     return [geom for geom in spec.geoms if geom.meshname == mesh.name and geom.contype]
 
 
@@ -288,7 +288,7 @@ _DONE = b"done\n"
 
 
 def decompose_files(files: Collection[Path]) -> None:
-    """Decompose hollow mesh files in parallel, and cache the pieces.
+    """Cut hollow mesh files into convex pieces, in parallel processes, into the cache.
 
     What cannot be cut so, because no process can be started or the folder cannot be written, is
     left to `convex_pieces`.

@@ -54,17 +54,17 @@ _NARROWEST = 1e-9
 
 
 def drive_name(joint: str) -> str:
-    """Return the name of a joint's position and velocity actuator."""
+    """Return the name of a joint's MuJoCo actuator for position and velocity."""
     return f"{joint}_drive"
 
 
 def motor_name(joint: str) -> str:
-    """Return the name of a joint's effort actuator."""
+    """Return the name of a joint's MuJoCo actuator for effort."""
     return f"{joint}_motor"
 
 
 def assumed_rotors_text(rotors: Mapping[str, float]) -> str:
-    """Return the sentence that lists the rotor inertias assumed for a robot.
+    """Return the warning that lists the rotor inertias assumed for a robot's joints.
 
     Args:
         rotors: By joint, in kg m² or kg.
@@ -135,7 +135,7 @@ def _limit(element: Any, limits: JointLimits) -> None:
 
 
 def finite_range(lower: float, upper: float) -> list[float]:
-    """Return a joint's range as MuJoCo accepts it: finite and not empty."""
+    """Return a joint's limits as MuJoCo accepts them: finite, and not an empty range."""
     lower, upper = max(lower, -_FAR), min(upper, _FAR)
     return [lower, upper if lower < upper else lower + _NARROWEST]
 
@@ -233,7 +233,7 @@ def _add_drive(spec: mujoco.MjSpec, joint: JointSpec, inertia: float) -> None:
 
 
 def compensated_bodies(model: mujoco.MjModel, unsupported_dofs: np.ndarray) -> np.ndarray:
-    """Return which bodies' weight the drives carry, as MuJoCo's ``body_gravcomp``.
+    """Return for each body, as ``body_gravcomp``, whether the drives carry its weight.
 
     A body is carried when every joint between it and the ground is held by a drive or follows
     one; a body that hangs on a passive joint, or on one that is commanded by effort, is not.
@@ -254,7 +254,7 @@ def compensated_bodies(model: mujoco.MjModel, unsupported_dofs: np.ndarray) -> n
 def gravity_efforts(
     model: mujoco.MjModel, data: mujoco.MjData, bodies: npt.NDArray[np.int_]
 ) -> npt.NDArray[np.float64]:
-    """Return the generalised forces that lift bodies against gravity: -J^T m g, summed.
+    """Return the joint efforts that hold the bodies' weight: -J^T m g, summed.
 
     Args:
         model: The ``mujoco.MjModel``.

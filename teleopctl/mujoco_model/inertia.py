@@ -38,19 +38,19 @@ _OF_A_ROD = 1e-5
 _ROUNDING = 1e-9
 
 
-def repair_inertias(spec: mujoco.MjSpec, but: Container[str] = ()) -> list[str]:
-    """Set valid masses and inertias of all moving links.
+def repair_inertias(spec: mujoco.MjSpec, exempt_links: Container[str] = ()) -> list[str]:
+    """Repair masses and inertias of all moving links but some; return a warning per link.
 
     Args:
         spec: The ``mujoco.MjSpec`` to repair, meshes already resolved.
-        but: The links whose mass is meant to be that of their shapes.
+        exempt_links: The links whose mass is meant to be that of their shapes.
 
     Returns:
         One warning per repaired link.
     """
     warnings: list[str] = []
     for body in spec.bodies:
-        if body.name == "world" or body.name in but:
+        if body.name == "world" or body.name in exempt_links:
             continue
         warning = _repair(body)
         if warning is not None:

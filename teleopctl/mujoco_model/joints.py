@@ -31,7 +31,7 @@ STIFF_SOLIMP = (0.99, 0.9999, 0.001, 0.5, 2.0)
 
 @dataclass(frozen=True)
 class JointSpec:
-    """Specification of a movable joint in the model.
+    """Movable joint of a model: limits, drive, mimic and starting position.
 
     Attributes:
         name: The joint's name.
@@ -59,7 +59,7 @@ class JointSpec:
 
     @property
     def has_drive(self) -> bool:
-        """Whether a drive of teleopctl moves the joint."""
+        """Whether a drive that teleopctl adds moves the joint."""
         return bool(self.command_interfaces) and not self.actuators
 
     @property
@@ -69,7 +69,7 @@ class JointSpec:
 
 
 def joint_specs(description: RobotDescription) -> tuple[list[JointSpec], list[str]]:
-    """Return the specifications of a description's joints, in the URDF's order.
+    """Return the movable joints of a description as `JointSpec`, in the URDF's order.
 
     Args:
         description: The robot.
@@ -163,7 +163,7 @@ def _names(interfaces: Iterable[InterfaceInfo]) -> tuple[str, ...]:
 
 
 def close_loops(spec: mujoco.MjSpec, loops: Iterable[Loop]) -> list[str]:
-    """Add the equality constraints of joints that close loops.
+    """Add the equality constraints for all joints that close kinematic loops.
 
     Args:
         spec: The ``mujoco.MjSpec`` to edit; its bodies have the links' names.
@@ -187,7 +187,7 @@ def close_loops(spec: mujoco.MjSpec, loops: Iterable[Loop]) -> list[str]:
 
 
 def close_loop(spec: mujoco.MjSpec, loop: Loop, child: str, parent: str) -> None:
-    """Add the equality constraints of one joint that closes a loop.
+    """Add the equality constraints for one joint that closes a kinematic loop.
 
     Args:
         spec: The ``mujoco.MjSpec`` to edit.

@@ -59,7 +59,7 @@ _SIDES = [0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3]
 
 
 def is_free_by_design(description: RobotDescription) -> bool:
-    """Return whether a robot has no joints, or plug-ins that move it as a whole.
+    """Return whether a robot has no joints at all, or plug-ins that move it as a whole.
 
     Raises:
         InvalidDescriptionError: A plug-in of the description is wrong.
@@ -75,7 +75,7 @@ def is_free_by_design(description: RobotDescription) -> bool:
 
 
 def locomotion_of(shapes: RobotShapes, description: RobotDescription) -> str:
-    """Return the wheels or legs of a robot; empty if its base must be fixed.
+    """Return what a robot moves on, ``wheels`` or ``legs`` …; empty if its base must be fixed.
 
     Args:
         shapes: Its shapes at the start.
@@ -91,7 +91,7 @@ def locomotion_of(shapes: RobotShapes, description: RobotDescription) -> str:
 
 
 class RobotShapes:
-    """Shapes of a robot at its start, in the root link's frame.
+    """Shapes of a robot in its starting pose, in the root link's frame.
 
     Args:
         spec: The ``mujoco.MjSpec`` of the robot alone, its root link fixed and its meshes found;
@@ -131,7 +131,7 @@ class RobotShapes:
         self.height = float(top) - self.ground
 
     def points(self, body: int) -> Iterator[Array]:
-        """Return the points of a body's collision or visual shapes, else its origin."""
+        """Yield the corners of a body's collision or visual shapes; its origin without shapes."""
         m, data = self.model, self.data
         first, count = int(m.body_geomadr[body]), int(m.body_geomnum[body])
         for geom in range(first, first + count):
@@ -143,7 +143,7 @@ class RobotShapes:
             yield data.xpos[body].reshape(1, 3)
 
     def below(self, body: int) -> list[int]:
-        """Return a body and all bodies below it."""
+        """Return a body and all its descendants in the kinematic tree."""
         found = [body]
         for later in range(body + 1, self.model.nbody):
             if self.model.body_parentid[later] in found:
@@ -151,7 +151,7 @@ class RobotShapes:
         return found
 
     def chain(self, body: int) -> list[int]:
-        """Return the moving bodies from the root link to a body, one per group of fixed links."""
+        """Return the moving bodies from the root link to a body, one per rigid group."""
         groups = list[int]()
         while group := int(self.model.body_weldid[body]):
             groups.insert(0, group)
@@ -160,12 +160,12 @@ class RobotShapes:
 
     @property
     def lowest_that_moves(self) -> float:
-        """Return the lowest point of the moving links."""
+        """Height of the lowest point of the moving links, in metres; infinite without any."""
         moving = (body for body in self.bodies if self.model.body_weldid[body])
         return min((float(self.lowest[body]) for body in moving), default=math.inf)
 
     def root_group(self) -> list[int]:
-        """Return the root link and the links fixed to it."""
+        """Return the bodies of the root link and of the links that are fixed to it."""
         return [body for body in self.bodies if self.model.body_weldid[body] == 0]
 
 

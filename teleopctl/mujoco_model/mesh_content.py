@@ -41,7 +41,7 @@ _EDITION = b"3"
 
 @dataclass(frozen=True)
 class MeshContent:
-    """Triangles and materials of a mesh file.
+    """Triangles and materials of a mesh file, as read or cached.
 
     Attributes:
         vertices: Corners, (n, 3), in metres.

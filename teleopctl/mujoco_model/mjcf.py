@@ -32,7 +32,7 @@ Values = Mapping[str, npt.NDArray[np.float64]]
 
 @dataclass(frozen=True)
 class MjcfStart:
-    """Initial state of an MJCF file, by names of joints and actuators.
+    """Starting state of an MJCF robot, by names of joints and actuators.
 
     Attributes:
         positions: Of joints, as MuJoCo's ``qpos``.
@@ -49,7 +49,7 @@ class MjcfStart:
     # Any stands for MuJoCo's types, which have no static ones.
     @classmethod
     def of(cls, model: Any, data: Any) -> MjcfStart:
-        """Return the state of a simulation."""
+        """Return the present state of a MuJoCo simulation, by names."""
         joints = [(model.joint(n).name, data.joint(n)) for n in range(model.njnt)]
         actuators = [model.actuator(n) for n in range(model.nu)]
         return cls(
@@ -64,7 +64,7 @@ class MjcfStart:
         )
 
     def without(self, joint: str) -> MjcfStart:
-        """Return the state without a joint."""
+        """Return the state with one joint left out."""
         return replace(
             self,
             positions={name: values for name, values in self.positions.items() if name != joint},
@@ -72,7 +72,7 @@ class MjcfStart:
         )
 
     def apply(self, model: Any, data: Any) -> None:
-        """Set a simulation to the state."""
+        """Set the joints and actuators of a MuJoCo simulation to the state."""
         for name, values in self.positions.items():
             data.joint(name).qpos[:] = values
         for name, values in self.velocities.items():
@@ -93,7 +93,7 @@ _FREE, _BALL = mujoco.mjtJoint.mjJNT_FREE, mujoco.mjtJoint.mjJNT_BALL
 
 @dataclass(frozen=True)
 class MjcfDraft:
-    """Spec of an MJCF robot in its world, before compilation."""
+    """Uncompiled ``mujoco.MjSpec`` of an MJCF robot in its world, with its parts."""
 
     # Any: a `mujoco.MjSpec`.
     spec: Any
@@ -117,7 +117,7 @@ def draft_mjcf(
     fixed_base: bool,
     spawn_pose: Pose | None,
 ) -> MjcfDraft:
-    """Return the spec of an MJCF robot in its world.
+    """Return the uncompiled spec of an MJCF robot in its world.
 
     Raises:
         InvalidDescriptionError: MuJoCo does not accept the file, or not with this world.

@@ -59,7 +59,7 @@ _TIMESTEP_S = 0.001
 
 @dataclass(frozen=True)
 class RobotModel:
-    """Compiled model of a robot and its world, with the meaning of its parts.
+    """Compiled MuJoCo model of a robot and its world: joints, cameras, objects, warnings.
 
     Attributes:
         name: The robot's name.
@@ -98,7 +98,7 @@ class RobotModel:
     keyframes: Mapping[str, MjcfStart] = field(default_factory=dict)
 
     def rotors(self) -> dict[str, float]:
-        """Assumed rotor inertias by joint, in kg m² or kg.
+        """Rotor inertias that were assumed, by joint, in kg m² or kg.
 
         They make drives physical that push more than their links weigh.
         """
@@ -115,12 +115,12 @@ class RobotModel:
 
     @property
     def timestep_ns(self) -> int:
-        """Longest suitable physics step, in nanoseconds."""
+        """Longest physics step that suits the model, in nanoseconds."""
         return round(float(self.mj_model.opt.timestep) * 1e9)
 
     # Any stands for MuJoCo's types, which have no static ones.
     def put_at_start(self, model: Any, data: Any, keyframe: str = "") -> None:
-        """Set a simulation to its initial state, or to a keyframe.
+        """Set simulation data to the model's starting state, or to a keyframe.
 
         Args:
             model: Its ``mujoco.MjModel``, which may be a copy.
@@ -134,7 +134,7 @@ class RobotModel:
             start.apply(model, data)
 
     def camera(self, name: str) -> CameraModel:
-        """Return the camera of a name; the first one for an empty name.
+        """Return the camera with a name, or the first camera if the name is empty.
 
         Raises:
             InvalidDescriptionError: If the robot has none of that name, or none at all.
@@ -311,7 +311,7 @@ def _draft(
     warnings = [*description.repairs, *resolve_meshes(spec, try_each=try_each_mesh)]
     warnings += drop_impossible_shapes(spec)
     start = {joint.name: joint.initial_position for joint in joints}
-    fixed = decide_base(spec, description, asked=fixed_base, pose=spawn_pose, start=start)
+    fixed = decide_base(spec, description, is_fixed=fixed_base, pose=spawn_pose, start=start)
     base = None
     if fixed is not None:
         fixed.place(spec)
@@ -356,7 +356,7 @@ def _draft(
 def initial_positions(
     model: mujoco.MjModel, joints: list[JointSpec] | tuple[JointSpec, ...]
 ) -> np.ndarray:
-    """Return MuJoCo's ``qpos`` with all joints at their initial positions."""
+    """Return a ``qpos`` array with all joints at their starting positions."""
     positions = np.array(model.qpos0)
     for joint in joints:
         positions[model.joint(joint.name).qposadr[0]] = joint.initial_position

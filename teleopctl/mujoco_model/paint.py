@@ -32,7 +32,7 @@ Rgba = tuple[float, float, float, float]
 
 @dataclass(frozen=True)
 class Part:
-    """Part of a mesh file with one material.
+    """Part of a mesh file with one material: triangles, colour and texture.
 
     Attributes:
         vertices: Corners, (n, 3), in metres.
@@ -66,7 +66,7 @@ class MeshTexture(NamedTuple):
 # Any stands for trimesh's results, whose types do not hold for every kind of file, and for
 # MuJoCo's elements, which have none.
 def parts_of(scene: Any, *, is_gltf: bool) -> list[Part]:
-    """Return the parts of a scene by material; none if it has no colours.
+    """Split a trimesh scene by material; return the parts, none if it has no colours.
 
     Args:
         scene: trimesh's scene, in metres.
@@ -83,14 +83,14 @@ def parts_of(scene: Any, *, is_gltf: bool) -> list[Part]:
 
 
 def visual_geoms(spec: mujoco.MjSpec, mesh: Any) -> list[Any]:
-    """Return the visual shapes of a mesh."""
+    """Return the geoms of a spec that draw a mesh without colliding."""
     return [geom for geom in spec.geoms if geom.meshname == mesh.name and not geom.contype]
 
 
 def replace_visuals(
     spec: mujoco.MjSpec, mesh: Any, parts: Sequence[Part], is_taken: Callable[[Any], bool]
 ) -> list[MeshTexture]:
-    """Draw the parts of a mesh in place of its visual shape, unless MuJoCo refuses one.
+    """Replace a mesh's visual shape by coloured parts; return their textures to add.
 
     Args:
         spec: The ``mujoco.MjSpec`` to edit.
@@ -128,7 +128,7 @@ def replace_visuals(
 
 
 def add_textures(spec: mujoco.MjSpec, pictures: Iterable[MeshTexture]) -> None:
-    """Add the textures of meshes, reduced if they are many."""
+    """Add meshes' textures to a spec, reduced in size if they are many."""
     added, side = list(pictures), _LARGEST_PICTURE
     while side > 1 and sum(picture.pixels.nbytes for picture in added) > _MOST_OF_PICTURES:
         side //= 2

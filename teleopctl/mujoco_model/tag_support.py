@@ -27,7 +27,7 @@ from teleopctl.robot import (
 
 
 class UnsupportedTag(NamedTuple):
-    """A tag without effect, with the sentence about it."""
+    """URDF or SDF tag without effect in simulation, with the warning about it."""
 
     tag: etree._Element
     where: str
@@ -37,12 +37,12 @@ class UnsupportedTag(NamedTuple):
 
 
 def words(text: str) -> frozenset[str]:
-    """Return the words of a text."""
+    """Return the set of words in a text."""
     return frozenset(text.split())
 
 
-def told_of(found: TagFinding, where: str) -> UnsupportedTag:
-    """Return the finding of a table as a `UnsupportedTag`.
+def unsupported_tag(found: TagFinding, where: str) -> UnsupportedTag:
+    """Return an `UnsupportedTag` for a table's finding about an element.
 
     Args:
         found: What is found.
@@ -86,7 +86,7 @@ _OF_CAMERA_PLUGINS = PLUGIN_TOPIC_TAGS | words(
 
 
 def tags_of_sensor(sensor: etree._Element, link: str) -> Iterator[UnsupportedTag]:
-    """Yield the tags of a sensor that have no effect.
+    """Yield the tags of a ``<sensor>`` that have no effect in simulation.
 
     Those of a stranger's kind are its own; a kind that nothing simulates is told as a whole.
 
@@ -99,7 +99,7 @@ def tags_of_sensor(sensor: etree._Element, link: str) -> Iterator[UnsupportedTag
         return
     for found in of_sensors(kind).findings(sensor):
         if not _is_off(found):
-            yield told_of(found, where)
+            yield unsupported_tag(found, where)
     said = {tag_value(tag) for tag in sensor} | {link, _number(sensor.findtext("update_rate"))}
     for plugin in sensor.iterfind("plugin"):
         yield from _of_plugin(plugin, kind, said)
@@ -129,7 +129,7 @@ def _of_plugin(plugin: etree._Element, sensor: str, said: set[str]) -> Iterator[
 
 
 def is_default_of_plugin(tag: etree._Element) -> bool:
-    """Return whether a tag of a plug-in only repeats its default."""
+    """Return whether a tag in a Gazebo plug-in only repeats the plug-in's default."""
     return is_default(tag, _DEFAULTS_OF_PLUGINS.get(str(tag.tag), ()))
 
 
@@ -167,7 +167,7 @@ _SERVED_PLUGINS = re.compile(
 
 
 def unsupported_tags(urdf: str) -> list[str]:
-    """Return a sentence for each kind of tag without effect in simulation.
+    """Return one warning per kind of tag that has no effect in simulation.
 
     Args:
         urdf: The expanded robot description, which is well formed.
@@ -176,7 +176,7 @@ def unsupported_tags(urdf: str) -> list[str]:
 
 
 def gazebo_only_tags(urdf: str) -> list[str]:
-    """Return a sentence about all tags that concern only Gazebo, if there are any.
+    """Return one sentence that lists all tags that concern only Gazebo; none if none.
 
     Args:
         urdf: See there.
@@ -257,7 +257,7 @@ def _of_gazebo(gazebo: etree._Element, where: str, tables: list[Table]) -> Itera
     ]
     for key, found in several[0].items():
         if all(key in others for others in several):
-            yield told_of(found, where)
+            yield unsupported_tag(found, where)
     for first, second in _FRICTIONS if OF_LINKS in tables else ():
         across, along = gazebo.find(second), gazebo.find(first)
         if across is None or (along is not None and _is_same(along, across)):

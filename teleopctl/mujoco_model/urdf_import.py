@@ -32,7 +32,7 @@ _SIZED = {
 
 
 def drop_impossible_shapes(spec: mujoco.MjSpec) -> list[str]:
-    """Remove shapes with invalid sizes.
+    """Remove shapes with invalid sizes from a spec; return a warning per link.
 
     Returns:
         One warning for each link that has some.
@@ -97,7 +97,7 @@ def import_urdf(urdf: str) -> mujoco.MjSpec:
 
 
 def apply_gazebo(spec: mujoco.MjSpec, description: RobotDescription) -> None:
-    """Apply the properties of ``<gazebo reference="…">`` to links and joints.
+    """Apply ``<gazebo reference="…">`` tags to a spec: colours, friction, springs.
 
     Links get colours, friction and surfaces, and some have no weight; joints get springs.
 
@@ -153,7 +153,7 @@ def _with_compiler_options(urdf: str) -> str:
 
 
 def show_bare_collisions(spec: mujoco.MjSpec) -> None:
-    """Make collision shapes visible for links without visual shapes."""
+    """Make collision shapes visible on links that have no visual shapes."""
     for body in spec.bodies:
         geoms = list(body.geoms)
         if all(geom.group == COLLISION_GROUP for geom in geoms):

@@ -26,7 +26,7 @@ _HEADLIGHT, _BESIDE_A_SUN = 0.35, 0.1
 
 
 def add_scene(spec: mujoco.MjSpec) -> None:
-    """Add ground, light and sky to a spec.
+    """Add ground, light and sky to a ``mujoco.MjSpec``.
 
     The ground has a body of its own, so that contacts between it and the robot's base can be
     told from those between two links of the robot.
@@ -59,13 +59,13 @@ def add_default_sun(spec: mujoco.MjSpec, *, lit: bool = False) -> None:
 
 
 def add_ground(spec: mujoco.MjSpec) -> None:
-    """Add the ground, unless there is one."""
+    """Add a ground plane to a spec, unless there is one."""
     if all(geom.type != mujoco.mjtGeom.mjGEOM_PLANE for geom in spec.geoms):
         _add_ground(spec, _free_name(GROUND_NAME, {body.name for body in spec.bodies}))
 
 
 def remove_ground(spec: mujoco.MjSpec) -> None:
-    """Remove the ground."""
+    """Remove the ground plane from a spec."""
     geom = spec.geom(_GROUND_GEOM)
     if geom is not None:
         spec.delete(geom.parent)
@@ -74,7 +74,7 @@ def remove_ground(spec: mujoco.MjSpec) -> None:
 
 
 def complete_scene(spec: mujoco.MjSpec) -> None:
-    """Add what a robot's own scene lacks: ground, light or sky.
+    """Add ground, light and sky to a robot's own MJCF scene where it lacks them.
 
     Args:
         spec: The ``mujoco.MjSpec`` to extend.

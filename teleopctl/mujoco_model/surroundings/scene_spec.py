@@ -60,7 +60,7 @@ _BASE_M = 0.1
 
 
 def scene_spec(scene: Scene, *, try_each: bool = False) -> tuple[mujoco.MjSpec, list[str]]:
-    """Return the ``mujoco.MjSpec`` of a scene.
+    """Convert a scene (SDF or YAML world) to a ``mujoco.MjSpec``; return warnings as well.
 
     Args:
         scene: What stands and lies in it.
@@ -103,7 +103,7 @@ class _Builder:
         self.weighed_by_shape: set[str] = set()
 
     def add_model(self, model: SceneModel) -> None:
-        """Add a model of the scene: one body if it is static, else one per link."""
+        """Add a model of the scene to the spec: one body if static, else one per link."""
         self._tell_left_out(model)
         if model.static:
             body = self.spec.worldbody.add_body(name=model.name)

@@ -19,7 +19,7 @@ _DOFS = np.array([6, 3, 1, 1])
 
 # Any, here and below: MuJoCo's models and data have no types.
 def copy_state(m: Any, d: Any, new_m: Any, new_d: Any) -> None:
-    """Copy the state of a model to another one, by names of joints, actuators and bodies.
+    """Copy the simulation state to a new model's data, by names of joints and bodies.
 
     Joints, actuators and bodies of the same name go on as they were, pushed as they were. So do
     those without a name, one after the other, of which only robots have some.

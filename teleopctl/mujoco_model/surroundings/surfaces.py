@@ -62,7 +62,7 @@ class _Contact(NamedTuple):
 
 # Any stands for MuJoCo's elements, here and below: their classes have no types.
 def store_surface(geom: Any, surface: Surface) -> None:
-    """Store bounce and friction of a shape in its user data, for `add_contact_pairs`."""
+    """Store a shape's bounce and friction in its user data, for `add_contact_pairs`."""
     geom.userdata = [_OURS, *surface.values]
 
 
@@ -119,7 +119,7 @@ def add_contact_pairs(spec: mujoco.MjSpec) -> list[str]:
 
 
 def set_timestep(model: mujoco.MjModel, timestep_s: float) -> None:
-    """Change a model's physics step, keeping the restitution of contacts.
+    """Set a model's physics step in seconds, keeping the restitution of contacts.
 
     Args:
         model: The ``mujoco.MjModel``.

@@ -38,7 +38,7 @@ _IN_THE_WORLD = ("geoms", "lights", "sites", "cameras")
 
 
 class NewObject:
-    """An object to be added to a model.
+    """Object to be spawned into a running model: its spec, name and pose.
 
     It moves freely unless its file makes it part of the world: by a root link named ``world``, or,
     for MuJoCo's scenes, by a body without a free joint. A file with several parts of which some
@@ -95,7 +95,7 @@ class NewObject:
         self.names, self.warnings = tuple(names), tuple(warnings)
 
     def add_to(self, spec: mujoco.MjSpec, prefix: str, frame: str) -> list[FreeBody]:
-        """Add the object to a robot's spec and return its free bodies; raise if its name is taken.
+        """Add the object to a robot's spec; return its freely moving bodies.
 
         Args:
             spec: The ``mujoco.MjSpec``.
@@ -122,7 +122,7 @@ class NewObject:
 
 
 def with_objects(model: RobotModel, coming: Sequence[NewObject]) -> RobotModel:
-    """Return a model with additional objects; many at once take little longer than one.
+    """Return a newly compiled model with spawned objects added.
 
     MuJoCo compiles the whole model anew, in a time that grows with the square of what moves
     freely: 0.5 s for a thousand.
@@ -159,7 +159,7 @@ def with_objects(model: RobotModel, coming: Sequence[NewObject]) -> RobotModel:
 
 
 def without_objects(model: RobotModel, names: Iterable[str]) -> RobotModel:
-    """Return a model without some objects.
+    """Return a newly compiled model with the named objects removed.
 
     Raises:
         NotFoundError: There is no thing of that name.
@@ -188,7 +188,7 @@ def without_objects(model: RobotModel, names: Iterable[str]) -> RobotModel:
 
 
 def with_world(model: RobotModel, world: World | None) -> RobotModel:
-    """Return a model in another world, without spawned objects.
+    """Return a newly compiled model with the world replaced; spawned objects go.
 
     What stands in the robot's own file stays.
 

@@ -42,7 +42,7 @@ _OF_ALL = ("option", "visual", "stat", "memory", "njmax", "nconmax", "nstack", "
 
 
 def add_world(spec: mujoco.MjSpec, world: World, frame: str) -> tuple[list[FreeBody], list[str]]:
-    """Add a world to a robot's spec.
+    """Add a world to a robot's spec; return its free bodies, and warnings.
 
     Args:
         spec: The ``mujoco.MjSpec`` of the robot.
@@ -67,7 +67,7 @@ def add_world(spec: mujoco.MjSpec, world: World, frame: str) -> tuple[list[FreeB
 
 
 def read_objects(world: World) -> tuple[mujoco.MjSpec, list[str]]:
-    """Return the ``mujoco.MjSpec`` of a world, and its warnings.
+    """Read a world's file; return its ``mujoco.MjSpec``, and warnings.
 
     Raises:
         InvalidDescriptionError: MuJoCo cannot simulate it.
@@ -93,7 +93,7 @@ def attach_objects(
     holder: mujoco.MjsBody | None = None,
     origin: tuple[np.ndarray, np.ndarray] | None = None,
 ) -> list[FreeBody]:
-    """Add the objects of a world to a robot's spec.
+    """Attach a world's spec to a robot's spec; return the freely moving bodies.
 
     Args:
         spec: The ``mujoco.MjSpec`` of the robot.
@@ -156,7 +156,7 @@ def _find_bodies(spec: mujoco.MjSpec, prefix: str, world: str) -> None:
 
 
 def world_geoms(model: mujoco.MjModel, bodies: Container[str] = ()) -> tuple[int, ...]:
-    """Return the indices of the world's shapes.
+    """Return the indices of the geoms that belong to the world, not to the robot.
 
     Args:
         model: The ``mujoco.MjModel``.
@@ -292,7 +292,7 @@ def _name_parts(things: mujoco.MjSpec) -> list[tuple[str, str]]:
 
 @dataclass(frozen=True)
 class WorldObject:
-    """An object of the world besides the robot.
+    """Object of the world besides the robot: top body, free joint, name prefix.
 
     Attributes:
         name: Its topmost body.
@@ -314,7 +314,7 @@ def objects_since(
     *,
     prefix: str = WORLD_PREFIX,
 ) -> tuple[WorldObject, ...]:
-    """Return the objects that were added to a spec since a list of its bodies was made.
+    """Return the objects added to a spec since its list of top bodies was taken.
 
     Args:
         before: The topmost bodies that it had before.
