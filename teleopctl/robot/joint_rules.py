@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 class Bounds(NamedTuple):
-    """``min`` and ``max`` of a command interface, None if missing, and their line."""
+    """``min`` and ``max`` of a ``<command_interface>``, None where missing, and their line."""
 
     low: float | None = None
     high: float | None = None
@@ -80,16 +80,16 @@ UNLIMITED = JointLimits()
 
 
 def clamped_command_text(
-    joint: str, interface: str, asked: float, given: float, limits: JointLimits, by: str
+    joint: str, interface: str, command: float, clamped: float, limits: JointLimits, by: str
 ) -> str:
-    """Return the log message about a command that was clamped to a joint's limits.
+    """Return the log warning that a joint's command was clamped to its limits.
 
     Args:
         joint: Name of the joint.
         interface: The command interface: ``position``, ``velocity``, ``effort`` or
             ``acceleration``.
-        asked: The command.
-        given: The clamped command.
+        command: The command.
+        clamped: The clamped command.
         limits: The joint's limits.
         by: Name of the limit that clamps it; the same names.
     """
@@ -100,13 +100,13 @@ def clamped_command_text(
     line = limits.lines.get(by, limits.line)
     written = f", line {line} of the robot description" if line else ""
     return (
-        f"Command of joint '{joint}' is outside its limits: {interface} {asked:g} is clamped to "
-        f"{given:g} ({rule}{written})"
+        f"Command of joint '{joint}' is outside its limits: {interface} {command:g} is clamped to "
+        f"{clamped:g} ({rule}{written})"
     )
 
 
 def rest_within(lower: float, upper: float) -> float:
-    """Return a joint's resting position: 0, or the middle (else the finite end) of its range."""
+    """Return the resting position in a joint's range: 0, or the middle (else the finite end)."""
     if lower <= 0.0 <= upper:
         return 0.0
     if math.isinf(lower) or math.isinf(upper):
@@ -224,7 +224,7 @@ def _smallest(*values: float | None) -> float:
 def mimic_in_control(
     joint: Joint, enabled: bool | None, parameters: Mapping[str, str], warnings: list[str]
 ) -> Mimic | None:
-    """Return a joint's mimic relation for control: the URDF's, else that of older parameters.
+    """Return a joint's mimic relation for ros2_control: the URDF's, or by its parameters.
 
     Args:
         joint: The joint of the URDF.
@@ -258,7 +258,7 @@ def mimic_in_control(
 def resolve_mimics(
     joints: Mapping[str, object], mimics: Mapping[str, Mimic]
 ) -> dict[str, tuple[Mimic, ...]]:
-    """Return the leaders of each mimic joint, up to the one that moves independently.
+    """Return each mimic joint's leaders, the nearest first; the last moves independently.
 
     Args:
         joints: All joints by name.

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class JointModel:
-    """A joint with one axis, its limits and the joints that it mimics.
+    """Robot joint with one axis: its limits, and the joints that it mimics.
 
     Attributes:
         joint: The joint in the URDF.
@@ -82,7 +82,7 @@ class Joints(Mapping[str, JointModel]):
 
     @classmethod
     def of(cls, description: RobotDescription) -> Joints:
-        """Return the joints with the limits and mimics of URDF and ``<ros2_control>``.
+        """Return a description's joints, with limits and mimics of URDF and ``<ros2_control>``.
 
         Raises:
             InvalidDescriptionError: When ``<ros2_control>`` is wrong.
@@ -97,7 +97,7 @@ class Joints(Mapping[str, JointModel]):
 
     @classmethod
     def for_display(cls, description: RobotDescription, warn: Callable[[str], object]) -> Joints:
-        """Return the joints for display: bad ``<ros2_control>`` only warns; ``<mimic>`` holds.
+        """Return a description's joints for display; a bad ``<ros2_control>`` only warns.
 
         They differ from `of` in two points: a faulty ``<ros2_control>`` is reported and ignored,
         and a ``<mimic>`` holds even where ``mimic="false"`` switches it off in control,
@@ -125,7 +125,7 @@ class Joints(Mapping[str, JointModel]):
         return {name: leaders[0] for name, leaders in self._followers}
 
     def with_mimics(self, mimics: Mapping[str, Mimic]) -> Joints:
-        """Return the joints with other mimic relations.
+        """Return a copy of the joints with the given mimic relations instead.
 
         Raises:
             InvalidDescriptionError: As `resolve_mimics` does.
@@ -134,7 +134,7 @@ class Joints(Mapping[str, JointModel]):
         return Joints(self._joints, limits, mimics)
 
     def positions(self, given: Mapping[str, float]) -> dict[str, float]:
-        """Return positions with those of mimic joints added.
+        """Return the given joint positions, completed with those of the mimic joints.
 
         Given positions stay, since they were measured. Any other mimic joint gets the position
         that its nearest leader with a position sets.

@@ -19,18 +19,18 @@ from teleopctl.tf import (
 
 @dataclass(frozen=True, slots=True)
 class Segment:
-    """A joint as transform from its parent link to its child link, by its position."""
+    """Joint as a transform from parent to child link that depends on the joint's position."""
 
     joint: Joint
     origin: Transform
 
     @classmethod
     def of(cls, joint: Joint) -> "Segment":
-        """Return the segment of a joint."""
+        """Return the segment that corresponds to a URDF joint."""
         return cls(joint, Transform(joint.origin.xyz, quaternion_from_rpy(*joint.origin.rpy)))
 
     def at(self, position: float) -> Transform:
-        """Return the pose of the child link in the parent link's frame.
+        """Return the child link's pose in the parent link's frame at a joint position.
 
         Args:
             position: Radians, or metres for prismatic joints.

@@ -39,7 +39,7 @@ def texture_paths(mesh: Path, name: str) -> list[Path]:
 
 
 class MeshFileResolver(Resolver):
-    """trimesh resolver for files that a mesh file names: materials, textures, buffers.
+    """trimesh resolver for the files that a mesh file names: materials, textures, buffers.
 
     Args:
         path: The mesh file.
@@ -53,7 +53,7 @@ class MeshFileResolver(Resolver):
         self.faults: dict[str, str] = {}
 
     def get(self, key: str) -> bytes:
-        """Return the content of a named file; called by trimesh.
+        """Return the content of a file that the mesh names; called by trimesh.
 
         Raises:
             FileNotFoundError: It cannot be read; trimesh then continues without it.
@@ -81,7 +81,7 @@ class MeshFileResolver(Resolver):
         return next((place for place in places if place.is_file()), places[0])
 
     def keys(self) -> list[str]:
-        """Return no names, since trimesh would choose a material among them."""
+        """Return no file names, since trimesh would choose a material among them."""
         return []
 
     def write(self, name: str, data: object) -> None:
@@ -89,12 +89,12 @@ class MeshFileResolver(Resolver):
         raise NotImplementedError(name, data)
 
     def namespaced(self, namespace: str) -> MeshFileResolver:
-        """Return the resolver for a subfolder."""
+        """Return the resolver for files in a subfolder; called by trimesh."""
         return MeshFileResolver(self._path.parent / namespace / self._path.name)
 
 
 def check_picture(content: bytes) -> None:
-    """Check a picture file by its header, before it is decoded.
+    """Check a texture's size by its file header, before it is decoded; raise if too large.
 
     Raises:
         ValueError: It is not a picture, or has too many pixels.

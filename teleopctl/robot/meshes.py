@@ -54,11 +54,11 @@ Faces = npt.NDArray[np.uint32]
 
 
 class InvalidMeshError(TeleopctlError):
-    """A mesh file is rejected. The message continues a sentence: "FILE holds no triangles"."""
+    """Error: a mesh file cannot be read, or is rejected."""
 
 
 class LoadedMesh(NamedTuple):
-    """Content of a mesh file, in metres.
+    """Content of a mesh file: trimesh scene, or an STL's triangles, in metres, and its faults.
 
     Attributes:
         scene: trimesh's scene, with materials; None for an STL file, which has none.
@@ -108,7 +108,7 @@ def read_mesh(path: Path, data: bytes | None = None) -> LoadedMesh:
 
 
 def check_mesh_file(path: Path, size: int | None = None) -> None:
-    """Check that a mesh file exists, is not too large and has a known suffix.
+    """Check that a mesh file exists, is not too large and has a known suffix; else raise.
 
     Args:
         path: The file.
@@ -315,7 +315,7 @@ def _check_gltf(raw: bytes) -> None:
 
 
 def cached_stl(vertices: npt.NDArray[np.float32], faces: npt.NDArray[np.int32]) -> Path:
-    """Write triangles to a binary STL file in the user's cache folder; return its path.
+    """Write triangles to a binary STL file in the user's cache folder; return the file's path.
 
     The file is named by a hash of its content. trimesh writes the same file, but its import takes
     ten times as long as reading a small MJCF file, whose meshes may all be converted so.

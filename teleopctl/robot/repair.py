@@ -34,7 +34,7 @@ _PARTS: dict[str, Callable[[XmlElement], object]] = {
 
 
 def repair_urdf(robot: XmlElement) -> list[str]:
-    """Repair a ``<robot>`` element in place, as leniently as urdfdom.
+    """Repair a ``<robot>`` element in place where urdfdom would accept it; return the repairs.
 
     Returns:
         One sentence for each kind of repair, with its lines.

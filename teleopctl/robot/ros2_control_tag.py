@@ -29,7 +29,7 @@ _DEFAULT_PRIORITY = 50
 
 @dataclass(frozen=True, slots=True)
 class InterfaceInfo:
-    """A command or state interface of a ``<ros2_control>`` tag.
+    """``<command_interface>`` or ``<state_interface>`` of a ``<ros2_control>`` tag.
 
     Attributes:
         name: Its name within the component, for example ``position``.
@@ -56,7 +56,7 @@ class InterfaceInfo:
 
 @dataclass(frozen=True, slots=True)
 class ComponentInfo:
-    """A joint, sensor or gpio of a ``<ros2_control>`` tag.
+    """``<joint>``, ``<sensor>`` or ``<gpio>`` of a ``<ros2_control>`` tag.
 
     Attributes:
         name: Its name.
@@ -79,13 +79,13 @@ class ComponentInfo:
 
     @property
     def mimic(self) -> Mimic | None:
-        """Mimic relation to the independent joint that the joint follows in the end."""
+        """Mimic relation to the independent joint at the end of the chain of leaders, or None."""
         return self.leaders[-1] if self.leaders else None
 
 
 @dataclass(frozen=True, slots=True)
 class TransmissionEnd:
-    """Joint or actuator of a transmission."""
+    """Joint or actuator of a ``<transmission>``, with its reduction and offset."""
 
     name: str
     role: str
@@ -96,7 +96,7 @@ class TransmissionEnd:
 
 @dataclass(frozen=True, slots=True)
 class TransmissionInfo:
-    """A ``<transmission>`` between actuators and joints."""
+    """``<transmission>`` of a ``<ros2_control>`` tag, between actuators and joints."""
 
     name: str
     type: str
@@ -107,7 +107,7 @@ class TransmissionInfo:
 
 @dataclass(frozen=True, slots=True)
 class HardwareInfo:
-    """A ``<ros2_control>`` tag.
+    """``<ros2_control>`` tag: hardware plug-in, parameters, joints, sensors and gpios.
 
     Attributes:
         name: The component's name.
@@ -141,7 +141,7 @@ class HardwareInfo:
 
 
 def read_components(robot: XmlElement, joints: Mapping[str, Joint]) -> tuple[HardwareInfo, ...]:
-    """Read every ``<ros2_control>`` of a ``<robot>``.
+    """Return the hardware of every ``<ros2_control>`` tag in a ``<robot>`` element.
 
     Args:
         robot: The root element.

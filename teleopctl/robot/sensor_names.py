@@ -20,13 +20,13 @@ _NO_TOPIC = "__default_topic__"
 
 
 def ros_topic(name: str) -> str:
-    """Return a Gazebo name as a valid ROS topic name."""
+    """Return a Gazebo topic name as a valid ROS topic name."""
     start = next((mark for mark in ("~/", "/") if name.startswith(mark)), "")
     return start + topic_name(name.removeprefix(start))
 
 
 class RosNames:
-    """ROS names of a sensor's topics and frames, by its plug-in's tags.
+    """ROS topics and frames of a Gazebo sensor, by its tags and its plug-in's.
 
     A name without a leading slash is below the namespace of whoever publishes it.
 
@@ -72,7 +72,7 @@ class RosNames:
         return "" if self._plugin is None else self._plugin.filename
 
     def setting(self, *paths: str) -> str:
-        """Return the first text of the plug-in at one of these paths."""
+        """Return the first text in the plug-in at one of some paths; empty for none."""
         texts = () if self._plugin is None else map(self._plugin.parameter, paths)
         return next(filter(None, texts), "")
 

@@ -35,7 +35,7 @@ _TRUE = ("true", "1")
 
 @dataclass(frozen=True, slots=True)
 class Lens:
-    """A projection r = c1 f fun(theta / c2 + c3) of a direction theta from the axis.
+    """Wide angle lens: r = c1 f fun(theta / c2 + c3) for the angle theta from the axis.
 
     r is 1 at the left and right edge of the image.
 
@@ -56,7 +56,7 @@ class Lens:
     cutoff: float
 
     def radius(self, theta: float) -> float:
-        """Return the image radius of a direction at an angle from the optical axis."""
+        """Return the distance from the image centre of a direction theta from the axis."""
         return self.c1 * self.f * _FUNCTIONS[self.fun][0](theta / self.c2 + self.c3)
 
     @property
@@ -66,7 +66,7 @@ class Lens:
 
 
 def read_lens(element: XmlElement | None, horizontal_fov: float, where: XmlElement) -> Lens | None:
-    """Read the ``<lens>`` of a wide angle camera.
+    """Return the lens of a wide angle camera's ``<lens>``; None if it is a pinhole all the same.
 
     Args:
         element: The tag; None for what SDF means then.
@@ -124,7 +124,7 @@ def _number(element: XmlElement | None, tag: str, usual: float) -> float:
 
 @dataclass(frozen=True, slots=True)
 class PluginTag:
-    """Gazebo plug-in with its parameters.
+    """``<plugin>`` of Gazebo, with file name and parameters.
 
     ``parameters`` maps the path of each element without children (``camera_name``,
     ``ros/remapping``) to the texts that stand there. ``line`` is where the tag stands in the
@@ -138,16 +138,16 @@ class PluginTag:
 
     @property
     def runs_controllers(self) -> bool:
-        """Whether the plug-in is ros2_control's, with a controller manager."""
+        """Whether the plug-in is ros2_control's, which runs a controller manager."""
         return "ros2_control" in self.filename
 
     def parameter(self, path: str, default: str = "") -> str:
-        """Return the first text at a path, or the default."""
+        """Return the plug-in parameter at a path as text, or the default."""
         return self.parameters.get(path, (default,))[0]
 
 
 def read_plugin(element: XmlElement) -> PluginTag:
-    """Read a ``<plugin>``."""
+    """Return a ``<plugin>`` element as a `PluginTag`."""
     parameters: dict[str, list[str]] = {}
 
     def collect(parent: XmlElement, prefix: str) -> None:
@@ -193,7 +193,7 @@ _MOST_PIXELS = 16_384
 
 @dataclass(frozen=True, slots=True)
 class CameraTag:
-    """Pinhole camera with the distortion model ``plumb_bob``.
+    """Content of a ``<camera>``: image, field of view, lens distortion (plumb_bob), limits.
 
     Its pixels are square, so that ``horizontal_fov`` and the size of the image decide all.
     ``intrinsics`` are fx, fy, cx, cy in pixels of ``<lens>``, or None; they win over the angles.
@@ -220,7 +220,7 @@ class CameraTag:
 
 @dataclass(frozen=True, slots=True)
 class ForceTorqueTag:
-    """Frame and direction in which a force-torque sensor measures.
+    """Content of a ``<force_torque>``: frame and direction of the measurement.
 
     ``frame`` is whose axes it has: ``child``, ``parent`` or ``sensor``; ``site`` is the sensor's
     with the torque about its own place, as MuJoCo has it, and not about the joint's.
@@ -234,7 +234,7 @@ class ForceTorqueTag:
 
 @dataclass(frozen=True, slots=True)
 class RaySweep:
-    """A lidar's rays in one plane: ``count`` from angle ``first`` to angle ``last``."""
+    """Lidar rays in one plane: ``count`` of them, from angle ``first`` to angle ``last``."""
 
     count: int = 1
     first: float = 0.0
@@ -242,13 +242,13 @@ class RaySweep:
 
     @property
     def step(self) -> float:
-        """The angle between two rays."""
+        """Angle between two neighbouring rays, in radians."""
         return (self.last - self.first) / (self.count - 1) if self.count > 1 else 0.0
 
 
 @dataclass(frozen=True, slots=True)
 class Rays:
-    """Ray angles and ranges of a lidar.
+    """Content of a ``<ray>`` or ``<lidar>``: angles and range limits of the rays.
 
     What is nearer than ``near`` is not seen, what is farther than ``far`` neither.
     """
@@ -261,7 +261,7 @@ class Rays:
 
 @dataclass(frozen=True, slots=True)
 class Noise:
-    """Gaussian noise with a constant and a drifting bias.
+    """Sensor noise: Gaussian, with a constant bias and a drifting one.
 
     The wandering bias is a Gauss-Markov process of deviation ``dynamic_bias_stddev`` and
     ``dynamic_bias_correlation_time`` in seconds. With a ``precision`` values are multiples of it.
@@ -278,7 +278,7 @@ class Noise:
 
 @dataclass(frozen=True, slots=True)
 class SensorTag:
-    """Sensor of a link, at ``pose`` in the link's frame.
+    """``<sensor>`` of a link: type, rate, topic, and its pose in the link's frame.
 
     A force-torque sensor may name a joint instead: ``link`` is the joint's child then. ``noise``
     has the path of the element that it stands in: ``imu/angular_velocity/x``, ``ray``. ``contact``
@@ -305,7 +305,7 @@ class SensorTag:
 
 
 def read_sensor(element: XmlElement, link: str) -> SensorTag:
-    """Read a ``<sensor>`` of a link.
+    """Return a link's ``<sensor>`` element as a `SensorTag`.
 
     Raises:
         InvalidDescriptionError: When a value is no number, or a camera has no image.
@@ -336,7 +336,7 @@ def read_sensor(element: XmlElement, link: str) -> SensorTag:
 
 
 def sensor_of_plugin(plugin: PluginTag, children: Mapping[str, str]) -> SensorTag | None:
-    """Return the sensor that a robot-wide plug-in stands for: Gazebo classic's force-torque.
+    """Return the sensor that Gazebo classic's robot-wide force-torque plug-in stands for.
 
     Args:
         plugin: The plug-in.
@@ -501,7 +501,7 @@ def _read_pose(element: XmlElement) -> Pose:
 def number_in(
     element: XmlElement | None, tag: str, default: Default, *, finite: bool = True
 ) -> float | Default:
-    """Return a child's number, from its text or its attribute ``value``.
+    """Return the number in a child element, from its text or its attribute ``value``.
 
     Args:
         element: The element, if there is one.

@@ -142,7 +142,7 @@ _STATES = ("position", "velocity")
 
 
 class SimulatedDescription(NamedTuple):
-    """A robot description with the simulator as hardware.
+    """URDF in which the simulator is the ros2_control hardware, with what was changed.
 
     Attributes:
         urdf: The description; the text as it was where nothing had to be changed.
@@ -155,7 +155,7 @@ class SimulatedDescription(NamedTuple):
 
 @lru_cache(maxsize=2)
 def simulated(urdf: str) -> SimulatedDescription:
-    """Return a robot description with the simulator as hardware.
+    """Return a URDF with the simulator as hardware of its ``<ros2_control>`` tags.
 
     Args:
         urdf: The expanded description.
@@ -178,7 +178,7 @@ def simulated(urdf: str) -> SimulatedDescription:
 
 
 def with_plugin_joints(urdf: str) -> str:
-    """Return a description with ``<ros2_control>`` joints for those that plug-ins move.
+    """Return a URDF with ``<ros2_control>`` joints added that Gazebo plug-ins move.
 
     Args:
         urdf: The expanded description; the same text comes back where nothing is missing.
@@ -232,7 +232,7 @@ def _plain_commands(systems: list[etree._Element]) -> list[str]:
 
 
 def usual_command(kind: str) -> str:
-    """Return the default command interface of a joint, by its URDF type."""
+    """Return the command interface that a joint gets by default, by its URDF type."""
     return "velocity" if kind == "continuous" else "position"
 
 

@@ -39,14 +39,14 @@ class Pose:
 
 @dataclass(frozen=True, slots=True)
 class Box:
-    """A box around the origin; ``size`` are its edges along x, y, z."""
+    """Box geometry around the origin; ``size`` holds its edges along x, y, z in metres."""
 
     size: Vector3
 
 
 @dataclass(frozen=True, slots=True)
 class Cylinder:
-    """A cylinder along z around the origin."""
+    """Cylinder geometry along z, centred at the origin."""
 
     radius: float
     length: float
@@ -54,7 +54,7 @@ class Cylinder:
 
 @dataclass(frozen=True, slots=True)
 class Capsule:
-    """A cylinder along z around the origin with half spheres on its ends."""
+    """Capsule geometry: a cylinder along z with half spheres on its ends."""
 
     radius: float
     length: float
@@ -62,14 +62,14 @@ class Capsule:
 
 @dataclass(frozen=True, slots=True)
 class Sphere:
-    """A sphere around the origin."""
+    """Sphere geometry, centred at the origin."""
 
     radius: float
 
 
 @dataclass(frozen=True, slots=True)
 class Mesh:
-    """A mesh file; ``uri`` is the text of the URDF, resolved by ``packages.resolve_uri``."""
+    """Mesh geometry; ``uri`` is the URDF's text, resolved by ``packages.resolve_uri``."""
 
     uri: str
     scale: Vector3 = (1.0, 1.0, 1.0)
@@ -80,7 +80,7 @@ Geometry = Box | Cylinder | Capsule | Sphere | Mesh
 
 @dataclass(frozen=True, slots=True)
 class Material:
-    """A colour (red, green, blue, alpha; 0 to 1) or a texture's URI, or both."""
+    """``<material>``: a colour (red, green, blue, alpha; 0 to 1) or a texture's URI, or both."""
 
     name: str = ""
     rgba: tuple[float, float, float, float] | None = None
@@ -89,7 +89,7 @@ class Material:
 
 @dataclass(frozen=True, slots=True)
 class Visual:
-    """Visual shape of a link."""
+    """``<visual>`` of a link: geometry, pose and material."""
 
     geometry: Geometry
     origin: Pose = Pose()
@@ -99,7 +99,7 @@ class Visual:
 
 @dataclass(frozen=True, slots=True)
 class Collision:
-    """Collision shape of a link."""
+    """``<collision>`` of a link: geometry and pose."""
 
     geometry: Geometry
     origin: Pose = Pose()
@@ -108,7 +108,7 @@ class Collision:
 
 @dataclass(frozen=True, slots=True)
 class Inertial:
-    """Mass, and inertia about the centre of mass in the axes of ``origin``, in kg m²."""
+    """``<inertial>``: mass, and inertia about the centre of mass in ``origin``'s axes, kg m²."""
 
     mass: float
     origin: Pose = Pose()
@@ -122,7 +122,7 @@ class Inertial:
 
 @dataclass(frozen=True, slots=True)
 class Link:
-    """A rigid body."""
+    """``<link>``: a rigid body with its visual and collision shapes and inertia."""
 
     name: str
     inertial: Inertial | None = None
@@ -132,7 +132,7 @@ class Link:
 
 @dataclass(frozen=True, slots=True)
 class Limit:
-    """Limits of a joint; ``lower`` and ``upper`` have no meaning for continuous joints.
+    """``<limit>`` of a joint; ``lower`` and ``upper`` have no meaning for continuous joints.
 
     ``line`` is where the tag stands; 0 where that is not known.
     """
@@ -325,7 +325,7 @@ def _read_origin(element: XmlElement) -> Pose:
 
 
 def read_inertial(element: XmlElement) -> Inertial:
-    """Read an ``<inertial>``.
+    """Return an ``<inertial>`` element of a URDF as an `Inertial`.
 
     Raises:
         InvalidDescriptionError: When it is incomplete or a value is none.
@@ -348,7 +348,7 @@ def read_inertial(element: XmlElement) -> Inertial:
 
 
 def read_visual(element: XmlElement, materials: dict[str, Material]) -> Visual:
-    """Read a ``<visual>``.
+    """Return a ``<visual>`` element of a URDF as a `Visual`.
 
     Args:
         element: The element.
@@ -370,7 +370,7 @@ def read_visual(element: XmlElement, materials: dict[str, Material]) -> Visual:
 
 
 def read_collision(element: XmlElement) -> Collision:
-    """Read a ``<collision>``.
+    """Return a ``<collision>`` element of a URDF as a `Collision`.
 
     Raises:
         InvalidDescriptionError: When its shape is none.

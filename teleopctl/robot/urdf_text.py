@@ -12,7 +12,7 @@ from teleopctl.tf import Transform, quaternion_from_axis_angle, rpy_from_quatern
 
 
 def transform(position: Sequence[float], quaternion: Sequence[float]) -> Transform:
-    """Return the transform of a position and a quaternion w x y z, MuJoCo's order."""
+    """Return the transform of a position and a MuJoCo quaternion (w x y z)."""
     x, y, z = (float(value) for value in position)
     w, i, j, k = (float(value) for value in quaternion)
     return Transform((x, y, z), (i, j, k, w))
@@ -32,14 +32,14 @@ def rotation_from_z(direction: Sequence[float]) -> Transform:
 
 
 def add_origin(element: etree._Element, place: Transform) -> None:
-    """Add an ``<origin>`` to an element, unless the transform is the identity."""
+    """Add an ``<origin>`` to a URDF element, unless the transform is the identity."""
     rpy = rpy_from_quaternion(place.rotation)
     if any(place.translation) or any(rpy):
         etree.SubElement(element, "origin", xyz=numbers(*place.translation), rpy=numbers(*rpy))
 
 
 def pose_text(place: Transform) -> str:
-    """Return a pose as text "x y z roll pitch yaw", as SDF has it."""
+    """Return a transform as SDF pose text: "x y z roll pitch yaw"."""
     return numbers(*place.translation, *rpy_from_quaternion(place.rotation))
 
 

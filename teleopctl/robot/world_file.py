@@ -38,7 +38,7 @@ _XACRO = b"http://www.ros.org/wiki/xacro"
 
 @dataclass(frozen=True)
 class World:
-    """A world file: objects, or a single model.
+    """World file that was read: a scene, or one model's description.
 
     Attributes:
         path: The file.
@@ -68,7 +68,7 @@ class World:
 
 
 def find_world(uri: str, folder: Path) -> Path:
-    """Return the file that Gazebo would find for a world's or model's name.
+    """Return the file that Gazebo would find for a world's or model's name or URI.
 
     Args:
         uri: A path, or a URI of one of the kinds that SDF files have.
@@ -95,7 +95,7 @@ def is_world(path: Path) -> bool:
 
 
 def read_world(path: Path) -> World:
-    """Read a world file.
+    """Read a world file, YAML or SDF; return it as a `World`.
 
     Args:
         path: YAML of ours by its name; URDF, xacro, SDF or MJCF, told apart by the root element.
@@ -126,7 +126,7 @@ def read_world(path: Path) -> World:
 
 
 def read_world_text(text: str, where: str) -> World:
-    """Read a world's text.
+    """Read a world's text, YAML or SDF; return it as a `World`.
 
     Args:
         text: URDF, SDF, MJCF or our YAML.

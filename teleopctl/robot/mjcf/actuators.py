@@ -32,7 +32,7 @@ _PLAIN_BIASES = frozenset(map(int, (mujoco.mjtBias.mjBIAS_NONE, mujoco.mjtBias.m
 
 @dataclass(frozen=True, slots=True)
 class JointActuator:
-    """Actuator of an MJCF file as command interface of one joint.
+    """MJCF actuator of one joint, as a ros2_control command interface.
 
     Its control (``ctrl``) is ``scale * command + offset``.
 
@@ -78,7 +78,7 @@ def equality_mimics(model: Any) -> dict[str, Mimic]:
 
 # Any: as above.
 def joint_actuators(model: Any) -> tuple[list[JointActuator], list[str]]:
-    """Return the actuators that can be command interfaces of joints.
+    """Return the MJCF actuators that can be command interfaces of joints.
 
     Returns:
         At most one actuator for each interface of a joint, and a sentence about each other one.

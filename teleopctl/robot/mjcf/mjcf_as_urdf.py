@@ -151,7 +151,7 @@ _NOWHERE = Transform()
 
 
 def mjcf_as_urdf(path: Path) -> ExpandedXacro:
-    """Return the URDF of an MJCF file, and the files that were read.
+    """Convert an MJCF file to URDF text; return the text, and the files that were read.
 
     Raises:
         InvalidDescriptionError: See `load_mjcf`.

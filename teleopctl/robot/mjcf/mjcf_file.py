@@ -51,12 +51,12 @@ class Mjcf:
         return WORLD
 
     def bodies(self) -> list[int]:
-        """Return the indices of the robot's bodies, parents before children."""
+        """Return the MuJoCo indices of the robot's bodies, parents before children."""
         m = self.model
         return [body for body in range(1, m.nbody) if int(m.body_rootid[body]) in self.tops]
 
     def place(self, body: int) -> tuple[str, Transform] | None:
-        """Return the link that a body is fixed to, and the body's pose in that link's frame.
+        """Return the URDF link that carries a body, and the body's pose in that link's frame.
 
         A body of the robot is a link itself; another one that cannot move is fixed to the world.
         None for a moving body that is not of the robot.
@@ -130,7 +130,7 @@ def sensor_type(kind: Any) -> str:
 
 
 def joints_of(model: Any, body: int) -> range:
-    """Return the indices of a MuJoCo body's joints."""
+    """Return the indices of the joints that move a MuJoCo body in its parent."""
     first = int(model.body_jntadr[body])
     return range(first, first + int(model.body_jntnum[body]))
 

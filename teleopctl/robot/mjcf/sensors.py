@@ -29,7 +29,7 @@ _COLOURS = int(mujoco.mjtCamOutBit.mjCAMOUT_RGB)
 
 
 def camera_tags(mjcf: Mjcf) -> tuple[list[etree._Element], list[str]]:
-    """Return the fixed perspective cameras of an MJCF file as ``<sensor>`` tags.
+    """Return the fixed perspective cameras of an MJCF file as URDF ``<sensor>`` tags.
 
     Returns:
         A ``<gazebo>`` with each camera, and a sentence for each one that is left out.
@@ -163,7 +163,7 @@ _Z_FORWARD = Transform(rotation=quaternion_from_rpy(0.0, -math.pi / 2.0, 0.0))
 
 
 def sensor_tags(mjcf: Mjcf) -> tuple[list[etree._Element], list[str]]:
-    """Return the cameras and sensors of an MJCF file as ``<sensor>`` tags.
+    """Return the cameras and sensors of an MJCF file as URDF ``<sensor>`` tags.
 
     Returns:
         URDF elements for them, with links for their frames, and a sentence for each sensor or

@@ -41,7 +41,7 @@ _MOST_USER_NUMBERS = 1_000_000
 
 
 def check_mjcf(path: Path) -> None:
-    """Check that the sizes in an MJCF file and its includes are within the limits.
+    """Check that the sizes in an MJCF file and its includes are within the limits; else raise.
 
     Other faults are left to MuJoCo.
 
@@ -52,7 +52,7 @@ def check_mjcf(path: Path) -> None:
 
 
 def check_mjcf_text(text: str, path: Path) -> None:
-    """Check MJCF text as `check_mjcf` checks a file.
+    """Check MJCF text as `check_mjcf` checks a file; raise if a size exceeds its limit.
 
     Args:
         text: The MJCF text; includes are relative to the current folder.
@@ -78,7 +78,7 @@ class _SizeCheck:
         self._attached: dict[str, float] = {}
 
     def check(self, path: Path) -> float:
-        """Check a file; return its number of elements, with all copies."""
+        """Check an MJCF file; return its number of elements, all replicated copies counted."""
         if path in self._seen:
             return 0.0  # MuJoCo includes no file twice
         self._seen.add(path)
@@ -89,7 +89,7 @@ class _SizeCheck:
         return 0.0 if root is None else self.check_root(root, path)
 
     def check_root(self, root: etree._Element, path: Path) -> float:
-        """Check a document; return its number of elements, with all copies."""
+        """Check an MJCF document; return its number of elements, all copies counted."""
         for model in root.iter("model"):
             if file := model.get("file"):
                 self._attached[model.get("name") or Path(file).stem] = self._included(file, path)

@@ -26,7 +26,7 @@ _HALF = 0.05
 
 @dataclass(frozen=True, slots=True)
 class Loop:
-    """A joint that closes a kinematic loop.
+    """Joint that closes a kinematic loop, which a URDF tree cannot hold.
 
     Attributes:
         name: Its name.
@@ -46,7 +46,7 @@ class Loop:
 
     @property
     def anchors(self) -> list[Vector3]:
-        """Return the points of the child that are fixed in the parent.
+        """Return the points of the child link that the joint holds fixed in the parent link.
 
         A hinge has two, on its axis; where the links are fixed to each other there is none.
         """
@@ -65,7 +65,7 @@ class Loop:
 def tree_and_loops(
     joints: Iterable[SceneJoint], bodies: Iterable[str]
 ) -> tuple[list[SceneJoint], list[SceneJoint]]:
-    """Divide the joints of a model into a tree and those that close loops in it.
+    """Divide a model's joints into a tree and the joints that close loops in the tree.
 
     Where there is a choice, balls are in loops rather than in the tree. A joint whose child is
     reached before its parent is turned around, and its coordinate stays what it was.
@@ -138,7 +138,7 @@ def loops_path(loop: Loop, joints: Mapping[str, tuple[str, str]]) -> list[str]:
 
 
 def loop_of(joint: SceneJoint, child: Transform) -> Loop | None:
-    """Return an SDF joint as a loop joint; None for prismatic ones, which cannot be.
+    """Return an SDF joint as a loop-closing joint; None for a prismatic one, which cannot be.
 
     Args:
         joint: The joint.
@@ -156,7 +156,7 @@ def loop_of(joint: SceneJoint, child: Transform) -> Loop | None:
 
 # Any, here and below: elements of lxml, whose class has no types.
 def add_loop(robot: Any, loop: Loop) -> None:
-    """Write a joint that closes a loop into a URDF, for `read_loops`."""
+    """Write a loop-closing joint into a URDF's ``<gazebo>`` element, for `read_loops`."""
     holder = etree.SubElement(robot, "gazebo")
     joint = etree.SubElement(holder, "joint", name=loop.name, type=loop.kind)
     etree.SubElement(joint, "parent").text = loop.parent
@@ -168,7 +168,7 @@ def add_loop(robot: Any, loop: Loop) -> None:
 
 
 def read_loops(gazebo: Any) -> list[Loop]:
-    """Read the loop joints in a ``<gazebo>`` element.
+    """Return the loop-closing joints that `add_loop` wrote into a ``<gazebo>`` element.
 
     Raises:
         InvalidDescriptionError: One has no name or links, a pose or an axis that is none, or a

@@ -25,7 +25,7 @@ WORLD = "world"
 
 @dataclass(frozen=True, slots=True)
 class SceneShape:
-    """Shape of a body.
+    """Visual or collision shape of a body in a world file.
 
     Attributes:
         kind: What it is.
@@ -59,7 +59,7 @@ class SceneShape:
 
 @dataclass(frozen=True, slots=True)
 class SceneSensor:
-    """Sensor of a body or a joint.
+    """Sensor of a body or a joint in a world file.
 
     Attributes:
         element: Its ``<sensor>``, whose own pose does not count.
@@ -73,7 +73,7 @@ class SceneSensor:
 
 @dataclass(frozen=True, slots=True)
 class SceneInertial:
-    """Mass and inertia.
+    """Mass and inertia of a body in a world file.
 
     Attributes:
         mass: In kilograms.
@@ -88,7 +88,7 @@ class SceneInertial:
 
 @dataclass(frozen=True)
 class SceneBody:
-    """Rigid body of a model.
+    """Rigid body of a model in a world file: shapes, inertia, sensors.
 
     Attributes:
         name: Its name in the model.
@@ -112,7 +112,7 @@ class SceneBody:
 
 @dataclass(frozen=True)
 class SceneJoint:
-    """Joint of a model.
+    """Joint between two bodies of a model in a world file.
 
     Attributes:
         name: Its name in the model.
@@ -157,7 +157,7 @@ class SceneJoint:
 
 @dataclass(frozen=True)
 class SceneModel:
-    """A model of a world: bodies and the joints between them.
+    """Model of a world file: its bodies, and the joints between the bodies.
 
     Attributes:
         name: Its name.
@@ -182,7 +182,7 @@ class SceneModel:
 
 @dataclass(frozen=True, slots=True)
 class SceneLight:
-    """Light of a world.
+    """Light of a world file: kind, colour, pose.
 
     Attributes:
         kind: What kind of one.
@@ -207,7 +207,7 @@ class SceneLight:
 
 @dataclass(frozen=True, slots=True)
 class ScenePose:
-    """A named pose, at which entities can be placed.
+    """Named pose in a world file, at which entities can be spawned.
 
     Attributes:
         name: Its name.

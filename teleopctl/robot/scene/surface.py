@@ -19,7 +19,7 @@ _RESTITUTION = "bounce/restitution_coefficient"
 
 @dataclass(frozen=True, slots=True)
 class Surface:
-    """Restitution and torsional and rolling friction of a shape.
+    """Contact properties of a shape: restitution, torsional and rolling friction.
 
     Attributes:
         restitution: Its part of the speed that is thrown back, from 0 to 1; that of two that touch
@@ -37,13 +37,13 @@ class Surface:
 
     @property
     def values(self) -> list[float]:
-        """Return the surface's numbers, in the order of the attributes."""
+        """Return the contact properties as numbers, in the order of the attributes."""
         return list(asdict(self).values())
 
 
 @dataclass(frozen=True, slots=True)
 class Across:
-    """Direction-dependent friction of a shape.
+    """Direction-dependent friction of a shape: direction, and the coefficient across.
 
     Attributes:
         coefficient: Its coefficient across the direction; along it, it has its usual one.
@@ -58,7 +58,7 @@ class Across:
 
 # Any, here and below: elements of lxml, whose class has no types.
 def expressed_in(element: Any) -> str:
-    """Return the ``expressed_in`` frame of a ``<fdir1>``; empty if there is none."""
+    """Return the frame of an SDF ``<fdir1>`` by its ``expressed_in``; empty without one."""
     for name, value in element.attrib.items():
         if name.rpartition("}")[2].rpartition(":")[2] == "expressed_in":
             return str(value)
@@ -66,7 +66,7 @@ def expressed_in(element: Any) -> str:
 
 
 def read_surface(number: Callable[[str, float], float]) -> Surface | None:
-    """Read a ``<surface>``; None if it has only defaults.
+    """Read an SDF ``<surface>`` element; return None if all values are defaults.
 
     Args:
         number: The number at a path below it, or the default.
@@ -84,7 +84,7 @@ def read_surface(number: Callable[[str, float], float]) -> Surface | None:
 
 
 def add_surface(holder: Any, surface: Surface) -> None:
-    """Write a ``<surface>`` into an element."""
+    """Write a ``<surface>`` element for a shape's contact properties into an element."""
     for path, value in (
         (_RESTITUTION, surface.restitution),
         (_TORSIONAL, surface.torsional),

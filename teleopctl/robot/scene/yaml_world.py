@@ -48,7 +48,7 @@ from teleopctl.tf import Transform, quaternion_from_rpy
 
 @dataclass(frozen=True)
 class YamlEntry:
-    """A value in a YAML file, with its place.
+    """Value in a world YAML file, with its key, file and line for error messages.
 
     Attributes:
         path: The file.
@@ -69,12 +69,12 @@ class YamlEntry:
         return f"is {shortened(repr(self.value))}"
 
     def refuse(self, words: str) -> InvalidDescriptionError:
-        """Return an error about this value."""
+        """Return an error about the value, which begins with its file and line."""
         line = self.node.start_mark.line + 1
         return InvalidDescriptionError(f"{self.path}:{line}: {self.name} {words}")
 
     def entries(self, known: Iterable[str] | None = None) -> dict[str, YamlEntry]:
-        """Return the entries of a mapping; raise for unknown keys.
+        """Return the entries of a mapping by key; raise for unknown keys.
 
         Raises:
             InvalidDescriptionError: It is no mapping, or has a key that is not known.
@@ -98,7 +98,7 @@ class YamlEntry:
         return found
 
     def items(self) -> list[YamlEntry]:
-        """Return the entries of a list.
+        """Return the entries of a list; raise if the value is no list.
 
         Raises:
             InvalidDescriptionError: It is none.
@@ -111,7 +111,7 @@ class YamlEntry:
         ]
 
     def text(self) -> str:
-        """Return the value as text.
+        """Return the value as text; raise if it is none.
 
         Raises:
             InvalidDescriptionError: It is none, or empty.
@@ -121,7 +121,7 @@ class YamlEntry:
         return self.value
 
     def flag(self) -> bool:
-        """Return the value as a truth value.
+        """Return the value as true or false; raise if it is neither.
 
         Raises:
             InvalidDescriptionError: It is neither.
@@ -131,7 +131,7 @@ class YamlEntry:
         return self.value
 
     def number(self, *, positive: bool = False) -> float:
-        """Return the value as a finite number.
+        """Return the value as a finite number; raise if it is none.
 
         Raises:
             InvalidDescriptionError: It is none, or not positive where it is to be.
@@ -144,7 +144,7 @@ class YamlEntry:
         return float(value)
 
     def numbers(self, *counts: int, positive: bool = False) -> tuple[float, ...]:
-        """Return the value as a list of finite numbers, of one of the given lengths.
+        """Return the value as a list of finite numbers, of one of the allowed lengths.
 
         Raises:
             InvalidDescriptionError: They are not as many, or no such numbers.
@@ -157,7 +157,7 @@ class YamlEntry:
 
 
 def read_entries(path: Path, text: str) -> YamlEntry:
-    """Parse YAML text; return its root value.
+    """Parse YAML text; return its root value as a `YamlEntry`.
 
     Raises:
         InvalidDescriptionError: It is none.
@@ -205,7 +205,7 @@ _Parts = list[SceneShape]
 
 
 def read_yaml_world(path: Path, text: str) -> Scene:
-    """Read a world in teleopctl's YAML format.
+    """Read a world in teleopctl's YAML format; return it as a `Scene`.
 
     Args:
         path: The file, beside which its meshes are.

@@ -29,7 +29,7 @@ _FUEL = re.compile(r"https?://[^/]*(?:fuel|app)\.(?:gazebosim|ignitionrobotics)\
 
 
 def find_file(uri: str, folder: Path) -> Path:
-    """Return the file or folder of a URI in an SDF file.
+    """Return the path that a URI in an SDF file names, by Gazebo's search paths; raise if none.
 
     Args:
         uri: What stands in the file.

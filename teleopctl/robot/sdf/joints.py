@@ -55,7 +55,7 @@ _ALONG = 0.999
 # Any, here and below: elements of lxml, whose class has no types.
 @dataclass
 class SdfJoints:
-    """Reader of the joints of an SDF model; one with two axes becomes two joints with a link.
+    """Reader of an SDF model's joints; a joint with two axes becomes two with a link between.
 
     Attributes:
         file: The file.
@@ -70,7 +70,7 @@ class SdfJoints:
     between: list[SceneBody] = field(default_factory=list)
 
     def read(self, element: Any, links: Container[str]) -> None:
-        """Read the joints of a ``<model>``, except gearboxes.
+        """Return the joints of a ``<model>`` element, except gearboxes.
 
         Args:
             element: The model.
@@ -252,7 +252,7 @@ def _along(
 
 
 def pose_in(file: SdfFile, element: Any, name: str, frames: SdfFrames) -> Transform:
-    """Return the pose of an element in the frame of the link or joint that holds it."""
+    """Return an element's ``<pose>`` in the frame of the link or joint that holds the element."""
     pose = element.find("pose")
     here, relative = file.pose(pose), relative_to(pose)
     if relative in ("", name):
@@ -261,7 +261,7 @@ def pose_in(file: SdfFile, element: Any, name: str, frames: SdfFrames) -> Transf
 
 
 def read_sensors(file: SdfFile, holder: Any, frames: SdfFrames) -> tuple[SceneSensor, ...]:
-    """Return the sensors of a link or a joint, with their poses."""
+    """Return the sensors of an SDF link or joint, with their poses."""
     name = holder.get("name") or ""
     return tuple(
         SceneSensor(sensor, pose_in(file, sensor, name, frames))
@@ -326,7 +326,7 @@ def _most(value: float) -> float:
 
 
 def in_outer_model(joint: SceneJoint, prefix: str, place: Transform) -> SceneJoint:
-    """Return a joint of a nested model as a joint of the outer model.
+    """Return a nested model's joint as a joint of the outer model, with prefixed names.
 
     Args:
         joint: The joint.

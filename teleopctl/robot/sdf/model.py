@@ -34,7 +34,7 @@ _NO_PLUGIN = "__default__"
 # Any, here and below: elements of lxml, whose class has no types.
 @dataclass
 class SdfReader:
-    """Reader of models in an SDF file and its includes.
+    """Reader of the models in an SDF file and in the files that it includes.
 
     Attributes:
         remarks: What was left out.
@@ -110,7 +110,7 @@ class SdfReader:
         pose: Transform | None = None,
         placement: str = "",
     ) -> SceneModel:
-        """Read a ``<model>`` with its nested models.
+        """Read a ``<model>`` element with its nested models; return it as a `SceneModel`.
 
         Args:
             file: The file.

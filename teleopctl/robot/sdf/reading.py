@@ -30,7 +30,7 @@ class _Placed(NamedTuple):
 
 @dataclass
 class SdfFrames:
-    """Frames of an SDF model or world, by name, and their poses in it.
+    """Frames of an SDF model or world by name, and their poses in the model or world.
 
     Attributes:
         file: The file.
@@ -44,7 +44,7 @@ class SdfFrames:
 
     # Any, here and below: elements of lxml.
     def add(self, name: str, element: Any, default: str = MODEL) -> None:
-        """Add the frame of an element with a ``<pose>``.
+        """Add the frame of an element (link, joint, frame …) with its ``<pose>``.
 
         Args:
             name: Name of the frame.
@@ -55,11 +55,11 @@ class SdfFrames:
         self.add_at(name, relative_to(pose) or default, self.file.pose(pose), element)
 
     def add_at(self, name: str, relative: str, pose: Transform, element: Any) -> None:
-        """Add a frame by its pose relative to another one."""
+        """Add a frame by its pose relative to another frame."""
         self._placed[name] = _Placed(relative, pose, element)
 
     def add_model(self, model: SceneModel, element: Any, prefix: str) -> None:
-        """Add the frames of a nested model.
+        """Add the frames of a nested model, with its name as prefix.
 
         Args:
             model: The model.
@@ -77,7 +77,7 @@ class SdfFrames:
         return iter(self._placed)
 
     def pose_of(self, name: str, element: Any) -> Transform:
-        """Return the pose of a frame in the model.
+        """Return a frame's pose in the model or world.
 
         Args:
             name: Name of the frame.
@@ -105,7 +105,7 @@ class SdfFrames:
         return place
 
     def link_of(self, name: str) -> str:
-        """Return the link that a frame is attached to."""
+        """Return the name of the link that a frame is attached to."""
         met = {name}
         while (name := self.attached.get(name, name)) not in met:
             met.add(name)
@@ -122,7 +122,7 @@ _UNSAID_VERSION = (1, 6)
 
 @dataclass
 class Remarks:
-    """Elements that were left out, with their files and lines.
+    """Record of the SDF elements that were left out, with their files and lines.
 
     Attributes:
         lines: The lines by file and words.
@@ -133,15 +133,15 @@ class Remarks:
     own: dict[Path, dict[str, list[int]]] = field(default_factory=dict)
 
     def add(self, path: Path, line: int, words: str) -> None:
-        """Record that an element is left out."""
+        """Record an element that is left out, with its file, line and the reason."""
         self.lines.setdefault((path, words), []).append(line)
 
     def add_own(self, path: Path, line: int, tag: str) -> None:
-        """Record an element that concerns only Gazebo."""
+        """Record an element that concerns only Gazebo, with its file and line."""
         self.own.setdefault(path, {}).setdefault(tag, []).append(line)
 
     def sentences(self) -> tuple[str, ...]:
-        """Return a sentence for each kind of element left out of each file."""
+        """Return the warnings: one per kind of element left out of each file."""
         told = [
             f"{path}:{lines_text(lines)}: {words}" for (path, words), lines in self.lines.items()
         ]
@@ -157,7 +157,7 @@ def _is_a_value(found: TagFinding) -> bool:
 # Any, here and below: elements of lxml, whose class has no types.
 @dataclass(frozen=True)
 class SdfFile:
-    """An SDF file being read, with its remarks.
+    """SDF file being read: typed access to its elements, and remarks on what is left out.
 
     Attributes:
         path: The file.
@@ -170,11 +170,11 @@ class SdfFile:
     remarks: Remarks
 
     def place(self, element: Any) -> str:
-        """Return "FILE:LINE" of an element, for messages."""
+        """Return "FILE:LINE" of an element, for error messages."""
         return f"{self.path}:{element.sourceline}"
 
     def leave_out(self, element: Any, words: str = "is left out") -> None:
-        """Record that an element is left out."""
+        """Record that an element of the file is left out, with the reason."""
         name = element.get("name")
         named = f" '{name}'" if name and element.tag not in ("visual", "collision") else ""
         self.remarks.add(
@@ -182,7 +182,7 @@ class SdfFile:
         )
 
     def check_tags(self, element: Any, table: Table, path: str = "") -> None:
-        """Record the attributes and children of an element that are unknown or have no effect.
+        """Record an element's attributes and children that are unknown or without effect.
 
         Args:
             element: The element.
@@ -199,7 +199,7 @@ class SdfFile:
                 self.leave_out(found.element)
 
     def numbers(self, element: Any, count: int) -> tuple[float, ...]:
-        """Return the numbers in an element.
+        """Return the numbers in an element's text; raise for another count.
 
         Raises:
             InvalidDescriptionError: They are not as many, or not finite.
@@ -215,7 +215,7 @@ class SdfFile:
         return values
 
     def number(self, parent: Any, path: str, default: float) -> float:
-        """Return the number in a child; the default if the child is missing."""
+        """Return the number in a child element; the default if the child is missing."""
         child = parent.find(path)
         if child is None:
             return default
@@ -227,7 +227,7 @@ class SdfFile:
         return self.numbers(child, 1)[0]
 
     def vector(self, parent: Any, path: str, default: Vector3) -> Vector3:
-        """Return the three numbers in a child; the default if the child is missing."""
+        """Return the three numbers in a child element; the default if the child is missing."""
         child = parent.find(path)
         if child is None:
             return default
@@ -235,12 +235,12 @@ class SdfFile:
         return x, y, z
 
     def flag(self, parent: Any, path: str, *, default: bool = False) -> bool:
-        """Return the truth value in a child; the default if the child is missing."""
+        """Return whether a child element says true; the default if the child is missing."""
         child = parent.find(path)
         return default if child is None else (child.text or "").strip().lower() in _TRUE
 
     def pose(self, element: Any | None) -> Transform:
-        """Return the pose in a ``<pose>``; the identity if it is missing or empty.
+        """Return a ``<pose>`` element as a transform; the identity if missing or empty.
 
         Raises:
             InvalidDescriptionError: It is none.
@@ -265,7 +265,7 @@ class SdfFile:
 
 
 def parse_sdf(path: Path, content: bytes, remarks: Remarks) -> tuple[Any, SdfFile]:
-    """Parse an SDF document; return its root element and its reader.
+    """Parse an SDF document; return its root element, and its `SdfFile`.
 
     Raises:
         InvalidDescriptionError: It is no XML, or no SDF.

@@ -46,7 +46,7 @@ _FAR = 1e6
 
 
 def sdf_as_urdf(path: Path) -> ExpandedXacro:
-    """Read an SDF file with one model as URDF.
+    """Convert an SDF file with one model to URDF text.
 
     Raises:
         InvalidDescriptionError: It cannot be read, or is no robot; the message names the file.

@@ -44,7 +44,7 @@ _SYSTEMS = (
 
 
 def read_sdf(path: Path) -> Scene:
-    """Read an SDF file.
+    """Read an SDF world or model file; return it as a `Scene`.
 
     Raises:
         InvalidDescriptionError: It cannot be read, is no SDF, or means nothing somewhere; the
@@ -56,7 +56,7 @@ def read_sdf(path: Path) -> Scene:
 
 
 def read_sdf_text(text: str, path: Path) -> Scene:
-    """Read SDF text.
+    """Read SDF text of a world or model; return it as a `Scene`.
 
     Args:
         text: SDF.

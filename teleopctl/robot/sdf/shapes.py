@@ -24,7 +24,7 @@ _OF_THREE = {"box": "size", "ellipsoid": "radii"}
 
 # Any, here and below: elements of lxml, whose class has no types.
 def read_shape(file: SdfFile, element: Any, pose: Transform) -> SceneShape | None:
-    """Read a ``<visual>`` or ``<collision>``; None if it is left out.
+    """Read a ``<visual>`` or ``<collision>`` as a `SceneShape`; None if it is left out.
 
     Args:
         file: The file.
@@ -99,7 +99,7 @@ def _surface(file: SdfFile, collision: Any) -> Surface | None:
 
 
 def read_inertial(file: SdfFile, link: Any, place: Transform) -> SceneInertial | None:
-    """Read the ``<inertial>`` of a link; None if it is to be computed.
+    """Read the ``<inertial>`` of an SDF link; None if it is to be computed from the shapes.
 
     A link that says nothing has what SDF says: 1 kg, and moments of 1 kg m².
 

@@ -149,7 +149,7 @@ def _noise(path: str) -> str:
 
 @cache
 def of_sensors(kind: str) -> Table:
-    """Return the table of a sensor type's tags.
+    """Return the table of the tags that a sensor type may have.
 
     Args:
         kind: Its type; one that ends with ``camera`` has the tags of all cameras.

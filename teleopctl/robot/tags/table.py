@@ -44,7 +44,7 @@ _MOST_LINES = 5
 
 
 class TagEntry(NamedTuple):
-    """A known tag or attribute of a `Table`.
+    """Known tag or attribute of a format: support, default, and why it has no effect.
 
     Attributes:
         fate: Whether it is supported.
@@ -230,7 +230,7 @@ def gazebo_only_text(tags: Mapping[str, list[int]]) -> str:
 
 
 def lines_text(lines: list[int], most: int = _MOST_LINES) -> str:
-    """Return line numbers as text, at most some of them: "3, 7 and 2 more lines"."""
+    """Return line numbers as text, at most ``most`` of them: "3, 7 and 2 more lines"."""
     different = sorted({*lines})
     listed = ", ".join(map(str, different[:most]))
     more = len(different) - most

@@ -66,7 +66,7 @@ URDF = Table(f"""
 
 
 def unknown_tags(urdf: str) -> list[str]:
-    """Return a sentence for each kind of unknown tag or attribute, with its lines.
+    """Return a warning for each kind of tag or attribute that URDF does not know.
 
     Args:
         urdf: The expanded robot description, which is well formed.
@@ -82,7 +82,7 @@ def unknown_tags(urdf: str) -> list[str]:
 
 
 def in_lines(lines: Mapping[str, list[int]]) -> list[str]:
-    """Return sentences with the lines that each is about.
+    """Return warnings, each completed with the lines that it is about.
 
     Args:
         lines: By sentence.

@@ -150,7 +150,7 @@ def read_xacro(
 
 
 def over_budget(path: Path, error: Exception) -> TeleopctlError | None:
-    """Return a line about an expansion that exceeded its limits.
+    """Return the error line about a xacro expansion that exceeded its limits.
 
     Args:
         path: The file that was expanded.
@@ -170,7 +170,7 @@ def is_safe(env: Mapping[str, str] = os.environ) -> bool:
 
 @contextlib.contextmanager
 def bounded_xacro(*, safe: bool | None = None) -> Iterator[ModuleType]:
-    """Yield the ``xacro`` package with teleopctl's ``$(find …)`` and limits, for one file.
+    """Yield the ``xacro`` package with ``$(find …)`` and limits of teleopctl, for one file.
 
     Args:
         safe: As for `expand_xacro`.

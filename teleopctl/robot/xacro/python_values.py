@@ -52,7 +52,7 @@ _OPERATORS: dict[type[ast.operator], str] = {
 
 # Any, here and below: whatever values a file has.
 class BoundedPython:
-    """Evaluates Python expressions of xacro files, within limits."""
+    """Evaluator of the Python expressions in xacro files, with limits on size and time."""
 
     def __init__(self) -> None:
         self._operations = 0
@@ -74,7 +74,7 @@ class BoundedPython:
         self._builtins = {**known, "pow": self._pow, **self._guards}
 
     def safe_eval(self, text: str, names: dict[str, Any], local: Any = None) -> Any:
-        """Evaluate the expression of ``${…}``, in place of xacro's function of this name.
+        """Return the value of the expression in a ``${…}``; replaces xacro's ``safe_eval``.
 
         Raises:
             BudgetError: It takes too long, or becomes too large.
@@ -83,7 +83,7 @@ class BoundedPython:
         return self._evaluate(_compiled(text.strip(), inner=False), names, local)
 
     def eval(self, text: str, names: dict[str, Any], local: Any = None) -> Any:
-        """Evaluate the expression of ``$(eval …)``, in place of Python's ``eval``.
+        """Return the value of the expression in a ``$(eval …)``; replaces Python's ``eval``.
 
         Raises:
             BudgetError: It takes too long, or becomes too large.
