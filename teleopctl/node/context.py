@@ -324,7 +324,7 @@ class Context:
         return self.domain_id
 
     def shutdown(self) -> None:
-        """Shut the context down: wake all waiting threads, then close the Zenoh session.
+        """Wake waiting threads and close the Zenoh session; raise RuntimeError if not initialized.
 
         Raises:
             RuntimeError: It was not initialized, or was shut down already.

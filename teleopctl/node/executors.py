@@ -263,7 +263,7 @@ class Executor:
     def spin_once_until_future_complete(
         self, future: Future[ResultT], timeout_sec: float | None = None
     ) -> None:
-        """Run one callback; return early when a future is done or the timeout expires."""
+        """Wait for one callback and run it; return when a future is done or the timeout expires."""
         with self._spin_guard.until(future, self.wake):
             self._spin_once(_deadline(timeout_sec), future)
         self._raise_if_ended_by_signal()

@@ -22,7 +22,7 @@ _WAIT_FOR_ONE_S = 2.0
 
 
 def raw_message_class(type_name: str, version: str) -> type[Any]:  # Any: stands for any type
-    """Return a message class that only names a type and its hash, for raw subscriptions.
+    """Return a message class with a type's name and hash but no fields, for raw subscriptions.
 
     Args:
         type_name: Full name of the type.
@@ -32,7 +32,7 @@ def raw_message_class(type_name: str, version: str) -> type[Any]:  # Any: stands
 
 
 def qos_for_publishers(offers: Sequence[EndpointQos], depth: int) -> QoSProfile:
-    """Return the QoS profile that receives the most from a topic's publishers.
+    """Return the strictest QoS profile that all of a topic's publishers offer, with a depth.
 
     Reliable if all publishers are, transient local if all are; reliable and volatile without any.
     """
@@ -114,7 +114,7 @@ def request_type_description(
     version: str,
     longest_s: float = _WAIT_FOR_ONE_S,
 ) -> TypeDescription | None:
-    """Request the description of a type from a node, and wait; None if the node has none.
+    """Request a type's description from a node, wait, and return it; None if the node has none.
 
     Args:
         node: The node that sends the request; it needs no executor.

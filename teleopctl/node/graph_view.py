@@ -182,7 +182,7 @@ class GraphView(abc.ABC):
         return self._of_node(EntityKind.SC, node_name, node_namespace)
 
     def endpoints_of(self, node_name: str, node_namespace: str) -> list[EndpointToken]:
-        """Return the tokens of all endpoints of the nodes with a name and namespace (ours).
+        """Return the liveliness tokens of a node's endpoints; raise if no such node exists (ours).
 
         Raises:
             NodeNameNonExistentError: There is no such node.

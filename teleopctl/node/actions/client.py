@@ -63,7 +63,7 @@ class FeedbackCallbacks(Generic[FeedbackT]):
     def remove(
         self, key: bytes, queued: int = 0, on_removed: Callable[[], object] = lambda: None
     ) -> None:
-        """Unregister a goal's callback once the feedback queued by now was handled.
+        """Unregister a goal's callback once the ``queued`` pending feedback messages were handled.
 
         Args:
             key: Id of the goal, see `goal_key`.
@@ -78,7 +78,7 @@ class FeedbackCallbacks(Generic[FeedbackT]):
         on_removed()
 
     def dispatch(self, message: FeedbackMessage[FeedbackT] | None) -> object:
-        """Call the callback of the message's goal; None stands for an unreadable message.
+        """Call the feedback callback of the message's goal, if any, and return its return value.
 
         Returns:
             The callback's return value, which may be a coroutine; None without a callback.
@@ -308,7 +308,7 @@ class ActionClient(Generic[GoalT, ResultT, FeedbackT]):
         return self._is_served(self._node.graph())
 
     def wait_for_server(self, timeout_sec: float | None = None) -> bool:
-        """Block until an action server is in the graph or the timeout, in seconds, expires.
+        """Block until a server of the action is in the graph; return False on timeout or shutdown.
 
         Returns:
             False when the time ran out or the context was shut down.
@@ -423,7 +423,7 @@ class ActionClient(Generic[GoalT, ResultT, FeedbackT]):
     def request_result(
         self, goal_id: UUID, *, immediate: bool = False
     ) -> ResponseFuture[ResultResponse[ResultT]]:
-        """Send a request for the result of any client's goal; return a future of it (ours).
+        """Request the result of a goal of any client; return a future of the response (ours).
 
         Args:
             goal_id: Its id.

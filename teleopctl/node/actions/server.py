@@ -155,7 +155,7 @@ OutcomeT = TypeVar("OutcomeT")
 
 
 class ExecutionQueue:
-    """Queue of coroutines of goals, which the node's executor runs once the node has one.
+    """Queue of goals' execution coroutines, which wait until the node's executor starts them.
 
     So they also begin where a program spins its node now and then, and starts a goal in between.
     """
@@ -190,7 +190,7 @@ class ExecutionQueue:
 async def call_and_await(
     callback: Callable[..., OutcomeT | Awaitable[OutcomeT]], *args: object
 ) -> OutcomeT:
-    """Call a function or coroutine function with arguments; return its awaited result."""
+    """Call a plain or coroutine function with ``args``; await if needed, and return the result."""
     outcome = callback(*args)
     if hasattr(outcome, "__await__"):
         return await cast("Awaitable[OutcomeT]", outcome)
@@ -473,7 +473,7 @@ class ActionServer(Generic[GoalT, ResultT, FeedbackT]):
     # -- the end of goals ------------------------------------------------------------------------
 
     def notify_goal_done(self) -> None:
-        """Start the timer that drops results of ended goals; no effect while the timer runs."""
+        """Start the timer that drops ended goals after the result timeout, unless it is running."""
         with self.lock:
             if self._expiry.is_canceled() and self._timeout_ns >= 0:
                 self._expiry.restart(self._timeout_ns)

@@ -53,7 +53,7 @@ class GoalServer(Protocol[GoalT, ResultT, FeedbackT]):
         """Schedule a callback that executes a goal; the server's execute callback if None."""
 
     def notify_goal_done(self) -> None:
-        """Start the timer that drops the results of ended goals."""
+        """Start the timer that drops ended goals and their results after the result timeout."""
 
     def now_ns(self) -> int:
         """Return the time of the server's clock in nanoseconds."""
@@ -207,7 +207,7 @@ class ServerGoalHandle(Generic[GoalT, ResultT, FeedbackT]):
         return True
 
     def finish(self, result: ResultT | None) -> None:
-        """Send the result to all clients that requested it; later calls have no effect (ours)."""
+        """Send the result to all clients that requested one; later calls do nothing (ours)."""
         if self._response.ended():
             return
         response = self._server.action_type.Impl.GetResultService.Response()
@@ -218,7 +218,7 @@ class ServerGoalHandle(Generic[GoalT, ResultT, FeedbackT]):
 
     # Any: the response of whatever action it is.
     def when_finished(self, reply: Callable[[Any], None]) -> None:
-        """Call ``reply`` with the goal's result response, once the goal has ended (ours)."""
+        """Register a function to be called with the result response when the goal ends (ours)."""
 
         def answer(response: Future[ResultResponse[ResultT]]) -> None:
             if not response.cancelled():

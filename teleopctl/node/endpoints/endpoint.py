@@ -23,7 +23,7 @@ LARGE_MESSAGE = 256 * 1024
 
 
 def keep_memory_for_large_messages() -> None:
-    """Make the allocator keep freed memory; called once a large message was met."""
+    """Make the allocator keep freed memory; called when a large message is sent or received."""
     # Imported here because hardly any command meets one.
     from teleopctl.base.kept_memory import keep_freed_memory
 

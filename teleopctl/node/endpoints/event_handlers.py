@@ -182,7 +182,7 @@ _OTHER_SIDE = {EntityKind.MP: EntityKind.MS, EntityKind.MS: EntityKind.MP}
 
 
 class GraphHandler(EventHandler):
-    """Base of event handlers that follow the opposite endpoints of a topic in the graph.
+    """Base of event handlers that check a topic's opposite endpoints at each graph change.
 
     Args:
         endpoint: A publisher or subscription, whose opposite endpoints are followed.
@@ -221,7 +221,7 @@ class GraphHandler(EventHandler):
         """Handle endpoints that were added or removed, under the lock."""
 
     def close(self) -> None:
-        """Stop following the graph."""
+        """Unregister the handler's callback for graph changes."""
         self.node.context.forget_on_graph_change(self._refresh)
 
 

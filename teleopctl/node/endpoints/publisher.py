@@ -124,7 +124,7 @@ class Publisher(Endpoint, Generic[MessageT]):
         return self.name
 
     def publish(self, msg: MessageT | bytes | bytearray) -> None:
-        """Publish a message.
+        """Publish a message, or its CDR bytes; raise TypeError for a message of another type.
 
         Args:
             msg: A message of the publisher's type, or its CDR bytes.

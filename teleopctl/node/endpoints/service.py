@@ -227,7 +227,7 @@ async def _reply_later(reply: Callable[[ResponseT], None], answer: Awaitable[Res
 
 
 class DeferringService(Service[RequestT, ResponseT]):
-    """Service server whose callback sends the response by a function, at once or later.
+    """Service server whose callback gets a ``reply`` function to send the response now or later.
 
     A request whose ``reply`` is garbage-collected unused ends the wait of its client. For the
     services of actions, which continue after the response, or respond late.

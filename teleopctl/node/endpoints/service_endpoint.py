@@ -65,7 +65,7 @@ class ServiceEndpoint(Endpoint):
         service_event_qos_profile: QoSProfile,
         introspection_state: ServiceIntrospectionState,
     ) -> None:
-        """Set what is published of each call on the topic ``SERVICE/_service_event``.
+        """Set level, clock and QoS of the service's events on the topic ``SERVICE/_service_event``.
 
         Args:
             clock: Stamps the events.

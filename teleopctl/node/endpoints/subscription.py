@@ -133,7 +133,7 @@ class Subscription(Endpoint, QueuingEntity, Generic[MessageT]):
     def set_measurement(
         self, on_message: Callable[[int | None], None], on_destroy: Callable[[], object]
     ) -> None:
-        """Set a function to be called with the source time of each message taken (ours).
+        """Set functions to call with each taken message's source time, and on destruction (ours).
 
         Args:
             on_message: Receives the source time in nanoseconds since the epoch, None if unknown.

@@ -239,7 +239,7 @@ class Rate:
         timer.callback = self._tick.set
 
     def sleep(self) -> None:
-        """Block until the next period of the rate begins.
+        """Block until the next period of the rate begins; raise ROSInterruptException on shutdown.
 
         Raises:
             ROSInterruptException: The context was shut down, or the rate was destroyed.

@@ -95,7 +95,7 @@ class TopicStatistics:
         self._window_start_ns = time.time_ns()
 
     def on_message(self, source_ns: int | None) -> None:
-        """Add the age and the period of a message, given its source time.
+        """Add a received message's age, by its source time, and period to the window's statistics.
 
         Args:
             source_ns: When it was sent, in nanoseconds since the epoch; None when that is unknown.
