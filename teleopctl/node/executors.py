@@ -177,7 +177,7 @@ class Executor:
         self._queue.put(work)
 
     def fail(self, error: BaseException) -> None:
-        """Raise an exception in the spinning thread; thread-safe."""
+        """Queue an exception, which the spinning thread will raise; thread-safe."""
         self._queue.put(error)
 
     def wake(self) -> None:
@@ -236,7 +236,7 @@ class Executor:
         nodes: object = None,  # noqa: ARG002 -- rclpy has it
         condition: Callable[[], bool] = lambda: False,
     ) -> Ready:
-        """Wait until a callback is ready, and return it unexecuted; for custom executors.
+        """Wait for a ready callback; return its task, entity and node, or raise TimeoutException.
 
         Args:
             timeout_sec: Longest wait in seconds of wall time; None or negative waits for ever.
@@ -271,7 +271,7 @@ class Executor:
     def spin_until_future_complete(
         self, future: Future[ResultT], timeout_sec: float | None = None
     ) -> None:
-        """Run callbacks until a future is done or the timeout expires."""
+        """Run callbacks until a future ends, the timeout expires, or the context is shut down."""
         deadline = _deadline(timeout_sec)
         with self._spin_guard.until(future, self.wake):
             while self._context.ok() and not future.ended() and not self._is_shutdown:

@@ -54,7 +54,7 @@ def create_generic_subscription(
     qos: QoSProfile | None = None,
     depth: int = 10,
 ) -> Subscription[Any]:  # Any: of any type
-    """Subscribe to the serialized messages of a topic, whose type may be unknown here.
+    """Return a new subscription whose callback receives a topic's messages as CDR bytes.
 
     Args:
         node: The node that subscribes.
@@ -79,7 +79,7 @@ def create_generic_subscription(
 def add_type_from_graph(
     node: NodeEndpoints, type_name: str, graph: Graph, longest_s: float = 5.0
 ) -> None:
-    """Register a type unknown to this program, from the description that a node serves.
+    """Request an unknown type's description from nodes that use the type, and register the type.
 
     The type stays unknown if no node serves its description.
 

@@ -73,7 +73,7 @@ class NodeEndpoints(NodeTimers):
         qos_overriding_options: QoSOverridingOptions | None = None,
         publisher_class: type[Publisher[MessageT]] | None = None,
     ) -> Publisher[MessageT]:
-        """Create a publisher; an integer QoS is the depth of the default profile.
+        """Create and return a publisher; an integer QoS is the depth of the default profile.
 
         Args:
             msg_type: Message class.
@@ -174,7 +174,7 @@ class NodeEndpoints(NodeTimers):
         raw: bool = False,
         immediate: bool = False,
     ) -> Subscription[MessageT]:
-        """Create a subscription; see `Subscription` for the callback and ``immediate``.
+        """Create and return a subscription, whose callback receives the topic's messages.
 
         ``content_filter_options`` is rclpy's: as under rmw_zenoh every message comes.
         ``topic_statistics`` is rclcpp's: see `TopicStatisticsOptions`.
@@ -240,7 +240,7 @@ class NodeEndpoints(NodeTimers):
         callback_group: CallbackGroup | None = None,
         immediate: bool = False,
     ) -> Service[RequestT, ResponseT]:
-        """Create a service server with ``callback(request, response) -> response``.
+        """Return a new service server that calls ``callback(request, response)`` for each request.
 
         Raises:
             InvalidServiceNameException: The name breaks a rule.
@@ -267,7 +267,7 @@ class NodeEndpoints(NodeTimers):
         qos_profile: QoSProfile = qos_profile_services_default,
         callback_group: CallbackGroup | None = None,
     ) -> Client[RequestT, ResponseT]:
-        """Create a service client.
+        """Create a client of a service, and return it.
 
         Raises:
             InvalidServiceNameException: The name breaks a rule.
@@ -296,7 +296,7 @@ class NodeEndpoints(NodeTimers):
     # -- what there is ---------------------------------------------------------------------------
 
     def executor_entities(self) -> list[QueuingEntity]:
-        """Return the node's entities whose arrivals an executor takes (ours)."""
+        """Return the node's entities whose queued items an executor takes and handles (ours)."""
         with self._endpoints_lock:
             receiving = [e for e in self._endpoints if isinstance(e, QueuingEntity)]
             events = [e for point in self._endpoints for e in point.events if e.is_served]

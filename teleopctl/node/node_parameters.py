@@ -292,7 +292,7 @@ class NodeParameters(NodeEndpoints):
         self._parameters.post_set_callbacks.insert(0, callback)
 
     def remove_pre_set_parameters_callback(self, callback: PreSetCallback) -> None:
-        """Unregister a callback of `add_pre_set_parameters_callback`.
+        """Unregister a callback of `add_pre_set_parameters_callback`; raise if it was not added.
 
         Raises:
             ValueError: It was not added.
@@ -300,7 +300,7 @@ class NodeParameters(NodeEndpoints):
         self._parameters.pre_set_callbacks.remove(callback)
 
     def remove_on_set_parameters_callback(self, callback: OnSetCallback) -> None:
-        """Unregister a callback of `add_on_set_parameters_callback`.
+        """Unregister a callback of `add_on_set_parameters_callback`; raise if it was not added.
 
         Raises:
             ValueError: It was not added.
@@ -308,7 +308,7 @@ class NodeParameters(NodeEndpoints):
         self._parameters.on_set_callbacks.remove(callback)
 
     def remove_post_set_parameters_callback(self, callback: PostSetCallback) -> None:
-        """Unregister a callback of `add_post_set_parameters_callback`.
+        """Unregister a callback of `add_post_set_parameters_callback`; raise if it was not added.
 
         Raises:
             ValueError: It was not added.

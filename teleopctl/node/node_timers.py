@@ -54,7 +54,7 @@ class NodeTimers(NodeCore):
         clock: Clock | None = None,
         autostart: bool = True,
     ) -> Timer:
-        """Create a timer on the node's clock, or on another one.
+        """Create and return a timer on the node's clock, or on a given clock.
 
         Args:
             timer_period_sec: Period in seconds.
@@ -81,7 +81,7 @@ class NodeTimers(NodeCore):
         return timer
 
     def create_rate(self, frequency: float, clock: Clock | None = None) -> Rate:
-        """Create a rate in Hz, for sleeping in a thread other than the spinning one.
+        """Return a new rate in Hz, for sleeping in a thread other than the spinning one.
 
         Raises:
             ValueError: The frequency is not positive.
@@ -98,7 +98,7 @@ class NodeTimers(NodeCore):
     def create_guard_condition(
         self, callback: Callable[[], object], callback_group: CallbackGroup | None = None
     ) -> GuardCondition:
-        """Create a guard condition, whose triggers make the executor call ``callback``."""
+        """Return a new guard condition, whose triggers make the executor call ``callback``."""
         from teleopctl.node.endpoints.guard_condition import GuardCondition
 
         guard = GuardCondition(self, callback, callback_group or self._default_callback_group)

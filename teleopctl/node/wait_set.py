@@ -95,7 +95,7 @@ class WaitSet:
         self._ready = set()
 
     def listen(self, listener: Callable[[], None] | None) -> None:
-        """Set a function to call, not the executor, when an entity is ready; None reverts this."""
+        """Set a function to call when an entity is ready, in place of the executor; None unsets."""
         for entities in self._entities.values():
             for entity in entities:
                 entity.listener = listener
@@ -123,7 +123,7 @@ class WaitSet:
         return bool(found)
 
     def wait(self, timeout_nsec: int) -> None:
-        """Block until an entity is ready or the timeout expires; negative waits for ever."""
+        """Block until an entity is ready, the timeout expires (negative: never), or shutdown."""
         end_ns = None if timeout_nsec < 0 else time.monotonic_ns() + timeout_nsec
         arrived = threading.Event()
         self.listen(arrived.set)

@@ -395,7 +395,7 @@ class LivelinessChangedHandler(GraphHandler):
         )
 
     def close(self) -> None:
-        """Stop following publishers, and stop the watchdogs of their leases."""
+        """Stop following publishers: undeclare the assertion subscriber, stop the lease watchdogs."""
         super().close()
         if self.node.context.session_is_open:
             self._assertions.undeclare()

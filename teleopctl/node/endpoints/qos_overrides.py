@@ -100,7 +100,7 @@ def apply_qos_overrides(
     topic: str,
     declare: Declare,
 ) -> QoSProfile:
-    """Declare the override parameters of an endpoint; return the QoS profile with their values.
+    """Declare an endpoint's QoS override parameters; return the profile with their values.
 
     Args:
         profile: What the program says.
