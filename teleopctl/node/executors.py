@@ -66,7 +66,7 @@ class SpinGuard:
 
     @contextlib.contextmanager
     def until(self, future: Future[ResultT], wake: Callable[[], object]) -> Iterator[None]:
-        """Hold the lock in a with block; call ``wake`` when a future ends meanwhile."""
+        """Return a context manager that holds the lock, and calls ``wake`` when the future ends."""
         with self:
             future.on_end(wake)
             try:

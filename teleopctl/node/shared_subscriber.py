@@ -33,7 +33,7 @@ class SharedSubscribers:
         self._topics: dict[str, _Topic] = {}
 
     def declare_subscriber(self, key: str, receive: Receive) -> SubscriberShare:
-        """Register a function for the samples of a key; return the share to undeclare.
+        """Register a function for the samples of a key; return a share that can be undeclared.
 
         The function runs on Zenoh's thread: it must be short, must not block and must not raise.
         """
@@ -46,7 +46,7 @@ class SharedSubscribers:
         return SubscriberShare(self, key, receive)
 
     def remove(self, key: str, receive: Receive) -> None:
-        """Unregister a function; the key's Zenoh subscriber goes with its last function."""
+        """Unregister a key's function; undeclare the Zenoh subscriber after its last function."""
         with self._lock:
             topic = self._topics[key]
             topic.receivers = tuple(each for each in topic.receivers if each != receive)

@@ -46,7 +46,7 @@ class TopicMeter:
         self._counts: dict[tuple[str, str, str], _Count] = {}
 
     def follow(self, topics: Iterable[str]) -> None:
-        """Set the topics to be measured, in place of the previous ones.
+        """Set the topics to measure: subscribe to new topics, unsubscribe from topics left out.
 
         A topic is subscribed to once it has publishers, in each type and version that they have;
         so call this again when the graph has changed.

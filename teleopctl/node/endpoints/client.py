@@ -290,7 +290,7 @@ class Client(ServiceEndpoint, QueuingEntity, Generic[RequestT, ResponseT]):
         return len(self._callbacks) or int(self._news)
 
     def take(self) -> Callable[[], object] | None:
-        """Return the oldest queued callback; None if there is nothing for the executor to do.
+        """Remove and return the oldest queued callback; None without a callback or new response.
 
         A response without callbacks counts as work too, though there is nothing to do: a program
         that spins once and then checks the future waits for it.

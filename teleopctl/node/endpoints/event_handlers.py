@@ -41,7 +41,7 @@ if TYPE_CHECKING:
 
 
 class Watchdog:
-    """Timer that reports each period that passes without a call of `feed`.
+    """Timer that calls a function for each period that passes without a call of `feed`.
 
     `feed` only stores the time: the watchdog's thread, started by the first call, finds out by
     itself that it has to wait longer. However late the thread runs, no period is missed and none
@@ -49,7 +49,7 @@ class Watchdog:
 
     Args:
         period_ns: Longest time between two calls of `feed`.
-        on_silence: Called with the number of periods that have passed since the last call, on the
+        on_missed: Called with the number of periods that have passed since the last call, on the
             watchdog's thread or on that of a `feed` that came too late.
         now_ns: Monotonic clock, in nanoseconds.
     """
@@ -395,7 +395,7 @@ class LivelinessChangedHandler(GraphHandler):
         )
 
     def close(self) -> None:
-        """Stop following publishers: undeclare the assertion subscriber, stop the lease watchdogs."""
+        """Stop following publishers and their assertions, and stop the lease watchdogs."""
         super().close()
         if self.node.context.session_is_open:
             self._assertions.undeclare()

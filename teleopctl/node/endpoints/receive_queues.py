@@ -69,7 +69,7 @@ class KeepAllQueue(Generic[ItemT]):
     for may stand behind them. The thread that takes items never blocks on itself.
 
     Args:
-        is_patient: Whether to wait at all; a best-effort sender is not held up.
+        blocks: Whether to wait at all; a best-effort sender is not held up.
 
     Attributes:
         counts_bytes: As for `KeepLastQueue`.
