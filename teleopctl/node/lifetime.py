@@ -133,6 +133,6 @@ def spin_until_future_complete(
     executor: Executor | None = None,
     timeout_sec: float | None = None,
 ) -> None:
-    """Run a node's callbacks until a future is done or the timeout expires."""
+    """Run a node's callbacks until a future ends, the timeout expires or the context shuts down."""
     with _served(node, executor) as chosen:
         chosen.spin_until_future_complete(future, timeout_sec)

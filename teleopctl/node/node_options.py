@@ -61,7 +61,7 @@ class NodeOptions:
             _next.options = outer
 
     def command_line(self, own: Sequence[str] | None) -> list[str]:
-        """Return the options' arguments followed by the node's own command line."""
+        """Return the options' arguments, then ``--`` and the node's own command line, if any."""
         return [*self.arguments, *(["--", *own] if own else ())]
 
     def flag(self, name: str, own: bool) -> bool:

@@ -142,7 +142,7 @@ class DeadlineHandler(EventHandler):
         return DeadlineMissedInfo(self._total, self._total - before)
 
     def close(self) -> None:
-        """Stop the watchdog of the deadline."""
+        """Stop the deadline's watchdog: no missed deadline is counted any more."""
         if self._watchdog is not None:
             self._watchdog.close()
 
