@@ -21,7 +21,7 @@ def command_node(
     use_sim_time: bool = False,
     ros_args: Sequence[str] = (),
 ) -> Iterator[Node]:
-    """Open the hidden node ``_ros2cli_PID`` of a verb, in a session of its own, for the block.
+    """Yield the hidden node ``_ros2cli_PID`` of a verb, in a session of its own.
 
     Args:
         session_mode: ``client`` for a few exchanges through the router; ``peer`` for a stream,
@@ -51,7 +51,7 @@ def command_node(
 
 @contextmanager
 def brief_node(*, name: str | None = None, starts_router: bool = False) -> Iterator[BareNode]:
-    """Open a node without parameters for a few exchanges through the router, for the block.
+    """Yield a node without parameters, for a few exchanges through the router.
 
     Args:
         name: Another name.

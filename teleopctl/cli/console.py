@@ -82,7 +82,7 @@ def out_json(document: Json, *, compact: bool = False) -> None:
 
 
 def out_done(text: str, /, *, as_json: bool, **document: Json) -> None:
-    """Print the result of a verb: a text, or its keyword arguments as a JSON object."""
+    """Print a verb's result: ``text`` for people, or the keyword arguments as a JSON object."""
     if as_json:
         out_json(document)
     else:

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def live_graph() -> Graph:
-    """Query the nodes and endpoints of this ROS domain from the router.
+    """Return the ROS graph of this domain (nodes and endpoints), queried from the router.
 
     Raises:
         RouterNotRunning: No router answers.

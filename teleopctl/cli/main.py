@@ -72,7 +72,7 @@ def run(
     before_verb: Callable[[], None] | None = None,
     exit_early: Callable[[int], None] | None = None,
 ) -> int:
-    """Run a command line and return its exit status; `exit_early` may end the process with it.
+    """Run a command line; return its exit status, or end the process by ``exit_early``.
 
     Args:
         arguments: The command line without the program's name.

@@ -115,7 +115,7 @@ def _group_command(group: VerbGroup, words: Sequence[str]) -> TyperGroup:
 
     @app.callback()
     def noun() -> None:
-        """Do nothing: a noun needs a verb."""
+        """Do nothing: callback of a noun such as ``topic``, which needs a verb after it."""
 
     _, chosen = _first_word(words)
     for verb_name, verb in group.verbs.items():

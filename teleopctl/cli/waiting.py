@@ -19,7 +19,7 @@ _PATIENCE_S = 1.0
 def wait_with_notice(
     wait: Callable[[float | None], bool], longest_s: float | None, explain: Callable[[], str]
 ) -> bool:
-    """Wait for an event, and print an explanation if it has not come within a second.
+    """Wait for an event, printing an explanation after a second; return whether it came.
 
     Args:
         wait: Waits so many seconds, None for ever, and returns whether it came.

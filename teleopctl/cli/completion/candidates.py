@@ -112,7 +112,7 @@ def running_processes(incomplete: str) -> list[str]:
 
 
 def logged_processes(incomplete: str) -> list[str]:
-    """Return the names of processes with logs: running ones, and ended ones of running launches."""
+    """Return the process names that `logs` can show: running ones, and ended ones of launches."""
     from teleopctl.launch import running
 
     names = {entry.record.name for entry in running(include_ended=True)}

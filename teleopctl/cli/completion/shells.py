@@ -175,7 +175,7 @@ _ESCAPED_IN_QUOTES = frozenset('\\"$`')
 
 
 def format_candidate(shell: str, asked: CompletionRequest, candidate: str) -> str:
-    """Return a candidate quoted as the completion script of a shell expects it."""
+    """Return a completion candidate, quoted as a shell's completion script expects it."""
     if shell == "powershell":
         is_plain = all(letter.isalnum() or letter in "/_-.:=~" for letter in candidate)
         return candidate if is_plain else "'" + candidate.replace("'", "''") + "'"

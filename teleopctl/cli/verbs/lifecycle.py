@@ -133,7 +133,7 @@ class LifecycleClient:
 
 @contextmanager
 def open_lifecycle_client(timeout_s: float | None) -> Iterator[LifecycleClient]:
-    """Open a client of the managed nodes, in a session of its own.
+    """Yield a client of the services of managed nodes, in a session of its own.
 
     Raises:
         RouterNotRunning: No router answers.

@@ -54,7 +54,7 @@ def send_datagram(
 def open_receiver(
     group: str = MULTICAST_GROUP, port: int = MULTICAST_PORT
 ) -> "Iterator[socket.socket]":
-    """Open a socket that receives the datagrams of a multicast group.
+    """Yield a socket that receives the datagrams of a multicast group.
 
     Raises:
         SystemFailureError: This machine cannot listen there.
@@ -74,7 +74,7 @@ def open_receiver(
 
 
 def receive_datagram(heard: "socket.socket") -> tuple[str, str, int]:
-    """Block until a datagram arrives; return its text and its sender's host and port."""
+    """Block until a datagram arrives on a socket; return text, sender's host and port."""
     data, (host, port) = heard.recvfrom(_LARGEST)
     return data.decode(errors="replace"), host, port
 

@@ -267,7 +267,7 @@ class SweepProgress:
             sys.stderr.flush()
 
     def begin(self) -> None:
-        """Count a started run and redraw the bar."""
+        """Count one more run as started, and redraw the progress bar."""
         self._at_work += 1
         self._draw()
 

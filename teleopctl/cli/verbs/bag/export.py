@@ -108,7 +108,7 @@ class _Written:
         self.records: list[dict[str, console.Json]] = []
 
     def say(self, text: str, **record: "console.Json") -> None:
-        """Add the record of a written file, and print a line unless the output is JSON."""
+        """Record a written file for the JSON output; print its line unless the output is JSON."""
         self.records.append(record)
         if not self._as_json:
             console.out_text(text)

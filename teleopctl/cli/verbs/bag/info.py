@@ -143,7 +143,7 @@ class BagSummary:
             (self.services if is_event else self.topics).append((topic, count))
 
     def count_all(self, messages: "Iterable[BagMessage]") -> None:
-        """Count bytes of topics, and requests and responses of services, in messages."""
+        """Count bytes per topic, and requests and responses per service, in a bag's messages."""
         from teleopctl.bag import ServiceCounter
 
         self.counter = ServiceCounter(topic.name for topic, _ in self.services)

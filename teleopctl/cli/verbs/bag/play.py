@@ -69,7 +69,7 @@ class PlaybackOptions(OptionSet):
             raise UsageError(f"--storage-config-file: there is no file {config}")
 
     def qos_profiles(self) -> "Mapping[str, QoSProfile]":
-        """Read the QoS profiles of topics from the given file; empty without one."""
+        """Return the QoS profile overrides by topic, read from the given file, if any."""
         if self.qos_overrides is None:
             return {}
         from teleopctl.bag import read_qos_overrides

@@ -500,18 +500,18 @@ class _EndSignal:
         self.there.setblocking(False)
 
     def wait(self) -> None:
-        """Block until a signal arrives or `set` is called."""
+        """Block until Ctrl-C, SIGTERM or a call of `set` ends the recording."""
         import select
 
         select.select([self._here], [], [])
 
     def set(self) -> None:
-        """End the wait of the thread that is in `wait`."""
+        """End the wait of the thread that is in `wait`; any thread may call this."""
         with contextlib.suppress(OSError):
             self.there.send(b"\0")
 
     def close(self) -> None:
-        """Close both ends of the socket."""
+        """Close both ends of the socket pair that signals write to."""
         self._here.close()
         self.there.close()
 

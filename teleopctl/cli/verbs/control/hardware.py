@@ -221,7 +221,7 @@ class _StatusFilter:
         self._count = 0
 
     def show_selected(self, message: Any, show: Callable[[Any, list[Any]], None]) -> None:
-        """Pass a status message to ``show`` if it is of the selected hardware and device.
+        """Call ``show`` with a hardware status message if it is of the selected device.
 
         Raises:
             NotFoundError: What is asked for was not among the first messages.

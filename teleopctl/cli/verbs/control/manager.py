@@ -44,7 +44,7 @@ class ManagerOptions(OptionSet):
     ros_args: RosArgs = None
 
     def client(self) -> "AbstractContextManager[ControllerManagerClient]":
-        """Open a client of the controller manager; see `manager_client`."""
+        """Return a context with a client of the controller manager; see `manager_client`."""
         return manager_client(self.controller_manager, self.ros_args)
 
 
@@ -52,7 +52,7 @@ class ManagerOptions(OptionSet):
 def manager_client(
     name: str, ros_args: Sequence[str] | None = None
 ) -> Iterator[ControllerManagerClient]:
-    """Open a client of a controller manager, after waiting for the manager's services.
+    """Wait for a controller manager's services, and yield a client of the manager.
 
     In a launch file `ros2 control load_controller …` often stands beside what starts the manager,
     since `ros2 control` waits for it: so does this there.

@@ -37,7 +37,7 @@ class Report(NamedTuple):
 
 
 def network_report(_: Graph) -> Report:
-    """Report the router's addresses and this machine's."""
+    """Return doctor's report on the router's addresses and this machine's."""
     import psutil
 
     from teleopctl.wire import daemon_address, domain_id, session_config
@@ -53,7 +53,7 @@ def network_report(_: Graph) -> Report:
 
 
 def packages_report(_: Graph) -> Report:
-    """Report the versions of teleopctl's dependencies."""
+    """Return doctor's report on the versions of teleopctl's dependencies."""
     names = ("teleopctl", "eclipse-zenoh", "numpy", "mujoco", "mcap", "rosbags", "viser")
     items = []
     for name in names:
@@ -65,7 +65,7 @@ def packages_report(_: Graph) -> Report:
 
 
 def machine_report(_: Graph) -> Report:
-    """Report the system and the Python interpreter."""
+    """Return doctor's report on the operating system and the Python interpreter."""
     items = [
         ("system", platform.system()),
         ("platform info", platform.platform()),
@@ -91,19 +91,19 @@ def qos_report(graph: Graph) -> Report:
 
 
 def middleware_report(_: Graph) -> Report:
-    """Report the RMW implementation that ROS 2 nodes must use to communicate."""
+    """Return doctor's report on the RMW implementation that ROS 2 nodes must use to join."""
     return Report("RMW MIDDLEWARE", [("middleware name", "rmw_zenoh_cpp")])
 
 
 def ros_report(_: Graph) -> Report:
-    """Report the ROS distribution of the message definitions."""
+    """Return doctor's report on the ROS distribution whose message definitions are used."""
     from teleopctl.interfaces import distribution
 
     return Report("ROS 2 INFORMATION", [("distribution name", distribution())])
 
 
 def environment_report(_: Graph) -> Report:
-    """Report the set variables of ROS 2, Zenoh and teleopctl."""
+    """Return doctor's report on the set variables of ROS 2, Zenoh and teleopctl."""
     beginnings = ("ROS_", "RMW_", "RCUTILS_", "AMENT_", "ZENOH_", "TELEOPCTL_", "MUJOCO_")
     items = [item for item in sorted(os.environ.items()) if item[0].startswith(beginnings)]
     return Report("ENVIRONMENT", items)

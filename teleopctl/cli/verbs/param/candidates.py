@@ -23,7 +23,7 @@ def parameter_names(ctx: TypedWords, incomplete: str) -> list[str]:
 
 
 def parameter_values(ctx: TypedWords, incomplete: str) -> list[str]:
-    """Return the present value, truth values or range of the parameter on the command line."""
+    """Return values for completing ``param set``: the present one, booleans or range ends."""
     from teleopctl.cli.verbs.param.client import GraphParameters
     from teleopctl.node import parameter_value_to_python
 

@@ -219,7 +219,7 @@ class GraphParameters:
 
 
 def for_each_node(nodes: "Iterable[str]", do: "Callable[[str], bool]", *, is_one: bool) -> bool:
-    """Call a function for each node, warn of errors, and return whether all calls succeeded.
+    """Call a function with each node's name; warn of errors; return whether all succeeded.
 
     Args:
         nodes: Full names.
@@ -286,5 +286,5 @@ class ParameterServiceOptions(OptionSet):
     service_timeout: ServiceTimeout = SERVICE_TIMEOUT_S
 
     def client(self) -> GraphParameters:
-        """Open a client of parameter services with the timeouts of the options."""
+        """Return a client of nodes' parameter services, with the timeouts of the options."""
         return GraphParameters(self.timeout, self.service_timeout)

@@ -91,7 +91,7 @@ class Top(App[None]):
         self._level = 1
 
     def compose(self) -> ComposeResult:
-        """Add the summary line, the four tables and the footer."""
+        """Yield the widgets of `teleopctl top`: summary line, four tables and footer."""
         yield Static(id="summary")
         with TabbedContent(id="tabs"):
             for tab, title in TITLES.items():
@@ -101,7 +101,7 @@ class Top(App[None]):
         yield Footer()
 
     def on_mount(self) -> None:
-        """Start the periodic updates."""
+        """Start the periodic updates; called by Textual when the app has started."""
         self.action_tab("nodes")
         self.refresh_tables()
         self.set_interval(self._period_s, self.refresh_tables)
@@ -155,14 +155,14 @@ class Top(App[None]):
         self._measure_visible()
 
     def on_tabbed_content_tab_activated(self) -> None:
-        """Update after a change of the tab."""
+        """Update the table of a tab; called by Textual when the tab is shown."""
         self.table.focus()
         self._controllers_asked_s = 0.0
         self.refresh_bindings()
         self.call_after_refresh(self.refresh_tables)
 
     def on_data_table_row_selected(self, event: DataTable.RowSelected) -> None:
-        """Open a topic's messages or a node's parameters; show a log line as a notification."""
+        """Open the selected topic or node, or show a log line; called on Enter or a click."""
         event.stop()
         if self._tab == "topics":
             self.action_echo()
@@ -172,27 +172,27 @@ class Top(App[None]):
             self.notify(self._log_lines.text(int(self.table.selected_key or 0)), markup=False)
 
     def action_tab(self, tab: str) -> None:
-        """Show a tab."""
+        """Show the tab with a name; bound to the keys 1 to 4."""
         self.query_one("#tabs", TabbedContent).active = tab
 
     def action_next_tab(self) -> None:
-        """Show the next tab."""
+        """Show the next tab; bound to Tab."""
         names = list(TITLES)
         self.action_tab(names[(names.index(self._tab) + 1) % len(names)])
 
     def action_order(self) -> None:
-        """Toggle the order: by load or by name."""
+        """Toggle the order of rows between load and name; a key action."""
         self._by_load = not self._by_load
         self._fill()
 
     def action_level(self) -> None:
-        """Raise the lowest log level shown, or show all levels again."""
+        """Raise the lowest log level shown, or show all levels again; a key action."""
         self._level = (self._level + 1) % len(LEVELS)
         self.notify(f"Lines from {LEVELS[self._level][1]} on")
         self._fill()
 
     def action_filter(self) -> None:
-        """Show only rows that contain a text."""
+        """Open an input, then show only rows that contain the entered text; a key action."""
 
         def apply(text: str | None) -> None:
             if text is not None:
@@ -202,20 +202,20 @@ class Top(App[None]):
         self.push_screen(TextInput("Show only names with:", self._filter), apply)
 
     def action_measure(self) -> None:
-        """Toggle the measurement of a topic with large messages."""
+        """Toggle measuring the selected topic, whose messages are large; a key action."""
         row = self._topic_rows.get(self.table.selected_key or "")
         if row is not None:
             self._chosen_heavy ^= {row.name}
             self.refresh_tables()
 
     def action_echo(self) -> None:
-        """Show the messages of the selected topic."""
+        """Open a screen with the messages of the selected topic; a key action."""
         row = self._topic_rows.get(self.table.selected_key or "")
         if row is not None:
             self._open(EchoScreen(self._node, row.name, row.type_name))
 
     def action_plot(self) -> None:
-        """Plot fields of the selected topic."""
+        """Open a screen that plots fields of the selected topic; a key action."""
         row = self._topic_rows.get(self.table.selected_key or "")
         if row is None:
             return
@@ -237,13 +237,13 @@ class Top(App[None]):
         self.push_screen(TextInput(question, "", fields), draw)
 
     def action_parameters(self) -> None:
-        """Show the parameters of the selected node."""
+        """Open a screen with the parameters of the selected node; a key action."""
         row = self._node_rows.get(self.table.selected_key or "")
         if row is not None and row.is_node:
             self._open(ParameterScreen(self._node, row.name))
 
     def action_stop(self) -> None:
-        """Stop the process of the selected node, after a confirmation."""
+        """Stop the process of the selected node, after a confirmation; a key action."""
         row = self._node_rows.get(self.table.selected_key or "")
         if row is None:
             return

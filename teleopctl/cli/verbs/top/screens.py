@@ -59,7 +59,7 @@ class Confirm(ModalScreen[bool]):
         self._question = question
 
     def compose(self) -> ComposeResult:
-        """Add the question and its two keys."""
+        """Yield the widgets of the dialog: the question and its two keys."""
         with Vertical():
             yield Label(self._question, markup=False)
             yield Label("y  yes      n  no")
@@ -88,7 +88,7 @@ class TextInput(ModalScreen[str | None]):
         self._suggestions = suggestions
 
     def compose(self) -> ComposeResult:
-        """Add the question and the input line."""
+        """Yield the widgets of the dialog: the question and the input line."""
         with Vertical():
             yield Label(self._question, markup=False)
             suggester = SuggestFromList(self._suggestions) if self._suggestions else None
@@ -130,7 +130,7 @@ class ParameterScreen(Screen[None]):
         self._values: dict[str, str] = {}
 
     def compose(self) -> ComposeResult:
-        """Add the title line and the table."""
+        """Yield the widgets of the screen: title line and table of parameters."""
         yield Static(Text(f"Parameters of {self._node_name}", style="bold"), id="headline")
         yield LiveTable("PARAMETER", (Column("VALUE", 34, is_number=False),), id="parameters")
         yield Footer()
@@ -141,16 +141,16 @@ class ParameterScreen(Screen[None]):
         self.query_one(LiveTable).focus()
 
     def on_data_table_row_selected(self, event: DataTable.RowSelected) -> None:
-        """Edit the selected parameter."""
+        """Edit the selected parameter; called on Enter or a click."""
         event.stop()
         self.action_set()
 
     def action_leave(self) -> None:
-        """Close the screen."""
+        """Close the parameter screen; bound to Escape."""
         self.dismiss(None)
 
     def action_read(self) -> None:
-        """Request the values again."""
+        """Request the node's parameter values again; a key action."""
         self.run_worker(self._read, thread=True, exclusive=True)
 
     def action_set(self) -> None:
@@ -241,7 +241,7 @@ class TopicScreen(Screen[None]):
         self._count = 0
 
     def compose(self) -> ComposeResult:
-        """Add the title line and the content."""
+        """Yield the widgets of the screen: title line and content."""
         yield Static(Text(f"{self._topic}  [{self._type_name}]", style="bold"), id="headline")
         yield VerticalScroll(Static("Waiting for a message …", id="content", markup=False))
         yield Footer()
@@ -257,15 +257,15 @@ class TopicScreen(Screen[None]):
             self._node.destroy_subscription(self._subscription)
 
     def action_leave(self) -> None:
-        """Close the screen."""
+        """Close the topic's screen; bound to Escape."""
         self.dismiss(None)
 
     def action_pause(self) -> None:
-        """Pause or resume the display."""
+        """Pause or resume the display of messages; a key action."""
         self._paused = not self._paused
 
     def handle_message(self, message: Any) -> None:  # Any: of the type of the topic
-        """Store what is shown of a message; called on the transport's thread, for subclasses."""
+        """Store what the subclass shows of a message; called on the transport's thread."""
 
     def content(self) -> Text | None:
         """Return the content to show; None to keep the present one. Subclasses override it."""
@@ -308,7 +308,7 @@ class EchoScreen(TopicScreen):
         self._shown = 0
 
     def handle_message(self, message: Any) -> None:  # Any: of the type of the topic
-        """Store the newest message."""
+        """Store the newest message of the topic for display; called on the transport's thread."""
         self._latest = message
 
     def content(self) -> Text | None:
@@ -340,7 +340,7 @@ class PlotScreen(TopicScreen):
         self._failure: TeleopctlError | None = None
 
     def handle_message(self, message: Any) -> None:  # Any: of the type of the topic
-        """Store the fields of a message."""
+        """Store the plotted fields of a message; called on the transport's thread."""
         try:
             self._traces.add(time.monotonic(), message)
         except TeleopctlError as error:
@@ -358,6 +358,6 @@ class PlotScreen(TopicScreen):
         )
 
     def action_zoom(self, factor: float) -> None:
-        """Change the plotted time span."""
+        """Multiply the plotted time span by a factor; a key action."""
         wanted = self._traces.window_s * factor
         self._traces.window_s = min(max(wanted, _SHORTEST_WINDOW_S), _LONGEST_WINDOW_S)

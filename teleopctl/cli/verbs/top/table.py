@@ -17,7 +17,7 @@ _LEAST_NAME = 12
 
 
 class Column(NamedTuple):
-    """Title, width and alignment of a column beside the names.
+    """Title, width and alignment of a table column, after the column of names.
 
     Attributes:
         title: What stands above it.
@@ -33,7 +33,7 @@ class Column(NamedTuple):
 
 
 class Row(NamedTuple):
-    """Key, name, other cells and Rich style of a table's row."""
+    """Row of a live table: key, name, other cells and Rich style."""
 
     key: str
     name: str
@@ -99,7 +99,7 @@ class LiveTable(DataTable[Text]):
             self._update(shown)
 
     def on_resize(self) -> None:
-        """Fit the columns to the new width."""
+        """Fit the columns to the new width; called by Textual when the terminal is resized."""
         self.fill(self._rows)
 
     def _shown_columns(self) -> list[int]:
@@ -163,7 +163,7 @@ def percent_text(value: float | None) -> str:
 
 
 def size_text(value: float | None, per: str = "") -> str:
-    """Return a size in a suitable unit: ``1.2 MB``."""
+    """Return a number of bytes as text in a suitable unit plus a suffix: ``1.2 MB/s``."""
     if value is None:
         return ""
     for unit in _UNITS:

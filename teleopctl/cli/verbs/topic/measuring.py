@@ -130,7 +130,7 @@ class _Figures(Generic[_Value]):
     def print_values(
         self, values: dict[str, _Value], show: Callable[[Rows], None], *, as_table: bool
     ) -> None:
-        """Print the values by topic, as a table or as text."""
+        """Print each topic's values as text, or as a table by calling ``show`` with rows."""
         if as_table:
             rows = [(topic, *self._cells(value)) for topic, value in values.items()]
             show([("topic", *self._columns), *rows])
@@ -369,7 +369,7 @@ OnMessage = Callable[[TopicSource, Any, int], None]
 
 
 class TopicListener:
-    """Subscriptions of a measuring verb, also to topics that appear later.
+    """Subscriptions of `topic hz`, `bw` and `delay`, also to topics that appear later.
 
     Args:
         names: The topics; they may be patterns.

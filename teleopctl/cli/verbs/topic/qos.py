@@ -90,7 +90,7 @@ class QosOptions(OptionSet):
         return qos
 
     def applied_to(self, base: "QoSProfile") -> "QoSProfile":
-        """Return the preset, or else ``base``, with the given policies."""
+        """Return the QoS profile of the command line: a preset or ``base``, with given policies."""
         if not self.qos_profile and not self._has_policies():
             return base
         from copy import copy

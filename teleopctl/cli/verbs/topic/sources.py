@@ -70,7 +70,7 @@ def _note_fallback(have_it: Sequence[bool], policy: str, lesser: str) -> None:
 
 
 def graph_or_start_router() -> Graph:
-    """Query the graph; if no router runs, start one and return an empty graph."""
+    """Return the ROS graph; where no router runs, start one and return an empty graph."""
     try:
         return live_graph()
     except RouterNotRunning:
@@ -88,7 +88,7 @@ def find_source(
     takes_type: bool = False,
     raw: bool = False,
 ) -> TopicSource:
-    """Find the message class and publishers of a topic; warn of other types and versions.
+    """Return a topic's message class and publishers; warn of other types and versions.
 
     Args:
         topic: Its full name.
@@ -126,7 +126,7 @@ def find_source(
 def find_sources(
     topics: Sequence[tuple[str, str | None]], graph: Graph, *, raw: bool = False
 ) -> list[TopicSource]:
-    """Find the sources of topics; warn of topics of unknown type and omit them.
+    """Return message class and publishers of each topic; warn of and omit unknown types.
 
     Args:
         topics: Their full names, and their types where the person gave them.
@@ -236,7 +236,7 @@ class NamedTopics:
         return self._wanted[0][0]
 
     def sources(self, *, raw: bool, graph: Graph | None = None) -> list[TopicSource]:
-        """Find the message classes and publishers of the topics, patterns expanded.
+        """Return message class and publishers of the named topics, patterns expanded.
 
         Args:
             raw: The verb takes bytes, so that their types may be unknown here.

@@ -77,7 +77,7 @@ class RateWindow:
         return self._intervals.summary()
 
     def new_summary(self) -> Summary | None:
-        """Return the summary; None before the second message or without one since the last call."""
+        """Return the rate summary; None before two messages or without news since last time."""
         summary = self.summary()
         if summary is None or self.arrivals == self._reported:
             return None
