@@ -11,7 +11,7 @@ from teleopctl.interfaces.typenames import normalize, split
 
 
 class DefinitionLine(NamedTuple):
-    """Line of a definition, with its comment.
+    """Line of a message definition, with its comment and what nested type it belongs to.
 
     Attributes:
         text: As it is written.

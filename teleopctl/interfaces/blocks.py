@@ -47,13 +47,13 @@ _EMPTY = {code: memoryview(b"").cast(code) for code in BLOCK_CODES.values()}
 
 
 def empty(base: str) -> memoryview:
-    """Return an empty block for sequences of a base type."""
+    """Return an empty memoryview for sequences of a base type, ``float64`` for example."""
     block: memoryview = _EMPTY[BLOCK_CODES[base]]
     return block
 
 
 def as_block(base: str, data: bytes | bytearray | memoryview) -> memoryview:
-    """Return bytes as a block of values of a base type, without copying."""
+    """Return bytes as a memoryview of a base type's values, without copying."""
     view = memoryview(data)
     code = BLOCK_CODES[base]
     return view if code == "B" else view.cast(code)
@@ -63,7 +63,7 @@ def as_block(base: str, data: bytes | bytearray | memoryview) -> memoryview:
 
 
 def byteswapped(base: str, data: memoryview) -> Any:
-    """Return a block of values converted from the other byte order."""
+    """Return a memoryview of a base type's values, converted from the other byte order."""
     code = BLOCK_CODES[base]
     if ITEM_SIZES[code] == 1:
         return as_block(base, data)
@@ -74,14 +74,14 @@ def byteswapped(base: str, data: memoryview) -> Any:
 
 
 def to_array(code: str, block: Any) -> array.array[Any]:
-    """Return a copy of a block of numbers, as an ``array.array``."""
+    """Return a copy of a memoryview of numbers as an ``array.array``."""
     copy: array.array[Any] = array.array(code)
     copy.frombytes(memoryview(block).cast("B"))
     return copy
 
 
 def to_numpy(base: str, block: Any) -> NumberArray:
-    """Return a block as a numpy array: a view, except of a list."""
+    """Return an array's values as a numpy array: a view, or a copy of a list."""
     import numpy as np
 
     if isinstance(block, np.ndarray):
@@ -95,7 +95,7 @@ def to_numpy(base: str, block: Any) -> NumberArray:
 
 
 def to_own_numpy(base: str, block: Any) -> NumberArray:
-    """Return a fixed array's block as a writable numpy array."""
+    """Return a fixed array's values as a writable numpy array."""
     view = to_numpy(base, block)
     return view if view.flags.writeable and not isinstance(block, memoryview) else view.copy()
 
@@ -118,7 +118,7 @@ def is_numpy_bool(value: object) -> bool:
 
 
 def equal(one: Any, other: Any) -> bool:
-    """Return whether two slot values are equal, in whatever representation."""
+    """Return whether two stored arrays or sequences have equal values, whatever their forms."""
     if type(one) is type(other) and isinstance(one, _PLAIN):
         return bool(one == other)
     if isinstance(one, list) or isinstance(other, list):

@@ -29,7 +29,7 @@ _direct: dict[tuple[type, type], Convert] = {}
 
 
 class TypeException(Exception):
-    """No transformation or conversion is registered for a type."""
+    """Error: no transformation or conversion is registered for a type."""
 
     def __init__(self, errstr: str) -> None:
         super().__init__(errstr)
@@ -37,7 +37,7 @@ class TypeException(Exception):
 
 
 class NotImplementedException(Exception):
-    """A user's buffer class lacks a method."""
+    """Error: a user's buffer class lacks a method."""
 
     def __init__(self) -> None:
         self.errstr = "the buffer has no such method"
@@ -52,7 +52,7 @@ class TransformRegistration:
         _transforms[key] = callback
 
     def get(self, key: type) -> DoTransform:
-        """Return the function that transforms a type to another frame.
+        """Return the function that transforms messages of a type to another frame.
 
         Raises:
             TypeException: Nobody has said so.

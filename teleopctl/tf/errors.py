@@ -4,24 +4,24 @@ from teleopctl.errors import TeleopctlError
 
 
 class TransformException(TeleopctlError):
-    """A transform is not available."""
+    """Error: a transform is not available; base of tf2's exceptions."""
 
 
 class LookupException(TransformException):
-    """A frame is unknown."""
+    """Error: a frame is unknown."""
 
 
 class ConnectivityException(TransformException):
-    """The two frames are not connected."""
+    """Error: two frames are not connected in the tree."""
 
 
 class ExtrapolationException(TransformException):
-    """The requested time lies outside the buffered transforms."""
+    """Error: the requested time lies outside the buffered transforms."""
 
 
 class InvalidArgumentException(TransformException):
-    """A frame name is invalid."""
+    """Error: a frame name is invalid."""
 
 
 class TimeoutException(TransformException):
-    """A transform did not arrive in time."""
+    """Error: a transform did not arrive in time."""

@@ -42,7 +42,7 @@ class StaticHistory:
         return []
 
     def insert(self, sample: TransformSample) -> bool:
-        """Replace the static transform. Always done."""
+        """Replace the static transform by a newer one."""
         self._sample = sample
         return True
 
@@ -70,7 +70,7 @@ class MovingHistory:
 
     @property
     def latest(self) -> TransformSample:
-        """Newest sample."""
+        """Newest sample of the moving frame."""
         return self._samples[-1]
 
     @property

@@ -174,19 +174,19 @@ def split_line(line: str, breaks: str = "") -> CompletionRequest:
 _ESCAPED_IN_QUOTES = frozenset('\\"$`')
 
 
-def format_candidate(shell: str, asked: CompletionRequest, candidate: str) -> str:
+def format_candidate(shell: str, request: CompletionRequest, candidate: str) -> str:
     """Return a completion candidate, quoted as a shell's completion script expects it."""
     if shell == "powershell":
         is_plain = all(letter.isalnum() or letter in "/_-.:=~" for letter in candidate)
         return candidate if is_plain else "'" + candidate.replace("'", "''") + "'"
     if shell != "bash":
         return candidate
-    rest = candidate[asked.kept :]
-    if asked.quote == "'":
+    rest = candidate[request.kept :]
+    if request.quote == "'":
         return rest.replace("'", "'\\''")
-    if asked.quote:
+    if request.quote:
         return "".join(f"\\{each}" if each in _ESCAPED_IN_QUOTES else each for each in rest)
-    if asked.incomplete or _SPECIAL.isdisjoint(rest):
+    if request.incomplete or _SPECIAL.isdisjoint(rest):
         return "".join(f"\\{each}" if each in _SPECIAL else each for each in rest)
     # Nothing has been typed, so a whole word may have the quotes that are easiest to read.
     if "'" not in rest:

@@ -73,9 +73,9 @@ def open_receiver(
         yield heard
 
 
-def receive_datagram(heard: "socket.socket") -> tuple[str, str, int]:
+def receive_datagram(receiver: "socket.socket") -> tuple[str, str, int]:
     """Block until a datagram arrives on a socket; return text, sender's host and port."""
-    data, (host, port) = heard.recvfrom(_LARGEST)
+    data, (host, port) = receiver.recvfrom(_LARGEST)
     return data.decode(errors="replace"), host, port
 
 

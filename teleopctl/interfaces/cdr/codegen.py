@@ -32,7 +32,7 @@ _INDENT = "    "
 
 
 class Generator(ABC):
-    """Base of generators of CDR functions' source code.
+    """Base of the two generators that write Python source for reading and writing CDR.
 
     Args:
         layout: Sizes of types.
@@ -65,7 +65,7 @@ class Generator(ABC):
 
     @abstractmethod
     def emit_body(self, definition: Definition) -> None:
-        """Emit the body of the function for a message definition."""
+        """Emit the code that reads or writes the whole message of a definition."""
 
     @abstractmethod
     def emit_run(self, run: Run, values: list[str], at: Offsets) -> None:
@@ -158,7 +158,7 @@ class Generator(ABC):
 
     @contextmanager
     def loop(self, head: str) -> Iterator[None]:
-        """Emit a loop over elements; the ``with`` block emits its body."""
+        """Emit a loop over elements; what is emitted in the ``with`` block is its body."""
         self.flush()
         before = self.at
         self._loops += 1
@@ -199,7 +199,7 @@ class Generator(ABC):
         return f"{prefix}_{number}"
 
     def emit_line(self, text: str) -> None:
-        """Emit one line of code at the present indentation."""
+        """Emit one line of generated code at the present indentation."""
         self._lines.append(f"{_INDENT * (self._depth + 1)}{text}\n")
 
     def function_source(self, name: str, is_nested: bool) -> str:

@@ -57,7 +57,7 @@ class ReaderGenerator(Generator):
         self._after_run: list[str] = []
 
     def emit_body(self, definition: Definition) -> None:
-        """Emit the body of the function."""
+        """Emit the code that reads the whole message of a definition."""
         self.constants.update(
             new=object.__new__, bad_text=_bad_text, bad_count=_bad_count, swapped=byteswapped
         )
@@ -67,7 +67,7 @@ class ReaderGenerator(Generator):
         self.emit_line("return m, p")
 
     def emit_run(self, run: Run, values: list[str], at: Offsets) -> None:
-        """Emit the reading of a run."""
+        """Emit the code that reads a run of fixed-size values."""
         if run.is_single_pad():
             self.emit_line("p += 1")
             return
@@ -83,7 +83,7 @@ class ReaderGenerator(Generator):
         self._after_run = []
 
     def emit_nested(self, kind: FieldType, place: str) -> None:
-        """Emit the reading of one nested message."""
+        """Emit the code that reads one nested message."""
         if self.inlines(kind.base):
             variable = self.unused_name("m")
             self.emit_line(f"{variable} = {place} = {self._new(kind.base)}")
@@ -100,7 +100,7 @@ class ReaderGenerator(Generator):
         return f"new({self.constant('class', self._message_class(type_name))})"
 
     def emit_value(self, kind: FieldType, place: str) -> None:
-        """Emit the reading of a number or a string."""
+        """Emit the code that reads a number or a string."""
         if kind.base in BLOCK_CODES:
             self.add_value(BLOCK_CODES[kind.base], place)
             return
@@ -134,7 +134,7 @@ class ReaderGenerator(Generator):
         self.forget_position()
 
     def emit_fixed_array(self, kind: FieldType, place: str) -> None:
-        """Emit the reading of a fixed array."""
+        """Emit the code that reads a fixed array."""
         item = ITEM_SIZES[BLOCK_CODES[kind.base]]
         if kind.capacity * item < LARGE_ARRAY:
             variable = self.unused_name("b")
@@ -145,7 +145,7 @@ class ReaderGenerator(Generator):
         self._slice(kind, place, str(kind.capacity))
 
     def emit_sequence(self, kind: FieldType, place: str) -> None:
-        """Emit the reading of a sequence of numbers, bools or bytes."""
+        """Emit the code that reads a sequence of numbers, bools or bytes."""
         self.add_value(_COUNT, "n")
         self.flush()
         self._check_bound(kind)
@@ -168,7 +168,7 @@ class ReaderGenerator(Generator):
         self.at = after_block(self.at, size)
 
     def emit_elements(self, kind: FieldType, place: str) -> None:
-        """Emit the reading of an array or a sequence of strings or messages."""
+        """Emit the code that reads an array or a sequence of strings or messages."""
         count = str(kind.capacity)
         if kind.shape is not Shape.ARRAY:
             count = "n"

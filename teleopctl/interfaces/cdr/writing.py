@@ -25,7 +25,7 @@ class WriterGenerator(Generator):
     parameters = "out, m"
 
     def emit_body(self, definition: Definition) -> None:
-        """Emit the body of the function."""
+        """Emit the code that writes the whole message of a definition."""
         self.constants.update(
             fixed=_fixed, listed=_listed, swapped=_swapped, ValueError=ValueError, zeros=bytes(8)
         )
@@ -33,7 +33,7 @@ class WriterGenerator(Generator):
         self.flush()
 
     def emit_run(self, run: Run, values: list[str], at: Offsets) -> None:
-        """Emit the writing of a run."""
+        """Emit the code that writes a run of fixed-size values."""
         if run.is_single_pad():
             self.emit_line("out.append(0)")
             return
@@ -42,7 +42,7 @@ class WriterGenerator(Generator):
         self.emit_line(f"out += {pack}({', '.join(values)})")
 
     def emit_nested(self, kind: FieldType, place: str) -> None:
-        """Emit the writing of one nested message."""
+        """Emit the code that writes one nested message."""
         if self.inlines(kind.base):
             variable = self.unused_name("m")
             self.emit_line(f"{variable} = {place}")
@@ -56,7 +56,7 @@ class WriterGenerator(Generator):
         self.forget_position()
 
     def emit_value(self, kind: FieldType, place: str) -> None:
-        """Emit the writing of a number or a string."""
+        """Emit the code that writes a number or a string."""
         if kind.base in BLOCK_CODES:
             self.add_value(BLOCK_CODES[kind.base], place)
             return
@@ -72,7 +72,7 @@ class WriterGenerator(Generator):
             self.add_padding()
 
     def emit_fixed_array(self, kind: FieldType, place: str) -> None:
-        """Emit the writing of a fixed array."""
+        """Emit the code that writes a fixed array."""
         size = kind.capacity * ITEM_SIZES[BLOCK_CODES[kind.base]]
         data = self._data(kind, place)
         if size < LARGE_ARRAY:
@@ -86,7 +86,7 @@ class WriterGenerator(Generator):
         self.at = after_block(self.at, ITEM_SIZES[BLOCK_CODES[kind.base]])
 
     def emit_sequence(self, kind: FieldType, place: str) -> None:
-        """Emit the writing of a sequence of numbers, bools or bytes."""
+        """Emit the code that writes a sequence of numbers, bools or bytes."""
         size = ITEM_SIZES[BLOCK_CODES[kind.base]]
         block, count = self.unused_name("v"), self.unused_name("n")
         self.emit_line(f"{block} = {self._data(kind, place)}")
@@ -104,7 +104,7 @@ class WriterGenerator(Generator):
         self.at = before | after_block(self.at, size)
 
     def emit_elements(self, kind: FieldType, place: str) -> None:
-        """Emit the writing of an array or a sequence of strings or messages."""
+        """Emit the code that writes an array or a sequence of strings or messages."""
         elements = self.unused_name("v")
         self.emit_line(f"{elements} = [*{place}]")
         if kind.shape is Shape.ARRAY:

@@ -71,7 +71,7 @@ class RunningSimulation:
         self._spawning = SpawnQueue(lambda: self.simulation.model, self._take)
         self._on_restart = on_restart
 
-    def call(self, what: Callable[[], T]) -> T:
+    def call(self, function: Callable[[], T]) -> T:
         """Call a function on the loop's thread between two physics steps, and return its result.
 
         Raises:
@@ -82,7 +82,7 @@ class RunningSimulation:
 
         def run() -> None:
             try:
-                results.append(what())
+                results.append(function())
             except Exception as error:  # noqa: BLE001 - the caller is to know, the loop goes on
                 errors.append(error)
 
@@ -92,7 +92,7 @@ class RunningSimulation:
             raise errors[0]
         return results[0]
 
-    def call_and_publish(self, what: Callable[[], T]) -> T:
+    def call_and_publish(self, function: Callable[[], T]) -> T:
         """Call a function as `call` does, and publish the state that the function has changed.
 
         Raises:
@@ -101,7 +101,7 @@ class RunningSimulation:
 
         def run() -> T:
             moves, gravity = self.simulation.static_moves, self.simulation.gravity
-            result = what()
+            result = function()
             if (self.simulation.static_moves, self.simulation.gravity) != (moves, gravity):
                 self.changed()
             self.loop.show()

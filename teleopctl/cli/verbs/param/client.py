@@ -218,12 +218,12 @@ class GraphParameters:
         return dict(zip((each.name for each in parameters), results, strict=False))
 
 
-def for_each_node(nodes: "Iterable[str]", do: "Callable[[str], bool]", *, is_one: bool) -> bool:
+def for_each_node(nodes: "Iterable[str]", call: "Callable[[str], bool]", *, is_one: bool) -> bool:
     """Call a function with each node's name; warn of errors; return whether all succeeded.
 
     Args:
         nodes: Full names.
-        do: Whether it went well.
+        call: Called with a node's name; returns whether it succeeded.
         is_one: The user named a single node.
 
     Returns:
@@ -235,7 +235,7 @@ def for_each_node(nodes: "Iterable[str]", do: "Callable[[str], bool]", *, is_one
     all_succeeded = True
     for node in nodes:
         try:
-            all_succeeded &= do(node)
+            all_succeeded &= call(node)
         except TeleopctlError as error:
             if is_one:
                 raise
