@@ -78,7 +78,7 @@ class RobotJoint:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RobotMesh:
-    """Mesh file of a robot, with its place on a link.
+    """Mesh file of a robot: path, scale, and pose on a link.
 
     Attributes:
         link: Name of the link.
@@ -140,11 +140,11 @@ class Robot:
 
     @property
     def actuated_joint_names(self) -> list[str]:
-        """Names of the joints that mimic no other joint."""
+        """Names of the joints that mimic no other joint, in the description's order."""
         return [name for name, joint in self.joints.items() if joint.mimic is None]
 
     def forward_kinematics(self, positions: Mapping[str, float] | None = None) -> dict[str, Array]:
-        """Return the pose of every link, T_root_link, in the frame of the root link.
+        """Return the pose of every link in the root link's frame, as (4, 4) arrays by link.
 
         Floating and planar joints are taken at their origins.
 
@@ -170,7 +170,7 @@ class Robot:
         return {link: _matrix(pose) for link, pose in poses.items()}
 
     def meshes(self, *, collision: bool = False) -> list[RobotMesh]:
-        """Return the mesh files of the robot.
+        """Return the visual (or collision) mesh files of the robot, with their poses on links.
 
         Args:
             collision: Whether to return the collision meshes instead of the visual ones.
@@ -218,7 +218,7 @@ class Robot:
 
 
 def load_robot(path: Path | str, **arguments: str) -> Robot:
-    """Return the robot of a description file.
+    """Read a robot from a URDF, xacro, SDF or MJCF file; return a `Robot`.
 
     Args:
         path: A URDF, xacro, SDF or MJCF file, as a path or as ``package://PACKAGE/PATH``.

@@ -20,7 +20,7 @@ _MOST_HZ = 100_000.0
 
 
 class RobotSimulation:
-    """Simulation of a robot in MuJoCo, stepped by the program, with the results of ``mujoco_sim``.
+    """Simulation of a robot that the program steps itself, the same as in ``mujoco_sim``.
 
     Args:
         robot: The robot, or a description file for `load_robot`.
@@ -94,7 +94,7 @@ class RobotSimulation:
 
     @property
     def mujoco(self) -> tuple[mujoco.MjModel, mujoco.MjData]:
-        """MuJoCo model, and a copy of its data at the present time, sensors included."""
+        """Pair of the MuJoCo model and a copy of its data at the present time, with sensors."""
         return self._simulation.observe()
 
     def command(
@@ -104,7 +104,7 @@ class RobotSimulation:
         velocities: Mapping[str, float] | None = None,
         efforts: Mapping[str, float] | None = None,
     ) -> None:
-        """Set commands of joints, which hold until the next command of the same joint.
+        """Set position, velocity or effort commands of joints; each holds until the next one.
 
         Args:
             positions: Target positions (rad or m) by joint.
@@ -128,7 +128,7 @@ class RobotSimulation:
                 self._simulation.apply(list(commands), **{kind: list(commands.values())})
 
     def step(self, count: int = 1) -> None:
-        """Advance the simulation by a number of control periods."""
+        """Advance the simulation by ``count`` control periods."""
         self._simulation.step(count * self._simulation.steps_per_period)
         self._simulation.read()
 
