@@ -36,17 +36,22 @@ def browser() -> Iterator[Browser]:
             started.close()
 
 
-# Software draws a picture of the page in a tenth of a second, and a page draws all the time.
-_FEW_PICTURES = """
+# Software draws the pictures: few of them, in the light of a small sky, leave the cores to the
+# tests.
+_LITTLE_TO_DRAW = """
 const draw = window.requestAnimationFrame.bind(window);
 window.requestAnimationFrame = (callback) => setTimeout(() => draw(callback), 200);
 window.cancelAnimationFrame = clearTimeout;
+const decode = window.createImageBitmap.bind(window);
+const small = {resizeWidth: 16, resizeHeight: 8};
+window.createImageBitmap = (image, ...options) =>
+  image instanceof Blob ? decode(image, small) : decode(image, ...options);
 """
 
 
-def open_page(browser: Browser, address: str, *, width: int = 900, height: int = 640) -> Page:
-    """Open a page that draws at most five pictures per second, so that the tests get the cores."""
-    page = browser.new_page(viewport={"width": width, "height": height})
-    page.add_init_script(_FEW_PICTURES)
+def open_page(browser: Browser, address: str) -> Page:
+    """Open a page of the viewer that draws at most five pictures per second."""
+    page = browser.new_page(viewport={"width": 900, "height": 640})
+    page.add_init_script(_LITTLE_TO_DRAW)
     page.goto(address)
     return page
