@@ -21,7 +21,7 @@ _SAMPLE_EVERY_S = 1.0
 
 
 class StartTimeouts(NamedTuple):
-    """Longest total time of a start, and longest time without progress.
+    """Time limits for starting background processes: in all, and without any progress.
 
     Attributes:
         stall_s: Longest time without any progress, in seconds.

@@ -44,7 +44,7 @@ def expected(kind: FieldType | str, value: object) -> str:
 
 @cache
 def converter(kind: FieldType, message_class: Callable[[str], type]) -> Converter:
-    """Return the function that checks and converts values for a field of a type.
+    """Return a function that checks and converts values for a field; it finds nested classes.
 
     Args:
         kind: Type of the field.

@@ -118,7 +118,7 @@ def _is_alone(simulation: Simulation, thing: str) -> bool:
 def get_model_list(
     running: RunningSimulation, request: Any, response: Any, warn: Callable[[str], None]
 ) -> None:
-    """Handle ``get_model_list``: return the names of all entities."""
+    """Handle Gazebo classic's ``get_model_list``: return the names of all entities."""
     del request, warn
 
     def look() -> None:
@@ -131,7 +131,7 @@ def get_model_list(
 async def spawn_entity(
     running: RunningSimulation, request: Any, response: Any, warn: Callable[[str], None]
 ) -> None:
-    """Handle ``spawn_entity``: spawn an entity from URDF or SDF text."""
+    """Handle Gazebo classic's ``spawn_entity``: spawn an entity from URDF or SDF text."""
     world = read_world_text(request.xml, "xml")
     # Without a name it gets another one where its own is taken.
     name = choose_name(running, world, request.name, renames=not request.name)
@@ -155,7 +155,7 @@ async def spawn_entity(
 def delete_entity(
     running: RunningSimulation, request: Any, response: Any, warn: Callable[[str], None]
 ) -> None:
-    """Handle ``delete_entity``: remove an entity."""
+    """Handle Gazebo classic's ``delete_entity``: remove an entity."""
     del warn
     running.delete(request.name)
     response.status_message = f"Successfully deleted entity [{request.name}]"
@@ -164,7 +164,7 @@ def delete_entity(
 def get_entity_state(
     running: RunningSimulation, request: Any, response: Any, warn: Callable[[str], None]
 ) -> None:
-    """Handle ``get_entity_state``: return the pose and twist of an entity or link in a frame."""
+    """Handle Gazebo classic's ``get_entity_state``: return an entity's or link's pose and twist."""
     del warn
 
     def look() -> None:
@@ -189,7 +189,7 @@ def get_entity_state(
 def set_entity_state(
     running: RunningSimulation, request: Any, response: Any, warn: Callable[[str], None]
 ) -> None:
-    """Handle ``set_entity_state``: set the pose and twist of an entity."""
+    """Handle Gazebo classic's ``set_entity_state``: set the pose and twist of an entity."""
     del response, warn
     state = request.state
 
@@ -226,7 +226,7 @@ _ENDLESS = 1 << 62
 def apply_link_wrench(
     running: RunningSimulation, request: Any, response: Any, warn: Callable[[str], None]
 ) -> None:
-    """Handle ``apply_link_wrench``: apply a force and torque to a link for a duration."""
+    """Handle Gazebo classic's ``apply_link_wrench``: push a link with a force and torque."""
     del warn
 
     def apply() -> bool:
@@ -242,7 +242,7 @@ def apply_link_wrench(
 def clear_link_wrenches(
     running: RunningSimulation, request: Any, response: Any, warn: Callable[[str], None]
 ) -> None:
-    """Handle ``clear_link_wrenches``: end all external wrenches on a link."""
+    """Handle Gazebo classic's ``clear_link_wrenches``: end all external wrenches on a link."""
     del response
 
     def clear() -> bool:
@@ -282,7 +282,7 @@ def _push(simulation: Simulation, request: Any) -> Push | None:
 def pause_physics(
     running: RunningSimulation, request: Any, response: Any, warn: Callable[[str], None]
 ) -> None:
-    """Handle ``pause_physics``: pause the simulation."""
+    """Handle Gazebo classic's ``pause_physics``: pause the simulation."""
     del request, response, warn
     running.pause()
 
@@ -290,7 +290,7 @@ def pause_physics(
 def unpause_physics(
     running: RunningSimulation, request: Any, response: Any, warn: Callable[[str], None]
 ) -> None:
-    """Handle ``unpause_physics``: resume the simulation."""
+    """Handle Gazebo classic's ``unpause_physics``: resume the simulation."""
     del request, response, warn
     running.play()
 
@@ -298,7 +298,7 @@ def unpause_physics(
 def reset_simulation(
     running: RunningSimulation, request: Any, response: Any, warn: Callable[[str], None]
 ) -> None:
-    """Handle ``reset_simulation``: reset time and states; spawned entities stay."""
+    """Handle Gazebo classic's ``reset_simulation``: reset time and states, not the entities."""
     del request, response, warn
     running.reset(time=True, state=True, spawned=False)
 
@@ -306,7 +306,7 @@ def reset_simulation(
 def reset_world(
     running: RunningSimulation, request: Any, response: Any, warn: Callable[[str], None]
 ) -> None:
-    """Handle ``reset_world``: reset the states of all entities; time continues."""
+    """Handle Gazebo classic's ``reset_world``: reset the states of all entities; time continues."""
     del request, response, warn
     running.reset(time=False, state=True, spawned=False)
 

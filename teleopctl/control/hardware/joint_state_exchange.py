@@ -53,7 +53,7 @@ class JointStateExchange:
         self._command: Any = self._joint_state()
 
     def open(self, member: ExchangeMember) -> None:
-        """Add a component as reader; subscribe to joint states for the first reader."""
+        """Add a hardware component as reader; the first one subscribes to the joint states."""
         self._readers.append(member)
         if self._subscription is None:
             self.message = None

@@ -41,7 +41,7 @@ if TYPE_CHECKING:
 
 
 class Watchdog:
-    """Timer that calls a function for each period that passes without a call of `feed`.
+    """Timer for QoS deadlines and leases: reports each period without a call of `feed`.
 
     `feed` only stores the time: the watchdog's thread, started by the first call, finds out by
     itself that it has to wait longer. However late the thread runs, no period is missed and none
@@ -70,7 +70,7 @@ class Watchdog:
         self._is_closed = False
 
     def feed(self) -> None:
-        """Restart the watchdog's period."""
+        """Restart the watchdog's period, as a message or assertion has arrived."""
         with self._changed:
             if self._is_closed:
                 return
@@ -86,7 +86,7 @@ class Watchdog:
             self._on_silence(passed)
 
     def close(self) -> None:
-        """Stop the watchdog; no period is reported any more."""
+        """Stop the watchdog of a deadline or lease; no missed period is reported any more."""
         with self._changed:
             self._is_closed = True
             self._changed.notify_all()

@@ -102,7 +102,7 @@ _WORLD = ("", "world", "map", "/map")
 
 
 def offer_spawn_services(node: Node, apply_entity: Callable[[GazeboEntity], str]) -> None:
-    """Create ``/spawn_entity`` and ``/delete_entity``, which pass entities to ``apply_entity``.
+    """Create Gazebo classic's ``/spawn_entity`` and ``/delete_entity``, by a function.
 
     Args:
         node: Whose they are.

@@ -82,7 +82,7 @@ def unknown_tags(urdf: str) -> list[str]:
 
 
 def in_lines(lines: Mapping[str, list[int]]) -> list[str]:
-    """Return warnings, each completed with the lines that it is about.
+    """Return warnings as text, each followed by the URDF line numbers where it applies.
 
     Args:
         lines: By sentence.

@@ -58,7 +58,7 @@ class _Slider(NamedTuple):
 
 
 class JointsPanel(Panel):
-    """Panel with a slider for each independent joint."""
+    """Panel with a slider per independent joint, which moves controllers or the shown robot."""
 
     title: ClassVar[str] = "Joints"
     icon = "adjustments-horizontal"

@@ -80,13 +80,13 @@ class TopicsPanel(Panel):
     # --- listening ----------------------------------------------------------------------------
 
     def began(self) -> None:
-        """Subscribe to the echoed topic, and to the measured topics."""
+        """Subscribe to the echoed and the measured topics; called when a first browser looks."""
         self._watched = True
         self._listen()
         self._update_meter()
 
     def ended(self) -> None:
-        """Unsubscribe from the echoed topic and the measured topics."""
+        """Unsubscribe from the echoed and the measured topics; called when no browser looks."""
         self._watched = False
         self._unsubscribe()
         self._update_meter()

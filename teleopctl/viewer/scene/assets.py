@@ -177,7 +177,7 @@ def path_of_uri(uri: str, folder: Path | None = None) -> Path:
 
 
 def file_stamp(path: Path) -> tuple[int, int]:
-    """Return a file's size and modification time (ns), to detect changes of the file.
+    """Return a file's size and modification time (ns), to detect changes; raise if missing.
 
     Raises:
         OSError: The file is missing.
