@@ -7,6 +7,7 @@ import signal
 import sys
 import threading
 import time
+from functools import partial
 from typing import Any
 
 import pytest
@@ -15,6 +16,7 @@ from teleopctl.control import client as control_client
 from teleopctl.control.client import ControllerManagerClient, ControllerManagerUnavailableError
 from teleopctl.interfaces import get_service
 from teleopctl.node import Client, Context, Node, SingleThreadedExecutor
+from teleopctl.testing import eventually
 
 LIST = get_service("controller_manager_msgs/srv/ListControllers")
 SWITCH = get_service("controller_manager_msgs/srv/SwitchController")
@@ -38,6 +40,9 @@ def stopped_manager(ros, tmp_path):
     path.write_text(MANAGER)
     manager = ros.spawn_command([sys.executable, "-m", "teleopctl.nodes", str(path)])
     manager.wait_for_line("ready")
+    # It is stopped when the graph knows of its services.
+    for service in ("list_controllers", "switch_controller"):
+        eventually(partial(ros.node.count_services, f"/controller_manager/{service}"))
     os.kill(manager.pid, signal.SIGSTOP)
     yield
     os.kill(manager.pid, signal.SIGCONT)

@@ -39,6 +39,7 @@ _SHOWN_EVERY_S = 3.0
 # What waits for a topic that nobody publishes is up when that has held for so long, in seconds: the
 # graph may not show a publisher yet that has been made.
 _SETTLED_AFTER_S = 0.5
+_SETTLED_ANYWAY_S = 3.0
 
 
 class NewNodes:
@@ -103,20 +104,27 @@ class RunningLaunch(Protocol):
 
 
 class _Settled:
-    """Whether something has held for a while."""
+    """Whether something has held while the graph stood still, or for long."""
 
     def __init__(self) -> None:
-        self._since: float | None = None
+        self._graph: Graph | None = None
+        self._began = self._since = 0.0
 
-    def holds(self, condition: bool) -> bool:
-        """Return whether a condition has been true for half a second."""
+    def holds(self, condition: bool, graph: Graph) -> bool:
+        """Return whether a condition has been true for half a second without a new graph, or 3 s.
+
+        On a busy machine the publisher that is waited for may come late into the graph, among
+        others.
+        """
         now = time.monotonic()
         if not condition:
-            self._since = None
+            self._graph = None
             return False
-        if self._since is None:
-            self._since = now
-        return now - self._since >= _SETTLED_AFTER_S
+        if self._graph is None:
+            self._began = now
+        if graph is not self._graph:
+            self._graph, self._since = graph, now
+        return now - self._since >= _SETTLED_AFTER_S or now - self._began >= _SETTLED_ANYWAY_S
 
 
 class _Wait:
@@ -198,7 +206,7 @@ def wait_for_node(
             raise LaunchError(f"{record.name}: {said.detail}", hint=f"It goes on running. {hint}")
         nodes = sorted(next(iter(new_nodes.names_by_session(graph).values()), []))
         waits = state == progress.WAITING and not graph.publishers(said.detail if said else "")
-        if nodes and (state in (progress.STARTED, progress.READY) or settled.holds(waits)):
+        if nodes and (state in (progress.STARTED, progress.READY) or settled.holds(waits, graph)):
             return nodes
         work = reported_step(record.log_file)
         if not work:
@@ -254,7 +262,7 @@ def wait_for_launch(
         up = find_up_processes(statuses, new_nodes.names_by_session(graph), graph)
         names = dict(up.names)
         all_here = len(names) + len(up.waiting) == len(statuses)
-        if settled.holds(all_here and bool(up.waiting) and failure is None):
+        if settled.holds(all_here and bool(up.waiting) and failure is None, graph):
             names.update((process.name, process.node_name) for process in statuses)
         for process in statuses:
             if process.name in names and process.name not in reported:
@@ -374,7 +382,7 @@ def report_when_up(new_nodes: NewNodes, launch: RunningLaunch) -> Iterator[None]
                 if not any(process.state == "died" for process in now):
                     launch.log("ERROR", failure.text)
                 return
-            if complete and not launch.pending() and (not up.waiting or settled.holds(True)):
+            if complete and not launch.pending() and (not up.waiting or settled.holds(True, graph)):
                 running = [process for process in now if process.state == "running"]
                 if running:
                     text, pages = _what_is_up_now(running), addresses(running)

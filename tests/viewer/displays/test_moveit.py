@@ -1,6 +1,7 @@
 """MoveIt's states, paths and scenes: the robot drawn again, objects where messages put them."""
 
 import math
+import time
 from concurrent.futures import Future
 from types import SimpleNamespace
 
@@ -197,7 +198,7 @@ def test_a_planned_path_is_played_once_and_a_loop_begins_anew(stage):
     display.tick()
     ghost = display._overlay
     assert ghost._root.visible
-    display._began -= 0.3
+    display._began = time.monotonic() - 0.3
     display.tick()
     assert 0.8 < 2 * math.asin(stands(ghost, "upper")[6]) < 1.0
     display._began -= 10.0
