@@ -64,6 +64,9 @@ else:
 # Children of this process, kept so that they are reaped when they end.
 _children: dict[int, subprocess.Popen[str]] = {}
 
+# Of children that have ended and whose pid may be another process's by now: pid and start mark.
+_exit_statuses: dict[tuple[int, str], int] = {}
+
 
 class StartTime(NamedTuple):
     """Start time of a process, with a mark that survives clock changes.
@@ -222,6 +225,9 @@ def announce_ready(failure: str | None = None) -> None:
 
 def exit_status(record: ProcessRecord) -> int | None:
     """Return the exit status of a child process; None while it runs and for others."""
+    known = _exit_statuses.get((record.pid, record.start.mark))
+    if known is not None:
+        return known
     child = _children.get(record.pid)
     return None if child is None else child.poll()
 
@@ -432,8 +438,9 @@ def _process(record: ProcessRecord) -> "psutil.Process | None":
     import psutil
 
     child = _children.get(record.pid)
-    if child is not None and child.poll() is not None:
+    if child is not None and (status := child.poll()) is not None:
         # Its pid may be another process's by now, the recorded one's too.
+        _exit_statuses[record.pid, record.start.mark] = status
         del _children[record.pid]
     try:
         process = psutil.Process(record.pid)

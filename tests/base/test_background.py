@@ -108,6 +108,12 @@ def test_a_process_that_was_killed_leaves_no_record():
     eventually(lambda: background.records() == [], what="its end")
 
 
+def test_the_exit_status_of_a_child_is_known_after_it_was_seen_to_have_ended():
+    record = background.start("ends", [sys.executable, "-c", "raise SystemExit(3)"])
+    eventually(lambda: not background.is_alive(record))
+    assert background.exit_status(record) == 3
+
+
 def test_stopping_what_has_ended_does_no_harm():
     record = background.start("sleeper", SLEEPER, kind="node")
     background.stop(record)

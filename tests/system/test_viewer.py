@@ -103,8 +103,13 @@ def drag_to_the_right(page: Page, slider: Locator) -> None:
 def moved_by_dragging(ros: RosGraph, page: Page, slider: Locator, joint: str) -> Any:
     """The state of a robot whose slider was dragged; a page under construction may miss it once."""
 
+    last = 0.0
+
     def has_moved(state: Any) -> bool:
-        return position_of(state, joint) > 0.3
+        # And stands still again: the hand goes on for a moment.
+        nonlocal last
+        before, last = last, position_of(state, joint)
+        return last > 0.3 and last == before
 
     for _ in range(3):
         drag_to_the_right(page, slider)
