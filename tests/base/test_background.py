@@ -109,7 +109,7 @@ def test_a_process_that_was_killed_leaves_no_record():
 
 
 def test_the_exit_status_of_a_child_is_known_after_it_was_seen_to_have_ended():
-    record = background.start("ends", [sys.executable, "-c", "raise SystemExit(3)"])
+    record = background.start("ends", [sys.executable, "-c", "raise SystemExit(3)"], kind="node")
     eventually(lambda: not background.is_alive(record))
     assert background.exit_status(record) == 3
 
