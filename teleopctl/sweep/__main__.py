@@ -1,7 +1,7 @@
 """``python -m teleopctl.sweep FOLDER``: one run of a sweep, as the sweep starts it.
 
-With ``--guarded`` the run is stopped when its standard input ends, and so when the process at the
-other end of the pipe has ended.
+With ``--guarded`` the run is stopped at the end of standard input, which is a pipe: it ends when
+the parent process ends.
 """
 
 from __future__ import annotations

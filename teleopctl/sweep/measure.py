@@ -49,7 +49,7 @@ def parse_measure(text: str) -> Measure:
     """Return the `Measure` for a text such as ``/joint_states/position[0]:max``; default ``:last``.
 
     Raises:
-        UsageError: It is not of that form.
+        UsageError: The text does not have that form, or the statistic is unknown.
     """
     match = _FORM.fullmatch(text)
     how = (match["how"] or "last") if match else ""
@@ -65,8 +65,8 @@ def measure_bag(bag: Path, measure: Measure) -> float:
     """Return a measure's number: its statistic of the field's values in a run's bag.
 
     Raises:
-        NotFoundError: The bag, or such a topic of it, is not there.
-        InvalidMessageError: It has no message there, or the field is no finite number.
+        NotFoundError: The bag, or the topic in the bag, does not exist.
+        InvalidMessageError: The topic has no messages, or the number is not finite.
     """
     with open_bag(bag) as opened:
         field = parse_field(measure.field, [topic.name for topic, _ in opened.metadata.topics])
@@ -82,7 +82,7 @@ def measure_bag(bag: Path, measure: Measure) -> float:
 
 
 def _number(name: str, value: object) -> float:
-    # numpy's numbers too.
+    # Real includes numpy's numbers.
     if isinstance(value, Real):
         return float(value)
     raise InvalidMessageError(f"{name} is no number but {type(value).__name__}")

@@ -1,6 +1,7 @@
 """One run of a sweep: a launch, simulated and recorded, with its request and its result.
 
-It has a process of its own, in whose environment router, domain and folders are its own.
+Each run is executed in a separate process, whose environment sets its own router, ROS domain and
+folders.
 """
 
 from __future__ import annotations
@@ -32,17 +33,17 @@ RUNTIME = "runtime"
 RESULT_FILE = "result.json"
 _REQUEST_FILE = "run.json"
 
-# As many as ROS 2 has beside the usual one.
+# Number of ROS domain IDs without the default 0.
 _DOMAINS = 231
 
 SIMULATOR = "mujoco_sim"
 _SET_PAUSE = "mujoco_ros2_control_msgs/srv/SetPause"
 
-# How often it is looked whether the launch has ended, in seconds.
+# Period in seconds of checks whether the launch has ended.
 _LOOK_EVERY_S = 0.05
 _BEGINS_WITHIN_S = 30.0
 _ANSWER_WITHIN_S = 5.0
-# What a recorder may need to write what is still in memory.
+# Time that the recorder may need to write its queued messages.
 _ENDS_WITHIN_S = 30.0
 
 
@@ -51,16 +52,17 @@ class RunRequest:
     """Request for one run of a sweep: launch file, arguments, varied parameters and duration.
 
     Attributes:
-        number: From 1.
+        number: Number of the run, starting at 1.
         file: Absolute path of the launch file.
-        arguments: Its launch arguments, the same in each run.
-        parameters: What is varied: launch arguments, and parameters of nodes as ``node:parameter``.
-        duration_s: Simulated seconds after which it ends, or None.
-        timeout_s: Seconds of wall time after which it has failed, or None; its start counts.
-        stall_timeout_s: Seconds without progress after which its start has failed, or None for
-            those of `StartTimeouts`.
-        after: Executables of the launch that end by themselves before its time runs.
-        measures: What is measured, as `parse_measure` reads it.
+        arguments: Launch arguments that are the same in each run.
+        parameters: Varied values: launch arguments, and node parameters as ``node:parameter``.
+        duration_s: Simulated seconds after which the run ends, or None.
+        timeout_s: Seconds of wall time after which the run times out, start included; None for no
+            timeout.
+        stall_timeout_s: Seconds without progress after which the start has failed, or None for the
+            default of `StartTimeouts`.
+        after: Executables of the launch that must exit without error before the simulation begins.
+        measures: Measures to compute, as `parse_measure` reads them.
     """
 
     number: int
@@ -88,15 +90,15 @@ class RunResult:
     """Result of one run of a sweep: outcome, measures and times.
 
     Attributes:
-        number: Of the run.
-        parameters: What was varied.
+        number: Number of the run.
+        parameters: Varied values of the run.
         result: ``done``, ``failed`` or ``timed out``.
-        error: Why it failed, or what could not be measured; empty otherwise.
-        wall_s: How long it took, in seconds of wall time.
-        simulated_s: The simulated time that it reached, or None where there was none.
-        measures: What was measured, None where that failed.
-        folder: Where its bag and its logs are.
-        machine: The name of the worker of a cluster that did it; empty for this machine.
+        error: Reason of a failure, or error of the first failed measure; empty otherwise.
+        wall_s: Duration of the run, in seconds of wall time.
+        simulated_s: Last simulated time in seconds, or None without simulated time.
+        measures: Value of each measure; None for a failed one.
+        folder: Path of the folder with the bag and logs.
+        machine: Name of the cluster worker that executed the run; empty for this machine.
     """
 
     number: int
@@ -140,7 +142,7 @@ def run_once(folder: Path) -> RunResult:
     """Launch, record and measure the run that a folder's request describes; return the result.
 
     Raises:
-        KeyboardInterrupt: It was stopped; nothing is written down then.
+        KeyboardInterrupt: The run was stopped; no result is written.
     """
     request = load_request(folder)
     started = time.monotonic()
@@ -173,7 +175,7 @@ def run_once(folder: Path) -> RunResult:
 def _launch(request: RunRequest, folder: Path) -> None:
     from teleopctl.launch import LaunchRequest, start_in_background
 
-    # It begins when everything is there, so that no run depends on how fast that was.
+    # The simulation starts paused, and begins when the launch is up: start-up times do not matter.
     simulator = ["-p", "paused:=true", "-p", "real_time_factor:=0.0"]
     if request.duration_s is not None:
         simulator += ["-p", f"end_time:={request.duration_s:f}"]
@@ -225,7 +227,7 @@ def _timeouts(request: RunRequest) -> StartTimeouts:
 
 
 def _program(process: str) -> str:
-    """The executable of a process of a launch, which is called ``exec-N``."""
+    """Return the executable of a launch process, whose name is ``exec-N``."""
     return process.rpartition("-")[0]
 
 
@@ -263,7 +265,7 @@ def _begin(simulators: list[str], record: ProcessRecord) -> None:
                 answer = client.call(service.Request(paused=False), _ANSWER_WITHIN_S)
                 if answer is not None and answer.success:
                     break
-                # It refuses until it has got its robot.
+                # The simulator rejects the request until its robot is loaded.
                 reason = answer.message if answer else reason
                 time.sleep(_LOOK_EVERY_S)
 
@@ -293,7 +295,7 @@ def _how_it_died(entry: Running) -> str:
 def _look_into_bag(
     bag: Path, measures: list[str]
 ) -> tuple[float | None, dict[str, float | None], str]:
-    """The simulated time that was reached, the measures, and why one could not be taken."""
+    """Return the last simulated time, the measures, and the error of the first failed one."""
     from teleopctl.sweep.measure import measure_bag, parse_measure
 
     simulated_s, error = None, ""
@@ -302,7 +304,7 @@ def _look_into_bag(
         whole_s = measure_bag(bag, parse_measure("/clock/clock/sec"))
         simulated_s = whole_s + 1e-9 * measure_bag(bag, parse_measure("/clock/clock/nanosec"))
     except TeleopctlError:
-        pass  # no simulated time was told
+        pass  # the bag has no /clock
     for text in measures:
         try:
             values[text] = measure_bag(bag, parse_measure(text))
@@ -315,15 +317,15 @@ def environment(folder: Path, domain_index: int, port: int) -> Mapping[str, str]
     """Return a run's environment variables: its router, folders and ROS domain, to isolate the run.
 
     Args:
-        folder: The run's.
-        domain_index: Which of the runs at the same time it is, from 0.
-        port: Where its router is to listen, on the loopback interface.
+        folder: Folder of the run.
+        domain_index: Number that differs between simultaneous runs; selects the ROS domain.
+        port: TCP port of the run's router on the loopback interface.
     """
     return os.environ | {
         "TELEOPCTL_ROUTER": f"tcp/127.0.0.1:{port}",
         "TELEOPCTL_VIEWER": "false",
         "TELEOPCTL_RUNTIME_DIR": str(folder / RUNTIME),
         "ROS_LOG_DIR": str(folder / "log"),
-        # Even if somebody else's router has that port meanwhile.
+        # Isolates the run even if another router has taken that port.
         "ROS_DOMAIN_ID": str(1 + domain_index % _DOMAINS),
     }

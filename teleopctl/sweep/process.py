@@ -27,7 +27,7 @@ from teleopctl.sweep.one_run import (
 )
 
 LOG_FILE = "run.log"
-# Behind the folder on the command line of a run's process.
+# Option after the folder on the command line of a run's process.
 GUARDED = "--guarded"
 
 
@@ -35,7 +35,7 @@ class RunProcesses:
     """Child processes that execute the runs of a sweep; its methods are thread-safe.
 
     Args:
-        guarded: Whether the processes are to end when the present one is no more.
+        guarded: Whether the child processes end when this process ends, even if it is killed.
     """
 
     def __init__(self, *, guarded: bool = False) -> None:
@@ -49,7 +49,7 @@ class RunProcesses:
         with self._lock:
             self._stopped = True
             for process in self._at_work:
-                # Windows has no interrupt that reaches a process without a common console.
+                # On Windows an interrupt does not reach a process of another console.
                 process.send_signal(signal.SIGTERM if os.name == "nt" else signal.SIGINT)
 
     def run(
@@ -63,11 +63,11 @@ class RunProcesses:
         """Execute a run in a child process and wait; return its result, or None after `stop`.
 
         Args:
-            request: The run's request.
-            folder: The run's folder, in which the request is written.
+            request: Request of the run.
+            folder: Folder of the run, which already contains the request.
             domain_index: See `environment`.
-            port: See there.
-            cwd: Where relative paths start; None for the present folder.
+            port: See `environment`.
+            cwd: Working directory of the child process; None for the current one.
 
         Returns:
             The result; None after `stop`.
@@ -88,7 +88,7 @@ class RunProcesses:
         return None if self._stopped else result
 
     def _run(self, folder: Path, domain_index: int, port: int, cwd: Path | None) -> int:
-        """Do a run; returns how its process ended."""
+        """Execute a run in a child process, and return the exit status of the process."""
         clear_run(folder)
         with open(folder / LOG_FILE, "wb", opener=open_private) as log:
             with self._lock:
@@ -99,11 +99,11 @@ class RunProcesses:
                     + ([GUARDED] if self._guarded else []),
                     env=dict(environment(folder, domain_index, port)),
                     cwd=cwd,
-                    # Nobody writes into the pipe; it ends with whoever holds it.
+                    # The pipe carries no data; it closes when this process ends.
                     stdin=subprocess.PIPE if self._guarded else subprocess.DEVNULL,
                     stdout=log,
                     stderr=subprocess.STDOUT,
-                    # Ctrl-C is for the sweep, which stops its runs.
+                    # Ctrl-C goes to the sweep only, which then stops its runs.
                     start_new_session=True,
                 )
                 self._at_work.add(process)
@@ -112,9 +112,9 @@ class RunProcesses:
                 self._at_work.discard(process)
             if process.stdin is not None:
                 process.stdin.close()
-        # A process that was killed could not end what it had started.
+        # A killed process could not stop its own child processes.
         for record in background.records(folder / RUNTIME):
-            # What not even SIGKILL ends shall not end the sweep.
+            # A process that survives SIGKILL must not end the sweep.
             with contextlib.suppress(SystemFailureError):
                 background.stop(record)
         shutil.rmtree(folder / RUNTIME, ignore_errors=True)

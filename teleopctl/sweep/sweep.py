@@ -19,14 +19,14 @@ class Sweep:
     """Many runs of a launch file, with requests, results and bags in numbered folders.
 
     Args:
-        folder: Theirs; each run has one below it, by its number.
-        requests: What each is to be.
+        folder: Folder of the sweep, with a numbered subfolder for each run.
+        requests: Requests of the runs.
     """
 
     def __init__(self, folder: Path, requests: Sequence[RunRequest]) -> None:
         self.folder = folder
         self.requests = list(requests)
-        # What this process has seen, also where there was no room to write it down.
+        # Results of this process by run number, also those that could not be written to disk.
         self._seen: dict[int, RunResult] = {}
 
     @classmethod
@@ -36,12 +36,12 @@ class Sweep:
         """Create and return a sweep: write its options, and each run's request into a folder.
 
         Args:
-            folder: Where there is nothing yet.
-            requests: What each run is to be.
-            options: Options of the command, to be kept beside the runs, as JSON.
+            folder: New or empty folder.
+            requests: Requests of the runs.
+            options: Options of the command, written to ``sweep.json``.
 
         Raises:
-            RefusedError: There is something already.
+            RefusedError: The folder is not empty.
         """
         if folder.exists() and any(folder.iterdir()):
             raise RefusedError(
@@ -61,8 +61,8 @@ class Sweep:
         """Return the sweep that a folder contains, with the requests read from its runs' folders.
 
         Raises:
-            NotFoundError: There is none in that folder.
-            InvalidFileError: A file of it is broken.
+            NotFoundError: The folder contains no sweep.
+            InvalidFileError: The request of a run cannot be read.
         """
         if not (folder / SWEEP_FILE).is_file():
             raise NotFoundError(f"There is no sweep in '{folder}': it has no {SWEEP_FILE}")
@@ -107,7 +107,7 @@ class Sweep:
             on_result: Called with the result of each run.
 
         Raises:
-            KeyboardInterrupt: Ctrl-C; the runs at work have been stopped, what is done is kept.
+            KeyboardInterrupt: Ctrl-C; running runs have been stopped, finished runs are kept.
         """
         left: queue.SimpleQueue[RunRequest] = queue.SimpleQueue()
         for request in self.pending():
@@ -141,8 +141,8 @@ class _RunThreads:
     """Threads that execute runs; put None into ``events`` when one begins, then its result.
 
     Args:
-        sweep: Whose runs.
-        left: What is to be done.
+        sweep: Sweep of the runs.
+        left: Queue of the pending requests.
     """
 
     def __init__(self, sweep: Sweep, left: queue.SimpleQueue[RunRequest]) -> None:

@@ -12,7 +12,7 @@ from typing import NamedTuple
 from teleopctl.errors import UsageError
 
 _CALL = re.compile(r"(?P<name>[a-z_]+)\((?P<values>.*)\)")
-# More runs than anybody waits for: a slip of the hand.
+# More runs than this are taken to be a typing error.
 _MOST_RUNS = 1_000_000
 
 
@@ -20,8 +20,8 @@ class GridParameter(NamedTuple):
     """Launch argument or node parameter of a sweep that takes each of a list of values.
 
     Attributes:
-        name: A launch argument, or ``node:parameter``.
-        values: As texts.
+        name: Launch argument, or ``node:parameter``.
+        values: Values as texts.
     """
 
     name: str
@@ -32,9 +32,9 @@ class RandomParameter(NamedTuple):
     """Launch argument or node parameter of a sweep, drawn from a distribution for each run.
 
     Attributes:
-        name: A launch argument, or ``node:parameter``.
-        distribution: As on the command line, such as ``uniform(0.2,1)``.
-        draw: Takes the source of random numbers.
+        name: Launch argument, or ``node:parameter``.
+        distribution: Distribution as on the command line, such as ``uniform(0.2,1)``.
+        draw: Called with the random number generator; returns a value as text.
     """
 
     name: str
@@ -46,7 +46,7 @@ def parse_grid(text: str) -> GridParameter:
     """Return the `GridParameter` for a text: ``mass:=0.5,1,2`` or ``mass:=linspace(0,1,5)``.
 
     Raises:
-        UsageError: It is not of that form.
+        UsageError: The text does not have one of these forms.
     """
     name, value = _split(text, "--grid mass:=0.5,1,2")
     call = _CALL.fullmatch(value)
@@ -66,7 +66,7 @@ def parse_sample(text: str) -> RandomParameter:
     """Return the `RandomParameter` for a text such as ``friction:=uniform(0.2,1)``.
 
     Raises:
-        UsageError: It is not of that form, or there is no such distribution.
+        UsageError: The text does not have that form, or names an unknown distribution.
     """
     name, value = _split(text, "--sample friction:=uniform(0.2,1)")
     call = _CALL.fullmatch(value)
@@ -88,8 +88,8 @@ def combinations(
 ) -> list[dict[str, str]]:
     """Return the parameters of all runs: each grid combination, with ``runs`` random draws.
 
-    Each combination gets the same draws, so that they can be compared, and each sampled parameter
-    has random numbers of its own: another parameter beside it does not change them.
+    All combinations use the same draws, so that they can be compared. Each sampled parameter has
+    its own random number generator: adding another parameter does not change its values.
 
     Raises:
         UsageError: A parameter is varied twice, or there are too many runs.
@@ -145,7 +145,7 @@ def _split(text: str, example: str) -> tuple[str, str]:
 
 
 def _elements(text: str) -> list[str]:
-    """Split at commas that stand in no brackets."""
+    """Split at commas outside of brackets."""
     elements, depth = [""], 0
     for character in text:
         if character == "," and depth == 0:
@@ -167,11 +167,11 @@ def _numbers(text: str, values: str, count: int) -> list[float]:
 
 
 def _text(number: float, digits: int = 6) -> str:
-    """A number as it is passed on and shown: in six digits, where that is not too few for it.
+    """Return a number as text with six significant digits, or ``digits`` if six are imprecise.
 
-    Six tell one random value from another, but not 1000000 from 1000000.5.
+    Six digits distinguish random values, but not 1000000 from 1000000.5.
 
-    With a point, or as an exponent, so that YAML reads no integer.
+    The text contains a decimal point, so that YAML does not read an integer.
     """
     text = f"{number:.6g}"
     if not math.isclose(float(text), number, rel_tol=10.0**-digits):

@@ -21,8 +21,8 @@ class TransformBroadcaster:
     """Publishes transforms on ``/tf``.
 
     Args:
-        node: The node that publishes.
-        qos: Quality of service, or the depth of the queue.
+        node: Node of the publisher.
+        qos: QoS profile of the publisher, or the depth of its queue.
     """
 
     def __init__(self, node: Node, qos: QoSProfile | int = _TF_DEPTH) -> None:
@@ -39,11 +39,11 @@ class TransformBroadcaster:
 class StaticTransformBroadcaster:
     """Publishes static transforms on ``/tf_static``, latched.
 
-    A late listener hears the last message only, so each one holds every frame so far.
+    A late subscriber receives the last message only, so each message holds all frames sent so far.
 
     Args:
-        node: The node that publishes.
-        qos: Quality of service; latched if None.
+        node: Node of the publisher.
+        qos: QoS profile of the publisher; `qos_profile_latched` if None.
     """
 
     def __init__(self, node: Node, qos: QoSProfile | None = None) -> None:

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 _log = logging.getLogger(__name__)
 
-# From a second on a step back of the clock is a new run of the simulation, as in tf2_ros.
+# As in tf2_ros, a step back of the clock by 1 s or more means a new run of the simulation.
 _BACK_S = -1
 
 _Answer = TypeVar("_Answer")
@@ -30,14 +30,14 @@ _Answer = TypeVar("_Answer")
 class Buffer(BufferCore, BufferInterface):
     """Buffer of transforms over time whose lookups can wait, as in tf2_ros.
 
-    All methods may be called from any thread. A time of 0 (``Time()``) asks for the newest time
-    at which every frame between the two is known. When the simulated time of its node goes back,
-    moving frames are forgotten.
+    All methods may be called from any thread. A time of 0 (``Time()``) selects the newest time
+    at which every frame between the two is known. When the simulated time of the node jumps back,
+    moving frames are dropped.
 
     Args:
-        cache_time: How far back moving frames are remembered; 10 s if None.
-        node: Offers the frames as the service ``tf2_frames``, for tools; none does if None. The
-            transforms themselves come through a ``TransformListener``.
+        cache_time: Duration for which transforms of moving frames are kept; 10 s if None.
+        node: Node that provides the service ``tf2_frames``, for tools; no service if None. The
+            transforms themselves are added by a ``TransformListener``.
     """
 
     def __init__(self, cache_time: TimeLike | None = None, node: Node | None = None) -> None:
@@ -67,7 +67,7 @@ class Buffer(BufferCore, BufferInterface):
         )
 
     def time_jump_callback(self, time_jump: TimeJump) -> None:
-        """Drop the moving frames after a jump back in time."""
+        """Drop the moving frames after a jump back in time or a change of the time source."""
         went_back = time_jump.delta.nanoseconds < 0
         _log.warning(
             "Detected %s. Clearing TF buffer.",
@@ -86,19 +86,19 @@ class Buffer(BufferCore, BufferInterface):
         """Return the transform from the source frame to the target frame.
 
         Args:
-            target_frame: The frame in which the answer is expressed.
-            source_frame: The frame that is looked for.
-            time: When; 0 for the newest time that is known.
-            timeout: A ``Duration`` to wait for it at most; None does not wait.
+            target_frame: Frame in which the result is expressed.
+            source_frame: Frame whose pose is looked up.
+            time: Time of the transform; 0 for the newest time that is known.
+            timeout: Longest ``Duration`` to wait for the transform; None does not wait.
 
         Returns:
             A ``geometry_msgs/msg/TransformStamped``.
 
         Raises:
-            LookupException: When a frame is not known.
-            ConnectivityException: When no chain joins the frames.
-            ExtrapolationException: When the time lies outside of what is known.
-            InvalidArgumentException: When a frame's name is not allowed.
+            LookupException: A frame is not known.
+            ConnectivityException: The frames are not connected.
+            ExtrapolationException: The time lies outside of the buffered transforms.
+            InvalidArgumentException: The name of a frame is invalid.
         """
         stamp, transform = self.lookup(target_frame, source_frame, stamp_of(time), timeout)
         return transform_stamped(target_frame, source_frame, stamp, transform)
@@ -122,12 +122,12 @@ class Buffer(BufferCore, BufferInterface):
         """Return the transform from the source at one time to the target at another.
 
         Args:
-            target_frame: The frame in which the answer is expressed.
-            target_time: When the target is looked at.
-            source_frame: The frame that is looked for.
-            source_time: When the source is looked at.
-            fixed_frame: The frame that does not move between the two times.
-            timeout: A ``Duration`` to wait for it at most; None does not wait.
+            target_frame: Frame in which the result is expressed.
+            target_time: Time of the target frame.
+            source_frame: Frame whose pose is looked up.
+            source_time: Time of the source frame.
+            fixed_frame: Frame that does not move between the two times.
+            timeout: Longest ``Duration`` to wait for the transform; None does not wait.
 
         Returns:
             A ``geometry_msgs/msg/TransformStamped``.
@@ -210,7 +210,7 @@ class Buffer(BufferCore, BufferInterface):
         if self.jump_handle is None:
             self._follow(node.get_clock())
 
-    # Any, here and below: a bool, or a pair where it is asked for.
+    # Any, here and below: a bool, or a pair with return_debug_tuple.
     def can_transform(
         self,
         target_frame: str,
@@ -222,7 +222,7 @@ class Buffer(BufferCore, BufferInterface):
         """Return whether ``lookup_transform`` has a result.
 
         Returns:
-            A bool, or (bool, why not) with ``return_debug_tuple``.
+            A bool, or (bool, reason of a failure) with ``return_debug_tuple``.
         """
         answer = self._between(target_frame, source_frame, stamp_of(time), "canTransform")
         return self._known_in_time(answer, timeout, return_debug_tuple)
@@ -254,7 +254,7 @@ class Buffer(BufferCore, BufferInterface):
     def _when_known(self, answer: Callable[[], _Answer], timeout: TimeLike | None) -> _Answer:
         """Return an answer as soon as there is one, within a timeout.
 
-        The time is the wall's: simulated time may stand still, a caller should not.
+        The timeout is in wall time, so that it also ends while simulated time stands still.
         """
         left = 0.0 if timeout is None else to_seconds(stamp_of(timeout))
         deadline = wall.monotonic() + left

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 _Result = TypeVar("_Result")
 
-# By the numbers of tf2_msgs/msg/TF2Error; any other is a TransformException.
+# Keys: error codes of tf2_msgs/msg/TF2Error. Other codes raise a TransformException.
 _ERRORS: dict[int, type[TransformException]] = {
     1: LookupException,
     2: ConnectivityException,
@@ -38,13 +38,14 @@ _PADDING_S = 2.0
 class BufferClient(BufferInterface):
     """Client of a buffer server, for lookups by the action ``tf2_msgs/action/LookupTransform``.
 
-    Calls block their thread, and need no executor meanwhile.
+    Calls block their thread, and need no executor to return.
 
     Args:
-        node: Owner.
+        node: Node of the action client.
         ns: Name of the server's action.
-        check_frequency: Of tf2_ros, which looks for the answer that often; here it is an event.
-        timeout_padding: How much longer than asked for the answer may take; 2 s if None.
+        check_frequency: Unused. tf2_ros polls for the result at this rate in Hz; this client waits
+            for an event.
+        timeout_padding: Time to wait for the server in addition to a timeout; 2 s if None.
     """
 
     def __init__(
@@ -60,7 +61,7 @@ class BufferClient(BufferInterface):
         self.node = node
         self.check_frequency = check_frequency
         self.timeout_padding = timeout_padding or Duration(seconds=_PADDING_S)
-        # Any: the types of an action that is known by name.
+        # Any: the types of an action that is loaded by name.
         self.action_client: ActionClient[Any, Any, Any] = ActionClient(
             node, get_action("tf2_msgs/action/LookupTransform"), ns
         )
@@ -71,8 +72,8 @@ class BufferClient(BufferInterface):
         """Return the transform from the source frame to the target frame; see ``Buffer``.
 
         Raises:
-            TimeoutException: There is no server, or it does not answer in time.
-            TransformException: As the server's buffer says.
+            TimeoutException: There is no server, or the server does not respond in time.
+            TransformException: The lookup in the server's buffer failed.
         """
         goal = self._goal(target_frame, source_frame, time, timeout)
         return self._ask(goal, stamp_of(timeout or 0))

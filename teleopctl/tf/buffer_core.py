@@ -27,11 +27,11 @@ Lookup = Callable[[], tuple[int, Transform]]
 class BufferCore:
     """Buffer of transforms over time, without ROS communication.
 
-    All methods may be called from any thread. A time of 0 (``Time()``) asks for the newest time
+    All methods may be called from any thread. A time of 0 (``Time()``) selects the newest time
     at which every frame between the two is known.
 
     Args:
-        cache_time: How far back moving frames are remembered, a ``Duration``; 10 s if None.
+        cache_time: ``Duration`` for which transforms of moving frames are kept; 10 s if None.
     """
 
     def __init__(self, cache_time: TimeLike | None = None) -> None:
@@ -39,13 +39,13 @@ class BufferCore:
         self._tree = FrameTree(self.cache_time_ns)
         self._changed = threading.Condition()
 
-    # -- what is known ---------------------------------------------------------------------------
+    # -- transforms ------------------------------------------------------------------------------
 
     def set_transform(self, transform: TransformStamped, authority: str = "") -> None:
         """Add a ``geometry_msgs/msg/TransformStamped`` of a moving frame.
 
-        One of a time that is known already takes its place. What is not valid, or older than what
-        is remembered, is logged and left out.
+        A transform replaces an earlier one with the same stamp. Invalid transforms, and transforms
+        older than the cache time, are logged and ignored.
         """
         self._set(transform, authority, static=False)
 
@@ -77,7 +77,7 @@ class BufferCore:
         with self._changed:
             return self._tree.latest()
 
-    # -- questions -------------------------------------------------------------------------------
+    # -- lookups ---------------------------------------------------------------------------------
 
     def lookup_transform_core(
         self, target_frame: str, source_frame: str, time: TimeLike
@@ -125,8 +125,8 @@ class BufferCore:
         """Return the newest time at which the transform between two frames is known.
 
         Raises:
-            LookupException: When a frame is not known.
-            ConnectivityException: When no chain joins the frames.
+            LookupException: A frame is not known.
+            ConnectivityException: The frames are not connected.
         """
         from teleopctl.node import Time
 
@@ -134,7 +134,7 @@ class BufferCore:
             target = self._tree.check(target_frame, "target_frame", "getLatestCommonTime")
             source = self._tree.check(source_frame, "source_frame", "getLatestCommonTime")
             stamp = self._tree.latest_common_time(target, source)
-        # Of the system's clock, as tf2_py has it.
+        # A time of the system clock, as in tf2_py.
         return Time(nanoseconds=stamp)
 
     def lookupVelocityCore(  # noqa: N802 -- tf2's name
@@ -147,13 +147,13 @@ class BufferCore:
         """Return the linear and angular velocity of a frame as observed from another one.
 
         Args:
-            tracking_frame: The frame that moves.
-            observation_frame: The frame that it is seen from.
-            time: The middle of the interval.
-            averaging_interval: Over which time the movement is averaged, a ``Duration``.
+            tracking_frame: Moving frame.
+            observation_frame: Frame relative to which the movement is measured.
+            time: Middle of the averaging interval.
+            averaging_interval: ``Duration`` over which the movement is averaged.
 
         Returns:
-            Metres per second of its origin, and radians per second.
+            Linear velocity of the frame's origin in m/s, and angular velocity in rad/s.
 
         Raises:
             TransformException: As `Buffer.lookup_transform` does.
@@ -177,13 +177,13 @@ class BufferCore:
         """Return the velocity of a point fixed in a moving frame; see `lookupVelocityCore`.
 
         Args:
-            tracking_frame: The frame that moves.
-            observation_frame: The frame that it is seen from.
-            reference_frame: The frame in which the answer is expressed.
-            reference_point: The point whose velocity is asked for.
-            reference_point_frame: The frame in which the point is given.
-            time: The middle of the interval.
-            averaging_interval: Over which time the movement is averaged, a ``Duration``.
+            tracking_frame: Moving frame.
+            observation_frame: Frame relative to which the movement is measured.
+            reference_frame: Frame in which the result is expressed.
+            reference_point: Point whose velocity is computed, in metres.
+            reference_point_frame: Frame in which the point is given.
+            time: Middle of the averaging interval.
+            averaging_interval: ``Duration`` over which the movement is averaged.
         """
         frames = (tracking_frame, observation_frame, reference_frame, reference_point_frame)
         when, interval = stamp_of(time), stamp_of(averaging_interval)
@@ -238,10 +238,10 @@ class BufferCore:
     ) -> list[str]:
         """Return the frames on the way from the source frame to the fixed frame, both included.
 
-        Where the two times differ, the way goes on to the target frame, as in tf2.
+        If the two times differ, the path continues to the target frame, as in tf2.
 
         Raises:
-            TransformException: A frame is not known, or there is no way at its time.
+            TransformException: A frame is not known, or the frames are not connected at their time.
         """
         with self._changed:
             for frame, argument in (
@@ -258,10 +258,10 @@ class BufferCore:
     # -- inside ----------------------------------------------------------------------------------
 
     def _between(self, target_frame: str, source_frame: str, stamp: int, caller: str) -> Lookup:
-        """Return the question where one frame stands in another."""
+        """Return a function that looks up the transform between two frames."""
 
         def answer() -> tuple[int, Transform]:
-            # As in tf2 a frame stands in itself whether or not anybody has heard of it.
+            # As in tf2, the transform of a frame to itself is the identity even if it is unknown.
             if target_frame != source_frame:
                 self._tree.check(target_frame, "target_frame", caller)
                 self._tree.check(source_frame, "source_frame", caller)
@@ -278,7 +278,7 @@ class BufferCore:
         fixed_frame: str,
         caller: str,
     ) -> Lookup:
-        """Return the question where one frame at one time stood in another at another time."""
+        """Return a function that looks up the transform between two frames at two times."""
         check = self._tree.check
         target_stamp, source_stamp = stamp_of(target_time), stamp_of(source_time)
 

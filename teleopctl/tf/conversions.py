@@ -13,9 +13,9 @@ from teleopctl.tf.messages import TimeLike
 if TYPE_CHECKING:
     from geometry_msgs.msg import TransformStamped
 
-# Any, here and below: objects of the types that have been registered, whatever they are.
+# Any, here and below: objects of any registered type.
 
-# Gets the object and the TransformStamped that applies to it, answers with a new object.
+# Called with an object and the TransformStamped to apply; returns a new object.
 DoTransform = Callable[[Any, Any], Any]
 Convert = Callable[[Any], Any]
 
@@ -55,7 +55,7 @@ class TransformRegistration:
         """Return the function that transforms messages of a type to another frame.
 
         Raises:
-            TypeException: Nobody has said so.
+            TypeException: No function is registered for the type.
         """
         return _known(_transforms, key)
 
@@ -98,7 +98,7 @@ def convert(value: Any, type_: type) -> Any:
     """Convert a value to another type, directly or by way of its message.
 
     Raises:
-        TypeException: The way is not registered.
+        TypeException: No conversion between the two types is registered.
     """
     if (type(value), type_) in _direct:
         return _direct[type(value), type_](value)
@@ -150,15 +150,15 @@ class BufferInterface(abc.ABC):
         """Transform a stamped object to another frame.
 
         Args:
-            object_stamped: Has a header; its type is registered, as those of ``geometry_msgs`` are
-                once ``tf2_geometry_msgs`` was imported.
-            target_frame: The frame in which it is wanted.
-            timeout: A ``Duration`` to wait for the transform at most; None does not wait.
-            new_type: The type in which it is wanted, if another.
+            object_stamped: Object with a header and of a registered type. The import of
+                ``tf2_geometry_msgs`` registers the types of ``geometry_msgs``.
+            target_frame: Frame to transform the object to.
+            timeout: Longest ``Duration`` to wait for the transform; None does not wait.
+            new_type: Type of the result; None for the type of the object.
 
         Raises:
             TransformException: As ``lookup_transform`` does.
-            TypeException: Its type is not registered.
+            TypeException: The type of the object is not registered.
         """
         header = object_stamped.header
         found = self.lookup_transform(target_frame, header.frame_id, header.stamp, timeout)
@@ -177,15 +177,15 @@ class BufferInterface(abc.ABC):
 
         Args:
             object_stamped: As for `transform`.
-            target_frame: The frame in which it is wanted.
-            target_time: When the target is looked at.
-            fixed_frame: The frame that does not move between the two times.
+            target_frame: Frame to transform the object to.
+            target_time: Time of the target frame.
+            fixed_frame: Frame that does not move between the two times.
             timeout: As for `transform`.
             new_type: As for `transform`.
 
         Raises:
             TransformException: As ``lookup_transform_full`` does.
-            TypeException: Its type is not registered.
+            TypeException: The type of the object is not registered.
         """
         header = object_stamped.header
         found = self.lookup_transform_full(

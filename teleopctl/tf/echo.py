@@ -15,22 +15,22 @@ from teleopctl.tf.listener import TransformListener
 from teleopctl.tf.live_buffer import LiveBuffer
 from teleopctl.tf.transforms import Transform, matrix_from_quaternion, rpy_from_quaternion
 
-# Transforms that exist already arrive within this time; only then is there something to report.
+# Existing transforms arrive within this time; a missing one is reported only afterwards.
 _FIRST_WAIT = Duration(seconds=0.25)
 _WAIT = Duration(seconds=1.0)
 
 
 ECHO_DIGITS = 3
-"""How many decimals ``tf2_echo`` prints."""
+"""Number of decimals that ``tf2_echo`` prints."""
 
 
 def echo_text(stamp: int, transform: Transform, digits: int = ECHO_DIGITS) -> str:
     """Return a transform in the format of ``tf2_echo``.
 
     Args:
-        stamp: Nanoseconds; 0 for frames that stand still.
-        transform: Where the frame stands.
-        digits: How many decimals.
+        stamp: Time of the transform in nanoseconds; 0 for a static transform.
+        transform: Transform between the two frames.
+        digits: Number of decimals.
     """
 
     def listed(values: tuple[float, ...]) -> str:
@@ -79,15 +79,15 @@ def echo_transforms(
     """Print the transform between two frames once a second, until the context ends.
 
     Args:
-        node: Who listens; it need not be spun.
-        target: The frame in which the other is expressed.
-        source: The frame that is looked for.
-        period_s: Seconds between two answers.
-        once: Whether to stop after the first one.
-        stamp: At which time, in nanoseconds; 0 for the newest that is known each time.
-        show: Called with each answer.
-        fail: Called with what to print when there is no answer any more.
-        wait: Called with what to print, each second, until there is one.
+        node: Node that subscribes to the transforms; need not be spun.
+        target: Frame in which the source frame is expressed.
+        source: Frame whose pose is looked up.
+        period_s: Seconds between two lookups.
+        once: Whether to stop after the first transform.
+        stamp: Time of the transform in nanoseconds; 0 for the newest one at each lookup.
+        show: Called with stamp and transform after each lookup.
+        fail: Called with the text to print when a lookup fails.
+        wait: Called each second with the line to print, until the frames are connected.
     """
     buffer = LiveBuffer(node=node)
     listener = TransformListener(buffer, node)
@@ -125,14 +125,14 @@ def wait_for_frames(
     """Wait until two frames are connected in a buffer, or the context ends.
 
     Args:
-        buffer: What is known of frames.
-        target: The frame in which the other is expressed.
-        source: The frame that is looked for.
-        ended: Ends the waiting.
-        wait: Called with what to print, each second.
+        buffer: Buffer of the frames.
+        target: Frame in which the source frame is expressed.
+        source: Frame whose pose is looked up.
+        ended: Event that ends the waiting.
+        wait: Called each second with the line to print.
 
     Returns:
-        Whether they are.
+        True if the frames are connected, False if `ended` was set first.
     """
     timeout = _FIRST_WAIT
     patience_ends = time.monotonic() + 1.0
@@ -153,7 +153,7 @@ def wait_for_frames(
 
 
 def _unknown_frames(buffer: Buffer, *names: str) -> str:
-    """What there is instead of frames that nobody broadcasts; empty if there are all of them."""
+    """Return a line that lists the known frames if a name is unknown, else an empty string."""
     known = buffer.frame_names()
     unknown = [name for name in dict.fromkeys(names) if name not in known]
     if not unknown:

@@ -5,7 +5,7 @@ from typing import NamedTuple
 from teleopctl.interfaces import to_seconds
 from teleopctl.tf.tree import FrameTree
 
-# tf2 takes no shorter time than this for the rate of a frame.
+# Shortest time span over which tf2 computes the rate of a frame.
 _SHORTEST_NS = 100_000
 _NOBODY = "default_authority"
 
@@ -13,7 +13,7 @@ _NOBODY = "default_authority"
 class KnownFrame(NamedTuple):
     """Frame that has a parent: authority, rate in Hz and times in seconds.
 
-    ``broadcaster`` is empty where it is unknown.
+    ``broadcaster`` is empty if it is unknown.
     """
 
     parent: str
@@ -56,13 +56,13 @@ def as_dot(tree: FrameTree, now: int = 0) -> str:
     """Return the frames as a graph in Graphviz's language.
 
     Args:
-        tree: The frames.
-        now: The time from which ages are counted, in nanoseconds; 0 to leave them out.
+        tree: Tree of the frames.
+        now: Time relative to which ages are computed, in nanoseconds; 0 to leave out the ages.
     """
     frames = known_frames(tree)
     lines = ["digraph G {"]
     if not tree.frames():
-        lines.append('"no tf data recieved"')  # tf2's word
+        lines.append('"no tf data recieved"')  # tf2's spelling
     for known in frames:
         age = f"( {to_seconds(now) - known.newest_s:.3f} sec old)" if now else ""
         label = "".join(
@@ -85,7 +85,7 @@ def as_dot(tree: FrameTree, now: int = 0) -> str:
 
 
 def _escaped(name: str) -> str:
-    """A name of somebody else's inside the quotes of dot."""
+    """Return a name escaped for a quoted string of dot."""
     return name.replace("\\", "\\\\").replace('"', '\\"')
 
 

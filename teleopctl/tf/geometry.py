@@ -1,7 +1,7 @@
 """Points, vectors and poses transformed to another frame, with names of ``tf2_geometry_msgs``.
 
-Each function takes a message and the ``geometry_msgs/msg/TransformStamped`` that leads into the
-wanted frame, and returns a new message; those that have a header get the transform's.
+Each function takes a message and the ``geometry_msgs/msg/TransformStamped`` to the target frame,
+and returns a new message. Messages with a header get the header of the transform.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ def do_transform_pose(pose: Pose, transform: TransformStamped) -> Pose:
     moved: Pose = get_message("geometry_msgs/msg/Pose")()
     place, turn = moved.position, moved.orientation
     place.x, place.y, place.z = at.translation
-    # Of the two quaternions of a rotation the one with w >= 0, as tf2_geometry_msgs answers.
+    # Of the two quaternions of a rotation the one with w >= 0, as in tf2_geometry_msgs.
     sign = -1.0 if at.rotation[3] < 0.0 else 1.0
     turn.x, turn.y, turn.z, turn.w = (sign * part for part in at.rotation)
     return moved

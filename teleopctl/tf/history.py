@@ -55,7 +55,7 @@ class MovingHistory:
     """Transforms of a moving frame over the last seconds, interpolated between samples.
 
     Args:
-        length: How far back samples are kept from the newest one, in nanoseconds.
+        length: Time before the newest sample for which samples are kept, in nanoseconds.
     """
 
     def __init__(self, length: int) -> None:
@@ -81,8 +81,10 @@ class MovingHistory:
     def insert(self, sample: TransformSample) -> bool:
         """Add a sample, and drop those that are older than the buffer reaches back.
 
+        A sample replaces an earlier one with the same stamp.
+
         Returns:
-            False when it is itself too old. One of a time that is known takes its place.
+            False if the sample itself is too old.
         """
         stamps, samples = self._stamps, self._samples
         if not stamps or sample.stamp > stamps[-1]:
@@ -107,7 +109,7 @@ class MovingHistory:
         """Return the transform at a time, interpolated between samples.
 
         Raises:
-            ExtrapolationException: When the time lies before or after all samples.
+            ExtrapolationException: The time lies before or after all samples.
         """
         stamps = self._stamps
         index = bisect_right(stamps, stamp)
@@ -130,7 +132,7 @@ class MovingHistory:
             )
         before, after = self._samples[index - 1], self._samples[index]
         if before.parent != after.parent:
-            # the frame was handed from one parent to the other; there is nothing in between
+            # the frame changed its parent between the samples: nothing to interpolate
             return TransformSample(stamp, before.parent, before.transform)
         fraction = (stamp - before.stamp) / (after.stamp - before.stamp)
         return TransformSample(

@@ -21,7 +21,7 @@ DEFAULT_TF_TOPIC = TF_TOPIC
 DEFAULT_STATIC_TF_TOPIC = TF_STATIC_TOPIC
 
 _DEPTH = 100
-# As in tf2, which knows no senders.
+# As in tf2, which does not record publishers.
 _ANYONE = "default_authority"
 _UNKNOWN = "<no authority available>"
 
@@ -30,12 +30,12 @@ class Senders:
     """Node names of publishers by GID, remembered after the nodes have ended.
 
     Args:
-        node: The node that receives the messages.
+        node: Node that receives the messages.
     """
 
     def __init__(self, node: Node) -> None:
         self._node = node
-        node.graph()  # followed from now on, so that it is known when a message asks for its sender
+        node.graph()  # start the discovery now, so that the first message finds its publisher
         self._names: dict[bytes, str] = {}
 
     def name(self, gid: bytes) -> str:
@@ -50,18 +50,18 @@ class Senders:
 class TransformListener:
     """Subscriber to ``/tf`` and ``/tf_static`` that fills a buffer.
 
-    Transforms enter the buffer as they arrive and not when an executor comes to it, so a callback
-    may wait for a transform, whatever executor runs it. The executor hears of each message
-    nevertheless: it ends the futures of the buffer, and who spins once gets on.
+    Transforms are added to the buffer on arrival, without an executor, so a callback may wait for
+    a transform with any executor. Each message also wakes the executor of the node: the executor
+    completes the futures of the buffer, and ``spin_once`` returns.
 
     Args:
-        buffer: What to fill.
-        node: The node that subscribes.
-        spin_thread: Spin the node in a thread of its own; for a program that does not spin it.
-        qos: Quality of service of ``/tf``.
-        static_qos: Quality of service of ``/tf_static``.
-        tf_topic: Another topic in the place of ``/tf``.
-        tf_static_topic: Another topic in the place of ``/tf_static``.
+        buffer: Buffer that received transforms are added to.
+        node: Node that the subscriptions belong to.
+        spin_thread: Whether to spin the node in a thread, for a program that does not spin it.
+        qos: QoS profile of ``/tf``; depth 100 if None.
+        static_qos: QoS profile of ``/tf_static``; latched with depth 100 if None.
+        tf_topic: Topic to subscribe to instead of ``/tf``.
+        tf_static_topic: Topic to subscribe to instead of ``/tf_static``.
     """
 
     def __init__(
@@ -124,7 +124,7 @@ class TransformListener:
         self._arrived.trigger()
 
     def _authority(self, _info: MessageInfo) -> str:
-        """Return the name under which the buffer notes who published a message."""
+        """Return the authority that the buffer records for the transforms of a message."""
         return _ANYONE
 
 
@@ -132,8 +132,8 @@ class NamedTransformListener(TransformListener):
     """`TransformListener` that records which node published each transform.
 
     Args:
-        buffer: What to fill.
-        node: The node that subscribes.
+        buffer: Buffer that received transforms are added to.
+        node: Node that the subscriptions belong to.
     """
 
     def __init__(self, buffer: Buffer, node: Node) -> None:

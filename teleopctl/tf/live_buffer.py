@@ -1,10 +1,10 @@
 """Buffer for displays of present transforms, robust against one node with a wrong clock.
 
-tf2 keeps the newest stamp of a frame for the truth: one transform with a stamp of the wall in a
-tree of simulated stamps, and every later one is too old (``TF_OLD_DATA``) until someone clears the
-buffer. Programs may rely on that, and may hold predictions of the far future, so `Buffer` does as
-tf2 does, and these rules are in a class of their own. They are in the buffer rather than in the
-listener since they also concern what is in the tree already.
+tf2 compares stamps with the newest stamp of a frame: after one transform with a wall-time stamp in
+a tree of simulated stamps, every later one is too old (``TF_OLD_DATA``) until the buffer is
+cleared. Programs may rely on that, and may hold predictions of the far future, so `Buffer` behaves
+as tf2, and a separate class holds these rules. They are in the buffer rather than in the listener
+because they also apply to transforms that the tree already holds.
 """
 
 from __future__ import annotations
@@ -28,16 +28,16 @@ if TYPE_CHECKING:
 _log = logging.getLogger(__name__)
 
 AHEAD_S = 60.0
-"""How far a moving transform may lie ahead of simulated time, in seconds.
+"""Longest time that a moving transform may lie ahead of simulated time, in seconds.
 
 Localization publishes up to some seconds ahead (amcl's ``transform_tolerance`` is 1 s), and
-``/clock`` may lag behind a simulation that runs as fast as it can; the wall is decades ahead.
+``/clock`` may lag behind a simulation that runs as fast as it can; wall time is decades ahead.
 """
 
 STALE_S = 1.0
-"""After how long without a newer stamp older ones count, in seconds of the wall.
+"""Time without a newer stamp after which older stamps are accepted, in seconds of wall time.
 
-Whoever publishes a moving frame does so at least this often, so the newer stamps have ended.
+Moving frames are published more often than this, so the source of the newer stamps has ended.
 """
 
 _AHEAD_NS = int(AHEAD_S * 1e9)
@@ -46,27 +46,27 @@ _AHEAD_NS = int(AHEAD_S * 1e9)
 class LiveBuffer(Buffer):
     """A `Buffer` that drops transforms far ahead of the clock.
 
-    Where its node is on simulated time, moving transforms more than `AHEAD_S` ahead of ``/clock``
-    are left out and counted; static ones never. Those that came before the first message of
-    ``/clock`` are judged when it comes.
+    If the node uses simulated time, moving transforms more than `AHEAD_S` ahead of ``/clock`` are
+    dropped and counted; static transforms are never dropped. Transforms received before the first
+    message of ``/clock`` are checked when that message arrives.
 
-    Where a frame has had no newer stamp for `STALE_S` while older ones keep coming, the older ones
-    are of the clock that counts now: the frame is forgotten, and follows them. That is so after
-    a node on another clock has ended, and where a late transform of the former run came after
-    simulated time went back.
+    If a frame received no newer stamp for `STALE_S` but still receives older ones, the older stamps
+    are those of the current clock: the history of the frame is dropped, and starts again with them.
+    This happens after a node on another clock has ended, and after a late transform of the former
+    run arrived when simulated time had jumped back.
 
     Args:
         cache_time: See `Buffer`.
-        node: See `Buffer`; without one, there is no clock to compare with.
+        node: See `Buffer`; without a node, there is no clock to compare with.
 
     Attributes:
-        left_out: How many transforms were left out, by who published them.
+        left_out: Number of dropped transforms by the name of their publisher.
     """
 
     def __init__(self, cache_time: TimeLike | None = None, node: Node | None = None) -> None:
         super().__init__(cache_time, node)
         self.left_out: dict[str, int] = {}
-        # The newest stamp of each moving frame, and when it came, in seconds of the steady clock.
+        # Newest stamp of each moving frame, and its arrival in seconds of the steady clock.
         self._newest: dict[str, tuple[int, float]] = {}
         self._has_time = False
 
@@ -88,12 +88,12 @@ class LiveBuffer(Buffer):
     def _set(self, message: TransformStamped, authority: str, *, static: bool) -> None:
         with self._changed:
             is_admitted = self._admits(message, authority, static=static)
-        # Outside the lock: it may call what waits for the transform.
+        # Outside the lock: this may complete futures that wait for the transform.
         if is_admitted:
             super()._set(message, authority, static=static)
 
     def _admits(self, message: TransformStamped, authority: str, *, static: bool) -> bool:
-        """Return whether a transform is to be taken in; forgets what it shows to be stale."""
+        """Return whether to add a transform; drops the frame's history if it is stale."""
         name = message.child_frame_id.removeprefix("/")
         if static:
             self._newest.pop(name, None)
@@ -117,7 +117,7 @@ class LiveBuffer(Buffer):
             return False
         now = clock.nanoseconds()
         if not self._has_time:
-            # 0 is what the clock shows before the first message of /clock.
+            # The clock is at 0 before the first message of /clock.
             if now == 0:
                 return False
             self._has_time = True
@@ -128,7 +128,7 @@ class LiveBuffer(Buffer):
         return True
 
     def _leave_out_afterwards(self, latest: int) -> None:
-        """Forget the frames that were taken in, before there was a time, from after a stamp."""
+        """Drop and count frames newer than a stamp, added before the first ``/clock`` message."""
         ahead = {name: stamp for name, (stamp, _) in self._newest.items() if stamp > latest}
         for name, stamp in ahead.items():
             self._count(self._tree.authority(name), name, stamp - latest + _AHEAD_NS)

@@ -26,7 +26,7 @@ def stamp_of(time: TimeLike) -> int:
     """Return the nanoseconds of a time, a duration, or a message of either.
 
     Args:
-        time: A ``Time`` of the client library, a ``builtin_interfaces/msg/Time`` or nanoseconds.
+        time: ``Time`` of the client library, ``builtin_interfaces/msg/Time`` or nanoseconds.
     """
     if isinstance(time, int):
         return time
@@ -47,9 +47,9 @@ def transform_stamped(
     """Return a new ``geometry_msgs/msg/TransformStamped`` from a child frame's pose.
 
     Args:
-        parent: The frame in which the transform is expressed.
-        child: The frame whose pose the transform is.
-        stamp: Nanoseconds.
+        parent: Frame in which the transform is expressed.
+        child: Frame whose pose the transform is.
+        stamp: Time of the transform in nanoseconds.
         transform: Pose of the child frame.
     """
     message: TransformStamped = get_message("geometry_msgs/msg/TransformStamped")()
@@ -64,7 +64,7 @@ def move_transform(message: TransformStamped, stamp: int, transform: Transform) 
 
     Args:
         message: Message to change.
-        stamp: Nanoseconds.
+        stamp: Time of the transform in nanoseconds.
         transform: Pose of the child frame.
     """
     set_stamp(message.header.stamp, stamp)

@@ -19,12 +19,12 @@ from teleopctl.tf.listener import Senders
 from teleopctl.tf.messages import stamp_of
 
 GATHER_S = 10.0
-"""How long data is gathered before the first results, in seconds: as long as tf2_monitor does."""
+"""Time of data collection before the first results, in seconds, as in tf2_monitor."""
 
-# As many measurements as tf2_monitor averages over.
+# Number of measurements that tf2_monitor averages over.
 _MOST = 1000
 _DEPTH = 100
-# How often the delay over a chain is looked at, and results are printed: tf2_monitor's figures.
+# Periods of measuring the delay of a chain and of printing results, as in tf2_monitor.
 _LOOK_EVERY_S = 0.5
 _RESULTS_EVERY_S = 1.0
 
@@ -55,7 +55,7 @@ class Broadcaster(NamedTuple):
 class MonitorResults(NamedTuple):
     """Result of a `TransformMonitor`: delays of frames and of a chain, and broadcasters.
 
-    ``chain`` and ``net`` are empty where all frames are watched.
+    ``chain`` is empty and ``net`` is None if all frames are monitored.
     """
 
     chain: tuple[str, ...]
@@ -99,10 +99,10 @@ class MonitorResults(NamedTuple):
 class TransformMonitor:
     """Measures the delays of transforms on ``/tf`` and ``/tf_static``.
 
-    A message tells by its sender's identity which node has sent it.
+    The publisher GID of a message identifies the node that sent the message.
 
     Args:
-        node: Who listens; it need not be spun. Its clock is compared with the stamps.
+        node: Node that subscribes; need not be spun. Its clock is compared with the stamps.
     """
 
     def __init__(self, node: Node) -> None:
@@ -137,7 +137,7 @@ class TransformMonitor:
             return
         now = self._node.get_clock().now().nanoseconds
         with self._lock:
-            # A chain that stands still has no time: it is never late.
+            # A chain of static frames has no stamp, thus no delay.
             self._net.append(to_seconds(now - stamp) if stamp else 0.0)
 
     def results(self, chain: Sequence[str] = ()) -> MonitorResults:
@@ -148,7 +148,7 @@ class TransformMonitor:
                 for name, gid in sorted(self._publisher.items())
                 if not chain or name in chain
             )
-            # A node may have both kinds of frames: it is listed once, with how often it sends.
+            # A node with static and moving frames is listed once, with the rate of the moving ones.
             broadcasters = {
                 self._names.name(gid): Broadcaster(
                     self._names.name(gid), _rate(sent.times), _delay(sent.delays)
@@ -184,7 +184,7 @@ class TransformMonitor:
     # Any: a TFMessage.
     def _note_sender(self, message: Any, gid: bytes) -> _Sender:
         with self._lock:
-            # While it is there: it may have ended when the results are wanted.
+            # Look the name up now: the node may have ended when the results are computed.
             self._names.name(gid)
             for each in message.transforms:
                 self._publisher[each.child_frame_id] = gid
@@ -192,7 +192,7 @@ class TransformMonitor:
 
 
 class _Sender:
-    """When a publisher has sent, in seconds, and how late; the last of them."""
+    """Arrival times and delays of a publisher's last messages, in seconds."""
 
     def __init__(self) -> None:
         self.times: deque[float] = deque(maxlen=_MOST)
@@ -212,13 +212,13 @@ def monitor_transforms(
     """Print the delays of transforms each second, until the context ends.
 
     Args:
-        node: Who listens; it need not be spun.
-        chain: The frame in which the other is expressed, and the other; None for all frames.
+        node: Node that subscribes; need not be spun.
+        chain: Target frame and source frame of the chain; None for all frames.
         gather_s: Seconds until the first results.
-        once: Whether to stop after them.
-        show: Called with the results.
-        say: Called with what goes on.
-        wait: Called with what to print, each second, until the frames of the chain are joined.
+        once: Whether to stop after the first results.
+        show: Called with the results each time they are computed.
+        say: Called with the line to print when data collection starts.
+        wait: Called each second with the line to print, until the frames are connected.
     """
     monitor = TransformMonitor(node)
     ended = threading.Event()
@@ -249,7 +249,7 @@ def monitor_transforms(
 
 def _chain(buffer: Buffer, first: str, last: str) -> list[str]:
     """The frames from the first to the last."""
-    return buffer._chain(last, 0, first, 0, last)  # noqa: SLF001 -- tf2's name of it
+    return buffer._chain(last, 0, first, 0, last)  # noqa: SLF001 -- name in tf2
 
 
 def _delay(delays: Sequence[float] | None) -> Delay | None:

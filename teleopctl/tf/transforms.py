@@ -64,7 +64,7 @@ def normalize(q: Quaternion) -> Quaternion:
     """Return a normalized quaternion.
 
     Raises:
-        ZeroDivisionError: When all four numbers are zero.
+        ZeroDivisionError: All four components are zero.
     """
     x, y, z, w = q
     length = math.hypot(x, y, z, w)
@@ -88,9 +88,9 @@ def interpolate(a: Transform, b: Transform, fraction: float) -> Transform:
     """Return the transform between two: linear translation, spherical rotation.
 
     Args:
-        a: The transform at fraction 0.
-        b: The transform at fraction 1.
-        fraction: From 0 to 1.
+        a: Transform at fraction 0.
+        b: Transform at fraction 1.
+        fraction: Position between the two, from 0 to 1.
     """
     ax, ay, az = a.translation
     bx, by, bz = b.translation
@@ -154,8 +154,7 @@ def matrix_from_quaternion(q: Quaternion) -> Matrix3:
 def rpy_from_quaternion(q: Quaternion) -> Vector3:
     """Return roll, pitch and yaw in radians, pitch within ±π/2.
 
-    Where the pitch is a right angle only the sum or difference of the others is known; the yaw is
-    then zero.
+    At a pitch of ±π/2 only the sum or difference of roll and yaw is defined; the yaw is then zero.
     """
     rows = matrix_from_quaternion(q)
     sine = rows[2][0]

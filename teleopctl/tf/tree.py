@@ -1,6 +1,6 @@
 """Tree of frames over time, without messages, nodes or clocks.
 
-Times are integers in nanoseconds; 0 asks for the newest time at which everything is known.
+Times are integers in nanoseconds; 0 selects the newest time at which all frames are known.
 """
 
 import logging
@@ -20,11 +20,11 @@ from teleopctl.tf.transforms import IDENTITY, Transform, normalize
 
 _log = logging.getLogger(__name__)
 
-# How far the squared length of a quaternion may be from 1.
+# Largest deviation of the squared length of a quaternion from 1.
 _QUATERNION_TOLERANCE = 1e-2
-# Longer chains than this have a ring in them.
+# Longer chains than this are taken to contain a loop.
 _MAX_DEPTH = 1000
-# Seconds between two warnings of the same frame.
+# Seconds between two warnings about the same frame.
 _WARN_EVERY_S = 1.0
 _LOOP = "The tf tree is invalid because it contains a loop."
 
@@ -33,7 +33,7 @@ class FrameTree:
     """Tree of frames, with the history of each. Not locked: the owner sees to that.
 
     Args:
-        length: How far back samples are kept, in nanoseconds.
+        length: Time before the newest sample of a frame for which samples are kept, in nanoseconds.
     """
 
     def __init__(self, length: int) -> None:
@@ -64,14 +64,14 @@ class FrameTree:
         """Add a transform of a child frame.
 
         Args:
-            sample: Time, parent and transform.
-            child: The frame.
-            authority: Who says so.
-            static: Whether it stands there for ever.
+            sample: Time, parent and transform of the child frame.
+            child: Name of the child frame.
+            authority: Name of the transform's publisher.
+            static: Whether the transform is valid for all times.
 
         Returns:
-            False when it was not taken: older than what is remembered, or not valid. Both are
-            logged, late ones once a second.
+            False if the transform was ignored because it is older than the kept samples or
+            invalid. Both are logged, old ones at most once a second per frame.
         """
         parent, child = sample.parent.removeprefix("/"), child.removeprefix("/")
         fault = _fault(sample.transform, parent, child, authority)
@@ -128,8 +128,8 @@ class FrameTree:
         """Return a frame's name, or raise if it is invalid or unknown.
 
         Raises:
-            InvalidArgumentException: When it is empty or starts with a slash.
-            LookupException: When nobody ever mentioned it.
+            InvalidArgumentException: The name is empty or starts with a slash.
+            LookupException: No transform names the frame.
         """
         if not frame:
             raise InvalidArgumentException(
@@ -156,16 +156,16 @@ class FrameTree:
         """Return the transform from the source frame to the target frame.
 
         Args:
-            target: The frame in which the answer is expressed.
-            source: The frame that is looked for.
-            stamp: The time, or 0 for the newest that all frames between have in common.
+            target: Frame in which the result is expressed.
+            source: Frame whose pose is looked up.
+            stamp: Time of the transform; 0 for the newest time common to all frames between.
 
         Returns:
-            The time of the answer (0 when everything between stands still) and the transform.
+            The time of the transform (0 if all frames between are static) and the transform.
 
         Raises:
-            ConnectivityException: When no chain joins the frames.
-            ExtrapolationException: When a frame between is not known at that time.
+            ConnectivityException: The frames are not connected.
+            ExtrapolationException: A frame between is not known at that time.
         """
         if target == source:
             span = self.span(target)
@@ -178,7 +178,7 @@ class FrameTree:
     def chain(self, target: str, source: str, stamp: int) -> list[str]:
         """Return the frames between source and target, both included.
 
-        See `lookup` for the arguments and for what is raised.
+        See `lookup` for the arguments and errors.
         """
         if target == source:
             return [source]
@@ -194,7 +194,7 @@ class FrameTree:
         for frame in above_target.frames:
             if frame in above_source.frames:
                 return above_source.frames, above_target.frames, frame
-        # the chain may only end early because an ancestor is not known at that time
+        # a chain may have ended early because an ancestor is not known at that time
         fault = above_source.fault or above_target.fault
         if fault is None:
             raise _not_connected(target, source)
@@ -208,15 +208,15 @@ class FrameTree:
         """Return the transform from the source at one time to the target at another.
 
         Args:
-            target: The frame in which the answer is expressed.
-            target_stamp: When the target is looked at.
-            source: The frame that is looked for.
-            source_stamp: When the source is looked at.
-            fixed: The frame that does not move between the two times.
+            target: Frame in which the result is expressed.
+            target_stamp: Time of the target frame.
+            source: Frame whose pose is looked up.
+            source_stamp: Time of the source frame.
+            fixed: Frame that does not move between the two times.
 
         Raises:
-            ConnectivityException: When no chain joins the frames.
-            ExtrapolationException: When a frame between is not known at its time.
+            ConnectivityException: The frames are not connected.
+            ExtrapolationException: A frame between is not known at its time.
         """
         _, in_fixed = self.lookup(fixed, source, source_stamp)
         stamp, fixed_in_target = self.lookup(target, fixed, target_stamp)
@@ -226,7 +226,7 @@ class FrameTree:
         """Return the newest time common to all frames between two; 0 if all are static.
 
         Raises:
-            ConnectivityException: When no chain joins the frames.
+            ConnectivityException: The frames are not connected.
         """
         source_chain = self._ancestors(source)
         target_chain = self._ancestors(target)

@@ -6,7 +6,7 @@ from teleopctl.interfaces import to_seconds
 from teleopctl.tf.transforms import Quaternion, Vector3, conjugate, multiply, rotate
 from teleopctl.tf.tree import FrameTree
 
-# Time 0 would ask for the newest transform; tf2 begins there.
+# Earliest start of an interval, as in tf2: a lookup at time 0 returns the newest transform.
 _EARLIEST_NS = 10_000
 
 
@@ -22,23 +22,23 @@ def velocity(
 ) -> tuple[Vector3, Vector3]:
     """Return the linear and angular velocity of a point that is fixed to a moving frame.
 
-    With the poses (R0, p0) and (R1, p1) of the tracking frame at the ends of an interval T, its
-    origin moves with v = (p1 - p0) / T, and it turns with w, the rotation vector of R1 R0^-1 over
-    T; a point at r from the origin moves with v + w x r.
+    With the poses (R0, p0) and (R1, p1) of the tracking frame at the ends of an interval T, the
+    origin moves with v = (p1 - p0) / T, and the frame turns with w, the rotation vector of
+    R1 R0^-1 divided by T; a point at r from the origin moves with v + w x r.
 
     Args:
-        tree: The frames.
-        tracking: The frame that moves.
-        observation: The frame that it is seen from.
-        reference: The frame in which the answer is expressed.
-        point_frame: The frame in which the point is given.
-        point: The point whose velocity is asked for, in metres.
-        when: The middle of the interval, in nanoseconds.
-        interval: Over which time the movement is averaged, in nanoseconds. It ends with what is
-            known at the latest.
+        tree: Tree of the frames.
+        tracking: Moving frame.
+        observation: Frame relative to which the movement is measured.
+        reference: Frame in which the result is expressed.
+        point_frame: Frame in which the point is given.
+        point: Point whose velocity is computed, in metres.
+        when: Middle of the averaging interval, in nanoseconds.
+        interval: Length of the averaging interval, in nanoseconds. The interval ends no later than
+            the newest common time of the two frames.
 
     Returns:
-        Metres per second of the point, and radians per second.
+        Linear velocity of the point in m/s, and angular velocity in rad/s.
 
     Raises:
         TransformException: As `FrameTree.lookup` does.

@@ -20,7 +20,7 @@ from teleopctl.sweep.process import clear_run, failed_result
 from teleopctl.sweep.sweep import Sweep
 
 _CONNECTS_WITHIN_S = 10.0
-# How often it is looked whether the scheduler is still there, and how long it may be away.
+# Period of checks of the connection to the scheduler, and longest interruption before an error.
 _LOOK_EVERY_S = 1.0
 _RETURNS_WITHIN_S = 30.0
 
@@ -28,19 +28,19 @@ _RETURNS_WITHIN_S = 30.0
 class Cluster:
     """Connection to a Dask scheduler, whose workers execute the runs of a sweep.
 
-    To be used in a ``with``.
+    Use it as a context manager, which closes the connection.
 
     Args:
-        address: The scheduler's, such as ``tcp://server:8786``.
+        address: Address of the scheduler, such as ``tcp://server:8786``.
 
     Attributes:
-        slots: How many runs are done at the same time.
-        workers: How many workers there are.
+        slots: Number of runs executed at the same time.
+        workers: Number of workers.
 
     Raises:
         MissingExtraError: Dask is not installed.
-        UnavailableError: No scheduler answers there, or it has no workers.
-        RefusedError: A worker has another version of what simulates.
+        UnavailableError: No scheduler responds at the address, or the scheduler has no workers.
+        RefusedError: A worker lacks teleopctl or MuJoCo, or has another version of one of them.
     """
 
     def __init__(self, address: str) -> None:
@@ -101,25 +101,25 @@ class Cluster:
     ) -> None:
         """Execute a sweep's pending runs on the workers, which unpack ``archive``; store results.
 
-        What comes of each is in its folder here, as if it had been done here. The runs of a worker
-        that is lost are done again by others.
+        The output of each run is stored in the run's folder on this machine, as after a local run.
+        Runs of a lost worker are repeated on other workers.
 
         Args:
-            sweep: What is to be done.
-            sent_folder: The folder that the runs need.
-            archive: Its bytes.
+            sweep: Sweep whose pending runs are executed.
+            sent_folder: Folder that the runs need.
+            archive: Content of the folder, as the bytes of a tar archive.
             on_begin: Called when a run begins.
             on_result: Called with the result of each run.
 
         Raises:
-            UnavailableError: The scheduler has gone.
-            KeyboardInterrupt: Ctrl-C; the runs at work have been stopped, what is done is kept.
+            UnavailableError: The connection to the scheduler is lost.
+            KeyboardInterrupt: Ctrl-C; running runs have been stopped, finished runs are kept.
         """
         name = uuid.uuid4().hex
-        # What is told: the number of a run that begins, or the future of one that has ended.
+        # Events: the number of a run that begins, or the future of a run that has ended.
         told: queue.SimpleQueue[Any] = queue.SimpleQueue()
         self._client.subscribe_topic(name, lambda event: told.put(event[1]))
-        # As a task, whose result is made again when all workers that have it are lost.
+        # A task, since Dask recomputes its result when all workers that hold it are lost.
         with warnings.catch_warnings():
             warnings.filterwarnings("ignore", "Sending large graph")
             sent = self._client.submit(bytes, archive, key=f"{name}-sent", pure=False)
@@ -141,7 +141,7 @@ class Cluster:
                     continue
                 request = asked.pop(each)
                 if request.number not in begun:
-                    # Its end was told before its beginning.
+                    # The event of its end arrived before that of its start.
                     begun.add(request.number)
                     on_begin()
                 result = _received(each, request, sweep.folder_of(request))
@@ -171,13 +171,13 @@ class Cluster:
             yield each
 
 
-# Any: a future of Dask's.
+# Any: a future of Dask.
 def _received(future: Any, request: RunRequest, folder: Path) -> RunResult:
     """Store the result and the files of a run in its folder on this machine."""
     clear_run(folder)
     try:
         fields, packed = future.result()
-    except Exception as error:  # noqa: BLE001 - what Dask or the worker had against it
+    except Exception as error:  # noqa: BLE001 - any error of Dask or of the worker
         words = f"{type(error).__name__}: {error}"
         result = failed_result(request, folder, f"the cluster could not do it: {words}")
     else:

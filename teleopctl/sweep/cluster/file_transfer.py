@@ -15,11 +15,11 @@ from teleopctl.launch import find_launch_file, is_builtin
 from teleopctl.packages import enclosing_package
 from teleopctl.sweep.one_run import RunRequest
 
-# Descriptions with their meshes are a few megabytes; more is mostly a folder of something else.
+# Robot descriptions with meshes take a few megabytes; a larger folder is mostly the wrong one.
 _LARGEST_SENT = 64 << 20
-# One message of the cluster: bags of that size are better kept short.
+# The result is one message of the cluster: larger bags should record less.
 _LARGEST_BACK = 1 << 30
-# What lies in a folder that is a bag, a sweep, or built by colcon.
+# Files that mark a folder as a bag, a sweep, or output of colcon.
 _NOT_SENT = ("metadata.yaml", "sweep.json", "COLCON_IGNORE")
 
 
@@ -27,9 +27,9 @@ class SentFolder(NamedTuple):
     """Folder that is sent to Dask workers: its path, and the launch file and working folder in it.
 
     Attributes:
-        root: The folder, as its path is here; empty for none.
-        file: The launch file: relative to the folder, or the name of a built-in one.
-        cwd: The folder in it from which relative paths start.
+        root: Path of the folder on the sending machine; empty if no folder is sent.
+        file: Path of the launch file relative to the folder, or the name of a built-in one.
+        cwd: Working directory of the runs, relative to the folder.
     """
 
     root: str
@@ -40,8 +40,8 @@ class SentFolder(NamedTuple):
         """Return a run's request whose paths in the sent folder are those below a worker's root.
 
         Args:
-            request: With the paths of this one.
-            root: Where the folder is there.
+            request: Request with paths of the sending machine.
+            root: Path of the unpacked folder on the worker.
         """
         file = root / self.file if self.root else find_launch_file(None, self.file)
 
@@ -65,16 +65,16 @@ def pack_launch(file: Path, folder: Path | None, cwd: Path) -> tuple[SentFolder,
     """Pack the folder of a launch file; return a `SentFolder` and the bytes of a tar archive.
 
     Args:
-        file: The launch file.
-        folder: What is to be sent; by default the package that the file lies in, else its folder,
-            and nothing for a built-in one.
-        cwd: Where relative paths start.
+        file: Path of the launch file.
+        folder: Folder to send. If None, the package that contains the launch file, else the
+            file's folder, and no folder for a built-in launch file.
+        cwd: Working directory of the runs.
 
     Returns:
-        What it is, and its bytes; none where nothing is sent.
+        The description of the folder, and its archive; empty bytes if no folder is sent.
 
     Raises:
-        RefusedError: The file is not in the folder, or that is too large.
+        RefusedError: The file is not in the folder, or the folder is larger than 64 MiB.
     """
     if folder is None:
         if is_builtin(file):
@@ -99,7 +99,7 @@ def not_sent(values: Iterable[str], sent_folder: SentFolder, cwd: Path) -> list[
     found = []
     for value in dict.fromkeys(values):
         path = cwd / value
-        # A word without a separator may be anything.
+        # A word without separator and suffix is probably no path.
         if len(PurePath(value).parts) < 2 and not PurePath(value).suffix:
             continue
         if path.exists() and not (sent_folder.root and path.is_relative_to(sent_folder.root)):
@@ -111,7 +111,7 @@ def pack(folder: Path) -> bytes:
     """Return a finished run's folder as the bytes of a tar archive; raise RefusedError over 1 GiB.
 
     Raises:
-        RefusedError: It is too large to be sent back.
+        RefusedError: The folder is too large to be sent back.
     """
     files = [path for path in folder.rglob("*") if path.is_file()]
     size = sum(path.stat().st_size for path in files)
@@ -126,7 +126,7 @@ def unpack(data: bytes, folder: Path) -> None:
         if hasattr(tarfile, "data_filter"):
             archive.extractall(folder, filter="data")
         else:  # before Python 3.11.4
-            archive.extractall(folder)  # noqa: S202 - it comes from whoever gives us code to run
+            archive.extractall(folder)  # noqa: S202 - from the machine that sends code to run
 
 
 def _packed_folder(folder: Path) -> bytes:
@@ -146,7 +146,7 @@ def _packed_folder(folder: Path) -> bytes:
 def _sendable(folder: Path) -> Iterator[Path]:
     above: dict[Path, tuple[Path, ...]] = {folder: ()}
     for here, folders, files in os.walk(folder, followlinks=True):
-        # A link to a folder that it is in would have no end.
+        # A link to a folder above it would never end.
         own = (*above.pop(Path(here)), Path(here).resolve())
         folders[:] = [
             name
@@ -162,7 +162,7 @@ def _sendable(folder: Path) -> Iterator[Path]:
 
 def _packed(folder: Path, files: Iterable[Path]) -> bytes:
     packed = io.BytesIO()
-    # Links become what they point to.
+    # Links are replaced by their targets.
     with tarfile.open(fileobj=packed, mode="w:gz", compresslevel=1, dereference=True) as archive:
         for path in files:
             archive.add(path, str(path.relative_to(folder)))

@@ -16,7 +16,7 @@ from teleopctl.sweep.one_run import RunRequest
 from teleopctl.sweep.process import RunProcesses, free_ports
 
 _lock = threading.Lock()
-# By sweep: a process of Dask's serves many.
+# Keys: sweep IDs. A Dask worker process serves several sweeps.
 _sweeps: dict[str, RunProcesses] = {}
 
 
@@ -27,7 +27,7 @@ def versions() -> dict[str, str]:
     return {"teleopctl": __version__, "mujoco": version("mujoco")}
 
 
-# Any: what JSON may be.
+# Any: JSON values.
 def run_on_worker(
     request_fields: dict[str, Any], sent_folder: SentFolder, archive: bytes, sweep_id: str
 ) -> tuple[dict[str, Any], bytes]:
@@ -35,12 +35,12 @@ def run_on_worker(
 
     Args:
         request_fields: Fields of a `RunRequest`, with paths of the requesting machine.
-        sent_folder: The folder that was sent with it.
-        archive: Its bytes.
-        sweep_id: Which sweep it is of.
+        sent_folder: Folder that was sent with the request.
+        archive: Content of the folder, as the bytes of a tar archive.
+        sweep_id: Identifier of the sweep.
 
     Returns:
-        The fields of its `RunResult`, and its folder, packed.
+        The fields of the `RunResult`, and the run's folder as the bytes of a tar archive.
     """
     from distributed import get_worker
 
@@ -62,7 +62,7 @@ def run_on_worker(
             packed = pack(folder)
         except RefusedError as error:
             result, packed = replace(result, result="failed", error=error.message), b""
-        # With the values as they were asked for, not as they are here.
+        # With the requested values, not with the paths of this worker.
         done = replace(result, machine=str(worker.name), parameters=request_fields["parameters"])
         return asdict(done), packed
 
@@ -72,7 +72,7 @@ def stop_runs(sweep_id: str) -> None:
     _processes(sweep_id).stop()
 
 
-# Any: a worker of Dask's, which gives itself.
+# Any: a Dask worker, which Client.run passes as this argument.
 def remove_sweep(sweep_id: str, dask_worker: Any = None) -> None:
     """Remove the unpacked files of a finished sweep from a Dask worker."""
     with _lock:
@@ -91,7 +91,7 @@ def _sent_folder(home: Path, sweep: str, data: bytes) -> Path:
     root = home / f"sweep-{sweep}"
     with _lock:
         if not root.is_dir():
-            # Another worker of this process has another home, but none has this one.
+            # The lock of this process is enough: no two workers share a home folder.
             draft = Path(tempfile.mkdtemp(dir=home))
             if data:
                 unpack(data, draft)
