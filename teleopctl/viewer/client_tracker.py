@@ -1,16 +1,16 @@
 """The browsers that have the page open, and viser's server that keeps track of them.
 
-viser's browser side reads on in a worker, which no browser slows down, and does not report whether
-the page is visible. So each browser is sent a script that does, with a request to the page's own
-address:
+viser's client reads messages in a web worker, which browsers do not slow down in hidden tabs, and
+does not report whether the page is visible. So the server sends each browser a script that reports
+the visibility, with a request to the page's own address:
 
     GET /visibility
     Teleopctl-Browser: 3
     Teleopctl-Visibility: hidden
 
-The number is viser's, a new one for each connection. Browsers send headers of such names only to
-the page that they are from (others would need a permission that no page is given here), so no
-foreign page can send a report. A browser without a report counts as visible.
+The number is viser's client ID, a new one for each connection. Browsers send custom headers only to
+the page's own origin (other origins need a CORS permission, which this server never gives), so no
+foreign page can send a report. The page counts as visible until a report arrives.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ _PATH = "/visibility"
 _BROWSER, _VISIBILITY = "teleopctl-browser", "teleopctl-visibility"
 
 # One request at a time, so that none overtakes another; a change during a request is sent by the
-# next one. After a new connection the script of the former one sends nothing any more.
+# next one. After a reconnect the script of the former connection sends nothing more.
 _SCRIPT = """
 const browser = "%d";
 let reported = "visible";
@@ -68,7 +68,7 @@ class ClientTracker:
         from viser._messages import RunJavascriptMessage
         from viser.infra import WebsockClientConnection
 
-        below = server._websock_server  # noqa: SLF001 -- viser's own callbacks come later
+        below = server._websock_server  # noqa: SLF001 -- viser's public callbacks are called later
 
         def add(connection: WebsockClientConnection) -> None:
             self._visible[connection.client_id] = True
@@ -114,13 +114,13 @@ class PageServer(viser.ViserServer):
     """viser's web server for the page, which tracks connected browsers by a `ClientTracker`.
 
     Args:
-        host: The address to listen on.
-        port: The port; 0 for any free one.
-        clients: Gets the visibility reports that `open_server` passes to it.
-        client_errors: Gets the errors in browsers' messages from `open_server`.
+        host: Address to listen on.
+        port: Port to listen on; 0 for any free one.
+        clients: Tracker to which `open_server` passes the visibility reports.
+        client_errors: Log in which `open_server` records errors in browsers' messages.
 
     Attributes:
-        clients: The browsers that have the page open.
+        clients: Tracker of the browsers that have the page open.
         client_errors: Log of invalid messages from browsers, each kind once; its target is
             `LogOnce.log`.
     """

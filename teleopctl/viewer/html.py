@@ -1,7 +1,7 @@
 """Escaped HTML and Markdown for texts from the network, and the page's short notes.
 
-Names and messages from the wire may hold anything. The page inserts HTML as it is, and its Markdown
-allows HTML, so every text that is not our own is escaped here first.
+Names and messages of other nodes may contain any text. The page inserts HTML as it is, and its
+Markdown allows HTML, so all texts of other nodes are escaped by these functions first.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ def note_html(content: str, line_height: float = 1.4) -> str:
     """Return the HTML of a paragraph in a panel, around content that is HTML.
 
     Args:
-        content: The paragraph's HTML; texts of others escaped.
+        content: HTML of the paragraph, in which texts of other nodes are escaped.
         line_height: Height of a line, in font sizes.
     """
     style = f"padding:0 .75em .5em;font-size:14px;line-height:{line_height:g}"

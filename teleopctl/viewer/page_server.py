@@ -31,13 +31,13 @@ DEFAULT_PORT = 8080
 _PORTS_TRIED = 20
 _LAST_PORT = 65_535
 _SILENT_MS = 30_000
-# What waits in the kernel is old when it is read: a second of a slow network, and no more. Linux
-# takes twice as much.
+# Send buffer of a connection. Messages in it are outdated when a browser reads them, so it holds
+# about a second of a slow network. Linux doubles the value.
 _WAITING_BYTES = 128 * 1024
-_USER_TIMEOUT: int | None = getattr(socket, "TCP_USER_TIMEOUT", None)  # Linux has it
+_USER_TIMEOUT: int | None = getattr(socket, "TCP_USER_TIMEOUT", None)  # Linux only
 _BRAND = (20, 120, 190)
-# No page of another origin may show this one in a frame, below buttons of its own, or keep hold of
-# its window.
+# A page of another origin may neither show this page in a frame, which allows clickjacking, nor
+# keep a reference to its window.
 _FOR_ALL = {
     "Content-Security-Policy": "frame-ancestors 'self'",
     "X-Frame-Options": "SAMEORIGIN",
@@ -58,12 +58,13 @@ def open_server(
     """Start the page's web server with access checks, and return it as a `PageServer`.
 
     Args:
-        host: The address to listen on.
-        port: The port; one of the next if it is taken, any for 0.
-        token: What the page's address has to carry; needed unless the host is loopback.
+        host: Address to listen on.
+        port: Port to listen on; if taken, the next free one of 20; any free one for 0.
+        token: Access token that the page's URL has to contain; required unless the host is
+            loopback.
 
     Raises:
-        PageError: Nothing can listen there, or a token is missing.
+        PageError: No port can be opened, or the required token is missing.
     """
     if token is None and not is_loopback(host):
         raise PageError(f"On {host} others could open the page: it needs a token")
@@ -112,10 +113,10 @@ _patching = threading.Lock()
 def _guarded(access: Access, clients: ClientTracker, client_errors: LogOnce) -> Iterator[None]:
     """Within the context, the server that viser starts checks each HTTP request before viser does.
 
-    The access rules come first, then visibility reports, then the version of the page. An invalid
+    The access rules are checked first, then visibility reports, then the page's version. An invalid
     message ends the browser's connection and is recorded as one of the client errors.
 
-    viser offers no hook for requests, so `serve` of the library below is replaced meanwhile.
+    viser offers no hook for requests, so `serve` of websockets is replaced within the context.
     """
     import websockets.asyncio.server as below
 
@@ -134,7 +135,7 @@ def _guarded(access: Access, clients: ClientTracker, client_errors: LogOnce) -> 
                 _limit_send_buffer(connection)
                 try:
                     response = process_request(connection, request)
-                except (OSError, ValueError):  # a name that no file can have
+                except (OSError, ValueError):  # not a valid file name
                     response = connection.respond(HTTPStatus.NOT_FOUND, "There is no such file.\n")
             else:
                 response = connection.respond(answer.status, answer.text)
@@ -196,13 +197,13 @@ def _check_protocol(headers: Mapping[str, str]) -> Answer | None:
 def _limit_send_buffer(connection: ServerConnection) -> None:
     """Limit a connection's send buffer, and its time without an acknowledgement.
 
-    viser replaces messages that are not sent yet by newer ones, but only those that the kernel has
-    not taken, which by default are megabytes: a browser that reads slowly would lag behind.
+    viser replaces unsent messages by newer ones, but not those in the kernel's send buffer, which
+    by default holds megabytes: a browser that reads slowly would lag behind.
 
-    A ping of websockets waits behind unsent messages: it would end slow connections instead of
-    dead ones. So, where the kernel has a limit for that (Linux), it ends the connection of a closed
-    laptop or a stopped browser, for which everything would be drawn. Tabs that wake up connect
-    again.
+    Pings of websockets wait behind unsent messages, so a ping timeout would end slow connections
+    instead of dead ones. On Linux TCP_USER_TIMEOUT is used instead: it ends the connections of
+    closed laptops and stopped browsers, for which the scene would still be drawn. Tabs that wake up
+    reconnect.
     """
     below = connection.transport.get_extra_info("socket")
     below.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _WAITING_BYTES)
@@ -220,8 +221,8 @@ def page_address(host: str, port: int, token_file: Path | None = None) -> Addres
     """Return the page's `Address`: its URL for a browser, and the file of its access token.
 
     Args:
-        host: What the server listens on.
-        port: Its port.
+        host: Address that the server listens on.
+        port: Port of the server.
         token_file: File of the page's token; None for a page without token.
     """
     return Address(f"http://{host_in_url(host)}:{port}/", token_file)
@@ -244,13 +245,13 @@ def set_events_in_server_thread(server: viser.ViserServer) -> None:
     """Make viser set its message events in the server's thread alone.
 
     Drawing sets an event twice: directly, in the thread that draws, and by a call in the server's
-    event loop. The first walks through a list of asyncio's that the loop changes meanwhile: at
-    times "deque mutated during iteration" is raised, which has ended pages. The second is enough.
+    event loop. The direct call iterates over asyncio's waiters while the loop changes them, which
+    at times raises "deque mutated during iteration" and has ended pages. The other call is enough.
 
     Args:
         server: The page's server, without connections yet.
     """
-    below: Any = server._websock_server  # noqa: SLF001 -- viser offers no way
+    below: Any = server._websock_server  # noqa: SLF001 -- viser has no public API
     thread = below._server_thread  # noqa: SLF001
 
     def replace_event(connection: Any) -> None:
@@ -263,19 +264,19 @@ def set_events_in_server_thread(server: viser.ViserServer) -> None:
 CLEANUP_PERIOD_S = 10.0
 """Period of `MemoryCleanup.run`."""
 
-# viser reports that a browser has gone before its own reference to the connection is gone.
+# viser reports a disconnect before it drops its own reference to the connection.
 _COLLECTIONS_PER_DISCONNECT = 2
 
 
 class MemoryCleanup:
     """Cleanup of memory held for closed browser connections and removed scene nodes.
 
-    A connection that has ended is half a megabyte in objects that refer to each other. Python's
-    garbage collector starts after so many new objects that here it would be minutes or hours.
+    A closed connection leaves half a megabyte of objects in reference cycles. Python's garbage
+    collector starts after a number of new objects that takes minutes or hours to reach here.
 
-    viser keeps the removal of each scene node for browsers that do not have it yet, and clears
-    these only when another browser connects, which may be days later; a program that gives each
-    marker a new name would fill the memory meanwhile.
+    viser keeps a removal message of each scene node for browsers that have not received it, and
+    clears these messages only when another browser connects, which may be days later; a program
+    that gives each marker a new name would fill the memory until then.
 
     Args:
         server: The page's server.

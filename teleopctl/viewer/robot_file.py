@@ -41,7 +41,7 @@ class RobotFile:
     """Watcher of the robot's description file and meshes: reloads the robot after a save.
 
     Args:
-        page: The viewer's node; its parameters have the path and the xacro arguments.
+        page: The viewer's node, whose parameters contain the path and the xacro arguments.
 
     Attributes:
         path: The description's file; None without the parameter.
@@ -83,7 +83,7 @@ class RobotFile:
         if turn != self._turn:
             return
         if isinstance(result, TeleopctlError):
-            # what it includes is as it was known before
+            # watch the files that the last valid description included
             self._watch.watch(self._files or ((self.path,) if self.path else ()))
             self._report(f"The robot is not reloaded: {result.message}")
             return
@@ -154,6 +154,6 @@ def _read(path: Path, arguments: dict[str, str]) -> _Expanded:
     description = RobotDescription.from_urdf(expanded.text)
     files = list(expanded.files)
     for uri in mesh_uris(shapes_of(description)):
-        with contextlib.suppress(TeleopctlError):  # the display says so
+        with contextlib.suppress(TeleopctlError):  # the display reports it
             files.append(path_of_uri(uri, path.parent))
     return _Expanded(expanded.text, tuple(dict.fromkeys(files)))

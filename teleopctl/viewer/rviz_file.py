@@ -21,22 +21,22 @@ from teleopctl.viewer.displays.base import Display
 _MANAGER = "Visualization Manager"
 _GROUP = "rviz_common/Group"
 _PACKAGE = "rviz_default_plugins"
-# What ROS 1 calls otherwise.
+# Classes with another name in ROS 1.
 _RENAMED = {"WrenchStamped": "Wrench"}
 _ROOT_FRAME = "<Fixed Frame>"
-# Where RViz looks from in a new file.
+# Camera distance and angles in a new file of RViz.
 _DISTANCE_M = 10.0
 _QUARTER = math.pi / 4
-# What a picture of RViz is high, in pixels, and viser's opening angle: for orthographic views.
+# Height of RViz's picture in pixels, and viser's field of view, to convert orthographic views.
 _HEIGHT_PX = 800.0
 _FOV_RAD = math.radians(75.0)
-# Straight down, a camera has no direction that is up.
+# A camera that looks straight down has no up direction.
 _STEEPEST_RAD = math.radians(89.9)
 
-# Any stands for what YAML holds.
+# Any: YAML values.
 
 Lines = dict[tuple[int, Any], int]
-"""Lines of a file by the mapping's identity and the key."""
+"""Line numbers of the keys in a file, by `id` of the mapping and key."""
 
 
 class RvizFileError(TeleopctlError):
@@ -59,10 +59,10 @@ class DisplayEntry(NamedTuple):
     """Display in an ``.rviz`` file: class, name, and mapping of properties.
 
     Attributes:
-        rviz_class: Its class without the package.
-        name: Its name in the list of displays.
-        given: Its mapping in the document, which is changed in place.
-        in_shown_group: Whether all groups that it is in are enabled.
+        rviz_class: RViz class of the display, without package.
+        name: Name of the display in the list of displays.
+        given: Mapping of the display in the document, changed in place.
+        in_shown_group: Whether all groups that contain the display are enabled.
     """
 
     rviz_class: str
@@ -75,8 +75,8 @@ class RvizFile:
     """Content of an ``.rviz`` file: displays, fixed frame, tools and view.
 
     Args:
-        document: The parsed YAML; None for a new file.
-        lines: Lines of its keys; see `line_of`.
+        document: Parsed YAML of the file; None for a new file.
+        lines: Line numbers of the document's keys; see `line_of`.
     """
 
     def __init__(self, document: dict[str, Any] | None = None, lines: Lines | None = None) -> None:
@@ -89,7 +89,7 @@ class RvizFile:
         """Return the content of an ``.rviz`` file; raise RvizFileError if it is not one.
 
         Raises:
-            TeleopctlError: It cannot be read, or is no ``.rviz`` file.
+            TeleopctlError: The file cannot be read, or is no ``.rviz`` file.
         """
         import yaml
 
@@ -202,7 +202,7 @@ def class_without_package(name: str) -> str:
 
 def _find_lines(value: Any, node: Any, found: Lines) -> None:
     """Add the lines of all keys of a parsed value to a dict, from its PyYAML node."""
-    # A key that is there twice, or merged from elsewhere, leaves the two different.
+    # With a duplicate or merged key, value and node have different numbers of items.
     if isinstance(value, dict) and len(value) == len(node.value):
         for key, (key_node, inner) in zip(value, node.value, strict=True):
             found[id(value), key] = key_node.start_mark.line + 1
@@ -256,7 +256,7 @@ def _view(current: dict[str, Any]) -> View:
         x, y = _number(current, "X", 0.0), _number(current, "Y", 0.0)
         scale = _number(current, "Scale", 10.0) or 10.0
         height = _HEIGHT_PX / abs(scale) / 2 / math.tan(_FOV_RAD / 2)
-        # a hair off the vertical, so that y points up in the picture
+        # slightly off the vertical, so that y points up in the picture
         return View((x, y - height * math.cos(_STEEPEST_RAD), height), (x, y, 0.0))
     if kind == "FPS":
         eye = _vector(current, "Position")
@@ -281,7 +281,7 @@ def _number(mapping: dict[str, Any], key: str, default: float) -> float:
     return float(value)
 
 
-# RViz's defaults, as far as they are neither zero nor empty nor false.
+# RViz's defaults that are not zero, empty or false.
 _DEFAULTS: Mapping[str, Any] = {
     "Accept NaN Values": False,
     "Binary threshold": 100,
@@ -294,7 +294,7 @@ _DEFAULTS: Mapping[str, Any] = {
     "Show Robot Visual": True,
     "Zoom Factor": 1,
 }
-# Properties with an equivalent, of RViz's windows, or of MoveIt's own window.
+# Properties that have an equivalent, or that belong to the windows of RViz or MoveIt.
 _IGNORED = frozenset(
     {
         *("Class", "Enabled", "Name", "Value", "Topic", "Links", "Namespaces", "Tree"),
@@ -318,19 +318,19 @@ _TOOLS = frozenset(
 )
 _VIEWS = frozenset({"FPS", "Orbit", "ThirdPersonFollower", "TopDownOrtho", "XYOrbit"})
 _RVIZ = ("rviz_common/", "rviz_default_plugins/", "rviz/")
-# More of them make the line unreadable.
+# More parts make the line unreadable.
 _MOST_LISTED = 12
 
 
 def unsupported_text(file: RvizFile, path: Path, displays: Sequence[Display]) -> str:
     """Return a line on the parts of an ``.rviz`` file that have no effect; empty for none.
 
-    RViz writes every property of every display: those at their defaults are left out of the line.
+    RViz writes every property of every display: properties at their defaults are not listed.
 
     Args:
-        file: The file's content.
-        path: Its path.
-        displays: The displays that were made from it.
+        file: Content of the file.
+        path: Path of the file.
+        displays: Displays created from the file.
     """
     parts = [
         *_unknown_displays(file, displays),
@@ -381,7 +381,7 @@ def _unsupported(
 def _has_effect(key: str, value: Any) -> bool:
     """Return whether a property has another value than RViz's default."""
     if key == "Visibility":
-        # A list of what RViz has seen, in which only what is switched off asks for something.
+        # RViz lists all displays here; only disabled ones change the picture.
         return _has_false(value)
     if key in _DEFAULTS:
         return not _same(value, _DEFAULTS[key])
@@ -400,7 +400,7 @@ def _same(one: Any, other: Any) -> bool:
     if isinstance(one, dict) and isinstance(other, dict):
         return one.keys() == other.keys() and all(_same(one[key], other[key]) for key in one)
     if isinstance(one, int | float) and isinstance(other, int | float):
-        # RViz's numbers have 32 bits.
+        # RViz stores 32-bit floats.
         return math.isclose(one, other, rel_tol=1e-6)
     return bool(one == other)
 

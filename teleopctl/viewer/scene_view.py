@@ -24,8 +24,8 @@ from teleopctl.viewer.scene.shapes import bounding_box
 if TYPE_CHECKING:
     import viser
 
-# Where each light comes from, and how strong it is. viser's own shines from straight above, so
-# bright that what lies there is white in every colour.
+# Position and intensity of each light. viser's default light shines from straight above, so bright
+# that horizontal surfaces are white in every colour.
 _LIGHTS = (((1.2, -2.0, 2.6), 1.7), ((-2.0, 0.6, 0.8), 0.5))
 _SKY = 0.7
 
@@ -38,13 +38,13 @@ def add_lights(scene: viser.SceneApi) -> None:
         scene.add_light_directional(f"/light{number}", position=position, intensity=intensity)
 
 
-# From the front, from the right, and from above.
+# Direction to the camera: from the front, the right and above.
 _DIRECTION = (0.66, -0.6, 0.45)
-# How many radii away the whole robot is seen beside the panels, with some air around it.
+# Camera distance, in radii of the robot, for a view of the whole robot beside the panels.
 _RADII = 2.0
 _SMALLEST_RADIUS_M = 0.02
 _LARGEST_RADIUS_M = 1000.0
-# viser's cameras are as OpenCV's: x right, y down, z ahead.
+# viser's camera frame is OpenCV's: x right, y down, z ahead.
 _AHEAD_OF_OPTICAL = Transform(rotation=(0.5, -0.5, 0.5, 0.5))
 
 
@@ -52,8 +52,8 @@ def robot_view(description: RobotDescription, meshes: Mapping[str, MeshFile]) ->
     """Return a camera `View` of the whole robot at its resting positions, and the robot's radius.
 
     Args:
-        description: The robot.
-        meshes: Its loaded meshes by URI.
+        description: Description of the robot.
+        meshes: Loaded meshes of the robot by URI.
 
     Returns:
         The view in the frame of the root link, and half the diagonal of the bounding box in metres.
@@ -157,7 +157,7 @@ class SceneView:
         server.scene.set_up_direction("+z")
         add_lights(server.scene)
         self.path = path
-        # A view of the user's own stays as it is.
+        # The view of a loaded file is kept.
         self._framed = path is not None
         if path is None:
             self.file = RvizFile()
@@ -182,16 +182,16 @@ class SceneView:
             pixel = np.array([[file.background]], np.uint8)
             self._server.scene.set_background_image(pixel)
 
-    # Any stands for what YAML holds.
+    # Any: YAML values.
     def add(
         self, rviz_class: str, name: str = "", mapping: dict[str, Any] | None = None
     ) -> Display:
         """Create a display, add it to the view and the ``.rviz`` document, and return it.
 
         Args:
-            rviz_class: Its class in RViz, without package.
-            name: Its name; by default the class, with a number if that is taken.
-            mapping: Its mapping in the document; None for the defaults.
+            rviz_class: RViz class of the display, without package.
+            name: Name of the display; if empty, the class, with a number if that name is taken.
+            mapping: Mapping of the display in the document; None for the defaults.
         """
         mapping = {} if mapping is None else mapping
         display = self._make(rviz_class, name or self._free_name(rviz_class), mapping)
@@ -286,7 +286,7 @@ class SceneView:
         """Return the text of an ``.rviz`` file with the displays, fixed frame and camera.
 
         Args:
-            camera: The camera to save; None for the one that was loaded.
+            camera: Camera to save; None to keep the document's view.
         """
         self.file.fixed_frame = self._stage.frames.fixed
         if camera is not None:

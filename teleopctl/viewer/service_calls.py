@@ -17,14 +17,14 @@ if TYPE_CHECKING:
 
 _TIMEOUT_S = 5.0
 
-# Any stands for messages: their classes are made at run time, from definitions.
+# Any: messages, whose classes are created from definitions at run time.
 
 
 def servers_of(node: Node, service: str, type_name: str) -> list[str]:
     """Return the sorted full names of nodes that offer a service below their own names.
 
     Args:
-        node: The node whose graph to read.
+        node: Node whose graph is read.
         service: Name of the service below its node's name, such as ``list_parameters``.
         type_name: Type of the service.
     """

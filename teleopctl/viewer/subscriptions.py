@@ -16,7 +16,7 @@ _DEPTH = 5
 _MOST = 100
 
 
-# Any: what YAML holds.
+# Any: YAML values.
 def topic_qos(
     node: Node, topic: str, mapping: Mapping[str, Any], *, latched: bool = False
 ) -> QoSProfile:
@@ -25,10 +25,10 @@ def topic_qos(
     RViz subscribes with its file's QoS, and receives nothing from publishers that offer less.
 
     Args:
-        node: The node whose graph to read.
-        topic: The topic.
-        mapping: The display's mapping in an ``.rviz`` file, which may have a QoS.
-        latched: Whether to be transient local, whatever the file says.
+        node: Node whose graph is read.
+        topic: Name of the topic.
+        mapping: The display's mapping in an ``.rviz`` file, which may contain a QoS.
+        latched: Whether the QoS is always transient local, regardless of the file.
     """
     said = mapping.get("Topic")
     said = said if isinstance(said, Mapping) else {}
@@ -65,7 +65,7 @@ class UnknownTypes:
         run_in_background: See `Stage.run_in_background`.
     """
 
-    # Any: what a task returns.
+    # Any: result of a task.
     def __init__(
         self,
         node: Node,
@@ -84,10 +84,10 @@ class UnknownTypes:
 
         Args:
             type_name: Full name of the type.
-            begin: The function; it returns a function that ends what it began.
+            begin: Function that subscribes, and returns a function that unsubscribes.
 
-        Returns:
-            A function that ends the wait, or what ``begin`` began.
+            Returns:
+                A function that ends the wait, or unsubscribes.
         """
         pending = _Pending(type_name, begin)
         self._pending.append(pending)
@@ -124,7 +124,7 @@ class UnknownTypes:
             lambda result: self._received(type_name, result),
         )
 
-    # Any: None, or what went wrong.
+    # Any: None, or the exception.
     def _received(self, type_name: str, result: Any) -> None:
         if isinstance(result, BaseException):
             self._node.get_logger().warning(

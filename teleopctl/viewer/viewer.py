@@ -1,8 +1,8 @@
 """The viewer: a node that serves a page with the 3D view and the panels.
 
 Displays and panels run on the node's thread: messages are received there, events of the page are
-passed to it, and a timer updates the scene 30 times a second while a browser shows the page. While
-none does, the timer is stopped, and displays and panels are unsubscribed.
+passed to it, and a timer updates the scene 30 times a second while a browser shows the page.
+Otherwise the timer is stopped, and displays and panels are unsubscribed.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ _UPDATES_PER_S = 30.0
 # Panels are updated with every third update of the scene.
 _UPDATES_PER_PANEL_TICK = 3
 _ERROR_PERIOD_S = 5.0
-# A page that is reloaded, or whose connection broke, is back by then.
+# Time for a browser to reconnect after a reload or a broken connection.
 _HIDDEN_AFTER_S = 5.0
 
 
@@ -113,7 +113,7 @@ class Viewer(Node):
 
     # --- for displays and panels --------------------------------------------------------------
 
-    # Any, here and below: messages of any type, results of any task, and what YAML holds.
+    # Any, here and below: messages of any type, results of any task, and YAML values.
     def subscribe(
         self, topic: str, type_name: str, callback: Callable[[Any], object], qos: QoSProfile
     ) -> Callable[[], None]:
@@ -192,8 +192,9 @@ class Viewer(Node):
     def _update_visibility(self) -> None:
         """Start or stop updates by whether a browser shows the page, stopping after 5 s only.
 
-        A browser that is back within that time finds all subscriptions: plots go on. Zenoh would
-        keep some memory for each new one, in every process (docs/robustness.md, Soak).
+        Subscriptions are kept for a browser that reconnects within that time, so plots continue.
+        Zenoh keeps some memory for each new subscription, in every process (docs/robustness.md,
+        Soak).
         """
         if not any(map(self.server.clients.is_visible, self.server.get_clients())):
             if self._watched:
@@ -244,7 +245,7 @@ class Viewer(Node):
                 self._guarded(panel.tick)
 
     def _run_queued(self) -> None:
-        # Functions queued meanwhile trigger again, so that messages get their turn.
+        # Functions queued by these calls are called at the next trigger, after pending messages.
         for _ in range(len(self._queue)):
             failure = self._guarded(self._queue.popleft())
             if failure:
@@ -287,8 +288,8 @@ def open_viewer(
     Args:
         host: Address to listen on.
         port: Port to listen on; see `open_server`.
-        token_file: File of the page's token, made if missing. By default `default_token_file` for
-            a host beyond loopback, else no token.
+        token_file: File of the page's token, created if missing. If None, `default_token_file` for
+            a host other than loopback, else no token.
         view: See `Viewer`.
         panels: See `Viewer`.
         cli_args: See `Viewer`.
@@ -297,7 +298,7 @@ def open_viewer(
         The node, and the page's URL.
 
     Raises:
-        TeleopctlError: The page cannot be opened, or the token or the view not be read.
+        TeleopctlError: The page cannot be opened, or the token or view file cannot be read.
     """
     if token_file is None and not is_loopback(host):
         token_file = default_token_file()

@@ -1,7 +1,8 @@
 """Base class of displays, and the interface of the viewer's node that they use.
 
-A display has the properties of RViz's. It is subscribed only while it is enabled and a browser
-shows the page. Its faults appear as one status in the list of displays, not as many log lines.
+A display has the properties of the same display in RViz. It is subscribed only while it is enabled
+and a browser shows the page. Faults appear as one status in the list of displays, not as many log
+lines.
 
 All methods are called on the node's thread, so a display needs no locks. Long tasks, such as
 reading files, are passed to `Stage.run_in_background` in another thread.
@@ -28,7 +29,7 @@ OK = "ok"
 WARN = "warn"
 ERROR = "error"
 
-# Any stands for messages throughout: their classes are made at run time, from definitions.
+# Any: messages, whose classes are created from definitions at run time.
 
 
 class Stage(Protocol):
@@ -57,7 +58,7 @@ class Stage(Protocol):
     def camera(self) -> Transform | None:
         """Return the camera's pose in the fixed frame (x ahead, y left, z up), or None.
 
-        Of several browsers, the camera that was moved last; None before any has connected.
+        With several browsers, the camera that was moved last; None before a browser has connected.
         """
 
     def on_node_thread(self, function: Callable[..., object]) -> Callable[..., None]:
@@ -71,8 +72,8 @@ class Stage(Protocol):
     def knows_type(self, type_name: str) -> bool:
         """Return whether the definition of a message type is installed or has been received.
 
-        The definition of another type is requested from a node that uses it; until it is
-        received, so are no messages.
+        The definition of an unknown type is requested from a node that uses the type; messages are
+        received only after the definition.
         """
 
     def run_in_background(self, task: Callable[[], Any], then: Callable[[Any], object]) -> None:
@@ -86,25 +87,26 @@ class Display:
     """Base class of displays: drawings of one topic, or of tf, in the 3D view.
 
     Attributes:
-        rviz_class: The class's name in ``.rviz`` files, without its package.
-        message_type: Type of its topic; empty for a display without a topic.
-        other_types: Further types that its topic may have.
-        properties: Its properties, except name, topic and whether it is enabled.
+        rviz_class: Name of the class in ``.rviz`` files, without package.
+        message_type: Type of the topic; empty for a display without a topic.
+        other_types: Further types that the topic may have.
+        properties: Properties of the display, except name, topic and enabled.
         topic_key: Name of the property that holds the topic in an ``.rviz`` file.
-        parts_title: Title of the list of its `parts`; empty for a display without any.
-        latched: Whether to request the last message of latched publishers, whatever the file says.
-        name: Its name in the list of displays.
-        topic: The topic to subscribe to; empty while none is chosen.
-        status: Its level, `OK`, `WARN` or `ERROR`, and a sentence.
-        root: Path in the scene below which it draws.
-        messages: Number of messages that it has received since the last reset.
-        in_shown_group: Whether all groups of the ``.rviz`` file that it is in are enabled.
+        parts_title: Title of the list of `parts`; empty for a display without parts.
+        latched: Whether to subscribe as transient local, regardless of the file.
+        name: Name of the display in the list of displays.
+        topic: Topic to subscribe to; empty while no topic is selected.
+        status: Level (`OK`, `WARN` or `ERROR`) and a sentence.
+        root: Scene path below which the display draws.
+        messages: Number of messages received since the last reset.
+        in_shown_group: Whether all groups of the ``.rviz`` file that contain the display are
+            enabled.
 
-    Args:
-        stage: The viewer's node.
-        name: Its name in the list of displays.
-        root: Path in the scene below which it alone draws.
-        given: Its mapping in an ``.rviz`` file, which is changed when a property is set.
+        Args:
+            stage: The viewer's node.
+            name: Name of the display in the list of displays.
+            root: Scene path below which this display alone draws.
+            given: The display's mapping in an ``.rviz`` file, changed when a property is set.
     """
 
     rviz_class: ClassVar[str]
@@ -131,7 +133,7 @@ class Display:
         self._logged = ""
         self._prepare()
 
-    # --- what the viewer calls ----------------------------------------------------------------
+    # --- called by the viewer -----------------------------------------------------------------
 
     @property
     def is_enabled(self) -> bool:
@@ -225,8 +227,7 @@ class Display:
     def time_jumped_back(self) -> None:
         """Clear drawn messages after ROS time jumped back; subscribe again if latched.
 
-        A latched message may have come before the jump and is not repeated: the display subscribes
-        again.
+        A latched message from before the jump is not repeated unless the display subscribes again.
         """
         if self._end is not None and self.qos().durability == DurabilityPolicy.TRANSIENT_LOCAL:
             self.reset()
@@ -272,7 +273,7 @@ class Display:
             self.started()
             self._subscribe()
 
-        # The topic in a file may be no valid name.
+        # The topic in a file may be an invalid name.
         self._guarded(start)
 
     def _subscribe(self) -> None:
@@ -301,7 +302,7 @@ class Display:
         try:
             function()
         except TeleopctlError as error:
-            # Messages of several lines may end with a mark below a column of the line above.
+            # Messages of several lines may end with a caret below a column of the line above.
             self._report_fault(" ".join(error.message.split()).removesuffix(" ^"))
         except Exception as error:  # noqa: BLE001 -- other displays must still be drawn
             self._report_fault(f"{type(error).__name__}: {error}")

@@ -1,7 +1,4 @@
-"""Conversions of messages and properties to numbers that can be drawn.
-
-Any stands for messages throughout: their classes are made at run time, from definitions.
-"""
+"""Conversions of messages and properties to numbers that can be drawn."""
 
 from __future__ import annotations
 
@@ -14,7 +11,7 @@ import numpy as np
 from teleopctl.tf import Transform
 from teleopctl.viewer.scene.drawing import Floats, Rgba, drawable_rows, is_drawable, unit_rotation
 
-# Any stands for messages throughout: their classes are made at run time, from definitions.
+# Any: messages, whose classes are created from definitions at run time.
 
 
 def vector_of(message: Any) -> tuple[float, float, float]:
@@ -42,7 +39,7 @@ def poses_of(poses: Iterable[Any]) -> tuple[Floats, Floats, int]:
     """Return positions and rotations of the drawable poses, and how many poses were left out.
 
     Returns:
-        Positions, shape (n, 3); unit rotations w x y z, shape (n, 4); how many cannot be drawn.
+        Positions, shape (n, 3); unit rotations w x y z, shape (n, 4); number of poses left out.
     """
     rows = np.array(
         [

@@ -35,9 +35,9 @@ COVARIANCE_PROPERTIES = (
     Property("Covariance/Orientation/Scale", 1.0, low=0.0, high=1000.0),
 )
 
-# A pose that is certain in a direction has a flat ellipsoid, not one that cannot be drawn.
+# Smallest diameter, of an ellipsoid or disc without uncertainty in a direction.
 _FLAT_M = 0.001
-# Nearly a right angle: beyond it a disc in front of an axis has no edge.
+# Nearly a right angle, at which the disc in front of an axis becomes infinite.
 _WIDEST_RAD = 1.5
 _WEDGE_PARTS = 12
 
@@ -48,9 +48,9 @@ def draw_covariance(
     """Add a pose covariance's ellipsoid and discs to a drawing; return why not, or an empty text.
 
     Args:
-        drawing: In the frame of the message's header.
-        pose: The pose, in that frame.
-        covariance: Row by row, of x, y, z and the rotations about them.
+        drawing: Drawing in the frame of the message's header.
+        pose: Pose in that frame.
+        covariance: Covariance matrix, row by row, of x, y, z and the rotations about these axes.
         properties: The display's properties, among them `COVARIANCE_PROPERTIES`.
 
     Returns:
@@ -58,7 +58,7 @@ def draw_covariance(
     """
     if not properties.flag("Covariance"):
         return ""
-    # Squares of what is_drawable allows, so that roots can be drawn.
+    # The roots of drawable variances are drawable too.
     if len(covariance) != 36 or not is_drawable(covariance):
         return "The covariance is not drawn: it must hold finite numbers"
     whole = np.array(covariance, np.float64).reshape(6, 6)
@@ -104,7 +104,7 @@ def _draw_orientation(
             drawing.surfaces.append(_wedge(pose, away, half, unique))
         return
     for axis, own in enumerate((RED, GREEN, BLUE)):
-        # A small turn about one of the others moves this axis's tip along the third.
+        # A small rotation about one of the other axes moves this axis's tip along the third axis.
         u, v = (axis + 1) % 3, (axis + 2) % 3
         part = np.array(
             [
@@ -139,7 +139,7 @@ def _wedge(pose: Transform, length: float, half_angle: float, color: Rgba) -> Tr
 def _rotation_of(matrix: Floats) -> Quaternion:
     """The rotation x y z w whose columns are given, shape (3, 3)."""
     m = matrix
-    # From the largest part, so that nothing is divided by what is nearly zero.
+    # From the largest component, to avoid a division by a number near zero.
     squares = [
         1 + m[0, 0] - m[1, 1] - m[2, 2],
         1 - m[0, 0] + m[1, 1] - m[2, 2],

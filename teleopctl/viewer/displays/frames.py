@@ -18,12 +18,12 @@ from teleopctl.viewer.scene.canvas import Canvas
 from teleopctl.viewer.scene.drawing import Drawing
 from teleopctl.viewer.scene.frames import MOST_FRAMES, SILENT_S
 
-# Any stands for what YAML holds.
+# Any: YAML values.
 
 _ONLY, _WITHOUT = "Filter (whitelist)", "Filter (blacklist)"
-# RViz's switch for the frames that it has not seen yet.
+# RViz's switch for frames without a switch of their own.
 _ALL = "All Enabled"
-# More frames than these is no list that anybody reads.
+# A longer list is not readable.
 _MOST_LISTED = 100
 
 
@@ -156,7 +156,7 @@ def _is_mapping(value: Any) -> TypeGuard[dict[Any, Any]]:
     return isinstance(value, dict)
 
 
-# Any stands for messages throughout: their classes are made at run time, from definitions.
+# Any: messages, whose classes are created from definitions at run time.
 
 _FIXED_FRAME = "<Fixed Frame>"
 
@@ -253,23 +253,21 @@ class Grid(Display):
         """Do nothing when ROS time jumps back, since a grid has no stamp."""
 
 
-# Any stands for what a display is made with.
-
 MOST_POINTS = 2000
 _NANOSECONDS = 1e9
-# Of thirty pictures a second: a line need not grow in each of them.
+# The line is redrawn at every third of 30 updates a second.
 _PICTURES_PER_DRAWING = 3
-# What moves less stands still.
+# A smaller movement adds no point.
 _LEAST_STEP_M = 0.0005
-# A line of another length is another node of the scene: so it grows by many points at once.
+# A new number of points replaces the scene node, so the number grows in steps of this size.
 _POINTS_AT_ONCE = 64
 
 
 class Trace(Display):
     """Display of the path of a frame's origin in the fixed frame, over the last seconds.
 
-    RViz has no such display. Seconds are of the node's clock, so the line of a paused simulation
-    stays.
+    RViz has no equivalent. Seconds are those of the node's clock, so the line stays while a
+    simulation is paused.
     """
 
     rviz_class = "Trace"
@@ -308,7 +306,7 @@ class Trace(Display):
         """Add the frame's position in the fixed frame; redraw the line ten times a second."""
         name, fixed = self.values.text("Frame").removeprefix("/"), self.stage.frames.fixed
         if fixed != self._fixed:
-            # Where the frame was in the other fixed frame says nothing here.
+            # Positions in the former fixed frame are not valid in the new one.
             self._fixed = fixed
             self.stopped()
             self.started()

@@ -27,7 +27,7 @@ from teleopctl.viewer.scene.drawing import (
     pose_along,
 )
 
-# Any stands for messages throughout: their classes are made at run time, from definitions.
+# Any: messages, whose classes are created from definitions at run time.
 
 
 class PointStamped(DrawnDisplay):
@@ -61,7 +61,7 @@ class PointStamped(DrawnDisplay):
 
 
 _GREEN = (25, 255, 0)
-# Cells are squares; this much of a height lets them be seen from the side.
+# Height of a cell, so that flat cells are visible from the side.
 _THIN_M = 0.001
 
 
@@ -113,7 +113,7 @@ class GridCells(DrawnDisplay):
         return drawing
 
 
-# A cone that opens wider than this has no base that could be drawn.
+# Largest opening angle drawn: the base of a wider cone becomes too large.
 _WIDEST_RAD = 3.0
 _TIP_BACK = (0.0, -math.sqrt(0.5), 0.0, math.sqrt(0.5))
 
@@ -150,7 +150,7 @@ class Range(DrawnDisplay):
             return drawing
         across = 2 * distance * math.tan(min(abs(message.field_of_view), _WIDEST_RAD) / 2)
         color = rgba_of(self.values.color("Color"), self.values.number("Alpha"))
-        # The tip is at the sensor, the base where the echo came from.
+        # The tip is at the sensor, the base at the measured distance.
         place = Transform((distance / 2, 0.0, 0.0), _TIP_BACK)
         drawing.solid("cone", place, (across, across, distance), color)
         return drawing
@@ -159,7 +159,7 @@ class Range(DrawnDisplay):
 def _distance(message: Any) -> float | None:
     """Return the distance to the measured object in metres; None for no object in range.
 
-    REP 117: a sensor of one fixed distance says -inf for something nearer and inf for nothing.
+    REP 117: a fixed-distance ranger reports -inf for a detection and inf for no detection.
     """
     if message.min_range == message.max_range and message.range < 0 and message.min_range > 0:
         return float(message.min_range)
@@ -192,8 +192,8 @@ class VectorPairDisplay(DrawnDisplay):
 
     Attributes:
         part: Field of the message that holds the two vectors.
-        along_name: Name of the linear vector in properties; in lower case its field.
-        about_name: Likewise, of the angular vector.
+        along_name: Name of the linear vector in properties; in lower case, of its message field.
+        about_name: Name of the angular vector in properties; in lower case, of its message field.
     """
 
     part: ClassVar[str]
@@ -230,7 +230,7 @@ class VectorPairDisplay(DrawnDisplay):
 def _draw_arrow(
     drawing: Drawing, pose: Transform, length: float, width: float, color: Rgba
 ) -> None:
-    # RViz's proportions: a head of 0.3 behind a shaft of 1.
+    # RViz's proportions: a head of 0.3 on a shaft of 1.
     head = length * 0.3 / 1.3
     drawing.arrow(pose, ArrowSize(length - head, 0.1 * width, head, 0.2 * width), color)
 

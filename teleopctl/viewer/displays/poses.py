@@ -28,7 +28,7 @@ def shape_properties(parent_property: str = "") -> tuple[Property, ...]:
     """Return `Property` definitions for a pose drawn as arrow or axes: shape, colour and sizes.
 
     Args:
-        parent_property: Name of the property above them; empty for the top level of the display.
+        parent_property: Name of the property that contains them; empty for the display's top level.
     """
     above = f"{parent_property}/" if parent_property else ""
     return (
@@ -63,7 +63,7 @@ def draw_pose(
     drawing.arrow(pose, size, rgba_of(properties.color(f"{above}Color"), alpha))
 
 
-# Any stands for messages throughout: their classes are made at run time, from definitions.
+# Any: messages, whose classes are created from definitions at run time.
 
 NOT_FINITE = "The pose is not drawn: its numbers must be finite"
 
@@ -107,7 +107,7 @@ class PoseWithCovariance(DrawnDisplay):
         return drawing
 
 
-# RViz keeps all where the file says 0; memory must not grow over days.
+# With ``Keep`` 0 RViz keeps all poses; this limit keeps memory from growing over days.
 _MOST_KEPT = 10_000
 
 
@@ -236,7 +236,7 @@ def add_flat_arrow(drawing: Drawing, length: float, color: Rgba) -> None:
     drawing.line(ends, np.array(color), HAIR, strip=False)
 
 
-# So many lengths are told apart.
+# Number of steps from the shortest to the longest arrow.
 _LENGTHS = 20
 
 

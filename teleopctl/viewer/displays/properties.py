@@ -1,7 +1,7 @@
 """Properties of displays, read from and written to the mappings of an ``.rviz`` file.
 
-The file's mapping is kept whole: a display reads the properties that it knows, and unknown ones are
-written back when the view is saved.
+The file's mapping is kept complete: unknown properties are ignored, and written back when the view
+is saved.
 """
 
 from __future__ import annotations
@@ -22,8 +22,8 @@ class Property:
     """Definition of a display's property: its name in ``.rviz`` files, default and range.
 
     Attributes:
-        name: Its name in an ``.rviz`` file; parts below others are joined by ``/``.
-        default: Its value where the file has none. A tuple is a colour.
+        name: Name in an ``.rviz`` file; the levels of a nested property are joined by ``/``.
+        default: Value if the file has none. A tuple is a colour.
         choices: Allowed values of a text; empty for any.
         low: Smallest allowed number.
         high: Largest allowed number.
@@ -45,10 +45,10 @@ class Properties:
 
     Args:
         known: Definitions of the properties.
-        given: The mapping, which is changed in place when a property is set.
+        given: The display's mapping, changed in place when a property is set.
     """
 
-    # Any stands for what YAML holds.
+    # Any: YAML values.
     def __init__(self, known: tuple[Property, ...], given: dict[str, Any] | None = None) -> None:
         self.known = {one.name: one for one in known}
         self.given: dict[str, Any] = {} if given is None else given
@@ -83,7 +83,7 @@ class Properties:
         for group in groups:
             inner = place.get(group)
             if not isinstance(inner, dict):
-                # a property with parts below it: its own value moves to "Value"
+                # a property with nested properties: its own value moves to "Value"
                 inner = {} if inner is None else {"Value": inner}
                 place[group] = inner
             place = inner
@@ -94,7 +94,7 @@ class Properties:
             place[last] = written
 
 
-# Any: what YAML holds.
+# Any: YAML values.
 def read_property(definition: Property, mapping: Mapping[str, Any]) -> Value:
     """Return a property's value in an ``.rviz`` mapping, limited to its range; else the default."""
     value: Any = mapping
@@ -117,7 +117,7 @@ def read_property(definition: Property, mapping: Mapping[str, Any]) -> Value:
     try:
         if not math.isfinite(value):
             return default
-    except OverflowError:  # an integer beyond all floats
+    except OverflowError:  # an integer too large for a float
         return default
     number = max(value, definition.low) if definition.low is not None else value
     number = min(number, definition.high) if definition.high is not None else number

@@ -22,7 +22,7 @@ from teleopctl.viewer.scene.assets import (
 from teleopctl.viewer.scene.gltf import Texture
 from teleopctl.viewer.scene.shapes import ShapeDrawing, is_undrawable, mesh_uris
 
-# Meshes of so many links are sent as glTF, of which viser compresses equal ones to one.
+# A mesh with at least this many uses is sent as glTF: viser compresses equal glTF files to one.
 _MANY_USES = 4
 
 
@@ -33,7 +33,7 @@ class RobotAssets:
     Attributes:
         meshes: Meshes by URI.
         textures: The URDF's textures by URI.
-        faults: Sentences about what cannot be drawn.
+        faults: Sentences about parts that cannot be drawn.
     """
 
     meshes: dict[str, MeshFile] = field(default_factory=dict)
@@ -41,7 +41,7 @@ class RobotAssets:
     faults: tuple[str, ...] = ()
 
     def __eq__(self, other: object) -> bool:
-        # Arrays have no truth of their own; the same file of the same time is the same mesh.
+        # `==` of arrays returns no bool; the mesh of an unchanged file is the same object.
         return (
             isinstance(other, RobotAssets)
             and self.faults == other.faults
@@ -59,8 +59,8 @@ def load_assets(
     """Return a robot's meshes and textures; reuse those in ``loaded`` whose files are unchanged.
 
     Args:
-        description: The robot.
-        loaded: The assets that were loaded before.
+        description: Description of the robot.
+        loaded: Assets that were loaded before.
         folder: Folder of the description's file, for relative paths.
     """
     meshes: dict[str, MeshFile] = {}
@@ -132,11 +132,11 @@ def _texture_uris(description: RobotDescription) -> list[str]:
     return list(found)
 
 
-# Any stands for messages and for viser's nodes.
+# Any: messages and viser's nodes.
 
-# A collision shape is seen through, since it lies around the visual one.
+# Collision shapes are transparent, since they enclose the visual ones.
 _COLLISION_ALPHA = 0.5
-# Of many faults the status names the first.
+# The status lists only the first faults.
 _MOST_FAULTS = 3
 _TICKS_PER_FRAME_CHECK = 10
 
@@ -163,7 +163,7 @@ class RobotModelDisplay(Display):
     )
 
     def _prepare(self) -> None:
-        # ROS 1's files name the parameter, which ROS 2 has as a topic.
+        # Files of ROS 1 contain the parameter's name, which is the topic's name in ROS 2.
         said = self.values.given.get("Robot Description")
         if not self.topic and isinstance(said, str):
             self.topic = said

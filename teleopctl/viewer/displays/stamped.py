@@ -14,19 +14,19 @@ from teleopctl.viewer.scene.drawing import Drawing, merged
 if TYPE_CHECKING:
     from teleopctl.viewer.scene.frames import SceneFrames
 
-# Any stands for messages throughout: their classes are made at run time, from definitions.
+# Any: messages, whose classes are created from definitions at run time.
 
-# As many as RViz's filter lets wait for their transforms.
+# Queue size of RViz's message filter.
 _WAITING = 10
 
 
 class StampedDisplay(Display):
     """Base of displays that draw the newest messages, each at its frame's pose at its stamp.
 
-    A message whose transform is not known yet waits for it, as in RViz's message filter. When newer
-    ones are received meanwhile, the newest with a transform is drawn, so that late tf delays the
-    drawing but never clears it. A message older than the tf buffer, such as a latched map, is drawn
-    at the present pose of its frame.
+    A message is queued until its transform is known, as in RViz's message filter. Of several queued
+    messages, the newest with a transform is drawn, so that late tf delays the drawing but never
+    clears it. A message older than the tf buffer, such as a latched map, is drawn at its frame's
+    newest pose.
 
     Attributes:
         history_length: Number of messages that are drawn.
@@ -51,8 +51,8 @@ class StampedDisplay(Display):
         Override.
 
         Args:
-            message: The message.
-            pose: Pose of its frame in the fixed frame, at its stamp.
+            message: Message to draw.
+            pose: Pose of the message's frame in the fixed frame, at the message's stamp.
         """
 
     def clear_drawings(self) -> None:
@@ -61,7 +61,7 @@ class StampedDisplay(Display):
         Override.
         """
 
-    # --- what the viewer calls ----------------------------------------------------------------
+    # --- called by the viewer -----------------------------------------------------------------
 
     def received(self, message: Any) -> None:
         """Draw a message, or queue it until its transform is known."""
@@ -75,7 +75,7 @@ class StampedDisplay(Display):
         elif self._waiting:
             self._place()
 
-    def changed(self, name: str) -> None:  # noqa: ARG002 -- whichever it is
+    def changed(self, name: str) -> None:  # noqa: ARG002 -- the same for every property
         """Redraw all kept messages after a property was set."""
         self.redraw()
 
@@ -102,7 +102,7 @@ class StampedDisplay(Display):
         self._waiting.clear()
         left: list[Any] = []
         reason = ""
-        # From the newest, since of a display that keeps one the older ones do not matter.
+        # From the newest: older messages beyond `history_length` are not drawn.
         found: list[tuple[Any, Transform]] = []
         for message in reversed(waiting):
             if len(found) >= keeps:
@@ -126,7 +126,7 @@ class StampedDisplay(Display):
             self.set_status(WARN, reason)
 
 
-# Any stands for a std_msgs/msg/Header.
+# Any: a std_msgs/msg/Header.
 def pose_at_stamp(frames: SceneFrames, header: Any) -> Transform:
     """Return the pose of a header's frame at the header's stamp, in the fixed frame.
 
@@ -138,7 +138,7 @@ def pose_at_stamp(frames: SceneFrames, header: Any) -> Transform:
     """
     if not header.frame_id:
         return Transform()
-    # A time before 1970 is none.
+    # A stamp before 1970 is treated as unset.
     stamp_ns = max(header.stamp.sec * 1_000_000_000 + header.stamp.nanosec, 0)
     try:
         return frames.pose_in_fixed_frame(header.frame_id, Time(nanoseconds=stamp_ns))

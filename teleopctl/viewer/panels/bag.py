@@ -23,7 +23,7 @@ _DRAGGED_S = 0.5
 _SHOWN_MESSAGES = 100
 _NOBODY = "No bag is being played. View one with <code>teleopctl bag view BAG</code>."
 
-# Any stands for messages: their classes are made at run time, from definitions.
+# Any: messages, whose classes are created from definitions at run time.
 
 
 class BagPanel(Panel):

@@ -23,7 +23,7 @@ from teleopctl.viewer.scene.drawing import ArrowSize, Drawing, Rgba
 if TYPE_CHECKING:
     from teleopctl.viewer.panels.base import Page
 
-# Any stands for messages, and for viser's events and handles.
+# Any: messages, and viser's events and handles.
 
 _PATH = "/click_tool"
 _COLOR: Rgba = (0.0, 0.75, 0.25, 1.0)

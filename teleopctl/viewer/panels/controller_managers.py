@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 _LIST = "list_controllers"
 
-# Any stands for messages: their classes are made at run time, from definitions.
+# Any: messages, whose classes are created from definitions at run time.
 
 
 def controller_managers(node: Node) -> list[str]:

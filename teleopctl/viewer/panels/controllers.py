@@ -53,7 +53,7 @@ _NOBODY = (
     "for a real robot with <code>teleopctl launch controller.yaml</code>."
 )
 
-# Any stands for messages: their classes are made at run time, from definitions.
+# Any: messages, whose classes are created from definitions at run time.
 
 
 class ControllersPanel(Panel):

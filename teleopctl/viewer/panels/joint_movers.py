@@ -28,7 +28,7 @@ _FASTEST_TURN = 1.0
 # The least that a movement takes; a slider that is dragged sends the next one meanwhile.
 _SHORTEST_S = 0.2
 
-# Any stands for messages: their classes are made at run time, from definitions.
+# Any: messages, whose classes are created from definitions at run time.
 
 
 class JointMover(Protocol):

@@ -36,7 +36,7 @@ _SILENCE_OF_CONTROLLERS = (
     "is not active."
 )
 
-# Any stands for messages: their classes are made at run time, from definitions.
+# Any: messages, whose classes are created from definitions at run time.
 
 
 class _Goal(NamedTuple):

@@ -25,7 +25,7 @@ _LONGEST_TEXT = 2000
 # Browsers count in floats: beyond this, integers are typed as text.
 _MOST_EXACT = 2**53
 
-# Any stands for messages: their classes are made at run time, from definitions.
+# Any: messages, whose classes are created from definitions at run time.
 
 
 class ParameterRow:

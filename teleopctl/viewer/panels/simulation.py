@@ -33,7 +33,7 @@ _TICKS_PER_TEXT = 2
 _GREEN, _AMBER = "#2f9e44", "#e0a100"
 _NOBODY = "No simulation is running. Start one with <code>teleopctl launch sim.yaml</code>."
 
-# Any stands for messages: their classes are made at run time, from definitions.
+# Any: messages, whose classes are created from definitions at run time.
 
 
 class SimulationPanel(Panel):

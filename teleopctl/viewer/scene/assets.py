@@ -1,7 +1,8 @@
 """Mesh and texture files as a browser draws them: glTF, bare triangles, PNG and JPEG.
 
-STL holds no colours, so it is drawn in the URDF's. OBJ, COLLADA, glTF and PLY bring their own
-materials and textures. As in RViz, a COLLADA file's unit counts and its upward axis does not.
+STL files contain no colours, so they are drawn in the URDF's. OBJ, COLLADA, glTF and PLY files have
+their own materials and textures. As in RViz, the unit of a COLLADA file is applied, and its up axis
+is ignored.
 """
 
 from __future__ import annotations
@@ -37,12 +38,12 @@ class MeshFile:
     """A loaded mesh in metres: binary glTF, or bare triangles.
 
     Attributes:
-        path: The file.
-        glb: The mesh as binary glTF; empty for one without materials.
-        vertices: Coordinates, (n, 3), if there is no glTF.
-        faces: Triangles as indices of vertices, (m, 3), likewise.
+        path: Path of the file.
+        glb: The mesh as binary glTF; empty for a mesh without materials.
+        vertices: Coordinates, (n, 3), if ``glb`` is empty.
+        faces: Triangles as indices of vertices, (m, 3), if ``glb`` is empty.
         box: Lowest and highest corner of the bounding box.
-        faults: Sentences about what was left out, with the file's name.
+        faults: Sentences about parts that were left out, with the file's name.
         stamp: Size and modification time of the file when it was read; see `file_stamp`.
     """
 
@@ -59,8 +60,8 @@ def load_mesh(uri: str, folder: Path | None = None, *, bare: bool = False) -> Me
     """Return the mesh of a URI, as glTF or bare triangles; raise MeshError if it cannot be read.
 
     Args:
-        uri: ``package://``, ``file://`` or a path.
-        folder: Folder of the description that names it; see `path_of_uri`.
+        uri: ``package://`` or ``file://`` URI, or a path.
+        folder: Folder of the description with the URI; see `path_of_uri`.
         bare: Whether to load triangles without materials.
 
     Raises:
@@ -72,7 +73,7 @@ def load_mesh(uri: str, folder: Path | None = None, *, bare: bool = False) -> Me
         raise MeshError(f"Mesh '{uri}': {error}") from error
     named = f"Mesh {path}" if str(path) == uri else f"Mesh '{uri}': {path}"
     stamp = (0, 0)
-    with contextlib.suppress(OSError, ValueError):  # the reader says what is wrong
+    with contextlib.suppress(OSError, ValueError):  # reported by the reader
         stamp = file_stamp(path)
     return _read_mesh_file(named, path, None, stamp, bare=bare)
 
@@ -86,7 +87,7 @@ def load_embedded_mesh(name: str, data: bytes, *, bare: bool = False) -> MeshFil
         bare: Whether to load triangles without materials.
 
     Raises:
-        MeshError: It cannot be read.
+        MeshError: The content is empty, or cannot be read.
     """
     if not data:
         raise MeshError(f"Mesh '{name}' has no data")
@@ -100,10 +101,10 @@ def _read_mesh_file(
 
     Args:
         named: Subject of the sentences about faults: the mesh and its file.
-        path: The file.
-        data: The file's content, for a mesh that came in a message.
+        path: Path of the file.
+        data: Content of the file, for a mesh in a message; None to read the file.
         stamp: See `MeshFile`.
-        bare: Whether to leave the materials out.
+        bare: Whether to load triangles without materials.
 
     Raises:
         MeshError: The mesh cannot be read; see `teleopctl.robot.read_mesh`.
@@ -124,14 +125,14 @@ def _read_mesh_file(
     except TeleopctlError as error:
         raise MeshError(f"{named} {error.message}") from error
     except Exception as error:
-        # trimesh writes what it has read, materials and all, and may stumble over it.
+        # trimesh may fail to write a scene that it has read.
         reason = " ".join(f"{type(error).__name__}: {error}".split())[:200]
         raise MeshError(f"{named} cannot be read: {reason}") from error
     sentences = tuple(f"{named} {fault}" for fault in faults)
     return MeshFile(path, glb, vertices, faces, box, sentences, stamp)
 
 
-# Any: trimesh's results have no types that hold for every kind of file.
+# Any: trimesh's results have different types for different file formats.
 def _scene_glb(scene: Any, *, is_gltf: bool) -> tuple[bytes, list[str]]:
     """Return a trimesh scene as binary glTF for viser, and the faults of its textures."""
     meshes = list(scene.geometry.values())
@@ -163,9 +164,9 @@ def path_of_uri(uri: str, folder: Path | None = None) -> Path:
     """Return the path of a mesh or texture URI; relative paths may be in ``folder``.
 
     Args:
-        uri: ``package://``, ``file://`` or a path.
-        folder: Folder of the description, for relative paths. RViz has none for a description
-            from a topic, and finds no relative path; many descriptions have them.
+        uri: ``package://`` or ``file://`` URI, or a path.
+        folder: Folder of the description, for relative paths. RViz resolves no relative paths in a
+            description from a topic, but many descriptions contain them.
 
     Raises:
         NotFoundError: The package is not found.
@@ -194,7 +195,7 @@ def _remove_default_material(mesh: Any) -> None:
     material: Any = getattr(mesh.visual, "material", None)
     if not isinstance(material, made_up.SimpleMaterial) or material.kwargs:
         return
-    # Its picture is one of 2 x 2 equal pixels.
+    # The texture of the default material has 2 x 2 equal pixels.
     if material.image is None or max(material.image.size) <= 2:
         mesh.visual = ColorVisuals(mesh)
 
@@ -210,7 +211,7 @@ def _linearize_colors(mesh: Any) -> None:
     visual.vertex_colors = colors
 
 
-# Phones refuse larger textures, and they are sent whole.
+# Phones do not support larger textures, and textures are sent whole.
 _LARGEST_SIDE = 2048
 _SLOTS = (
     "image",
@@ -222,7 +223,7 @@ _SLOTS = (
 )
 
 
-# Any stands for trimesh's meshes and materials.
+# Any: trimesh's meshes and materials.
 
 
 def fit_textures(meshes: Iterable[Any]) -> list[str]:
@@ -252,8 +253,8 @@ def fit_texture(image: Image.Image) -> Image.Image:
     """Return a Pillow image as PNG or JPEG of at most 2048 pixels a side.
 
     Raises:
-        OSError: It cannot be read.
-        BudgetError: It is too large.
+        OSError: The image cannot be read.
+        BudgetError: The image has too many pixels.
     """
     from PIL import Image
 
@@ -265,8 +266,8 @@ def _stored_smaller(image: Image.Image) -> bytes | None:
     """Return a picture converted to a PNG of at most 2048 pixels a side; None if it fits.
 
     Raises:
-        OSError: It cannot be read.
-        BudgetError: It is too large.
+        OSError: The picture cannot be read.
+        BudgetError: The picture has too many pixels.
     """
     check_pixels(*image.size)
     if image.format in ("PNG", "JPEG") and max(image.size) <= _LARGEST_SIDE:
@@ -283,14 +284,15 @@ def browser_picture(content: bytes) -> tuple[bytes, str, bool, Rgba]:
     """Return a picture file as PNG or JPEG for browsers, its media type, transparency, mean colour.
 
     Args:
-        content: A picture file that Pillow reads; a PNG or JPEG that fits stays as it is.
+        content: Content of a picture file in a format of Pillow; a PNG or JPEG of at most 2048
+            pixels a side is returned unchanged.
 
-    Returns:
-        The file, its media type, whether it may be transparent, and its mean colour.
+        Returns:
+            The file, its media type, whether it may be transparent, and its mean colour.
 
-    Raises:
-        OSError: It cannot be read.
-        ValueError: It is no picture, or too large.
+        Raises:
+            OSError: The picture cannot be read.
+            ValueError: The content is no picture, or too large.
     """
     from PIL import Image
 
@@ -319,11 +321,11 @@ def load_texture(uri: str, folder: Path | None = None) -> Texture:
     """Return the texture of a URI; raise TextureError if it cannot be read.
 
     Args:
-        uri: ``package://``, ``file://`` or a path.
-        folder: Folder of the description that names it; see `path_of_uri`.
+        uri: ``package://`` or ``file://`` URI, or a path.
+        folder: Folder of the description with the URI; see `path_of_uri`.
 
-    Raises:
-        TextureError: The file is missing, or cannot be read.
+        Raises:
+            TextureError: The file is missing, or cannot be read.
     """
     from teleopctl.robot import MOST_TEXTURE_BYTES
 
@@ -344,10 +346,10 @@ def load_embedded_texture(name: str, data: bytes) -> Texture:
 
     Args:
         name: Name of the texture in the message.
-        data: Content of a picture file that Pillow reads.
+        data: Content of a picture file in a format of Pillow.
 
-    Raises:
-        TextureError: It cannot be read.
+        Raises:
+            TextureError: The content is empty, or cannot be read.
     """
     if not data:
         raise TextureError(f"Texture '{name}' has no data")
@@ -358,7 +360,7 @@ def _read_texture(name: str, content: bytes, path: Path | None, stamp: tuple[int
     try:
         picture = browser_picture(content)
     except Exception as error:
-        # Pillow's readers raise whatever their formats are broken by.
+        # Pillow's readers raise various exceptions for damaged files.
         reason = " ".join(str(error).split())[:200]
         raise TextureError(f"Texture '{name}' cannot be read: {reason}") from error
     return Texture(*picture, path=path, stamp=stamp)

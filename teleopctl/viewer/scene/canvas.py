@@ -28,15 +28,15 @@ if TYPE_CHECKING:
     from teleopctl.viewer.scene.assets import MeshFile
     from teleopctl.viewer.scene.gltf import Texture
 
-# Any stands for viser's nodes of any kind, and for what they are made of.
+# Any: viser's nodes of any kind, and their contents.
 
-# A letter is a node of its own: more of them than this no browser draws fluently.
+# Each text is a node of its own: browsers do not draw more texts smoothly.
 MOST_TEXTS = 500
 MOST_SURFACES = 500
 _MOST_PICKED = 1000
-# A mesh with materials is sent once for each colour that tints it.
+# A mesh with materials is sent once for each tint colour.
 _MOST_TINTS = 20
-# Spheres and cylinders beyond this number are coarser.
+# Shapes drawn more often have fewer triangles.
 _MOST_FINE = 100
 _MOST_SIMPLE = 2000
 _HAIR_PIXELS = 2.0
@@ -45,17 +45,17 @@ _HAIR_PIXELS = 2.0
 class Canvas:
     """Group of viser scene nodes below one path, which shows one `Drawing` at a time.
 
-    Unchanged nodes are not sent again. A node whose number of rows changes is replaced, so that no
-    browser has as many colours as there were solids before.
+    Unchanged nodes are not sent again. A node whose number of rows changes is replaced, so that a
+    browser never combines the new solids with the colours of the old ones.
 
     Args:
         scene: The viser scene.
-        path: Scene path below which the canvas alone draws.
-        meshes: Meshes of shapes that are not of `unit_shapes`, by name.
-        textures: Textures of surfaces, by name; None for one that cannot be loaded, whose surfaces
-            are drawn in their colours.
-        picked: Whether users click on solids. Then each is a node of its own, since viser finds
-            the solid under the mouse by the size of a batch's shape, not of the solid.
+        path: Scene path of the group, below which nothing else is drawn.
+        meshes: Meshes by name, for shapes that are not in `unit_shapes`.
+        textures: Textures of surfaces by name; None for a texture that cannot be loaded, whose
+            surfaces are drawn in their colours.
+        picked: Whether users can click on solids. Each solid is then a node of its own, since viser
+            finds the solid under the mouse by the size of a batch's shape, not of the solid.
     """
 
     def __init__(
@@ -72,7 +72,7 @@ class Canvas:
         self._scene = scene
         self._meshes: Mapping[str, MeshFile] = meshes if meshes is not None else {}
         self._textures: Mapping[str, Texture | None] = textures if textures is not None else {}
-        # The node and the number of its rows. Any stands for viser's kinds of handles.
+        # Node and number of its rows. Any: viser's kinds of handles.
         self._nodes: dict[str, tuple[Any, int]] = {}
         self._shown_surfaces: dict[str, tuple[TriangleMesh, Texture | None]] = {}
 
@@ -125,7 +125,7 @@ class Canvas:
         is_file = mesh is not None
         if mesh is None:
             if not is_unit_shape(shape):
-                return set()  # a mesh that has not been read yet
+                return set()  # a mesh that is not loaded yet
             vertices, faces = unit_shape(shape, fine=len(rows) <= _MOST_FINE)
         elif mesh.vertices is not None and mesh.faces is not None:
             vertices, faces = mesh.vertices, mesh.faces
@@ -166,7 +166,7 @@ class Canvas:
             opacity=float(row[13]) if row[13] < 1.0 else None,
             position=row[0:3],
             wxyz=row[3:7],
-            # The triangles of files are as flat as they are, and may be turned inside out.
+            # Triangles of files are drawn flat, and may have inverted normals.
             flat_shading=is_file,
             side="double" if is_file else "front",
             cast_shadow=False,
@@ -197,7 +197,7 @@ class Canvas:
                 batched_scales=rows[:, 7:10].astype(np.float32),
                 batched_colors=_linear_bytes(rows[:, 10:13]),
                 batched_opacities=opacities,
-                # Simplifying costs the browser more than drawing what is simple.
+                # For a simple mesh, level of detail costs the browser more than drawing.
                 flat_shading=is_file,
                 side="double" if is_file else "front",
                 lod="off" if len(vertices) <= _MOST_SIMPLE else "auto",
@@ -213,12 +213,12 @@ class Canvas:
 
     def _show_tinted(self, shape: str, rows: Floats, glb: bytes) -> set[str]:
         """Draw a mesh with materials: a node for each colour that tints it."""
-        # As fine as screens have them, so that their names tell them apart.
+        # Colours are rounded to 8 bits, so that node names distinguish them.
         colors, numbers = np.unique(_bytes(rows[:, 10:14]), axis=0, return_inverse=True)
-        numbers = numbers.reshape(-1)  # numpy 2.0 alone keeps a second axis
+        numbers = numbers.reshape(-1)  # only numpy 2.0 returns a second axis
         kept = set()
         for number, color in enumerate(colors[:_MOST_TINTS]):
-            # Of more colours than those the rest is as the last one.
+            # Rows of all further colours are drawn in the last one.
             is_last = number == _MOST_TINTS - 1
             part = rows[numbers >= number] if is_last else rows[numbers == number]
             name = f"{_node_name(shape)}_{color.tobytes().hex()}"
@@ -304,7 +304,7 @@ class Canvas:
         node = self._reusable(name, 1)
         texture = self._textures.get(surface.texture)
         if surface.texture and surface.texture not in self._textures:
-            # It has not been read yet: what was there before stays until then.
+            # The texture is not loaded yet: the former surface is kept until then.
             return name if node is not None else None
         shown = self._shown_surfaces.get(name)
         if node is None or shown is None or not _is_same(shown, (surface, texture)):

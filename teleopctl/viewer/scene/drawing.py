@@ -19,17 +19,17 @@ Rgba = tuple[float, float, float, float]
 """Red, green, blue and opacity, each from 0 to 1."""
 Vector = tuple[float, float, float]
 
-# Beyond these metres nothing is drawn: a browser's 32-bit numbers cannot tell two such points apart
+# Points beyond this distance are not drawn: 32-bit floats of browsers cannot distinguish them.
 _FAR_M = 1e9
 RED: Rgba = (1.0, 0.0, 0.0, 1.0)
 GREEN: Rgba = (0.0, 1.0, 0.0, 1.0)
 BLUE: Rgba = (0.0, 0.0, 1.0, 1.0)
 
 OWN: Rgba = (0.7, 0.7, 0.7, 1.0)
-"""The colour of a mesh that is drawn in its own materials: grey where it has none."""
+"""Colour of a mesh drawn with its own materials; parts without material are grey."""
 
 HAIR = 0.0
-"""The width of lines that are as thin from near as from far."""
+"""Width of lines that have the same width in pixels at any distance."""
 
 # A solid is one row: position, rotation as w x y z, scale, colour.
 COLUMNS = 14
@@ -93,12 +93,12 @@ class Drawing:
     """Solids, lines, points, texts and triangles in one frame, for a `Canvas` to show.
 
     Attributes:
-        solids: By the name of their shape: one of `unit_shapes`, or a mesh's URI. Columns are
-            position, rotation (w x y z), scale and colour (red, green, blue, opacity).
-        lines: By their width in metres, or `HAIR`. Columns are start, its colour, end, its colour.
-        points: By their width in metres. Columns are position and colour.
-        texts: Letters.
-        surfaces: Triangles.
+        solids: Solids by the name of their shape, one of `unit_shapes` or a mesh's URI. Columns:
+            position, rotation (w x y z), scale, colour (red, green, blue, opacity).
+        lines: Lines by width in metres, or `HAIR`. Columns: start, its colour, end, its colour.
+        points: Points by width in metres. Columns: position, colour.
+        texts: Texts that face the camera.
+        surfaces: Triangle meshes.
     """
 
     solids: dict[str, Rows] = field(default_factory=dict)
@@ -122,7 +122,7 @@ class Drawing:
             shape: Name of the shape.
             positions: Positions in the frame of the pose, (n, 3).
             pose: Pose of that frame, and orientation of the solids.
-            scale: Size along their axes.
+            scale: Size of the solids along their axes.
             colors: Colours, (n, 4), or (4,) for all.
         """
         x, y, z, w = pose.rotation
@@ -195,7 +195,7 @@ class Drawing:
 
         Args:
             positions: Positions of the copies, (n, 3).
-            rotations: Their rotations as unit quaternions w x y z, (n, 4).
+            rotations: Rotations of the copies as unit quaternions w x y z, (n, 4).
         """
         turns = _matrices(rotations)
 
@@ -260,7 +260,7 @@ def merged(drawings: Iterable[Drawing]) -> Drawing:
 
 def is_drawable(numbers: Iterable[float]) -> bool:
     """Return whether all numbers are finite, and their absolute sum is below 1e9 (metres)."""
-    # A comparison with NaN is false. The sum takes a third of the time of looking at each.
+    # A comparison with NaN is false. The sum takes a third of the time of checking each number.
     return sum(map(abs, numbers)) < _FAR_M
 
 

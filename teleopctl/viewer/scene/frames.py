@@ -1,8 +1,7 @@
 """The tf frames in the scene, and the tf buffer with a limited number of frames.
 
-Each frame of ``/tf`` is one scene node, whose pose is that in the fixed frame. What belongs to a
-frame, such as its axes or a link's geometry, hangs below that node, so that one pose is sent for
-each frame that has moved.
+Each frame of ``/tf`` is one scene node, with the frame's pose in the fixed frame. The frame's axes
+and the geometry of links are child nodes, so that only one pose is sent for each moved frame.
 """
 
 from __future__ import annotations
@@ -27,10 +26,10 @@ MOST_FRAMES = 1000
 SILENT_S = 15.0
 """Seconds without a transform after which a frame may be dropped to make room."""
 
-# When there is no room, all are looked through, and more than one is forgotten.
+# Least time between searches for silent frames, and largest share dropped by one search.
 _LOOKS_EVERY_S = 1.0
 _SHARE_FORGOTTEN = 0.1
-# Duration of the status after that.
+# Duration of the status after a full buffer.
 _FULL_SHOWN_S = 10.0
 
 
@@ -40,8 +39,9 @@ class FrameBuffer(LiveBuffer):
     tf2 never drops a frame. A program that gives each detected object a new frame would fill the
     memory of the page and of every browser.
 
-    When there are too many, the frames without transforms for the longest time are dropped, but
-    not static ones and parents of others. If there are none, new frames are rejected.
+    When the limit is reached, the frames without transforms for the longest time are dropped,
+    except static frames and parents of other frames. If no frame can be dropped, new frames are
+    rejected.
 
     Args:
         node: See `LiveBuffer`.
@@ -61,7 +61,7 @@ class FrameBuffer(LiveBuffer):
     def stale_frames(self, longer_than_s: float) -> set[str]:
         """Return moving frames whose last transform is that much older than the newest one.
 
-        None is stale while all frames have stopped, as in a paused simulation.
+        No frame is stale while all frames have stopped, as in a paused simulation.
 
         Args:
             longer_than_s: Smallest difference in seconds.
@@ -107,7 +107,7 @@ class FrameBuffer(LiveBuffer):
             return False
         self._received[name] = math.inf if static else now_s
         if len(self._tree) > 2 * MOST_FRAMES:
-            # Each may have a parent of its own. The others are parents of former times.
+            # Each frame may have its own parent; further frames are unused former parents.
             self.forget(())
         return True
 
@@ -134,10 +134,10 @@ class FrameBuffer(LiveBuffer):
 
 
 _IDENTITY = Transform()
-# Far more than any robot has. A program that never names a frame twice would fill the memory of the
-# page and of each browser.
+# Far more than any robot has. A program that gives each object a new frame would fill the memory of
+# the page and of each browser.
 MOST_UNKNOWN = 1000
-# As RViz draws them: 0.2 m long, 0.02 m thick.
+# As in RViz: 0.2 m long, 0.02 m thick.
 _AXES_LENGTH_M = 0.2
 _AXES_RADIUS_M = 0.01
 
@@ -147,11 +147,12 @@ class Frame:
     """A tf frame as a scene node: name, label, and pose in the fixed frame.
 
     Attributes:
-        name: Its name in tf.
-        node: Its scene node.
-        label: Its name in the scene; None if not shown.
-        pose: Its pose in the fixed frame; None without a transform.
-        is_silent: Whether a transform between the two is stale, so that axes and name are hidden.
+        name: Name of the frame in tf.
+        node: Scene node of the frame.
+        label: Label with the name in the scene; None if not shown.
+        pose: Pose in the fixed frame; None without a transform.
+        is_silent: Whether a transform between the frame and the fixed frame is stale, so that axes
+            and name are hidden.
     """
 
     name: str
@@ -169,7 +170,7 @@ class SceneFrames:
         buffer: The tf buffer.
 
     Attributes:
-        by_name: The frames in the scene by name.
+        by_name: Frames in the scene by name.
     """
 
     def __init__(self, scene: viser.SceneApi, buffer: FrameBuffer) -> None:
@@ -210,7 +211,8 @@ class SceneFrames:
             names: Whether names are shown.
             scale: Size of the axes; 1 is 0.2 m.
             timeout_s: See `FrameBuffer.stale_frames`; axes and names of stale frames are hidden.
-            which: Returns whether axes and name of a frame are shown, by its name.
+            which: Function that returns whether axes and name of a frame are shown, called with the
+                frame's name.
         """
         self._axes_shown, self._names_shown, self._scale = axes, names, scale
         self._which = which
@@ -248,7 +250,7 @@ class SceneFrames:
             TransformException: The transform is not known.
         """
         frame = frame.removeprefix("/")
-        # Without any tf the first frame that something stands in is as good as any.
+        # Without any tf, the first frame with a drawing becomes the fixed frame.
         if not self._fixed and not self._wanted_fixed:
             self._fixed = frame
         if frame == self._fixed:

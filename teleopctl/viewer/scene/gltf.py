@@ -22,11 +22,11 @@ class Texture:
     """A loaded texture: PNG or JPEG bytes for browsers, with their properties.
 
     Attributes:
-        data: PNG or JPEG file.
+        data: Content of a PNG or JPEG file.
         mime_type: ``image/png`` or ``image/jpeg``.
-        see_through: Whether it may be transparent.
-        mean: Its mean colour.
-        path: The file it was read from; None for one from a message.
+        see_through: Whether the texture may have transparent pixels.
+        mean: Mean colour of the texture.
+        path: Path of the file; None for a texture from a message.
         stamp: Size and modification time of the file when it was read; see `file_stamp`.
     """
 
@@ -69,20 +69,20 @@ def surface_glb(
     """Return coloured or textured triangles as binary glTF, visible from both sides.
 
     viser's own meshes have one colour each and no texture. trimesh cannot write unlit materials or
-    16 bit colours, and decodes and encodes a texture again, which browsers take as it is.
+    16-bit colours, and re-encodes textures, which browsers can read as they are.
 
     Without a texture the colours are unlit; a texture is lit, and multiplied by the colours.
-    Coordinates are not turned to glTF's y-up, since viser does not turn them back.
+    Coordinates are not converted to glTF's y-up, since viser does not convert them back.
 
     Args:
         corners: Corners, three per triangle, (3 n, 3).
         colors: Red, green, blue and opacity from 0 to 1, (3 n, 4), or (4,) for all.
         uv: Texture coordinates from the upper left, (3 n, 2).
-        texture: The texture.
+        texture: Texture of the triangles; None for colours alone.
         normals: Normals of the corners, (3 n, 3); without them the shading is flat.
     """
     shades = np.clip(colors, 0.0, 1.0)
-    # Colours of glTF are amounts of light.
+    # glTF colours are linear light.
     linear = np.concatenate([linear_rgb(shades[..., :3]), shades[..., 3:]], axis=-1)
     see_through = bool((shades[..., 3] < 1.0).any()) or (
         texture is not None and texture.see_through
@@ -127,7 +127,7 @@ class _GltfBuffer:
     def __init__(self) -> None:
         self._numbers = b""
         self._views: list[dict[str, int]] = []
-        # Any stands for what JSON holds.
+        # Any: JSON values.
         self._accessors: list[dict[str, Any]] = []
 
     def append(self, data: bytes) -> int:
@@ -173,13 +173,13 @@ _MOST_COVERED = 0.5
 def prepare_glb(glb: bytes, *, is_gltf: bool) -> bytes:
     """Return a GLB file written by trimesh, with its materials changed to look as in RViz.
 
-    All is visible from both sides, opacities below 1 are transparent, and parts without material
-    get one whose colour `colored_glb` sets.
+    Triangles are visible from both sides, opacities below 1 are transparent, and parts without
+    material get one whose colour `colored_glb` sets.
 
     Args:
-        glb: The file that trimesh wrote.
+        glb: GLB file written by trimesh.
         is_gltf: Whether the original was glTF, whose default material is metallic and whose
-            colours are linear; those of other formats are sRGB, which trimesh writes unchanged.
+            colours are linear. Colours of other formats are sRGB, which trimesh writes unchanged.
     """
     document, rest = _split(glb)
     materials: list[Any] = document.setdefault("materials", [])
@@ -220,8 +220,8 @@ def colored_glb(glb: bytes, rgba: Rgba, alpha: float = 1.0) -> bytes:
     """Return a `prepare_glb` file with a colour for parts without material, and an opacity for all.
 
     Args:
-        glb: The file.
-        rgba: The colour, in sRGB.
+        glb: GLB file from `prepare_glb`.
+        rgba: Colour in sRGB.
         alpha: Opacity of all parts, with and without material.
     """
     document, rest = _split(glb)
@@ -241,12 +241,12 @@ def tinted_glb(glb: bytes, rgba: Rgba) -> bytes:
     """Return a `prepare_glb` file tinted by a colour, as RViz tints the meshes of markers.
 
     RViz draws the mesh, and over it the mesh in the colour with an opacity of at most 0.5. Parts
-    without material have the colour alone. A texture is multiplied by the mean of the colour and
-    white instead, which is nearly the same.
+    without material have the colour alone. Here a texture is multiplied by the mean of the colour
+    and white instead, which looks nearly the same.
 
     Args:
-        glb: The file.
-        rgba: The colour, in sRGB.
+        glb: GLB file from `prepare_glb`.
+        rgba: Colour in sRGB.
     """
     document, rest = _split(glb)
     cover = min(rgba[3], _MOST_COVERED)
@@ -284,7 +284,7 @@ def _painted_materials(document: dict[str, Any]) -> set[int]:
     }
 
 
-# Any stands for what JSON holds.
+# Any: JSON values.
 def _split(glb: bytes) -> tuple[dict[str, Any], bytes]:
     (length,) = struct.unpack_from("<I", glb, _HEADER)
     begin = _HEADER + _CHUNK_HEADER

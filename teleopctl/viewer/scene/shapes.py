@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from teleopctl.viewer.scene.assets import MeshFile
     from teleopctl.viewer.scene.gltf import Texture
 
-# What RViz gives to a link without a material is red; an even grey tells shapes apart better.
+# RViz draws links without material in red; shapes are easier to distinguish in a neutral grey.
 _DEFAULT_RGBA: Rgba = (0.7, 0.7, 0.72, 1.0)
 
 
@@ -55,10 +55,10 @@ class ShapeDrawing:
         """Add a viser node for one visual or collision geometry; return it, None if undrawable.
 
         Args:
-            path: Path of the node.
-            shape: The geometry.
-            origin: Its pose in the parent node.
-            material: Its material in the URDF, or None.
+            path: Scene path of the node.
+            shape: Geometry to draw.
+            origin: Pose of the geometry in the parent node.
+            material: Material of the geometry in the URDF, or None.
             alpha: Opacity, from 0 to 1.
 
         Returns:
@@ -119,7 +119,7 @@ class ShapeDrawing:
         import trimesh
 
         capsule = trimesh.creation.capsule(height=shape.length, radius=shape.radius)
-        # trimesh's stands on the origin, URDF's around it
+        # URDF's origin is the capsule's centre; trimesh's depends on the version
         return scene.add_mesh_simple(
             path,
             capsule.vertices - capsule.bounds.mean(axis=0),
@@ -133,7 +133,7 @@ class ShapeDrawing:
     def _rgba(self, material: Material | None) -> Rgba:
         if material is None:
             return _DEFAULT_RGBA
-        # As in RViz, a texture counts more than a colour.
+        # As in RViz, a texture takes precedence over a colour.
         texture = self._texture(material)
         rgba = material.rgba if texture is None else texture.mean
         if rgba is None:

@@ -1,8 +1,8 @@
 """Triangles of box, sphere, cylinder and cone of unit size, plain or with texture coordinates.
 
-A shape that is drawn many times is sent once, with a pose, a scale and a colour for each; one that
-is drawn few times is finer. trimesh has such shapes, but with rounded edges, and importing it takes
-longer than the first picture, which needs no mesh.
+A shape drawn many times is sent once, with pose, scale and colour of each instance; a shape drawn
+few times has more triangles. trimesh has the same shapes, but with rounded edges, and its import
+takes longer than the first picture, which needs no mesh.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from teleopctl.viewer.scene.drawing import Floats
 Triangles = tuple[npt.NDArray[np.float32], npt.NDArray[np.uint32]]
 """Corners, shape (n, 3), and indices of them, shape (m, 3), counter-clockwise from outside."""
 
-# Corners around, and rings of them from pole to pole.
+# Number of corners of a ring, and of rings from pole to pole.
 _COARSE = (20, 9)
 _FINE = (48, 23)
 
@@ -33,8 +33,8 @@ def unit_shape(name: str, *, fine: bool = False) -> Triangles:
             ``cone`` of diameter 1 and height 1, its tip towards z.
         fine: Whether to use five times the triangles.
 
-    Raises:
-        KeyError: There is no such shape.
+            Raises:
+                KeyError: No shape has this name.
     """
     corners, faces = _MAKERS[name](*(_FINE if fine else _COARSE))
     return np.array(corners, np.float32), np.array(faces, np.uint32)
@@ -45,7 +45,7 @@ Faces = list[tuple[int, int, int]]
 
 
 def _box(_around: int, _rings: int) -> tuple[Corners, Faces]:
-    # four corners for each side, so that edges are sharp
+    # four separate corners for each side, so that edges are sharp
     corners: Corners = []
     faces: Faces = []
     for axis in range(3):
@@ -81,7 +81,7 @@ def _disc(n: int, ring: int, centre: int, *, up: bool) -> Faces:
 
 def _cylinder(n: int, _rings: int) -> tuple[Corners, Faces]:
     bottom, top = _ring(n, -0.5), _ring(n, 0.5)
-    # The discs have corners of their own, so that their edges are sharp.
+    # The discs have separate corners, so that their edges are sharp.
     corners = [*bottom, *top, *bottom, *top, (0.0, 0.0, -0.5), (0.0, 0.0, 0.5)]
     return corners, [
         *_band(n, 0, n),
@@ -92,7 +92,7 @@ def _cylinder(n: int, _rings: int) -> tuple[Corners, Faces]:
 
 def _cone(n: int, _rings: int) -> tuple[Corners, Faces]:
     base = _ring(n, -0.5)
-    # A tip for each side, or its shading would point nowhere.
+    # A separate tip for each side: the normal of a shared tip would be undefined.
     tips = [(0.0, 0.0, 0.5)] * n
     sides = [(i, (i + 1) % n, n + i) for i in range(n)]
     corners = [*base, *tips, *base, (0.0, 0.0, -0.5)]
@@ -142,15 +142,15 @@ class TexturedShape(NamedTuple):
 def textured_shape(name: str) -> TexturedShape:
     """Return a box, cylinder or sphere of size 1, with texture coordinates as in Gazebo.
 
-    Each side of a box and each end of a cylinder has the whole texture, upright; around a cylinder
-    or a sphere it goes once, its middle towards x. RViz projects a texture from the middle of the
-    shape, by which most sides of a box show one stretched line of it.
+    Each side of a box and each end of a cylinder shows the whole texture, upright. The texture is
+    wrapped once around a cylinder or sphere, with its middle towards x. RViz projects a texture
+    from the middle of the shape, so that most sides of a box show one stretched line of pixels.
 
     Args:
         name: ``box``; ``cylinder`` of diameter 1 and height 1 along z; ``sphere`` of diameter 1.
 
     Raises:
-        KeyError: There is no such shape.
+        KeyError: No shape has this name.
     """
     sheets = _MAPPED_MAKERS[name]()
     return TexturedShape(*(np.concatenate(parts) for parts in zip(*sheets, strict=True)))
@@ -201,7 +201,7 @@ def _mapped_cylinder() -> list[TexturedShape]:
     uv = np.stack([np.stack([part, np.full_like(part, v)], -1) for v in (0.0, 1.0)])
     sheets = [_sheet(side, np.stack([outwards, outwards]), uv)]
     for sign in (1.0, -1.0):
-        # From outside the lower end goes round the other way.
+        # Seen from outside, the lower end has the opposite winding.
         rim = circle[:: int(sign)] / 2
         corners = np.stack([np.hstack([ring, flat + sign / 2]) for ring in (0 * rim, rim)])
         uv = np.stack([0.5 + sign * corners[..., 0], 0.5 - corners[..., 1]], -1)

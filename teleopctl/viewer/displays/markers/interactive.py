@@ -41,7 +41,7 @@ class UpdateSequence:
         self.needs_state = True
         self._last = 0
         self._server = ""
-        # Any stands for visualization_msgs/msg/InteractiveMarkerUpdate.
+        # Any: visualization_msgs/msg/InteractiveMarkerUpdate.
         self._waiting: deque[Any] = deque(maxlen=_MOST_WAITING)
 
     # Any: as above.
@@ -82,7 +82,7 @@ class UpdateSequence:
         self._waiting.clear()
 
 
-# Any stands for messages: their classes are made at run time, from definitions.
+# Any: messages, whose classes are created from definitions at run time.
 
 _NAMESPACE = "Interactive Markers Namespace"
 _UPDATE = "/update"

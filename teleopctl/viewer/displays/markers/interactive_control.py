@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from teleopctl.viewer.displays.base import Stage
 
-# Any stands for messages: their classes are made at run time, from definitions.
+# Any: messages, whose classes are created from definitions at run time.
 
 INHERIT, FIXED, VIEW_FACING = 0, 1, 2
 
@@ -220,14 +220,14 @@ def moves_marker(control: Any) -> bool:
     return control.interaction_mode in _PARTS
 
 
-# Any stands for viser's kinds of handles.
+# Any: viser's kinds of handles.
 def set_node_pose(node: Any, pose: Transform) -> None:
     """Set position and orientation of a viser scene node from a `Transform`."""
     x, y, z, w = pose.rotation
     node.position, node.wxyz = pose.translation, (w, x, y, z)
 
 
-# Any stands for messages and viser's handles: their classes are made at run time.
+# Any: messages and viser's handles: their classes are made at run time.
 
 # Where the words of a menu without markers stand, below the marker's description, and how high they
 # are, in parts of the interactive marker's size.

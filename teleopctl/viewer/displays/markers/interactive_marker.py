@@ -22,7 +22,7 @@ from teleopctl.viewer.scene.drawing import is_drawable
 if TYPE_CHECKING:
     from teleopctl.viewer.displays.base import Stage
 
-# Any stands for messages: their classes are made at run time, from definitions.
+# Any: messages, whose classes are created from definitions at run time.
 
 FEEDBACK_KEEP_ALIVE, POSE_UPDATE, MENU_SELECT, BUTTON_CLICK, MOUSE_DOWN, MOUSE_UP = range(6)
 _MOST_ENTRIES = 40
@@ -124,7 +124,7 @@ class InteractiveMarker:
         for control in self._controls:
             control.refresh()
 
-    # Any stands for viser's events.
+    # Any: viser's events.
     def _click_of(self, control: Any) -> Callable[[Any], object] | None:
         """Return the callback for clicks on a control, or None."""
         name = str(control.name)
@@ -225,7 +225,7 @@ class InteractiveMarker:
         for event in (MOUSE_DOWN, BUTTON_CLICK, MOUSE_UP):
             self._publish_feedback(event, control, 0)
 
-    # Any stands for the GuiApi of the browser in which the marker was clicked.
+    # Any: the GuiApi of the browser in which the marker was clicked.
     def _open_menu(self, gui: Any, control: str) -> None:
         self._close_menu()
         self._menu = gui.add_modal(printable_line(self.message.description or self.message.name))

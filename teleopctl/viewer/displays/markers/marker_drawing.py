@@ -23,7 +23,7 @@ from teleopctl.viewer.scene.drawing import (
     pose_along,
 )
 
-# Any stands for messages: their classes are made at run time, from definitions.
+# Any: messages, whose classes are created from definitions at run time.
 
 ARROW, CUBE, SPHERE, CYLINDER = 0, 1, 2, 3
 LINE_STRIP, LINE_LIST, CUBE_LIST, SPHERE_LIST, POINTS = 4, 5, 6, 7, 8

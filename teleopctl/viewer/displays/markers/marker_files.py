@@ -20,7 +20,7 @@ from teleopctl.viewer.scene.gltf import Texture
 if TYPE_CHECKING:
     from teleopctl.viewer.displays.base import Stage
 
-# Any stands for messages: their classes are made at run time, from definitions.
+# Any: messages, whose classes are created from definitions at run time.
 
 MESH, TRIANGLES = 10, 11
 _EMBEDDED = "embedded://"

@@ -18,7 +18,7 @@ from teleopctl.viewer.scene.drawing import Drawing, merged
 if TYPE_CHECKING:
     from teleopctl.viewer.displays.base import Stage
 
-# Any stands for messages: their classes are made at run time, from definitions.
+# Any: messages, whose classes are created from definitions at run time.
 
 ADD, DELETE, DELETE_ALL = 0, 2, 3
 # A publisher that never uses an id twice would fill the memory within hours.

@@ -21,7 +21,7 @@ from teleopctl.viewer.scene.shapes import ShapeDrawing
 if TYPE_CHECKING:
     import viser
 
-# Any stands for viser's handles.
+# Any: viser's handles.
 
 # Differences that can be seen: 1 mm, and 2 mrad.
 _SEEN_M = 1e-3
@@ -174,7 +174,7 @@ def _are_apart(one: Transform, other: Transform) -> bool:
     return math.hypot(*step.translation) > _SEEN_M or abs(step.rotation[3]) < _SEEN_COSINE
 
 
-# Any stands for messages throughout: their classes are made at run time, from definitions.
+# Any: messages, whose classes are created from definitions at run time.
 
 # Of many faults the status names the first.
 _MOST_FAULTS = 3

@@ -15,7 +15,7 @@ from teleopctl.viewer.displays.conversions import pose_of
 from teleopctl.viewer.scene.assets import MeshFile
 from teleopctl.viewer.scene.drawing import Drawing, Rgba, drawable_rows, is_drawable
 
-# Any stands for messages throughout: their classes are made at run time, from definitions.
+# Any: messages, whose classes are created from definitions at run time.
 
 ADD, REMOVE, APPEND, MOVE = range(4)
 _BOX, _SPHERE, _CYLINDER, _CONE = 1, 2, 3, 4

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from teleopctl.node import Client
     from teleopctl.viewer.displays.base import Stage
 
-# Any stands for messages throughout: their classes are made at run time, from definitions.
+# Any: messages, whose classes are created from definitions at run time.
 
 _TYPE = "moveit_msgs/srv/GetPlanningScene"
 # All parts of moveit_msgs/msg/PlanningSceneComponents but the octomap, which is not drawn: state,

@@ -13,7 +13,7 @@ from teleopctl.viewer.displays.moveit.trajectory import (
 )
 from teleopctl.viewer.displays.properties import Property
 
-# Any stands for messages throughout: their classes are made at run time, from definitions.
+# Any: messages, whose classes are created from definitions at run time.
 
 
 class RobotState(MoveItDisplay):

@@ -15,7 +15,7 @@ from teleopctl.viewer.displays.moveit.base import MoveItDisplay, RobotOverlay
 from teleopctl.viewer.displays.properties import Property
 from teleopctl.viewer.scene.drawing import is_drawable
 
-# Any stands for messages throughout: their classes are made at run time, from definitions.
+# Any: messages, whose classes are created from definitions at run time.
 
 Positions = dict[str, float]
 _PERIOD = re.compile(r"\s*(\d+(?:\.\d*)?|\.\d+)\s*s\s*\Z", re.IGNORECASE)

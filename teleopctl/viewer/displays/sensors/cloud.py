@@ -14,7 +14,7 @@ from teleopctl.tf import Transform
 
 # The numbers of sensor_msgs/msg/PointField.
 _TYPES = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 8: "f8"}
-# Beyond this nothing can be seen, and a browser's floats become infinite.
+# Farther points are not visible, and may become infinite in a browser's floats.
 _FARTHEST_M = 1e6
 
 Array = npt.NDArray[Any]
@@ -31,7 +31,7 @@ class Cloud:
 
     Attributes:
         points: Coordinates in the message's frame, (n, 3), in metres.
-        total: Number of points in the message, with those left out.
+        total: Number of points in the message, including those left out.
         channels: Values of each channel, (n,), by name.
         spacing: Distance of neighbouring points in metres; 0 if unknown.
     """
@@ -48,10 +48,10 @@ def read_cloud(message: Any, max_points: int) -> Cloud:
 
     Args:
         message: A ``sensor_msgs/msg/PointCloud2``.
-        max_points: Largest number of points to return; of more, every n-th is taken.
+        max_points: Largest number of points to return; from a larger cloud every n-th is returned.
 
-    Raises:
-        CloudError: It has no fields x, y, z, or its sizes contradict each other.
+        Raises:
+            CloudError: The message has no fields x, y, z, or its sizes contradict each other.
     """
     step, data = message.point_step, np.frombuffer(message.data, np.uint8)
     if not message.width or not message.height or not data.size:
@@ -61,7 +61,7 @@ def read_cloud(message: Any, max_points: int) -> Cloud:
         raise CloudError(
             f"Rows of {row} bytes do not hold {message.width} points of {step} bytes each"
         )
-    # The last row may lack what is between rows.
+    # The last row may lack the padding.
     rows = min((data.size + row - message.width * step) // row, message.height)
     if rows < 1:
         raise CloudError(f"{data.size} bytes are not {message.width} points of {step} bytes each")
@@ -90,7 +90,7 @@ def read_legacy_cloud(message: Any, max_points: int) -> Cloud:
     """Return the points of a deprecated ``PointCloud`` message, at most about ``max_points``.
 
     Args:
-        message: The cloud.
+        message: A ``sensor_msgs/msg/PointCloud``.
         max_points: See `read_cloud`.
     """
     total = len(message.points)
@@ -140,7 +140,7 @@ def masked_cloud(points: Floats, total: int, channels: dict[str, Array], mask: A
         points: All points, (n, 3).
         total: See `Cloud`.
         channels: Values of each channel, (n,), by name.
-        mask: The mask, (n,).
+        mask: Whether each point is kept, (n,).
     """
     if mask.all():
         return Cloud(points, total, channels)
@@ -151,7 +151,7 @@ def _swept(points: Array, motion: Transform) -> Array:
     """Return points corrected by the scanner's motion, which is even from start to end."""
     part = np.linspace(0.0, 1.0, len(points))[:, None]
     x, y, z, w = motion.rotation if motion.rotation[3] >= 0.0 else [-one for one in motion.rotation]
-    # The line between the two rotations: for the little that a scanner turns, as good as the arc.
+    # Normalised linear interpolation, which is accurate for the small rotation during a scan.
     axis, real = part * np.array([x, y, z]), 1.0 + part * (w - 1.0)
     length = np.sqrt((axis**2).sum(axis=-1, keepdims=True) + real**2)
     axis, real = axis / length, real / length

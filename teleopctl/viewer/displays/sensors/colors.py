@@ -39,7 +39,7 @@ _STEPS = 256
 def _rainbow() -> Colors:
     """Return RViz's rainbow: red, yellow, green, blue, magenta, (256, 3)."""
     hue = 5.0 * np.linspace(1.0, 0.0, _STEPS)
-    # as a hue's colours: those of 0 to 5/6 of the circle, from magenta back to red
+    # the colours of hues from 0 to 5/6 of the circle, from red to magenta
     place = (5.0 - hue)[:, None]
     sixths = np.abs((place + np.array([0.0, 4.0, 2.0])) % 6.0 - 3.0) - 1.0
     colors: Colors = (255.0 * sixths.clip(0.0, 1.0)).round().astype(np.uint8)
@@ -54,15 +54,16 @@ class Coloring:
     """Copy of a point display's colour properties, for use in another thread.
 
     Attributes:
-        transformer: RViz's name of the chosen transformer; empty if the file has none.
+        transformer: RViz's name of the selected transformer; empty if the file has none.
         color: Colour of all points, for ``FlatColor``.
-        channel: Channel for ``Intensity``.
+        channel: Name of the channel for ``Intensity``.
         axis: Index of the axis for ``AxisColor``.
-        in_fixed_frame: Whether that is an axis of the fixed frame, instead of the sensor's.
+        in_fixed_frame: Whether the axis is one of the fixed frame, instead of the sensor's.
         intensity_bounds: Smallest and largest intensity of the colour scale; None for those of
             the message.
-        value_bounds: Likewise, of the coordinate for ``AxisColor``.
-        table: The colour scale from smallest to largest, (256, 3).
+        value_bounds: Smallest and largest coordinate for ``AxisColor``; None for those of the
+            message.
+        table: Colour scale from smallest to largest value, (256, 3).
     """
 
     transformer: str
@@ -104,12 +105,12 @@ class Coloring:
         """Return the colours of points, and the name of the colour transformer that was used.
 
         Args:
-            cloud: The points.
-            pose: Pose of their frame in the fixed frame.
+            cloud: Points to colour.
+            pose: Pose of the points' frame in the fixed frame.
 
-        Returns:
-            Colours, (n, 3), or one for all, (3,); and the transformer, another than the chosen one
-            if the points lack the channels that it needs.
+            Returns:
+                Colours, (n, 3), or one for all, (3,); and the transformer, not the selected one if the
+                points lack its channels.
         """
         wishes = (self.transformer or RGB8, RGB8, RGBF32, INTENSITY, AXIS)
         for transformer in wishes:
@@ -156,7 +157,7 @@ class Coloring:
         return colors
 
 
-# Any: four bytes, whatever they are called.
+# Any: numbers of four bytes, of any type.
 def _unpacked(packed: npt.NDArray[Any]) -> Colors:
     """Return RGB bytes of 0xAARRGGBB, which drivers often declare as float32."""
     order = packed.dtype.newbyteorder("=")

@@ -27,17 +27,17 @@ from teleopctl.viewer.displays.sensors.points import (
     PointsDisplay,
 )
 
-# Any stands for messages throughout: their classes are made at run time, from definitions.
+# Any: messages, whose classes are created from definitions at run time.
 
 _INFO = "sensor_msgs/msg/CameraInfo"
 _DEPTH_TOPIC, _COLOR_TOPIC = "Depth Map Topic", "Color Image Topic"
 _DEPTH_HINT, _COLOR_HINT = "Depth Map Transport Hint", "Color Transport Hint"
 _AUTO, _FACTOR = "Auto Size", "Auto Size/Auto Size Factor"
-# As many as RViz keeps to find the one that was taken with a depth image, and how far apart in time
-# the two may be.
+# Number of colour images kept to match a depth image, as in RViz, and largest difference between
+# the stamps of the two.
 _MOST_COLORS = 5
 _APART_NS = 500_000_000
-# Sizes in steps of a tenth: with another size the browser makes its points anew.
+# Sizes change in steps of 10 %, since browsers create all points again for a new size.
 _STEP = math.log(1.1)
 
 
@@ -138,7 +138,7 @@ class DepthCloud(PointsDisplay):
         level, text = super().status_of(colored_points)
         return (WARN, self._wrong) if self._wrong and level == OK else (level, text)
 
-    # --- its own ------------------------------------------------------------------------------
+    # --- subscriptions and conversion -----------------------------------------------------------
 
     def _type_of(self, topic: str) -> str:
         offered = [one.topic_type for one in self.stage.node.get_publishers_info_by_topic(topic)]
@@ -219,7 +219,7 @@ def _lens(info: Any, width: int, rows: int, topic: str) -> tuple[float, float, f
         raise CloudError(
             f"{topic} is of {size[0]} x {size[1]} pixels, the image of {width} x {rows}"
         )
-    # The projection counts for rectified pictures; drivers often leave it out.
+    # The projection matrix is that of rectified images; drivers often leave it empty.
     for matrix, third in ((info.p, 6), (info.k, 5)):
         fx, cx, fy, cy = (float(matrix[i]) for i in (0, 2, third - 1, third))
         if 0.0 < fx < math.inf and 0.0 < fy < math.inf and math.isfinite(cx) and math.isfinite(cy):

@@ -19,18 +19,18 @@ if TYPE_CHECKING:
     from teleopctl.viewer.displays.base import Stage
 
 _TRANSPORTS = ("compressed", "compressedDepth")
-# More is not seen, and each costs the page's process and the browser.
+# A higher rate is hardly visible, and costs CPU time of the page's process and the browser.
 _PICTURES_PER_S = 12.0
 _ARRIVALS = 30
 
 
-# Any stands for messages and for what viser gives.
+# Any: messages and viser's handles.
 class ImageFeed:
     """Decoder of a topic's newest image, in another thread, at most twelve times a second.
 
     Args:
         stage: The viewer's node.
-        show: Called on the node's thread with the message and the decoded picture, or the error.
+        show: Function called on the node's thread with the message, and its picture or the error.
         width: Largest width of the picture in pixels.
     """
 
@@ -78,7 +78,7 @@ class ImageFeed:
         now = time.monotonic()
         if self._newest is None or self._busy or now < self._due:
             return
-        # On from when it was due, unless that is long ago, so that the rate is kept.
+        # Relative to the last due time, unless that is long ago, so that the rate is kept.
         period = 1.0 / _PICTURES_PER_S
         self._due = max(self._due + period, now)
         message, self._newest = self._newest, None
@@ -103,15 +103,15 @@ class ImageFeed:
         self._show(message, result)
 
 
-# Any: viser's handles of pictures in a panel, in the scene and in a frustum share no class.
+# Any: viser's handles of images in panels, scenes and frustums have no common base class.
 def set_picture(handle: Any, picture: Picture) -> None:
     """Set the encoded picture of a viser image handle, without encoding it again.
 
-    viser's own setter encodes an array of pixels, on the calling thread. Here the encoded bytes
-    are written to the properties that it would set.
+    viser's own setter encodes an array of pixels, on the calling thread. This function writes the
+    encoded bytes to the properties that the setter assigns.
 
     Args:
-        handle: viser's image or camera frustum.
+        handle: viser's handle of an image or a camera frustum.
         picture: The encoded picture.
     """
     handle._format = picture.format  # noqa: SLF001
@@ -135,7 +135,7 @@ def camera_info_topic(topic: str) -> str:
     return f"{base_topic(topic).rpartition('/')[0]}/camera_info"
 
 
-# Any stands for messages throughout: their classes are made at run time, from definitions.
+# Any: messages, whose classes are created from definitions at run time.
 
 GREY_PROPERTIES = (
     Property("Normalize Range", True, hint="Black and white are the least and the most measured"),
@@ -245,7 +245,7 @@ class Image(ImageDisplay):
             self._window.remove()
             self._window = self._image = None
 
-    def show(self, message: Any, picture: Picture) -> None:  # noqa: ARG002 -- for those in the scene
+    def show(self, message: Any, picture: Picture) -> None:  # noqa: ARG002 -- used by CameraDisplay
         """Show a decoded image in the window, which is opened for the first image."""
         if self._window is None:
             self._window = self.stage.gui.add_panel()
@@ -256,7 +256,7 @@ class Image(ImageDisplay):
 
 
 _INFO = "sensor_msgs/msg/CameraInfo"
-# A common lens, for cameras that do not say theirs.
+# A common field of view, for cameras without CameraInfo.
 _UNKNOWN_FOV_RAD = math.radians(45.0)
 _COLOR = (90, 160, 220)
 _THICKNESS = 0.01
@@ -349,14 +349,14 @@ def field_of_view(info: Any) -> tuple[float, float] | None:
     """Return vertical field of view (rad) and aspect ratio of a CameraInfo; None if uncalibrated.
 
     Args:
-        info: A ``sensor_msgs/msg/CameraInfo``; None for none.
+        info: A ``sensor_msgs/msg/CameraInfo``; None if none was received.
 
     Returns:
         Field of view and aspect ratio; None without a calibrated CameraInfo.
     """
     if info is None:
         return None
-    # The projection counts for rectified pictures; drivers often leave it out.
+    # The projection matrix is that of rectified images; drivers often leave it empty.
     for across, down in ((info.p[0], info.p[5]), (info.k[0], info.k[4])):
         across, down = float(across), float(down)
         if not (0.0 < across < math.inf and 0.0 < down < math.inf):

@@ -20,12 +20,12 @@ from teleopctl.viewer.displays.conversions import pose_of
 from teleopctl.viewer.displays.properties import Property
 from teleopctl.viewer.displays.sensors.images import set_picture
 
-# Any stands for messages throughout: their classes are made at run time, from definitions.
+# Any: messages, whose classes are created from definitions at run time.
 
 SCHEMES = ("map", "costmap", "raw")
-# What every browser can hold in one picture.
+# Largest side of a picture that every browser supports.
 _MOST_ACROSS = 4096
-# Browsers smooth a picture; with so many pixels for each cell its edges stay sharp.
+# Browsers smooth pictures: a small map gets several pixels per cell, so that edges stay sharp.
 _WIDE_ENOUGH = 1024
 _MOST_PIXELS_PER_CELL = 8
 UNKNOWN = -1
@@ -44,7 +44,7 @@ def cells_of(message: Any) -> tuple[Cells, str]:
         message: A ``nav_msgs/msg/OccupancyGrid``.
 
     Returns:
-        The cells, (height, width), and a sentence about a wrong number of them, or an empty text.
+        The cells, (height, width), and a sentence about a wrong number of cells, or an empty text.
 
     Raises:
         MapError: The grid is empty or too large.
@@ -68,7 +68,7 @@ def apply_update(cells: Cells, update: Any) -> bool:
     """Write an OccupancyGridUpdate into ``cells``; return whether it was valid and inside.
 
     Args:
-        cells: The cells, which are changed in place.
+        cells: Cells of the map, changed in place.
         update: A ``map_msgs/msg/OccupancyGridUpdate``.
 
     Returns:
@@ -91,9 +91,9 @@ def map_png(cells: Cells, scheme: str, alpha: float) -> bytes:
     """Return an occupancy grid's cells as PNG bytes, in a colour scheme, the first row at the top.
 
     Args:
-        cells: The cells.
+        cells: Cells of the grid, (height, width).
         scheme: One of `SCHEMES`.
-        alpha: Their opacity, from 0 to 1.
+        alpha: Opacity of the cells, from 0 to 1.
     """
     from PIL import Image
 
@@ -126,7 +126,7 @@ def palette(scheme: str) -> npt.NDArray[np.uint8]:
         table[100, :3] = 255, 0, 255
     else:
         table[0:101, :3] = (255 - number[0:101] * 255 // 100)[:, None]
-    # What no map should hold: above 100 green, below -1 from red to yellow.
+    # Invalid values: above 100 green, below -1 from red to yellow.
     table[101:128, :3] = 0, 255, 0
     table[128:255, 0] = 255
     table[128:255, 1] = (number[128:255] - 128) * 255 // (254 - 128)
@@ -135,9 +135,9 @@ def palette(scheme: str) -> npt.NDArray[np.uint8]:
 
 
 _UPDATE = "map_msgs/msg/OccupancyGridUpdate"
-# A map changes as fast as somebody drives; each time it is sent as a whole.
+# Maps change slowly, and each change sends the whole map.
 _PICTURES_PER_S = 3.0
-# So much below its plane that a grid in that plane can be seen.
+# Distance below the map's plane, so that a grid in that plane is visible.
 _BELOW_M = 0.002
 _NOTHING = np.zeros((1, 1, 4), np.uint8)
 
@@ -155,7 +155,7 @@ class Map(Display):
     )
 
     def _prepare(self) -> None:
-        # The map's message without its cells, and viser's picture
+        # Any: the map's MapMetaData, and viser's picture
         self._info: Any = None
         self._frame = ""
         self._cells: Cells | None = None

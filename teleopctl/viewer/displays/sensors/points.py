@@ -1,7 +1,7 @@
 """Displays of points: ``PointCloud2``, ``PointCloud`` and ``LaserScan``, and their base.
 
-A message is drawn at the pose of its frame at its stamp. It waits until that is known; of newer
-ones only the last is kept meanwhile. Messages are converted to points in another thread.
+A message is drawn at the pose of its frame at its stamp, and kept until that pose is known. Of
+newer messages only the last is kept. Messages are converted to points in another thread.
 """
 
 from __future__ import annotations
@@ -33,13 +33,13 @@ from teleopctl.viewer.displays.stamped import no_transform_text, pose_at_stamp
 if TYPE_CHECKING:
     from teleopctl.tf import Quaternion
 
-# Any stands for messages throughout: their classes are made at run time, from definitions.
+# Any: messages, whose classes are created from definitions at run time.
 
-# More is not seen, and each costs the page's process, the browser and what lies between.
+# A higher rate is hardly visible, and costs bandwidth, and CPU time of page and browser.
 _CLOUDS_PER_S = 10.0
-# A transform that is this late does not come any more.
+# A transform that is later than this is no longer expected.
 _LONGEST_WAIT_S = 1.0
-# With a decay time, so many are kept at most, however long it is.
+# Largest number of clouds and points kept with a decay time.
 _MOST_CLOUDS = 60
 _MOST_POINTS_KEPT = 1_000_000
 _MOST_BOXES = 20_000
@@ -66,11 +66,11 @@ class PointJob:
     """Input of a conversion in another thread: a message of points, its pose and properties.
 
     Attributes:
-        message: The message.
-        fixed: The fixed frame.
-        pose: Pose of the message's frame in the fixed frame, at its stamp.
-        motion: Motion of the sensor during the measurement; None at rest.
-        coloring: The colour properties.
+        message: Message to convert.
+        fixed: Name of the fixed frame.
+        pose: Pose of the message's frame in the fixed frame, at the message's stamp.
+        motion: Motion of the sensor during the measurement; None for a sensor at rest.
+        coloring: Colour properties of the display.
         max_points: Largest number of points.
     """
 
@@ -87,11 +87,11 @@ class ColoredPoints:
     """Points with colours, converted from a message and ready to be drawn.
 
     Attributes:
-        center: Centre of the points in their frame.
+        center: Centre of the points in the message's frame.
         points: Coordinates relative to the centre, (n, 3).
         colors: Colours, (n, 3), or one for all, (3,).
         total: Number of points in the message.
-        transformer: The colour transformer that was used.
+        transformer: Name of the colour transformer that was used.
         spacing: See `Cloud`.
     """
 
@@ -119,7 +119,7 @@ class PointsDisplay(Display):
     properties: ClassVar[tuple[Property, ...]] = POINT_PROPERTIES
 
     def _prepare(self) -> None:
-        # Messages: the one that waits for its transform, and the last one behind it
+        # Any: the message that waits for its transform, and the newest one after it
         self._waiting: Any = None
         self._newest: Any = None
         self._since = 0.0
@@ -163,7 +163,7 @@ class PointsDisplay(Display):
             self._drawn_ones.popleft().node.remove()
         self._fares = (OK, "")
 
-    def changed(self, name: str) -> None:  # noqa: ARG002 -- each of them changes all points
+    def changed(self, name: str) -> None:  # noqa: ARG002 -- every property changes all points
         """Draw the last message again with the changed property."""
         newest = self._newest_message()
         self.stopped()
@@ -215,7 +215,7 @@ class PointsDisplay(Display):
                 self._waiting = None
             return
         self._waiting, self._busy = None, True
-        # On from when it was due, unless that is long ago, so that the rate is kept.
+        # Relative to the last due time, unless that is long ago, so that the rate is kept.
         self._due = max(self._due + 1.0 / _CLOUDS_PER_S, now)
         boxes = self.values.text("Style") == BOXES
         budget = int(self.values.number("Point Budget"))
@@ -248,7 +248,7 @@ class PointsDisplay(Display):
             nothing = np.empty((0, 3), np.uint8)
             return ColoredPoints((0.0, 0.0, 0.0), cloud.points, nothing, cloud.total, "")
         colors, transformer = job.coloring.colors(cloud, job.pose)
-        # Around their middle they need fewer digits.
+        # Coordinates relative to the centre need fewer digits.
         center = (cloud.points.min(axis=0) + cloud.points.max(axis=0)) / 2.0
         x, y, z = (float(part) for part in center)
         return ColoredPoints(
@@ -354,7 +354,7 @@ class PointCloud(PointsDisplay):
         return read_legacy_cloud(job.message, job.max_points)
 
 
-# A scanner turns several times a second; what claims to take longer has a wrong number in it.
+# Scanners turn several times a second; a longer duration is invalid.
 _LONGEST_S = 1.0
 
 

@@ -19,9 +19,9 @@ BOXES = "Boxes"
 _PIXELS = "Points"
 _SPHERES = "Spheres"
 STYLES = (_PIXELS, "Squares", "Flat Squares", _SPHERES, BOXES, "Tiles")
-# The browser knows sizes in metres only; at arm's length, on a screen, a pixel is as large.
+# viser takes sizes in metres only; about the size of a pixel at arm's length from the camera.
 _PIXEL_M = 0.002
-# A float16 has eleven bits.
+# A float16 has 11 significant bits.
 _HALF_PRECISION = 2.0**-11
 
 
@@ -36,7 +36,7 @@ class PointsNode:
     def __init__(self, scene: viser.SceneApi, path: str) -> None:
         self._scene = scene
         self._path = path
-        # viser's handle, of one of two kinds
+        # Any: viser's handle of a point cloud or of batched meshes
         self._handle: Any = None
         self._kind: tuple[object, ...] = ()
 
@@ -55,9 +55,9 @@ class PointsNode:
             points: Coordinates, (n, 3), in metres.
             colors: Colours, (n, 3), or one for all, (3,).
             style: One of `STYLES`.
-            point_size_m: The size of a point in metres.
-            pixels: Its size in pixels, where the style has that.
-            alpha: From 0, invisible, to 1; between them for boxes only.
+            point_size_m: Size of a point in metres.
+            pixels: Size of a point in pixels, for the style ``Points``.
+            alpha: Opacity from 0 (invisible) to 1; values between have an effect on boxes only.
         """
         if not len(points) or alpha <= 0.0:
             self.remove()
@@ -71,7 +71,7 @@ class PointsNode:
 
     def _draw_points(self, points: Floats, colors: Colors, style: str, size: float) -> None:
         farthest = float(np.abs(points).max())
-        # As long as nobody sees the difference: half as many bytes.
+        # float16 halves the number of bytes; used where its error is not visible.
         coarse = farthest * _HALF_PRECISION < size / 2.0
         precision: Literal["float16", "float32"] = "float16" if coarse else "float32"
         if len(colors) != len(points):
