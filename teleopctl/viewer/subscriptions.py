@@ -86,8 +86,8 @@ class UnknownTypes:
             type_name: Full name of the type.
             begin: Function that subscribes, and returns a function that unsubscribes.
 
-            Returns:
-                A function that ends the wait, or unsubscribes.
+        Returns:
+            A function that ends the wait, or unsubscribes.
         """
         pending = _Pending(type_name, begin)
         self._pending.append(pending)

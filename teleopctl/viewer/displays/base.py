@@ -102,11 +102,11 @@ class Display:
         in_shown_group: Whether all groups of the ``.rviz`` file that contain the display are
             enabled.
 
-        Args:
-            stage: The viewer's node.
-            name: Name of the display in the list of displays.
-            root: Scene path below which this display alone draws.
-            given: The display's mapping in an ``.rviz`` file, changed when a property is set.
+    Args:
+        stage: The viewer's node.
+        name: Name of the display in the list of displays.
+        root: Scene path below which this display alone draws.
+        given: The display's mapping in an ``.rviz`` file, changed when a property is set.
     """
 
     rviz_class: ClassVar[str]

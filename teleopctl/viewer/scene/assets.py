@@ -287,12 +287,12 @@ def browser_picture(content: bytes) -> tuple[bytes, str, bool, Rgba]:
         content: Content of a picture file in a format of Pillow; a PNG or JPEG of at most 2048
             pixels a side is returned unchanged.
 
-        Returns:
-            The file, its media type, whether it may be transparent, and its mean colour.
+    Returns:
+        The file, its media type, whether it may be transparent, and its mean colour.
 
-        Raises:
-            OSError: The picture cannot be read.
-            ValueError: The content is no picture, or too large.
+    Raises:
+        OSError: The picture cannot be read.
+        ValueError: The content is no picture, or too large.
     """
     from PIL import Image
 
@@ -324,8 +324,8 @@ def load_texture(uri: str, folder: Path | None = None) -> Texture:
         uri: ``package://`` or ``file://`` URI, or a path.
         folder: Folder of the description with the URI; see `path_of_uri`.
 
-        Raises:
-            TextureError: The file is missing, or cannot be read.
+    Raises:
+        TextureError: The file is missing, or cannot be read.
     """
     from teleopctl.robot import MOST_TEXTURE_BYTES
 
@@ -348,8 +348,8 @@ def load_embedded_texture(name: str, data: bytes) -> Texture:
         name: Name of the texture in the message.
         data: Content of a picture file in a format of Pillow.
 
-        Raises:
-            TextureError: The content is empty, or cannot be read.
+    Raises:
+        TextureError: The content is empty, or cannot be read.
     """
     if not data:
         raise TextureError(f"Texture '{name}' has no data")

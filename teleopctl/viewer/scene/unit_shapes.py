@@ -33,8 +33,8 @@ def unit_shape(name: str, *, fine: bool = False) -> Triangles:
             ``cone`` of diameter 1 and height 1, its tip towards z.
         fine: Whether to use five times the triangles.
 
-            Raises:
-                KeyError: No shape has this name.
+    Raises:
+        KeyError: No shape has this name.
     """
     corners, faces = _MAKERS[name](*(_FINE if fine else _COARSE))
     return np.array(corners, np.float32), np.array(faces, np.uint32)

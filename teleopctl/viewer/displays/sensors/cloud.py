@@ -50,8 +50,8 @@ def read_cloud(message: Any, max_points: int) -> Cloud:
         message: A ``sensor_msgs/msg/PointCloud2``.
         max_points: Largest number of points to return; from a larger cloud every n-th is returned.
 
-        Raises:
-            CloudError: The message has no fields x, y, z, or its sizes contradict each other.
+    Raises:
+        CloudError: The message has no fields x, y, z, or its sizes contradict each other.
     """
     step, data = message.point_step, np.frombuffer(message.data, np.uint8)
     if not message.width or not message.height or not data.size:

@@ -108,9 +108,9 @@ class Coloring:
             cloud: Points to colour.
             pose: Pose of the points' frame in the fixed frame.
 
-            Returns:
-                Colours, (n, 3), or one for all, (3,); and the transformer, not the selected one if the
-                points lack its channels.
+        Returns:
+            Colours, (n, 3), or one for all, (3,); and the transformer, not the selected one if the
+            points lack its channels.
         """
         wishes = (self.transformer or RGB8, RGB8, RGBF32, INTENSITY, AXIS)
         for transformer in wishes:
