@@ -43,9 +43,9 @@ if TYPE_CHECKING:
     from typing import ClassVar, Self
 
 EXIT_INTERRUPTED = 130
-"""The exit status after Ctrl-C, as shells have it."""
+"""The exit status after Ctrl-C, as in shells."""
 
-# What a line has room for.
+# Longest list of names that fits on a line.
 _MOST_NAMES = 8
 
 
@@ -173,7 +173,7 @@ class DefectError(TeleopctlError):
 
 
 def did_you_mean(name: str, known: Iterable[str]) -> str | None:
-    """A hint that names what is spelt alike, or None when nothing is."""
+    """Return a hint with up to three similarly spelt names; None if no name is similar."""
     from difflib import get_close_matches
 
     matches = get_close_matches(name, list(known), n=3)
@@ -186,10 +186,10 @@ def what_there_is(
     """Return a hint about unknown names: a list of the known ones, then the most similar, if any.
 
     Args:
-        kind: What it is, in the plural: ``frames``.
-        missing: What was asked for.
-        known: What exists.
-        others: What may have been meant besides.
+        kind: Kind of the named things, in the plural: ``frames``.
+        missing: Requested names that do not exist.
+        known: Existing names, which are listed.
+        others: Further names, which are only suggested if they are similar.
     """
     names = sorted(known)
     more = len(names) - _MOST_NAMES

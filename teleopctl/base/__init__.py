@@ -1,3 +1,3 @@
-"""Ground that needs no message type, node or robot: rules that every other room may ask."""
+"""Utilities that need no message types, nodes or robots, for all other packages."""
 
 __version__ = "0.1.0"

@@ -1,15 +1,15 @@
 """Access rules of listening HTTP and WebSocket servers: Host, Origin and token.
 
-A browser runs the scripts of every page that its user visits, and any of them may open a
-connection to this machine. So a request is admitted only if
+A browser runs the scripts of every page that its user visits, and any script may open a connection
+to this machine. So a request is admitted only if
 
-- its ``Host`` names this machine: a foreign name that resolves to it (DNS rebinding) is refused.
-  With a token any name will do, since no foreign page knows the token;
-- its ``Origin``, where there is one, is the page that this door serves, or one that its user has
-  admitted. Browsers send it with every websocket and no script can change it; programs that are no
-  browsers send none;
-- beyond loopback, it carries the token: in the query of its address, or as the cookie that it got
-  for that.
+- its ``Host`` is a loopback name or address: a foreign name that resolves to this machine (DNS
+  rebinding) is refused. With a token any name is admitted, since no foreign page has the token;
+- its ``Origin``, if any, is that of the server's own page, or one that the user has admitted.
+  Browsers send the header with every WebSocket handshake, and no script can change it; other
+  programs send none;
+- it carries the token, where a token is required (always beyond loopback): in the query of the
+  URL, or in the cookie that the server sets after such a query.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ _AUTHORITY = re.compile(
 )
 _ORIGIN = re.compile(r"(?P<scheme>[a-z][a-z0-9+.-]*)://(?P<authority>[^/?#@\\]+)")
 _COOKIE = "teleopctl"
-# Characters. Every file of the page has a shorter one; file systems end at 4096.
+# In characters. Paths of the web page's files are shorter; file systems end at 4096.
 _LONGEST_PATH = 2048
 
 
@@ -43,9 +43,9 @@ class Answer(NamedTuple):
     """HTTP response that refuses or redirects a request.
 
     Attributes:
-        status: Its HTTP status.
-        text: The body, as plain text.
-        headers: Headers beside those of its length and type.
+        status: HTTP status code.
+        text: Body as plain text.
+        headers: Headers in addition to Content-Length and Content-Type.
     """
 
     status: HTTPStatus
@@ -58,9 +58,10 @@ class Access:
 
     Args:
         host: The address that the server listens on.
-        token: What clients have to show; None is for loopback only.
-        origins: Origins that are admitted beside the door's own page, as `parse_origin` reads
-            them. `FILE_ORIGIN` admits Electron apps, not files that a browser shows.
+        token: Token that clients must send; None is allowed only for loopback addresses.
+        origins: Origins admitted in addition to the server's own page, in the form that
+            `parse_origin` reads. `FILE_ORIGIN` admits Electron apps, not files that a browser
+            shows.
     """
 
     def __init__(self, host: str, token: str | None = None, origins: Iterable[str] = ()) -> None:
@@ -74,10 +75,10 @@ class Access:
 
         Args:
             path: Path and query of the request.
-            headers: Names and values of its headers, as they came.
+            headers: Names and values of the request's headers, as received.
 
         Returns:
-            The answer to give instead, or None for a request that is admitted.
+            The response to send instead of the content, or None if the request is admitted.
         """
         values: dict[str, list[str]] = {}
         for name, value in headers:
@@ -99,7 +100,7 @@ class Access:
 
     def _admits(self, origin: str, host: str, user_agent: list[str]) -> bool:
         if origin == FILE_ORIGIN:
-            # A page cannot change its browser's name; a browser that shows a file is no Electron.
+            # Scripts cannot change User-Agent; a browser that shows a local file is not Electron.
             return FILE_ORIGIN in self._origins and any("Electron/" in name for name in user_agent)
         try:
             known = parse_origin(origin)
@@ -117,7 +118,7 @@ class Access:
             if any(value.lower() == "websocket" for value in values.get("upgrade", [])):
                 return None
             name, value = _cookie_of(token)
-            # Not Strict: a browser that comes from a link, in a mail say, would not send it back.
+            # Not Strict: browsers would not send the cookie after a click on a link in a mail.
             cookie = f"{name}={value}; HttpOnly; SameSite=Lax; Path=/"
             return Answer(HTTPStatus.FOUND, "", (("Location", "/"), ("Set-Cookie", cookie)))
         if _has_cookie(values.get("cookie", []), *_cookie_of(token)):
@@ -148,7 +149,7 @@ def parse_origin(text: str) -> str:
     """Return a normalized Origin: lower case, without the default port.
 
     Raises:
-        ValueError: It is none; ``null``, which any page can have itself sent as, is no origin.
+        ValueError: The text is not an origin. ``null`` is refused, since any page can send it.
     """
     lowered = text.lower()
     if lowered == FILE_ORIGIN:
@@ -184,7 +185,7 @@ def _authority(text: str, scheme: str = "") -> tuple[str, int | None] | None:
 
 
 def _bytes_of(text: str) -> bytes:
-    # What is not ASCII stands in the text of a request as lone surrogates, one for each byte.
+    # Non-ASCII bytes of a request are lone surrogates in its text, one for each byte.
     try:
         return text.encode("utf-8", "surrogateescape")
     except UnicodeEncodeError:
@@ -194,15 +195,15 @@ def _bytes_of(text: str) -> bytes:
 def _cookie_of(token: bytes) -> tuple[str, str]:
     """Name and value of the cookie that stands for a token.
 
-    Cookies allow few characters and are shared by all ports of a host: so it is a digest, and two
-    doors with tokens of their own have one each.
+    Cookies allow few characters and are shared by all ports of a host. So name and value are parts
+    of a digest, and servers with different tokens have different cookies.
     """
     digest = hmac.new(token, b"teleopctl cookie", hashlib.sha256).hexdigest()
     return f"{_COOKIE}-{digest[:8]}", digest[8:]
 
 
 def _has_cookie(headers: list[str], name: str, value: str) -> bool:
-    # Not by http.cookies: it drops all cookies of a host where one of them is odd.
+    # Not http.cookies, which drops all cookies of a host if one of them is malformed.
     pairs = (part.strip().partition("=") for header in headers for part in header.split(";"))
     given = [_bytes_of(text) for known, _, text in pairs if known == name]
     return any(hmac.compare_digest(each, value.encode()) for each in given)

@@ -1,8 +1,8 @@
 """Processes that go on after the command that started them has ended.
 
-Each has a record, a small file in the user's runtime folder with its pid and start time. Both are
-checked against the system whenever records are read, so that a record never speaks of a process
-that is gone, nor of another one that was given the same pid.
+Each process has a record, a small file in the user's runtime folder with PID and start time. Both
+are checked against the system whenever records are read, so that a record never stands for a
+process that has ended, nor for another process with the same PID.
 """
 
 import contextlib
@@ -37,25 +37,25 @@ if TYPE_CHECKING:
     from teleopctl.base.temporary import TemporaryFolder
 
 READY = "ready"
-"""The line by which a background process says that it is up."""
+"""Line that a background process writes to stdout when it is ready."""
 
 LAUNCH = "launch"
-"""The kind of a process that starts and watches others."""
+"""Kind of a process that starts and watches other processes."""
 
 FOREGROUND_LAUNCH = "foreground launch"
-"""The kind of a launch in a terminal; `ended` has it once it has been killed."""
+"""Kind of a launch in a terminal; `ended_records` returns its record after it was killed."""
 LAUNCHES = (LAUNCH, FOREGROUND_LAUNCH)
 
 _ANNOUNCE = "TELEOPCTL_ANNOUNCE"
 _RECORDS = "processes"
 _TEMPORARY = "temporary"
-# A process that is no child cannot be waited for on every system: it is looked at this often.
+# Polling period while waiting for the end of a process: only children can be waited for.
 _LOOK_EVERY_S = 0.02
 
-# How often to look whether what is to announce that it is ready gets on.
+# Period of progress checks while a process that announces readiness is starting.
 _SOON_READY_S = 1.0
 
-# What keeps the signals of the starter's console away; elsewhere a session of its own does.
+# Keep the signals of the starter's console away; on other systems a new session does.
 if sys.platform == "win32":
     _CREATION_FLAGS = subprocess.CREATE_NEW_PROCESS_GROUP | subprocess.CREATE_NO_WINDOW
 else:
@@ -64,7 +64,7 @@ else:
 # Children of this process, kept so that they are reaped when they end.
 _children: dict[int, subprocess.Popen[str]] = {}
 
-# Of children that have ended and whose pid may be another process's by now: pid and start mark.
+# Exit statuses of ended children, whose PIDs may be reused. Keys: PID and start mark.
 _exit_statuses: dict[tuple[int, str], int] = {}
 
 
@@ -72,9 +72,9 @@ class StartTime(NamedTuple):
     """Start time of a process, with a mark that survives clock changes.
 
     Attributes:
-        time: In seconds since the Unix epoch, by the clock as it was set then; 0 before the start.
-        mark: What tells the process from any other one that has its pid, however the clock is
-            set; empty when it was too short-lived to be asked.
+        time: In seconds since the Unix epoch, by the system clock at the start; 0 before the start.
+        mark: Distinguishes the process from others with the same PID, independent of clock
+            changes; empty if the process ended before the mark could be read.
     """
 
     time: float = 0.0
@@ -86,12 +86,12 @@ class ProcessRecord(NamedTuple):
 
     Attributes:
         name: Name shown to the user.
-        pid: Process id.
+        pid: Process ID.
         start: Start time of the process.
         command: Program and arguments.
         log_file: File with the output of the process.
         kind: ``router``, ``node``, ``launch`` or ``foreground launch``.
-        file: The record itself; None for what a launch started, of which the launch keeps book.
+        file: Path of the record file; None for processes of a launch, which the launch records.
     """
 
     name: str
@@ -115,23 +115,23 @@ def start(
     """Start a background process, with its output in a log file.
 
     Args:
-        name: What people call it, in ``ps`` and ``stop``.
+        name: Name of the process in ``ps`` and ``stop``.
         argv: Program and arguments.
         kind: ``router``, ``node`` or ``launch``.
-        env: Its whole environment, which also says where its record and its log belong; by
-            default that of this process.
-        until_ready: How long to wait until the process calls `announce_ready`. None does not wait.
-        takes_interrupts: Whether the program calls `interrupts.take`, and so loses no SIGINT that
-            comes while it starts.
+        env: Complete environment of the process, which also determines the folders of its record
+            and log; by default that of this process.
+        until_ready: Time limits for the process to call `announce_ready`. None does not wait.
+        takes_interrupts: Whether the program calls `interrupts.take`. Then a SIGINT during its
+            start is kept until that call.
 
     Raises:
-        SystemFailureError: The program cannot be started, or it reported a failure, ended or did
-            not get on instead of announcing that it is ready.
+        SystemFailureError: The program cannot be started, or the process reported a failure, ended
+            or stalled before it announced that it is ready.
     """
     environment = dict(os.environ if env is None else env)
-    # It may be in our own environment, when this process has not announced itself yet.
+    # Our own environment has the variable until this process announces that it is ready.
     environment.pop(_ANNOUNCE, None)
-    log_bytes(environment)  # a faulty bound is better said here than in the log
+    log_bytes(environment)  # an invalid limit is reported here rather than in the log
     if until_ready is not None:
         environment[_ANNOUNCE] = "1"
     with _new_log(name, logs_dir(environment)) as log:
@@ -140,7 +140,7 @@ def start(
         environment[progress.VARIABLE] = str(progress.progress_file(log_file))
         known: list[subprocess.Popen[str]] = []
         try:
-            # An interrupt before it is known would leave a process that nobody finds again.
+            # An interrupt before the child is in the list would leave a process without a record.
             with (
                 interrupts.delayed_interrupt(),
                 _start_of_python(takes_interrupts=takes_interrupts),
@@ -174,7 +174,7 @@ def start(
         )
         _write(record, file)
     except BaseException:
-        # Without a record nobody would find it again.
+        # Without a record, no command would find the process.
         _kill(child)
         raise
     return record
@@ -187,7 +187,7 @@ def _start_of_python(*, takes_interrupts: bool) -> AbstractContextManager[None]:
 
 
 def _kill(child: "subprocess.Popen[str]") -> None:
-    """End a process that was started just now, and what it has started itself, at once."""
+    """Kill a child process that was just started, and its descendants."""
     import psutil
 
     with contextlib.suppress(psutil.Error):
@@ -202,7 +202,7 @@ def record_this_process(name: str, command: Sequence[str], log_file: Path, *, ki
     """Write this process's record file, and return its path.
 
     Raises:
-        SystemFailureError: It cannot be written.
+        SystemFailureError: The file cannot be written.
     """
     file = runtime_dir() / _RECORDS / f"{(pid := os.getpid())}.json"
     _write(ProcessRecord(name, pid, start_time_of(pid), tuple(command), log_file, kind), file)
@@ -212,11 +212,11 @@ def record_this_process(name: str, command: Sequence[str], log_file: Path, *, ki
 def announce_ready(failure: str | None = None) -> None:
     """Report to the starting process that this one is up, or why it failed.
 
-    Does nothing in a process that nobody waits for. From here on, standard output goes to the log.
+    Does nothing if no process waits for this one. Afterwards standard output goes to the log.
     """
     if os.environ.pop(_ANNOUNCE, None) is None:
         return
-    # The starter may have given up waiting and closed its end.
+    # The starting process may have stopped waiting and closed its end of the pipe.
     with contextlib.suppress(OSError):
         sys.stdout.write(f"{READY if failure is None else ' '.join(failure.split())}\n")
         sys.stdout.flush()
@@ -235,10 +235,11 @@ def exit_status(record: ProcessRecord) -> int | None:
 def records(folder: Path | None = None) -> list[ProcessRecord]:
     """Return the records of running background processes, oldest first.
 
-    Those that `ended` returns are not.
+    Launches in terminals are left out; see `foreground_launches`. Records of ended processes are
+    removed, except those that `ended_records` returns.
 
     Args:
-        folder: Whose processes; by default those of `runtime_dir`.
+        folder: Runtime folder with the records; by default `runtime_dir`.
     """
     # A child that another command has stopped would stay a zombie.
     for child in list(_children.values()):
@@ -278,11 +279,11 @@ def remove_record(record: ProcessRecord) -> None:
 def temporary_folder() -> "TemporaryFolder":
     """Make a private temporary folder for this process, and return the folder.
 
-    It lies beside the records, private to the user. If this process is killed, the processes that
-    it started may still need the files, so that the folder is removed with the record.
+    The folder lies next to the records. If this process is killed, the processes that it started
+    may still need the files, so that the folder is removed together with the record.
 
     Raises:
-        SystemFailureError: It cannot be made.
+        SystemFailureError: The folder cannot be made.
     """
     from teleopctl.base.temporary import TemporaryFolder
 
@@ -309,7 +310,7 @@ def start_time_of(pid: int) -> StartTime:
         process = psutil.Process(pid)
         return StartTime(process.create_time(), _start_mark(process))
     except (psutil.Error, OSError):
-        # It has ended already, which is for its log to explain.
+        # The process has ended already; its log has the reason.
         return StartTime(time.time())
 
 
@@ -324,7 +325,7 @@ def terminal_of(record: ProcessRecord) -> str | None:
 
     process = _process(record)
     try:
-        # Windows has no such method: there every process of a console gets its Ctrl-C.
+        # On Windows psutil has no such method; there every process of a console gets its Ctrl-C.
         return None if process is None else getattr(process, "terminal", lambda: "the console")()
     except psutil.Error:
         return None
@@ -334,11 +335,11 @@ def stop(record: ProcessRecord, *, patience_s: float = 5.0) -> None:
     """Stop a background process: SIGINT, then SIGTERM, then SIGKILL with its descendants.
 
     Args:
-        record: The process; one that has ended meanwhile is no error.
-        patience_s: How long to wait, in seconds, before each harder signal.
+        record: Record of the process; a process that has already ended is no error.
+        patience_s: Time to wait after each signal for the process to end, in seconds.
 
     Raises:
-        SystemFailureError: It does not end, or may not be ended by this user; its record stays.
+        SystemFailureError: The process does not end, or this user may not end it; the record stays.
     """
     import psutil
 
@@ -356,7 +357,7 @@ def stop(record: ProcessRecord, *, patience_s: float = 5.0) -> None:
                     with contextlib.suppress(psutil.NoSuchProcess):
                         member.kill()
                 if not _wait(process, patience_s):
-                    # It may be in a call of a driver that cannot be interrupted.
+                    # The process may be in a driver call that cannot be interrupted.
                     raise SystemFailureError(
                         f"{record.name} (pid {record.pid}) has not ended, though it was killed"
                     )
@@ -409,8 +410,8 @@ def _read_line(stream: IO[str], lines: list[str]) -> None:
 def _wait(process: "psutil.Process", timeout_s: float) -> bool:
     """Wait for the end of a process; False when the time is up.
 
-    The processes of other commands are no children of this one, and psutil would wait until their
-    parent has taken note of the end, which in a container without an init process is never.
+    psutil's own wait would not do for processes that are no children of this one: it waits until
+    their parent has reaped them, which in a container without an init process never happens.
     """
     deadline = time.monotonic() + timeout_s
     while _is_running(process):
@@ -429,7 +430,7 @@ def _is_running(process: "psutil.Process") -> bool:
     try:
         return process.is_running() and process.status() != psutil.STATUS_ZOMBIE
     except psutil.Error:
-        # Gone, or another user's by now, whose state some systems keep to themselves.
+        # The process has ended, or its PID now belongs to another user, whose processes are hidden.
         return False
 
 
@@ -439,7 +440,7 @@ def _process(record: ProcessRecord) -> "psutil.Process | None":
 
     child = _children.get(record.pid)
     if child is not None and (status := child.poll()) is not None:
-        # Its pid may be another process's by now, the recorded one's too.
+        # The PID may have been reused, even by the recorded process.
         _exit_statuses[record.pid, record.start.mark] = status
         del _children[record.pid]
     try:
@@ -453,11 +454,11 @@ def _process(record: ProcessRecord) -> "psutil.Process | None":
 def _start_mark(process: "psutil.Process") -> str:
     if sys.platform != "linux":
         return f"{process.create_time():.3f}"
-    # There psutil adds up the clock and the time since the boot, so that its answer changes when
-    # a machine without a battery for its clock, a robot say, finds the time in the network.
+    # On Linux psutil adds the clock and the time since boot, so that its result changes when a
+    # machine without a battery-backed clock, such as a robot, sets its clock over the network.
     boot = Path("/proc/sys/kernel/random/boot_id").read_text(encoding="ascii").strip()
     stat = Path(f"/proc/{process.pid}/stat").read_text(encoding="utf-8", errors="replace")
-    # The name of the program, in parentheses, may hold anything; the start is the 22nd field.
+    # The program's name, in parentheses, may contain anything; the start time is the 22nd field.
     return f"{boot}/{stat.rpartition(')')[2].split()[19]}"
 
 
@@ -467,7 +468,7 @@ def _write(record: ProcessRecord, path: Path) -> None:
     del entry["file"]
     try:
         make_private(folder)
-        # Replaced in one step: nobody reads half a record.
+        # Replaced atomically, so that no reader gets half a record.
         write_private(path, json.dumps(entry))
     except OSError as error:
         raise SystemFailureError(

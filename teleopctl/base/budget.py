@@ -1,19 +1,20 @@
 """Limits on the size and work of decompressing and expanding input, shared by all readers.
 
-A few kilobytes can stand for gigabytes: compressed zeros, macros in macros, aliases of aliases, a
-variable that doubles itself. Whatever unpacks or expands asks here before it makes something, so
-that a file which is over the budget is refused before it has taken memory or time.
+A few kilobytes can expand to gigabytes: compressed zeros, macros in macros, aliases of aliases, a
+variable that doubles itself. Every decompressor and expander checks these limits before it
+allocates, so that a file over a limit is refused before it takes memory or time.
 
-Nearly all bounds are on work (bytes, elements, depth) and not on seconds: what a machine reads, it
-reads on a busy day too. Seconds are the last resort for expressions, whose operations differ.
+Nearly all limits are on work (bytes, elements, depth) and not on seconds, so that a file is
+accepted or refused independent of the load of the machine. Seconds are the last resort for
+expressions, whose operations differ in cost.
 
-The figures leave real files several times of what they take: seven times of elements of xacro,
-and more than ten times of other counts. Chunks and pictures, which are memory, have the largest
-that are in use. Measured, of what was found in public repositories (PR2, UR10e, Franka FR3 and
-FP3, Spot, xArm, Husky, TALOS, TIAGo, MoveIt's resources):
+The limits are several times what real files need: seven times for elements of xacro, and more than
+ten times for other counts. Limits on memory, of chunks and pictures, are the largest sizes in use.
+Measured on files in public repositories (PR2, UR10e, Franka FR3 and FP3, Spot, xArm, Husky, TALOS,
+TIAGo, MoveIt's resources):
 
 ==========================  =======================================================  ==============
-what                        the most that a real file takes                          budget
+quantity                    largest value in a real file                             limit
 ==========================  =======================================================  ==============
 xacro: elements made        4,381 (PR2)                                              30,000
 xacro: macro calls          136 (PR2)                                                10,000
@@ -25,9 +26,8 @@ URDF, characters            210,669 (TIAGo with two arms)                       
 launch: steps               some 300 (MoveIt's demos with their includes)            20,000
 chunk of a bag, bytes       1 to 4 MB by default, 100 MB by preference               128 MB, or 64
                                                                                      times its size
-compression                 2 to 10 times of sensor data; 64 times of rendered       see there
-                            depth images
-all chunks of a file        the same                                                 1 GiB, or 64
+compression ratio           2 to 10 for sensor data; 64 for rendered depth images    see chunks
+all chunks of a file        as for one chunk                                         1 GiB, or 64
                                                                                      times its size
 texture, pixels             8192 x 8192                                              8192 x 8192
 ==========================  =======================================================  ==============
@@ -44,65 +44,69 @@ if TYPE_CHECKING:
 # -- decompression ---------------------------------------------------------------------------------
 
 UNPACKED_BYTES: Final = 128 * 2**20
-"""What anything may be unpacked to in memory: more than the largest chunks that writers make."""
+"""Unpacked size in memory that is always allowed: more than the largest chunks of writers."""
 UNPACKED_RATIO: Final = 64
-"""How many times its size something larger may be unpacked to."""
+"""Largest ratio of unpacked to stored size above the sizes that are always allowed."""
 LARGEST_UNPACKED_BYTES: Final = 2**30
-"""What nothing may exceed in memory."""
+"""Upper limit of any unpacked size in memory."""
 UNPACKED_FILE_BYTES: Final = 2**30
-"""What a file may be unpacked to in all: on the disk, if it says its size, or part by part."""
+"""Unpacked size of a whole file that is always allowed: on disk, if the file states its size, or
+chunk by chunk."""
 MOST_RECORDS: Final = 500_000
-"""Records of a chunk: 100 MB of messages with 170 bytes and their heads."""
+"""Largest number of records of a chunk: 100 MB of messages with 170 bytes and their headers."""
 SMALLEST_RECORD_BYTES: Final = 9
 MOST_PIXELS: Final = 8192 * 8192
-"""Pixels of a picture that is decoded: a texture of 8k, 268 MB with its opacity."""
+"""Largest number of pixels of a decoded picture: an 8k texture, 268 MB with alpha channel."""
 
 # -- texts that make texts -------------------------------------------------------------------------
 
 LONGEST_TEXT: Final = 1_000_000
-"""Characters of one text that an expression or an attribute makes, parts of one list."""
+"""Largest number of characters of a text, or of items of a list, from one expression or
+attribute."""
 LONGEST_DOCUMENT: Final = 10_000_000
-"""Characters of all that a file expands to, and of a launch variable, which may be a robot."""
+"""Largest number of characters of an expanded file, or of a launch variable, which may hold a
+robot description."""
 MOST_LAUNCH_TEXT: Final = 200_000_000
-"""Characters that the texts of a launch make in all."""
+"""Largest number of characters of all texts in a launch."""
 LARGEST_INTEGER_BITS: Final = 10_000
-"""Some 3,000 digits: Python itself refuses to write more than 4,300."""
+"""About 3,000 digits; Python itself refuses to print more than 4,300."""
 MOST_OPERATIONS: Final = 200_000
-"""Operations of the expressions of a xacro file."""
+"""Largest number of operations in the expressions of a xacro file."""
 MOST_MADE: Final = 2_000_000
-"""Parts that these make in all; lists of that size are 80 MB."""
+"""Largest number of characters and items that these operations make in all; lists of that size
+take 80 MB."""
 LONGEST_EXPRESSIONS_S: Final = 5.0
-"""Processor time of a file's expressions, so that a busy machine changes nothing."""
+"""Longest processor time of a file's expressions; processor time is independent of the load."""
 
 # -- elements that make elements -------------------------------------------------------------------
 
 MOST_ELEMENTS: Final = 30_000
-"""Elements that the macros, blocks and includes of a xacro file make."""
+"""Largest number of elements made by the macros, blocks and includes of a xacro file."""
 MOST_MACRO_CALLS: Final = 10_000
 MOST_INCLUDED_FILES: Final = 1_000
-"""Files that a xacro or launch file includes, each time counted."""
+"""Largest number of includes of a xacro or launch file, repeated ones counted each time."""
 MOST_COPIES: Final = 10_000
-"""Elements that MJCF's replicate and attach make: MuJoCo's parser takes 10 s for so many, and four
-times as long for twice as many."""
+"""Largest number of elements made by MJCF's replicate and attach: MuJoCo's parser takes 10 s for
+this number, and four times as long for twice as many."""
 MOST_STEPS: Final = 20_000
-"""Steps that a launch takes with its loops and includes."""
+"""Largest number of steps of a launch, including those in loops and included files."""
 DEEPEST_INCLUDES: Final = 30
-"""Files that include one another, in launch files."""
+"""Largest depth of nested includes in launch files."""
 DEEPEST_FORESIGHT: Final = 5
-"""Timers and events that lead to one another, of which a launch looks ahead."""
+"""Largest depth of timers and events that trigger one another in a dry run of a launch."""
 DEEPEST_TAGS: Final = 50
-"""Tags or entries in one another, in launch files."""
+"""Largest depth of nested tags or entries in launch files."""
 DEEPEST_YAML: Final = 100
-"""Lists and mappings in one another; libyaml's own recursion ends at some ten thousand."""
+"""Largest depth of nested lists and mappings; libyaml's own recursion ends at about 10,000."""
 MOST_FROM_ALIASES: Final = 100_000
-"""Values that YAML's aliases add."""
+"""Largest number of values added by YAML aliases."""
 
 
 def joined(parts: Sequence[str], separator: str = "") -> str:
     """Join texts; raise a BudgetError if the result exceeds the limit of a document.
 
     Raises:
-        BudgetError: It would be.
+        BudgetError: The result would have more than `LONGEST_DOCUMENT` characters.
     """
     if sum(map(len, parts)) + len(separator) * len(parts) > LONGEST_DOCUMENT:
         raise BudgetError(f"a text of more than {LONGEST_DOCUMENT:,} characters")
@@ -117,11 +121,11 @@ class Tally:
     """Counter of expanded elements that raises a BudgetError beyond a limit.
 
     Args:
-        what: In the plural, for the refusal: ``elements``.
-        most: How many there may be.
+        what: Name of the counted things in the error message, in the plural: ``elements``.
+        most: Largest allowed count.
 
     Attributes:
-        count: How many there were so far.
+        count: Number counted so far.
     """
 
     __slots__ = ("_most", "_what", "count")
@@ -135,7 +139,7 @@ class Tally:
         """Add to the count; raise a BudgetError beyond the limit.
 
         Raises:
-            BudgetError: They are too many.
+            BudgetError: The count exceeds the limit.
         """
         self.count += count
         if self.count > self._most:
@@ -146,8 +150,8 @@ def unpacked_limit(stored: int, least: int = UNPACKED_BYTES) -> int:
     """Return the largest allowed unpacked size, in bytes, of stored data.
 
     Args:
-        stored: How many bytes it has.
-        least: What anything may become, however small it is.
+        stored: Size of the stored data, in bytes.
+        least: Unpacked size that is always allowed, in bytes.
     """
     return max(least, UNPACKED_RATIO * stored)
 
@@ -161,7 +165,7 @@ def tally_of_unpacked(stored: int) -> Tally:
     """Return a counter of unpacked bytes, limited by the stored size of a file.
 
     Args:
-        stored: How many bytes the file has.
+        stored: Size of the file, in bytes.
     """
     return Tally(
         f"bytes that its {stored:,} are unpacked to", unpacked_limit(stored, UNPACKED_FILE_BYTES)
@@ -172,11 +176,11 @@ def check_unpacked(claimed: int, stored: int) -> None:
     """Raise a BudgetError if the claimed unpacked size exceeds the limit of stored data.
 
     Args:
-        claimed: How many bytes it says it becomes.
-        stored: How many it has.
+        claimed: Unpacked size that the data states, in bytes.
+        stored: Size of the stored data, in bytes.
 
     Raises:
-        BudgetError: It may not.
+        BudgetError: The limit is exceeded.
     """
     if not may_be_unpacked(claimed, stored):
         most = min(unpacked_limit(stored), LARGEST_UNPACKED_BYTES)
@@ -189,7 +193,7 @@ def check_pixels(width: int, height: int) -> None:
     """Raise if a picture is too large to decode.
 
     Raises:
-        BudgetError: It is.
+        BudgetError: The picture has more than `MOST_PIXELS` pixels.
     """
     if width * height > MOST_PIXELS:
         raise BudgetError(f"has {width} x {height} pixels: at most {MOST_PIXELS:,} are decoded")

@@ -1,7 +1,7 @@
 """The line of a user's code that an exception comes from.
 
-A plug-in is called by teleopctl and calls teleopctl, Python's library and others' packages in turn.
-The line to look at is the innermost one of the plug-in's own.
+A plug-in is called by teleopctl, and in turn calls teleopctl, Python's library and other packages.
+The line to look at is the innermost one of the plug-in's own code.
 """
 
 from __future__ import annotations
@@ -29,8 +29,9 @@ def is_user_code(file: str) -> bool:
 def origin_of(error: BaseException) -> str | None:
     """Return the place where an exception was raised, as ``file:line``.
 
-    Of a mistake in the syntax it is the mistake. Else it is the innermost line of a user's, or,
-    where all is installed, of the package that teleopctl called. None where there is none.
+    For a syntax error that is the place of the error. Otherwise it is the innermost line of user
+    code or, if all code is installed, of the package that teleopctl called. None without such a
+    line.
     """
     if isinstance(error, SyntaxError) and error.filename and os.path.isfile(error.filename):  # noqa: PTH113
         return f"{error.filename}:{error.lineno}"
@@ -44,7 +45,7 @@ def origin_of(error: BaseException) -> str | None:
 
 def with_origin(error: BaseException) -> str:
     """Return an exception's class, text and origin on one line."""
-    # Python puts the file's name without its folder, and the line, behind a mistake in the syntax.
+    # str() of a SyntaxError ends with file name and line, without the folder.
     text = error.msg if isinstance(error, SyntaxError) else str(error)
     words = f"{type(error).__name__}: {text}" if text else type(error).__name__
     place = origin_of(error)
@@ -52,7 +53,7 @@ def with_origin(error: BaseException) -> str:
 
 
 def _lines(error: BaseException) -> Iterator[tuple[FrameType, int]]:
-    """The calls that led to an exception, the outermost first, with the line where each was."""
+    """Frames and line numbers of an exception's traceback, the outermost first."""
     trace = error.__traceback__
     while trace is not None:
         yield trace.tb_frame, trace.tb_lineno

@@ -1,8 +1,8 @@
 """Evaluation of expressions with Python's arithmetic, comparisons and logic only.
 
-The text of a launch file (``$(eval …)``) or of a robot description that is not trusted is data. It
-is parsed with Python's own grammar, but only literals, operators and a handful of functions are
-evaluated, on numbers and texts that stay small.
+Expressions in a launch file (``$(eval …)``) or in an untrusted robot description are data, not
+code. They are parsed with Python's own grammar, but only literals, operators and a few functions
+are evaluated, on numbers and texts of limited size.
 """
 
 import ast
@@ -16,9 +16,9 @@ from teleopctl.base.printable import shortened
 
 _MAX_POWER = 64
 _MAX_BASE = 10**9
-# Python's parser goes down into a text by recursion.
+# In characters. Python's parser is recursive.
 _LONGEST_TEXT = 10_000
-# What a float can hold; beyond it, an integer is there to keep the machine busy.
+# Range of a float; larger integers only serve to keep the machine busy.
 _LARGEST_INTEGER_BITS = 1024
 _MOST_DIGITS = 308
 _METHODS: dict[str, Callable[..., Any]] = {
@@ -29,7 +29,7 @@ _METHODS: dict[str, Callable[..., Any]] = {
     "upper": str.upper,
 }
 _NAMED = (ast.Name, ast.Attribute)
-# What a name may stand for: a mapping is a namespace.
+# Allowed types of a name's value; a mapping is a namespace.
 _PLAIN = (bool, int, float, str, list, tuple, Mapping, type(None))
 
 _BINARY: dict[type[ast.operator], Callable[[Any, Any], Any]] = {
@@ -113,16 +113,16 @@ def evaluate(text: str) -> str:
     return str(compute(text))
 
 
-def compute(text: str, names: Mapping[str, Any] | None = None) -> Any:  # Any: whatever it gives
+def compute(text: str, names: Mapping[str, Any] | None = None) -> Any:  # Any: the result
     """Evaluate an expression: a number, text, truth value, None, or a list or dict.
 
     Args:
         text: The expression.
-        names: Further names and their values; functions among them are not called.
+        names: Further names and their values. Functions are not allowed as values.
 
     Raises:
-        ExpressionError: When the text is not an expression, uses something other than literals,
-            operators and the known functions and names, or fails while it is computed.
+        ExpressionError: The text is not an expression, uses something other than literals,
+            operators and the known functions and names, or its evaluation fails.
     """
     if len(text) > _LONGEST_TEXT:
         raise ExpressionError(f"'{shortened(text)}' has more than {_LONGEST_TEXT} characters")
@@ -133,14 +133,14 @@ def compute(text: str, names: Mapping[str, Any] | None = None) -> Any:  # Any: w
     except SyntaxError as error:
         raise ExpressionError(f"'{shortened(text)}' is not an expression: {error.msg}") from error
     except (RecursionError, MemoryError) as error:
-        # The parser's word for too many brackets or signs is that it has no memory.
+        # Python's parser raises MemoryError for too many nested brackets or signs.
         raise ExpressionError("the expression is nested too deeply") from error
     except (ArithmeticError, TypeError, ValueError, LookupError) as error:
         raise ExpressionError(f"'{shortened(text)}' cannot be computed: {error}") from error
 
 
 class _Evaluation:
-    """Computes one expression with the names that it may use."""
+    """Evaluates one expression with the names that the expression may use."""
 
     def __init__(self, names: Mapping[str, Any]) -> None:
         self._names = names
@@ -177,7 +177,7 @@ class _Evaluation:
         if isinstance(node, ast.Subscript):
             return self._element(node)
         if isinstance(node, ast.Call) and _function_name(node.func) == "dict" and not node.args:
-            # xacro's way to a dict: a curly bracket ends its expressions.
+            # xacro files write dict(…), since a curly bracket ends an expression of xacro.
             return {word.arg: self.value(word.value) for word in node.keywords if word.arg}
         if isinstance(node, ast.Call) and not node.keywords:
             arguments = [self.value(argument) for argument in node.args]
@@ -219,7 +219,7 @@ class _Evaluation:
     def _binary(self, node: ast.BinOp) -> Any:
         left, right = self.value(node.left), self.value(node.right)
         if isinstance(node.op, ast.Pow):
-            # Bounded, so that no file keeps the machine busy with one number.
+            # Limited, so that no file keeps the machine busy with one number.
             if abs(right) > _MAX_POWER:
                 raise ExpressionError(f"exponents beyond {_MAX_POWER} are not computed")
             return left**right if abs(left) < _MAX_BASE else float(left) ** right

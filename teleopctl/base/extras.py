@@ -1,6 +1,6 @@
 """Optional libraries: a missing one is reported with the extra that installs it.
 
-In a module of its own, so that nothing else is loaded by the verbs that look for one.
+This is a separate module, so that verbs that check for an optional library load nothing else.
 """
 
 from __future__ import annotations
@@ -17,11 +17,12 @@ def extra(name: str, *modules: str) -> Iterator[None]:
     """Raise an error that names the extra to install, if an import in the block fails.
 
     Args:
-        name: The extra, as `pyproject.toml` has it.
-        modules: The modules that it brings; any other one that is missing is a defect.
+        name: Name of the extra in `pyproject.toml`.
+        modules: Top-level modules that the extra installs. If another module is missing, which is
+            a defect, its ModuleNotFoundError passes through.
 
     Raises:
-        MissingExtraError: One of them is not installed.
+        MissingExtraError: One of the modules is not installed.
     """
     try:
         yield
@@ -35,7 +36,7 @@ def extra(name: str, *modules: str) -> Iterator[None]:
 
 
 def _requirement(name: str) -> str:
-    """What pip is to be told, so that it takes the extra from where teleopctl came from."""
+    """Requirement for pip that installs the extra from the source of this installation."""
     from importlib.metadata import PackageNotFoundError, distribution
 
     record = None
@@ -44,7 +45,7 @@ def _requirement(name: str) -> str:
     if record is not None:
         source = _source(record)
     else:
-        # A checkout that is only on the path is not installed; a package index leaves no record.
+        # No record: a checkout on the path that is not installed, or a package of an index.
         checkout = Path(__file__).parents[2]
         source = checkout if (checkout / "pyproject.toml").is_file() else None
     if source is None:
@@ -58,7 +59,7 @@ def _requirement(name: str) -> str:
 
 
 def _source(record: str) -> Path | str | None:
-    """The folder or the address in a record of PEP 610; None where there is none."""
+    """Folder or URL in a record of PEP 610; None if the folder does not exist."""
     import json
     from urllib.parse import urlsplit
     from urllib.request import url2pathname

@@ -9,9 +9,9 @@ from pathlib import Path
 
 # One save is often several changes: a new file, a rename, a new time.
 _TOGETHER_MS = 200
-# How often the thread looks whether it is to end; it costs a thousandth of a core.
+# Period at which the thread checks whether to end; costs a thousandth of a core.
 _STEP_MS = 100
-# By then the system tells of changes; what was saved before that is looked for once.
+# By then the system reports changes; files saved earlier are found by one comparison of stamps.
 _BEGUN_AFTER_MS = 1000
 
 _log = logging.getLogger(__name__)
@@ -23,8 +23,8 @@ class FileWatch:
     The folders are watched, not the files: many editors write a new file and rename it.
 
     Args:
-        changed: Called with these files, in a thread of its own.
-        on_trouble: Called with a sentence when nothing can be noticed; by default it is logged.
+        changed: Called with the changed files, in the watching thread.
+        on_trouble: Called with a sentence when files cannot be watched; logs a warning by default.
     """
 
     def __init__(
@@ -34,7 +34,7 @@ class FileWatch:
     ) -> None:
         self._changed = changed
         self._on_trouble = on_trouble
-        # Each file by the path by which changes of it are told.
+        # Keys: paths under which changes are reported. Values: the files as given.
         self._files: dict[str, Path] = {}
         self._stop = threading.Event()
         self._thread: threading.Thread | None = None
@@ -43,7 +43,7 @@ class FileWatch:
         """Set the watched files, which need not exist yet."""
         wanted: dict[str, Path] = {}
         for file in files:
-            # a link may be turned to another file, and its file may change
+            # For a symbolic link, both the link and its target may change.
             wanted[str(file.resolve())] = wanted[str(file.absolute())] = file
         if wanted == self._files:
             return
@@ -105,12 +105,12 @@ class FileWatch:
                 if changed:
                     self._changed(frozenset(files[path] for path in changed))
         except (OSError, RuntimeError) as error:
-            # such as no more inotify watches: the rest goes on without
+            # Such as no more inotify watches; the program continues without the watch.
             self._on_trouble(f"Saved files are not noticed: {error}")
 
 
 def _stamps(files: Iterable[str]) -> dict[str, object]:
-    """What tells one state of a file from another; None for one that is not there."""
+    """Modification time, size and inode of each file; None for a missing file."""
     stamps: dict[str, object] = {}
     for path in files:
         try:

@@ -1,8 +1,8 @@
 """Files that only their user may read, and text files that a person has named.
 
-What a program logs or is started with is private to its user: names of hosts, paths, keys that
-stand in parameters. Such files get mode 0600 when they are created, so that there is no moment in
-which others can open them; the umask of a process is left alone, since nodes create files, too.
+Logs and command lines of a program are private to its user: they contain host names, paths, and
+keys in parameters. Their files get mode 0600 when they are created, so that others can open them at
+no time. The umask of the process stays as it is, since nodes create files too.
 """
 
 from __future__ import annotations
@@ -22,11 +22,10 @@ if TYPE_CHECKING:
 def open_private(path: str | Path, flags: int) -> int:
     """Open a file as `os.open` does, with mode 0600; also the ``opener`` of `open`.
 
-    A file that is there already gets that mode where it is the user's own; a device or a pipe keeps
-    its own.
+    An existing file of the user gets that mode; a device or a pipe keeps its mode.
 
     Raises:
-        OSError: It cannot be opened.
+        OSError: The file cannot be opened.
     """
     descriptor = os.open(path, flags | getattr(os, "O_CLOEXEC", 0), 0o600)
     if sys.platform != "win32":
@@ -42,13 +41,13 @@ def write_private(path: str | Path, text: str) -> None:
     """Write a text file with mode 0600, atomically.
 
     Raises:
-        OSError: It cannot be written.
+        OSError: The file cannot be written.
     """
     draft = f"{path}.{os.getpid()}.new"
     try:
         with open(draft, "w", encoding="utf-8", opener=open_private) as file:
             file.write(text)
-        os.replace(draft, path)  # noqa: PTH105 -- Path is a dear import
+        os.replace(draft, path)  # noqa: PTH105 -- pathlib is slow to import
     except BaseException:
         with contextlib.suppress(OSError):
             os.unlink(draft)  # noqa: PTH108 -- likewise
@@ -61,13 +60,13 @@ _POINTER = b"version https://git-lfs.github.com/"
 def missing_content(path: Path) -> str:
     """Return the reason why a file lacks its content (a Git LFS pointer); empty if it has it.
 
-    In a clone without Git LFS, large files are pointers to what they are.
+    In a clone without Git LFS, pointer files stand in for large files.
 
     Raises:
-        OSError: It cannot be read.
+        OSError: The file cannot be read.
     """
     if not path.is_file():
-        return ""  # a pipe has no end to be read from before somebody writes
+        return ""  # opening a pipe blocks until another process opens it for writing
     with path.open("rb") as stream:
         is_pointer = stream.read(len(_POINTER)) == _POINTER
     return "is only a pointer of Git LFS: `git lfs pull` fetches it" if is_pointer else ""
@@ -77,7 +76,7 @@ def read_text(path: Path) -> str:
     """Read a UTF-8 text file; raise an error that names the file.
 
     Raises:
-        InvalidFileError: It cannot be read, or is not UTF-8.
+        InvalidFileError: The file cannot be read, or is not UTF-8 text.
     """
     try:
         return path.read_text(encoding="utf-8")

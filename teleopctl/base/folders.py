@@ -1,7 +1,7 @@
 """Folders of the user: process records, logs, persistent state and cache.
 
-The records decide which processes are signalled and which files are shown, so their folder is the
-user's and nobody else's: never one below ``/tmp`` that others could have made first.
+The records determine which processes are signalled and which files are shown, so their folder must
+belong to the user: never a folder below ``/tmp`` that another user could have created first.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import sys
 from teleopctl.base.typed import TYPE_CHECKING
 from teleopctl.errors import SystemFailureError
 
-# Each of them takes as long to import as half a command of the command line.
+# The import of each of them takes half as long as a command of the command line.
 if TYPE_CHECKING:
     from collections.abc import Mapping
     from pathlib import Path
@@ -24,8 +24,9 @@ _HINT = "Set TELEOPCTL_RUNTIME_DIR to a folder of your own."
 def runtime_dir(env: Mapping[str, str] = os.environ) -> Path:
     """Return the folder of process records.
 
-    On Linux that is ``XDG_RUNTIME_DIR`` or ``/run/user/UID``, whichever is the user's own with mode
-    0700; in a container, say, there is none, and the user's state folder takes its place.
+    ``TELEOPCTL_RUNTIME_DIR`` overrides it. On Linux the default is in ``XDG_RUNTIME_DIR`` or
+    ``/run/user/UID``, the first that belongs to the user and is closed to others. If there is none,
+    as in containers, it is the user's state folder.
     """
     from pathlib import Path
 
@@ -67,7 +68,7 @@ def state_dir(env: Mapping[str, str] = os.environ) -> Path:
 
 def cache_dir(env: Mapping[str, str] = os.environ) -> str:
     """Return the cache folder."""
-    if sys.platform == "linux":  # the same as below, which takes longer than reading a file there
+    if sys.platform == "linux":  # as platformdirs, without its slow import
         base, home = env.get("XDG_CACHE_HOME", ""), env.get("HOME", "")
         if base.startswith("/"):
             return f"{base.rstrip('/')}/teleopctl"
@@ -82,8 +83,8 @@ def make_private(folder: Path) -> None:
     """Create a folder with mode 0700, and its missing parents.
 
     Raises:
-        OSError: It cannot be made.
-        SystemFailureError: As `check_private` raises it.
+        OSError: The folder cannot be created.
+        SystemFailureError: `check_private` refuses the folder.
     """
     folder.mkdir(mode=0o700, parents=True, exist_ok=True)
     check_private(folder)
@@ -95,7 +96,7 @@ def check_private(folder: Path) -> None:
     """Raise for a folder of another user, or one that another user could replace.
 
     Raises:
-        SystemFailureError: It, or the one that it is in, belongs to somebody else.
+        SystemFailureError: The folder or its parent belongs to another user, or it is no folder.
     """
     if sys.platform == "win32" or not os.path.lexists(folder):
         return

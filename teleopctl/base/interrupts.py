@@ -1,18 +1,17 @@
 """SIGINT handling: an interrupt that Python would swallow is raised again.
 
-Python reports what is raised in a finalizer or a weak reference's callback, and forgets it. Its
-imports have such callbacks, so that Ctrl-C while a program starts may meet one. Zenoh does the same
-with what is raised in the functions that it calls, on whichever thread makes something known, which
-may be the main thread.
+Python prints and swallows an exception that is raised in a finalizer or in the callback of a weak
+reference. Imports run such callbacks, so that Ctrl-C while a program starts may hit one. Zenoh also
+swallows exceptions raised in the callbacks that it calls, which may run on the main thread.
 
-Nor does Python see a signal that comes when the main thread has just looked for signals and is
-about to wait for a lock: it would be heard when something else ends the wait. So the main thread is
-woken a moment after each signal, with the one that Go's runtime uses for the like, since nobody
-else does.
+Python also misses a signal that arrives after the main thread has checked for signals and before it
+waits for a lock: the signal is handled only when something else ends the wait. So the main thread
+is woken shortly after each signal, with SIGURG, which Go's runtime uses for the same purpose and
+other programs hardly ever.
 
-A Python interpreter that is interrupted while it starts, before a line of ours runs, may forget the
-interrupt in such a callback, or end with "Fatal Python error". So what is started here keeps SIGINT
-blocked until its program calls `take`.
+A Python interpreter that is interrupted while it starts, before any code of teleopctl runs, may
+swallow the interrupt in such a callback, or end with "Fatal Python error". So child processes are
+started with SIGINT blocked until their program calls `take`.
 """
 
 from __future__ import annotations
@@ -31,33 +30,34 @@ if TYPE_CHECKING:
     import signal
     from sys import UnraisableHookArgs
 else:
-    # What stands behind it, without the enumerations that take a millisecond to import.
+    # The C module behind signal, without the enumerations that take a millisecond to import.
     import _signal as signal
 
 _Function = TypeVar("_Function", bound=Callable[..., object])
 
-# What an interrupt must not meet, callbacks of imports or calls from Zenoh, lasts microseconds.
+# Delay before an interrupt is raised again. Callbacks of imports and of Zenoh, which must not be
+# interrupted, take microseconds.
 _AGAIN_S = 0.001
 
-# After each of these the main thread will have got from its last look to its wait, if it ever will.
+# Delays before the main thread is woken after a signal, for it to have begun its wait.
 _WAKE_AFTER_S = (0.002, 0.02, 0.2)
 
 _transport_callbacks: set[CodeType] = set()
 
-# Whether KeyboardInterrupt has been raised, which ends most programs.
+# Whether KeyboardInterrupt has been raised in the main thread.
 _was_raised = False
 
-# Whether an interrupt is to be raised again that was swallowed.
+# Whether a swallowed interrupt is about to be raised again.
 _is_pending = False
 
-# What signals are written to, once the main thread is woken after them.
+# Write end of the pipe for signal numbers; empty until `end_waits` has set it.
 _wakes: list[int] = []
 
 
 def transport_callback(function: _Function) -> _Function:
     """Mark a function that Zenoh calls, in which no KeyboardInterrupt may be raised.
 
-    Costs nothing in the call.
+    The mark adds no cost to a call.
     """
     _transport_callbacks.add(function.__code__)
     return function
@@ -75,7 +75,7 @@ def in_transport_callback(frame: FrameType | None) -> bool:
 def take() -> None:
     """Install the SIGINT handler: KeyboardInterrupt in the main thread, at a safe place.
 
-    One that came while this process started, and that `blocked_for_children` kept back, comes now.
+    An interrupt that `blocked_for_children` blocked while this process started is raised now.
     """
     signal.signal(signal.SIGINT, _interrupt)
     sys.unraisablehook = _hook(sys.unraisablehook)
@@ -88,7 +88,8 @@ def take() -> None:
 def blocked_for_children() -> Iterator[None]:
     """Block SIGINT in child processes started in the block, until they call `take`.
 
-    Only for programs that do so: the mask is inherited, and others would never be interrupted.
+    Only for programs that call `take`: child processes inherit the mask, and without that call
+    SIGINT would never interrupt them.
     """
     if sys.platform == "win32":
         yield
@@ -104,14 +105,14 @@ def blocked_for_children() -> Iterator[None]:
 def delayed_interrupt() -> Iterator[None]:
     """Delay an interrupt until the end of the block.
 
-    For what must be known before it may be given up, such as a process that has just been started.
-    A mask would not do, since the system may hand the signal to a thread of Zenoh's.
+    Use it where an interrupt would lose a reference, such as that to a process just started. A
+    signal mask would not be enough, since the system may deliver the signal to a thread of Zenoh.
     """
     came: list[int] = []
     try:
         before = signal.signal(signal.SIGINT, lambda signum, _frame: came.append(signum))
     except ValueError:
-        before = None  # interrupts are the main thread's, and this is another one
+        before = None  # not the main thread, which alone is interrupted
     try:
         yield
     finally:
@@ -124,7 +125,7 @@ def delayed_interrupt() -> Iterator[None]:
 def end_waits() -> None:
     """Make signals end the main thread's waits; must be called from that thread.
 
-    Where a program listens to signals itself (`signal.set_wakeup_fd`), it is left alone.
+    Does nothing if the program has set a wakeup descriptor itself (`signal.set_wakeup_fd`).
     """
     if sys.platform == "win32" or _wakes:
         return
@@ -142,7 +143,7 @@ def end_waits() -> None:
 
 
 def _woken(_signum: int, _frame: FrameType | None) -> None:
-    """Be a reason for a wait to end."""
+    """Handle SIGURG, whose arrival alone ends a wait."""
 
 
 def _wake(signals: int, thread: int) -> None:
@@ -151,7 +152,7 @@ def _wake(signals: int, thread: int) -> None:
             continue
         for wait_s in _WAKE_AFTER_S:
             time.sleep(wait_s)
-            # A program may have a use of its own for it.
+            # A program may have set a handler of its own for SIGURG.
             if signal.getsignal(signal.SIGURG) is _woken:
                 signal.pthread_kill(thread, signal.SIGURG)
 
@@ -160,18 +161,18 @@ def resend_signal(signum: int = signal.SIGINT) -> None:
     """Raise a signal again in the main thread, which must be the caller."""
     global _is_pending
     _is_pending = _is_pending or signum == signal.SIGINT
-    # Not a threading.Thread: its start takes a lock, which the interrupted code may be holding.
+    # Not a threading.Thread: its start takes a lock, which the interrupted code may hold.
     _thread.start_new_thread(_signal, (signum, _thread.get_ident()))
 
 
 def raise_swallowed() -> None:
     """Raise an interrupt again that was swallowed.
 
-    To be called where an interrupt would have ended the program before: a user's code may have
-    caught it (``except:``), and a library may have.
+    Call it where an interrupt should have ended the program earlier: user code or a library may
+    have caught the exception (``except:``).
 
     Raises:
-        KeyboardInterrupt: There was one.
+        KeyboardInterrupt: An interrupt was raised in this process before.
     """
     if _was_raised:
         raise KeyboardInterrupt
@@ -180,8 +181,7 @@ def raise_swallowed() -> None:
 def is_cause(error: BaseException | None) -> bool:
     """Return whether an exception was caused by an interrupt, or came before one was raised again.
 
-    Before 3.12 Python wraps what is raised while a class takes its attributes (``__set_name__``)
-    into a RuntimeError.
+    Before 3.12 Python wraps an exception that is raised in ``__set_name__`` into a RuntimeError.
     """
     while error is not None:
         if isinstance(error, KeyboardInterrupt):
@@ -193,8 +193,8 @@ def is_cause(error: BaseException | None) -> bool:
 def clear_exec_interrupt() -> None:
     """Clear Python's mark that an interrupt passed through ``exec`` or ``eval``.
 
-    CPython keeps a mark from there on, and whatever the program does then, it kills itself by
-    SIGINT where it would have ended with its status. The next text that is run takes it back.
+    With that mark, CPython ends the process by SIGINT instead of with its exit status, whatever the
+    program does after the interrupt. The next call of ``exec`` clears the mark.
     """
     exec("")  # noqa: S102
 
@@ -223,9 +223,9 @@ def _hook(
 def _signal(signum: int, thread: int) -> None:
     time.sleep(_AGAIN_S)
     if signal.getsignal(signum) == signal.SIG_DFL:
-        return  # the program has come to its end meanwhile, and would not end as it says
+        return  # the program is ending, and SIGINT would change its exit status
     if sys.platform == "win32":
         _thread.interrupt_main(signum)
     else:
-        # A real signal, for only that ends a wait for a lock.
+        # Only a real signal ends a wait for a lock.
         signal.pthread_kill(thread, signum)

@@ -18,15 +18,15 @@ def import_module(module: str) -> ModuleType:
     return sys.modules[module]
 
 
-# Any: what Python hands on as a module's names.
+# Any: values of module attributes.
 def attach() -> tuple[Callable[[str], Any], Callable[[], list[str]], list[str]]:
     """Return lazy ``__getattr__``, ``__dir__``, ``__all__`` for a package's TYPE_CHECKING imports.
 
-    Its names are those that its ``__init__`` imports from modules of its own distribution, by their
-    full names, below ``if TYPE_CHECKING``, where type checkers see them; it calls this in the
-    ``else``. Python does not run these imports but compiles them: the code's names have each module
-    before what is taken from it. That costs a few microseconds, where parsing a stub file costs
-    milliseconds.
+    The package's ``__init__`` imports the names below ``if TYPE_CHECKING`` from modules of its own
+    distribution, by their full names, and calls this function in the ``else`` branch. Python does
+    not run these imports but compiles them: ``co_names`` of the code lists each module followed by
+    the names imported from it. Reading that list takes a few microseconds, parsing a stub file
+    would take milliseconds.
 
     Example::
 
@@ -53,7 +53,7 @@ def attach() -> tuple[Callable[[str], Any], Callable[[], list[str]], list[str]]:
         if home is None:
             raise AttributeError(f"module {package!r} has no attribute {name!r}")
         value = getattr(import_module(home), name)
-        # The next look-up finds it without coming here.
+        # The next look-up finds the attribute without calling this function.
         setattr(sys.modules[package], name, value)
         return value
 

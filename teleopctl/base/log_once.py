@@ -6,7 +6,7 @@ import threading
 from collections import Counter
 from collections.abc import Callable
 
-# Kinds of mistakes; the texts of further ones are theirs to choose, and are counted together.
+# Limit on kinds, since other programs determine the texts. Further kinds are counted together.
 _MOST_KINDS = 30
 _FURTHER = "Further mistakes of other kinds"
 
@@ -15,7 +15,7 @@ class LogOnce:
     """Logs each kind of mistake once, and its count at powers of ten.
 
     Attributes:
-        log: Writes a line; called in the thread that noted the mistake.
+        log: Function that writes a line; called in the thread that calls `note`.
     """
 
     def __init__(self, log: Callable[[str], object]) -> None:
@@ -27,7 +27,7 @@ class LogOnce:
         """Count a mistake, and log the first of each kind; thread-safe.
 
         Args:
-            mistake: One line that says what was wrong; equal ones are of one kind.
+            mistake: Line that describes the mistake; equal lines are of one kind.
         """
         with self._lock:
             if mistake not in self._counts and len(self._counts) >= _MOST_KINDS:

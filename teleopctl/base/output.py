@@ -1,7 +1,8 @@
 """Standard streams whose failure does not end the process, and log files of limited size.
 
-A log that has grown to half of its bound becomes ``FILE.1``, which replaces the one before, and
-begins anew. ``TELEOPCTL_LOG_BYTES`` sets the bound of each process's log, both files together.
+A log that has grown to half of its size limit is renamed to ``FILE.1``, which replaces the previous
+one, and an empty file is started. ``TELEOPCTL_LOG_BYTES`` sets the limit of each process's log,
+both files together.
 """
 
 from __future__ import annotations
@@ -23,14 +24,14 @@ if TYPE_CHECKING:
     from _typeshed import ReadableBuffer
 
 LOG_FILE = "TELEOPCTL_LOG_FILE"
-"""The variable that tells a process in the background, or of a launch, which log is its own."""
+"""Environment variable with the log file of a background process or a process of a launch."""
 
 _LOG_BYTES = "TELEOPCTL_LOG_BYTES"
 _DEFAULT_LOG_BYTES = 20_000_000
-# Less than some lines is no log.
+# Room for a few lines.
 _SMALLEST_LOG_BYTES = 4096
 
-# Nobody reads any more, and nobody will: a pipe without a reader, a terminal that is gone.
+# Errors of a stream that will never be read again: a pipe without a reader, a closed terminal.
 _NO_READER = {errno.EPIPE, errno.EIO, errno.ENXIO, errno.EBADF, errno.ECONNRESET}
 
 _rotating = threading.Lock()
@@ -62,9 +63,9 @@ class LogFile:
     """Size-limited log file; thread-safe, and never raises.
 
     Args:
-        path: Where it is; the file is appended to.
-        on_trouble: Called with a sentence when something could not be written, once until it can
-            be again.
+        path: Path of the log file, to which lines are appended.
+        on_trouble: Called with a sentence at the first write that fails, and again only after a
+            write has succeeded.
     """
 
     def __init__(self, path: Path, on_trouble: Callable[[str], object] = lambda _: None) -> None:
@@ -107,7 +108,7 @@ class LogFile:
             )
         if self._file.tell() + len(line) > self._largest:
             _begin_anew(self._path, [self._file.fileno()])
-        # A line of which the disk took only a part must not run into the next one.
+        # Keep a line that was only partly written, on a full disk, apart from the next one.
         data = b"\n" + line if self._is_torn else line
         written = 0
         while written < len(data):
@@ -117,14 +118,14 @@ class LogFile:
 
 
 def _begin_anew(path: Path, descriptors: list[int]) -> None:
-    """Put a log aside and let the descriptors that write to it write to a new one."""
+    """Rename a log to its older part, and redirect the descriptors of the log to a new file."""
     fresh = path.with_name(f"{path.name}.new")
     try:
         new = open_private(fresh, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | os.O_APPEND)
         path.replace(older_part(path))
         fresh.replace(path)
     except OSError:
-        # Windows moves no open file. The bound counts for more than what is older.
+        # Windows cannot rename an open file. The limit has priority over older lines.
         with contextlib.suppress(OSError):
             os.ftruncate(descriptors[0], 0)
         return
@@ -138,11 +139,11 @@ class _Output(io.RawIOBase):
 
     Args:
         descriptor: 1 or 2.
-        log_file: The log of this process. The stream may be this file, which is then kept within
-            its bound; otherwise it goes on there when nobody reads it any more.
-        buffered: Whether a `_Buffer` writes to it, rather than the text stream itself.
-        lossless: Let errors of a full disk and of a closed pipe through: what is written is not a
-            log but a result, which must not be lost in silence.
+        log_file: Log file of this process. If the stream writes to this file, the file is kept
+            within its size limit; otherwise the stream continues there once its reader has gone.
+        buffered: Whether a `_Buffer` writes to this object, rather than the text stream itself.
+        lossless: Whether errors of a full disk and of a closed pipe are raised: the output is not
+            a log but a result, which must not be lost silently.
     """
 
     def __init__(
@@ -154,7 +155,7 @@ class _Output(io.RawIOBase):
         self._buffered = buffered
         self._lossless = lossless
         self._largest = log_bytes() // 2
-        # An interrupt that came while the last lines were written, until `_Buffer` raises it.
+        # Interrupt that arrived during a write; `_Buffer` raises it after the write.
         self.postponed: list[KeyboardInterrupt] = []
 
     def writable(self) -> bool:
@@ -175,11 +176,11 @@ class _Output(io.RawIOBase):
         try:
             while left:
                 try:
-                    # As one step: an interrupt between the two would lose the number.
+                    # One step: an interrupt between write and append would lose the count.
                     written.extend(map(os.write, (self._descriptor,), (left,)))
                     left = left[written[-1] :]
                 except BlockingIOError:
-                    break  # a terminal that another program has set so, and that is stopped
+                    break  # a stopped terminal, which another program has made non-blocking
                 except OSError as error:
                     if self._lossless and error.errno != errno.EIO:
                         raise
@@ -188,7 +189,7 @@ class _Output(io.RawIOBase):
         except KeyboardInterrupt as interrupt:
             if not written or not self._buffered:
                 raise
-            # Raised here it would make the buffer write again what has been written.
+            # Raised here, it would make the buffer write the same bytes again.
             self.postponed[:] = [interrupt]
             return sum(written)
         return size
@@ -209,7 +210,7 @@ class _Output(io.RawIOBase):
             return False
 
     def _go_on_elsewhere(self) -> bool:
-        """Lead the stream to the log, or where there is none, to nowhere."""
+        """Redirect the stream to the log, or to the null device without one."""
         for path in (self._log_file, os.devnull):
             if path is None:
                 continue
@@ -222,7 +223,7 @@ class _Output(io.RawIOBase):
 
 
 class _Buffer(io.BufferedWriter):
-    """Raises an interrupt that came in a write when it has taken note of what was written."""
+    """Buffer that raises an interrupt of a write after it has counted the written bytes."""
 
     def __init__(self, raw: _Output) -> None:
         super().__init__(raw)
@@ -238,7 +239,7 @@ class _Buffer(io.BufferedWriter):
         self._raise_postponed()
 
     def _raise_postponed(self) -> None:
-        # Interrupts are the main thread's, whoever writes beside it.
+        # Only the main thread raises interrupts; other threads write too.
         if self._postponed and threading.current_thread() is threading.main_thread():
             raise self._postponed.pop()
 
@@ -246,22 +247,22 @@ class _Buffer(io.BufferedWriter):
 def outlive_output(*, log_file: Path | None = None, lossless_stdout: bool = False) -> None:
     """Keep this process alive when its standard streams cannot be written.
 
-    A full disk costs lines. A pipe whose reader has ended, or a terminal that is gone, is left for
-    the process's log if it has one.
+    On a full disk, lines are lost. A pipe whose reader has ended, or a closed terminal, is replaced
+    by the process's log, or by the null device without one.
 
     Args:
-        log_file: The log.
+        log_file: Log file of this process.
         lossless_stdout: Whether a full disk and a closed pipe stay errors for standard output, as
             for a command whose output is a result.
     """
     for name, descriptor in (("stdout", 1), ("stderr", 2)):
         stream = getattr(sys, name)
         if not isinstance(stream, io.TextIOWrapper) or stream.fileno() != descriptor:
-            continue  # closed from the start, or somebody else's
+            continue  # closed from the start, or replaced by the program
         with contextlib.suppress(OSError):
             stream.flush()
         lossless = lossless_stdout and descriptor == 1
-        # An unbuffered stream (python -u) stays so.
+        # A stream that is unbuffered (python -u) stays unbuffered.
         buffered = not stream.write_through
         raw = _Output(descriptor, log_file, buffered=buffered, lossless=lossless)
         setattr(

@@ -1,14 +1,15 @@
-r"""Texts of others as a terminal, a log or a table may show them.
+r"""Escaping of received texts for terminals, logs and tables.
 
-Names, messages and errors that come over the wire may hold anything. A control character among
-them could move the cursor, change the window's title, ring, or begin a line that somebody else
-seems to have written; so it is shown as Python writes it, such as ``\x1b``.
+Names, messages and errors received from other programs may contain any character. A control
+character could move the cursor, change the window's title, ring the bell, or begin a line that
+seems to be written by another program. So control characters are escaped as Python does, such as
+``\x1b``.
 """
 
 from __future__ import annotations
 
 _ESCAPES = {code: f"\\x{code:02x}" for code in (*range(0x20), *range(0x7F, 0xA0))} | {
-    # What breaks a line, and what turns the direction of the text that follows.
+    # Line separators, and characters that change the direction of the following text.
     code: f"\\u{code:04x}"
     for code in (0x2028, 0x2029, *range(0x202A, 0x202F), *range(0x2066, 0x206A))
 }
@@ -17,7 +18,7 @@ del _IN_LINES[ord("\t")]
 _IN_TEXTS = {code: escape for code, escape in _IN_LINES.items() if code != ord("\n")}
 _IN_JSON = {code: f"\\u{code:04x}" for code in _ESCAPES if code >= 0x7F}
 
-# Characters: about two lines of a terminal.
+# In characters: about two lines of a terminal.
 _LONGEST_QUOTE = 160
 
 

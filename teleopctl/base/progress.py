@@ -1,8 +1,8 @@
 """Progress files, in which a background process reports its state to the process that waits.
 
-A node stands in the graph before it can do its work: a simulator waits for a robot description,
-builds a model of it, or refuses it. What was started in the background has a log file, and beside
-that a file of one line in which it says so. Nothing is written by what runs in a terminal.
+A node appears in the graph before it can do its work: a simulator waits for a robot description,
+compiles a model of it, or refuses it. A background process has a log file, and next to it a
+one-line file with its state. A process in a terminal writes no such file.
 """
 
 from __future__ import annotations
@@ -19,20 +19,20 @@ if TYPE_CHECKING:
     from teleopctl.base.token_file import Address
 
 VARIABLE = "TELEOPCTL_PROGRESS"
-"""The environment variable that names the file to a process."""
+"""Environment variable with the path of a process's progress file."""
 
 STARTED = "started"
-"""It runs; nothing else is known of it."""
+"""The process runs, and has reported nothing else."""
 STARTING = "starting"
-"""It is not up before it says so; what it does at present may be given."""
+"""The process is starting and will report when it is ready; the detail is its present step."""
 WAITING = "waiting"
-"""It is up as far as it can be without what arrives on the topic that is named."""
+"""The process waits for messages on a topic before it can be ready; the detail is the topic."""
 READY = "ready"
-"""It is up; the detail is the `Address` at which it listens, if it does."""
+"""The process is ready; the detail is the `Address` at which it listens, if any."""
 FAILED = "failed"
-"""It runs, but cannot do its work, for the reason that is given."""
+"""The process runs, but cannot do its work; the detail is the reason."""
 ENDED = "ended"
-"""It has ended with the exit status that is given, and for the reason behind it if it failed."""
+"""The process has ended; the detail is the exit status, and the reason if it failed."""
 
 _file: str | None = None
 _failure = ""
@@ -43,9 +43,9 @@ class Progress(NamedTuple):
     """State and detail that a background process has last reported.
 
     Attributes:
-        state: One of the words above.
-        detail: Topic, reason or exit status, as the state has it.
-        time: When, in seconds since the Unix epoch.
+        state: One of the states above, such as `READY`.
+        detail: Detail of the state, such as topic, reason or exit status.
+        time: Time of the report, in seconds since the Unix epoch.
     """
 
     state: str
@@ -77,7 +77,7 @@ def report(state: str, detail: str = "") -> None:
         detail = f"{detail} {_failure}"
     else:
         _failure = detail if state == FAILED else ""
-    # What this process starts does not speak for it.
+    # Removed from the environment, so that child processes do not report for this one.
     _file = os.environ.pop(VARIABLE, None) or _file
     if _file is None:
         return
@@ -90,8 +90,8 @@ def report(state: str, detail: str = "") -> None:
 def doing(text: str) -> None:
     """Report what this process does while it starts, such as "compiling the model".
 
-    Whoever waits for the process shows it, and goes on waiting. Does nothing in one that has not
-    said that it is starting, or that is up.
+    A command that waits for the process shows the text and continues to wait. Does nothing unless
+    the last reported state is `STARTING`.
     """
     if _state == STARTING:
         report(STARTING, text)
@@ -100,8 +100,8 @@ def doing(text: str) -> None:
 def report_ready_at(address: Address) -> None:
     """Report that this process is ready and listens at an address.
 
-    The token stands in no file but its own. It is shown to a person who watches: by this process
-    on a terminal, else by the command that waits for this process.
+    The token is written to no file but its own. A user at the terminal sees it: from this process
+    if it runs in a terminal, otherwise from the command that waits for this process.
     """
     report(READY, str(address))
     is_watched = _file is None and sys.stderr is not None and sys.stderr.isatty()

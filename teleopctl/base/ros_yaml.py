@@ -1,7 +1,7 @@
 """YAML as ROS 2 parses it: the safe subset, with rcl's rules for plain scalars.
 
-PyYAML follows YAML 1.1, for which a float needs a dot; ROS 2's parsers accept ``1e-3`` too, and
-parameter files are full of it. A date, which ROS 2 has no type for, is a text.
+PyYAML follows YAML 1.1, in which a float needs a dot. ROS 2's parsers also accept ``1e-3``, which
+is frequent in parameter files. A date stays text, since ROS 2 has no type for dates.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ _MAPPING = f"{_STANDARD}map"
 
 _Entry: TypeAlias = tuple[yaml.Node, yaml.Node]
 
-# Python reads an integer in time that grows with the square of its digits.
+# In digits. Python parses an integer in quadratic time.
 _LONGEST_INTEGER = 100
 
 
@@ -61,7 +61,7 @@ class SafeLoader(_BASE):  # type: ignore[misc]
         try:
             return super().construct_object(node, deep)
         except (ArithmeticError, ValueError, LookupError, AttributeError, TypeError) as error:
-            # What PyYAML's constructors come to where a tag and its value do not fit.
+            # Raised by PyYAML's constructors if a value does not fit its tag.
             tag = node.tag.replace(_STANDARD, "!!")
             value = repr(node.value[:_LONGEST_INTEGER]) if isinstance(node.value, str) else "this"
             raise yaml.constructor.ConstructorError(
@@ -79,14 +79,14 @@ class RosLoader(SafeLoader):
         yaml.YAMLError: See `check_size`.
     """
 
-    yaml_implicit_resolvers = {  # noqa: RUF012 -- PyYAML's own way to say so
+    yaml_implicit_resolvers = {  # noqa: RUF012 -- PyYAML reads this attribute of the class
         first: [(tag, pattern) for tag, pattern in resolvers if tag != _TIMESTAMP]
         for first, resolvers in _BASE.yaml_implicit_resolvers.items()
     }
 
 
 class _RosDumper(yaml.SafeDumper):
-    """Writes what `RosLoader` reads back: a text that looks like a number to it has quotes."""
+    """YAML dumper for `RosLoader`: quotes texts that the loader would read as numbers."""
 
 
 for _class in (RosLoader, _RosDumper):
@@ -98,7 +98,7 @@ for _class in (RosLoader, _RosDumper):
 
 
 class _Collection:
-    """A list or mapping that has not ended yet: what it holds so far, and how deep."""
+    """List or mapping whose end is not reached: number of values and characters, and depth."""
 
     def __init__(self, anchor: str | None) -> None:
         self.anchor = anchor
@@ -110,12 +110,12 @@ class _Collection:
 def check_size(text: str) -> None:
     """Raise for a text that is nested too deep or expands too far.
 
-    Its events are looked at before anything is built: what builds it, and most of what reads the
-    result, goes down into it by recursion.
+    Checks the parser's events before any value is constructed, since the constructor, and most code
+    that reads the result, is recursive.
 
     Raises:
-        yaml.YAMLError: It is nested too deep, an alias stands for what it is a part of, aliases
-            stand for more than the budget has, or the text is not YAML.
+        yaml.YAMLError: The text is nested too deep, an alias is inside its own anchor, aliases
+            expand to more than the limits in `base.budget`, or the text is not YAML.
     """
     anchors: dict[str, tuple[int, int, int] | None] = {}
     pending = [_Collection(None)]
@@ -137,7 +137,7 @@ def check_size(text: str) -> None:
             anchor, characters = event.anchor, len(event.value)
         elif isinstance(event, yaml.AliasEvent):
             anchor = None
-            # An unknown one is the composer's to refuse.
+            # PyYAML's composer refuses an unknown alias.
             known = anchors.get(str(event.anchor), (0, 0, 0))
             if known is None:
                 raise _refusal(f"'*{event.anchor}' is a part of what it stands for", event)
@@ -172,11 +172,11 @@ def faults_of(path: Path, kind: type[TeleopctlError] = InvalidFileError) -> Iter
     """Convert YAML errors of the block into errors with file, line and reason.
 
     Args:
-        path: The file whose text is read inside.
-        kind: The class of the error.
+        path: Path of the file whose text is parsed in the block.
+        kind: Class of the raised error.
 
     Raises:
-        TeleopctlError: Of that class, for a `yaml.YAMLError`.
+        TeleopctlError: A `yaml.YAMLError` was raised in the block. The error is of class ``kind``.
     """
     try:
         yield
@@ -192,7 +192,7 @@ def load(text: str) -> Any:
     """Parse one YAML document, and return its Python value.
 
     Raises:
-        yaml.YAMLError: The text is not YAML; ``problem_mark`` says where.
+        yaml.YAMLError: The text is not YAML; ``problem_mark`` is the place.
     """
     return yaml.load(text, Loader=RosLoader)  # noqa: S506 (derived from the safe loader)
 
@@ -211,13 +211,13 @@ def values_below(text: str, name: str) -> Iterator[tuple[yaml.Node, Any]]:
 
     Args:
         text: One YAML document.
-        name: The key; it may stand at any depth, more than once.
+        name: Key, which may occur at any depth and several times.
 
     Raises:
         yaml.YAMLError: The text is not YAML.
     """
     loader = RosLoader(text)
-    # Nodes to look at, and whether they stand below the key.
+    # Nodes to visit, and whether they are below the key.
     pending = [(loader.get_single_node(), False)]
     while pending:
         node, is_below = pending.pop()
@@ -232,7 +232,7 @@ def values_below(text: str, name: str) -> Iterator[tuple[yaml.Node, Any]]:
 def load_value(text: str) -> Any:
     """Parse a parameter value of a command line, and return its Python value.
 
-    What starts with ``<`` is a robot description and is that text, whatever YAML would make of it.
+    A text that starts with ``<`` is a robot description and is returned as it is.
 
     Raises:
         yaml.YAMLError: The text is not YAML.
@@ -246,7 +246,7 @@ def dump(document: Any) -> str:
 
 
 class _MergingLoader(RosLoader):
-    """The same, but a key that stands there twice counts twice."""
+    """`RosLoader` that merges the mappings of a repeated key."""
 
     def construct_mapping(self, node: yaml.Node, deep: bool = False) -> Any:
         """Construct a mapping in which repeated keys are merged."""
@@ -256,7 +256,7 @@ class _MergingLoader(RosLoader):
 
 
 def _merged(entries: Sequence[_Entry]) -> list[_Entry]:
-    """Join the mappings that stand under one key; of other values the last one counts."""
+    """Join the mappings of a repeated key; of other values the last one is used."""
     merged: dict[object, _Entry] = {}
     for index, (key, value) in enumerate(entries):
         is_plain = isinstance(key, yaml.ScalarNode) and key.tag != _MERGE
@@ -274,10 +274,10 @@ def _merged(entries: Sequence[_Entry]) -> list[_Entry]:
 def load_merged(text: str) -> Any:
     """Parse a YAML document with repeated keys merged, as rcl reads parameter files.
 
-    The contents of equal keys are brought together, at the place of the first; where they
-    contradict each other the later one counts.
+    The mappings of equal keys are merged, at the place of the first. For contradicting values the
+    later one is used.
 
     Raises:
-        yaml.YAMLError: The text is not YAML; ``problem_mark`` says where.
+        yaml.YAMLError: The text is not YAML; ``problem_mark`` is the place.
     """
     return yaml.load(text, Loader=_MergingLoader)  # noqa: S506 (derived from the safe loader)

@@ -1,9 +1,9 @@
 """Timeouts of starting processes, which depend on their progress.
 
-A process may take seconds or minutes to start, by its robot and by the machine, so that no fixed
-time tells a slow start from one that hangs. Progress does: reports, output, and the processor time
-that a process uses. A deadlock shows none of these and fails after a short time; an endless loop
-uses processor time and fails after a long one.
+A process may take seconds or minutes to start, depending on its robot and the machine, so that no
+fixed time distinguishes a slow start from one that hangs. Progress does: reports, output, and the
+processor time that a process uses. A deadlock shows none of these and fails after a short time; an
+endless loop uses processor time and fails after a long time.
 """
 
 from __future__ import annotations
@@ -13,10 +13,11 @@ import time
 from collections.abc import Callable, Iterable
 from typing import NamedTuple
 
-# Of one core. A node that waits for something uses a thousandth (measured: a subscription 0.05 %, a
-# spawner without a controller manager 0.2 %); a busy one on an overloaded machine gets more.
+# Share of one core above which a process counts as busy. A waiting node uses a thousandth
+# (measured: a subscription 0.05 %, a spawner without a controller manager 0.2 %); a busy node uses
+# more than this share even on an overloaded machine.
 _WORKING_SHARE = 0.02
-# Looking through all processes of the system for descendants takes some milliseconds.
+# Searching all processes of the system for descendants takes a few milliseconds.
 _SAMPLE_EVERY_S = 1.0
 
 
@@ -36,8 +37,8 @@ class ProgressMonitor:
     """Measures the time without progress and the total time of a start.
 
     Args:
-        timeouts: Its timeouts.
-        now: The clock, in seconds; steady.
+        timeouts: Time limits of the start.
+        now: Returns the time of a steady clock, in seconds.
     """
 
     def __init__(self, timeouts: StartTimeouts, now: Callable[[], float] = time.monotonic) -> None:
@@ -46,7 +47,7 @@ class ProgressMonitor:
         self._began = self._progressed = now()
         self._sampled = -_SAMPLE_EVERY_S
         self._signs: object = None
-        # Processor time of each process when it was sampled last, and what came since progress.
+        # Processor time of each process at the last sample, and their increase since progress.
         self._used_s: dict[int, float] = {}
         self._worked_s = 0.0
 
@@ -69,9 +70,9 @@ class ProgressMonitor:
         """Compare reports and processor times with the last ones; reset the stall time on progress.
 
         Args:
-            signs: The reports and output so far; a difference from the last call is progress.
-            pids: The processes that are waited for, whose processor time counts, with that of their
-                descendants.
+            signs: Reports and output so far; a difference from the last call is progress.
+            pids: PIDs of the starting processes. Their processor time and that of their descendants
+                is measured.
         """
         now = self._now()
         if signs != self._signs:

@@ -1,9 +1,9 @@
 """Temporary folders that are removed even if their process was killed.
 
-A process that ends removes its own. One that is killed cannot: so each holds a lock on its folder,
-which the system lets go with the process, and whoever makes the next folder there, or asks for it,
-removes those whose lock is free. A lock, unlike a process id, means the same in every container
-that shares the place.
+A process removes its folder when it ends. A killed process cannot: so each process holds a lock on
+its folder, which the system releases with the process. The next process that makes a folder in the
+same place, or calls `remove_abandoned`, removes those whose lock is free. A lock, unlike a PID, has
+the same meaning in all containers that share the place.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 _PREFIX = "teleopctl-"
-# A folder is made and then locked.
+# A younger folder may not be locked yet.
 _MADE_WITHIN_S = 5.0
 
 
@@ -26,11 +26,11 @@ class TemporaryFolder:
     """Private temporary folder, removed at the end of the ``with`` block.
 
     Args:
-        parent: What it is made in; has to exist.
+        parent: Folder in which the temporary folder is made; must exist.
         is_needed: As in `remove_abandoned`.
 
     Attributes:
-        path: The folder.
+        path: Path of the temporary folder.
     """
 
     def __init__(self, parent: Path, is_needed: Callable[[int], bool] = lambda _: False) -> None:
@@ -58,16 +58,17 @@ def remove_abandoned(
     """Remove the temporary folders that killed processes left in a folder.
 
     Args:
-        parent: What they are in; need not exist.
-        is_needed: Whether a folder is still needed though the process that made it, which had this
-            id, is gone: by what that has started.
-        ended: Id of a process of which it is known that it has ended.
+        parent: Folder that contains the temporary folders; need not exist.
+        is_needed: Called with the PID of the process that made a folder. Returns whether processes
+            that this process started still need the folder.
+        ended: PID of a process that has ended for certain, whose folders are removed however young
+            they are.
     """
     for path in parent.glob(f"{_PREFIX}*-*"):
         number = path.name.removeprefix(_PREFIX).partition("-")[0]
         if not number.isdecimal() or is_needed(int(number)):
             continue
-        with contextlib.suppress(OSError):  # another user's, or gone meanwhile
+        with contextlib.suppress(OSError):  # of another user, or already removed
             if path.is_symlink() or (hasattr(os, "getuid") and path.stat().st_uid != os.getuid()):
                 continue
             age_s = time.time() - path.stat().st_ctime
@@ -81,7 +82,7 @@ def remove_abandoned(
 
 
 def _lock(folder: Path) -> int | None:
-    """Lock a folder as long as this process runs; None where another one has it locked."""
+    """Lock a folder as long as this process runs; None if another process holds the lock."""
     if sys.platform == "win32":
         return None
     import fcntl

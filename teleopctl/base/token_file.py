@@ -1,8 +1,8 @@
 """Access tokens of servers, which clients must send, in files of mode 0600.
 
-It never stands in arguments, logs, parameters or progress, which others can read or which are
-published. What is passed on is the file's path; the token itself is shown to the person who starts
-a door, in the address to open.
+A token never appears in arguments, logs, parameters or progress files, which others can read or
+which are published. Programs pass on the path of the file. The token itself is shown only to the
+user who starts a server, in the URL to open.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from teleopctl.base.folders import make_private, state_dir
 from teleopctl.errors import InvalidFileError, SystemFailureError, TeleopctlError
 
 _BYTES = 24
-# More is no token, but a file that was named by mistake.
+# In bytes. A larger file is not a token file, but was named by mistake.
 _LARGEST_FILE = 4096
 
 
@@ -30,8 +30,8 @@ class Address(NamedTuple):
     """URL of a server, and the file of its access token.
 
     Attributes:
-        url: What to open, without the token.
-        token_file: Where the token is that it asks for, if it asks for one.
+        url: URL to open, without the token.
+        token_file: File of the token that the server requires; None if it requires none.
     """
 
     url: str
@@ -72,8 +72,8 @@ def read_or_make_token(file: Path) -> str:
     """Return the token in a file; create the file with a new token if it is missing.
 
     Raises:
-        InvalidFileError: Others can read the file, or there is no token in it.
-        SystemFailureError: It cannot be read or made.
+        InvalidFileError: Others can read the file, or the file holds no token.
+        SystemFailureError: The file cannot be read or created.
     """
     try:
         if not file.exists():
@@ -90,11 +90,11 @@ def read_token(file: Path) -> str:
     """Return the token in an existing file.
 
     Raises:
-        InvalidFileError: Others can read the file, or there is no token in it.
-        SystemFailureError: It cannot be read.
+        InvalidFileError: Others can read the file, or the file holds no token.
+        SystemFailureError: The file cannot be read.
     """
     try:
-        # Opening a pipe would wait for somebody to write into it.
+        # Opening a pipe would block until another process opens it for writing.
         descriptor = os.open(file, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0))
         with open(descriptor, "rb") as stream:  # noqa: PTH123 -- a descriptor
             _check(file, os.fstat(descriptor))
@@ -134,7 +134,7 @@ def _make(file: Path) -> None:
     try:
         with open(draft, "w", encoding="utf-8", opener=open_private) as stream:
             stream.write(f"{secrets.token_urlsafe(_BYTES)}\n")
-        # A link, unlike a rename, never replaces what another process has made meanwhile.
+        # A link, unlike a rename, never replaces a token that another process has just made.
         with contextlib.suppress(FileExistsError):
             os.link(draft, file)
     finally:

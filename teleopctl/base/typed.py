@@ -1,7 +1,7 @@
 """Stand-ins for names of ``typing`` that are needed at run time, without importing it.
 
-That import takes 6 ms, as long as a query of the graph, for objects that only type checkers read.
-These stand in for the few names that do something when a program runs; type checkers are shown the
+The import of ``typing`` takes 6 ms, as long as a query of the graph, for objects that only type
+checkers read. This module replaces the few names that are used at run time; type checkers see the
 real ones.
 """
 
@@ -31,11 +31,11 @@ else:
     class Any:
         """Any value."""
 
-    # These stand in annotations alone, which nobody reads.
+    # Used in annotations only, which are not read at run time.
     ClassVar = Final = Literal = Self = TypeAlias = Any
 
     class Annotated:
-        """A type with what is said of it: ``Annotated[bool, Option("--all", help="…")]``."""
+        """A type with metadata: ``Annotated[bool, Option("--all", help="…")]``."""
 
         __slots__ = ("__metadata__", "__origin__")
 
@@ -46,7 +46,7 @@ else:
             return annotated
 
     class TypeVar:
-        """A type that is left open."""
+        """Type variable, which only has a name."""
 
         def __init__(self, name: str, **_: object) -> None:
             self.__name__ = name
@@ -57,15 +57,15 @@ else:
         __ror__ = __or__
 
     class Generic:
-        """A class that leaves types open: ``Publisher[String]`` is ``Publisher`` to a program."""
+        """Base of generic classes; at run time ``Publisher[String]`` is ``Publisher``."""
 
         __class_getitem__ = classmethod(type(list[int]))
 
     class Protocol(Generic):
-        """What things of several classes have in common."""
+        """Base of protocol classes, which are not checked at run time."""
 
     class _Record(tuple):
-        """What named tuples have in common; `collections.namedtuple` compiles it for each anew."""
+        """Methods of all named tuples, which `collections.namedtuple` compiles for each class."""
 
         __slots__ = ()
 
@@ -110,14 +110,14 @@ else:
             return type(name, (_Record,), body)
 
     class NamedTuple(metaclass=_RecordMaker):
-        """A tuple whose fields have names; its module has to postpone its annotations."""
+        """Tuple with named fields; its module must postpone annotations."""
 
     TypedDict = dict
 
     def cast(_type: object, value: object) -> object:
-        """The value, which type checkers take to be of the type."""
+        """Return the value unchanged; type checkers treat it as being of the type."""
         return value
 
     def overload(function: object) -> object:
-        """One way to call the function that is defined last."""
+        """Return the function unchanged; type checkers read its signature."""
         return function
