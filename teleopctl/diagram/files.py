@@ -44,7 +44,7 @@ def _quoted(text: str) -> str:
     return f'"{escaped}"'
 
 
-# On light and dark ground alike.
+# Colours for light and dark backgrounds.
 _FILLS = {"node": "#2b7fc4", "topic": "#5c6773", "label": ""}
 _TEXT = "#ffffff"
 _ARROW = "#8a94a0"
@@ -54,8 +54,8 @@ _HEAD_LENGTH, _HEAD_WIDTH = 9.0, 4.0
 def to_svg(diagram: Diagram) -> str:
     """Return a diagram as the text of an SVG file.
 
-    It stands by itself as a file, and can be put into an HTML page: it has neither styles nor
-    identifiers that could meet others'. Labels have the colour of the text around it.
+    The text is a complete file, and can also be inserted into an HTML page: it has no styles or
+    identifiers that could conflict with those of the page. Labels have the page's text colour.
     """
     layout = lay_out(diagram)
     width, height = _text_of(layout.width), _text_of(layout.height)
@@ -140,13 +140,13 @@ def write_diagram_files(base: Path, dot: str, svg: str, say: Callable[[str], obj
     """Write a diagram as ``.gv`` and ``.svg`` files, and as PDF if Graphviz is installed.
 
     Args:
-        base: Path of the files without their endings.
-        dot: The picture in Graphviz's language.
-        svg: The picture.
-        say: Called with why there is no PDF.
+        base: Path of the files without suffix.
+        dot: Text of the diagram in Graphviz's language.
+        svg: Text of the diagram as SVG.
+        say: Function called with the reason if no PDF is written.
 
     Returns:
-        The files: ``.gv`` and ``.svg``, and ``.pdf`` where Graphviz's ``dot`` is installed.
+        Paths of the files: ``.gv`` and ``.svg``, and ``.pdf`` if Graphviz's ``dot`` is installed.
 
     Raises:
         SystemFailureError: A file cannot be written, or ``dot`` fails.
@@ -162,7 +162,7 @@ def write_diagram_files(base: Path, dot: str, svg: str, say: Callable[[str], obj
 
 
 def _file(base: Path, ending: str) -> Path:
-    # Not with_suffix: a time in the name has dots too.
+    # Not with_suffix: a time in the name contains dots too.
     return base.with_name(base.name + ending)
 
 

@@ -11,10 +11,10 @@ class DiagramBox(NamedTuple):
     """Box of a diagram: key, text and kind of frame.
 
     Attributes:
-        key: What tells it from all others.
-        text: What stands in it.
-        kind: How it is drawn: ``node`` and ``topic`` have a frame of their own; a ``label`` has
-            none and stands on an arrow, of which it is the middle.
+        key: Unique key of the box.
+        text: Text in the box.
+        kind: ``node`` and ``topic`` have different frames; a ``label`` has no frame and is drawn
+            in the middle of an arrow.
     """
 
     key: str
@@ -40,7 +40,7 @@ class Diagram(NamedTuple):
 def connect(boxes: list[DiagramBox], pairs: list[tuple[str, str]]) -> Diagram:
     """Return a diagram with an arrow for each pair of keys, one for opposite pairs.
 
-    A pair that stands more than once counts once.
+    Duplicate pairs are ignored.
     """
     known = dict.fromkeys(pairs)
     edges = []
@@ -62,12 +62,13 @@ def assign_columns(count: int, pairs: list[Pair]) -> tuple[list[list[int]], list
     """Assign boxes to columns so that arrows lead to the right where possible.
 
     Args:
-        count: How many boxes there are; they are numbered from 0.
-        pairs: From which box to which one each arrow leads.
+        count: Number of boxes, which are numbered from 0.
+        pairs: Source and target box of each arrow.
 
     Returns:
-        The columns; and for each arrow the places that it passes through, from left to right, from
-        box to box. Those between are no boxes', one in each column, numbered from ``count``.
+        The columns; and for each arrow the places that it passes through, from left to right. The
+        first and last place are boxes; those between, one in each column, are numbered from
+        ``count``.
     """
     position = _sequence(count, pairs)
     rightward = {
@@ -102,8 +103,9 @@ def assign_columns(count: int, pairs: list[Pair]) -> tuple[list[list[int]], list
 def _sequence(count: int, pairs: list[Pair]) -> list[int]:
     """Return the position of each box in a sequence in which few arrows lead back.
 
-    The greedy heuristic of Eades, Lin and Smyth (1993): what has no arrow to it comes next, what
-    has none from it comes last, and of the others next who sends more than it gets.
+    The greedy heuristic of Eades, Lin and Smyth (1993): boxes without incoming arrows are next, and
+    boxes without outgoing arrows are last. Otherwise the box with the largest difference between
+    outgoing and incoming arrows is next.
     """
     targets: list[set[int]] = [set() for _ in range(count)]
     sources: list[set[int]] = [set() for _ in range(count)]
@@ -146,7 +148,7 @@ def _ranks(count: int, rightward: set[Pair], position: list[int]) -> list[int]:
     row = sorted(range(count), key=lambda one: position[one])
     for one in row:
         rank[one] = max((rank[source] + 1 for source in sources[one]), default=0)
-    # Who sends more than it gets stands beside those to whom it sends.
+    # A box with more outgoing than incoming arrows is placed beside its targets.
     for one in reversed(row):
         if len(targets[one]) > len(sources[one]):
             rank[one] = min(rank[target] for target in targets[one]) - 1
@@ -207,7 +209,7 @@ def _crossings(columns: list[list[int]], after: dict[int, set[int]]) -> int:
 
 
 _STRAIGHTEN_SWEEPS = 16
-# Bends of a long arrow are the ugliest.
+# Bends of long arrows disturb most.
 _WEIGHT_OF_A_LONG_ARROW = 8.0
 
 
@@ -220,15 +222,15 @@ def straighten(
 ) -> list[float]:
     """Return the vertical positions of boxes that make the arrows as straight as possible.
 
-    Each place moves towards the mean of those that it is joined with, again and again; in a column
-    that is least squares under the condition that nothing overlaps.
+    Each place repeatedly moves towards the mean of the places that it is connected with; within a
+    column this is a least squares problem with the constraint that places do not overlap.
 
     Args:
-        columns: The places of each column, from top to bottom.
-        chains: The places that each arrow passes through.
-        heights: How high each place is.
-        gap: What lies at least between two places of a column.
-        boxes: Places from this number on are those of arrows.
+        columns: Places of each column, from top to bottom.
+        chains: Places that each arrow passes through.
+        heights: Height of each place.
+        gap: Smallest distance between two places of a column.
+        boxes: Number of boxes; places from this number on are those of arrows.
     """
     joined: list[dict[int, float]] = [{} for _ in heights]
     for chain in chains:
@@ -268,10 +270,10 @@ def straighten(
 def _apart(wanted: list[float], weights: list[float], offsets: list[float]) -> list[float]:
     """Return the positions closest to the wanted ones (least squares) without overlaps.
 
-    Without the offsets that is the question for a sequence that does not fall, which pooling
-    neighbours that violate it answers.
+    After subtraction of the offsets this is isotonic regression, solved by pooling adjacent
+    violators.
     """
-    pools: list[tuple[float, float, int]] = []  # mean, weight, how many
+    pools: list[tuple[float, float, int]] = []  # mean, weight, count
     for want, weight, offset in zip(wanted, weights, offsets, strict=True):
         mean, total, count = want - offset, weight, 1
         while pools and pools[-1][0] > mean:
@@ -285,7 +287,7 @@ def _apart(wanted: list[float], weights: list[float], offsets: list[float]) -> l
 
 Point = tuple[float, float]
 
-# Pixels, at a font of 12.
+# Sizes in pixels, for a font of 12 pixels.
 LINE_HEIGHT = 15.0
 _LETTER_WIDTH = 6.8
 _MARGIN = 12.0
@@ -309,11 +311,11 @@ class DiagramLayout(NamedTuple):
     """Layout of a diagram: rectangles of all boxes and points of all arrows, in pixels.
 
     Attributes:
-        width: Of the whole picture.
-        height: Of the whole picture.
-        places: Where each box stands, by its key.
-        routes: The points of each arrow, in the order of the diagram's edges: where it leaves its
-            source, the ends of the columns that it passes through, where it meets its target.
+        width: Width of the whole picture.
+        height: Height of the whole picture.
+        places: Rectangle of each box, by key.
+        routes: Points of each arrow, in the order of the diagram's edges: start at the source, ends
+            of the columns that the arrow passes through, end at the target.
     """
 
     width: float
@@ -327,7 +329,7 @@ def lay_out(diagram: Diagram) -> DiagramLayout:
 
     The same diagram has the same layout each time.
 
-    What is not joined by arrows stands below each other, the largest part first.
+    Parts that are not connected by arrows are placed below each other, the largest part first.
     """
     routes: dict[Edge, list[Point]] = {}
     places: dict[str, BoxRectangle] = {}
@@ -380,7 +382,7 @@ def _lay_out_part(
     pairs = [(numbers[edge.source], numbers[edge.target]) for edge in edges]
     columns, chains = assign_columns(len(boxes), pairs)
     columns = order_columns(columns, chains)
-    # What an arrow passes through is a place without size.
+    # A place that an arrow passes through has no height.
     count = sum(map(len, columns))
     heights = [height for _, height in sizes] + [0.0] * (count - len(boxes))
     centers = straighten(columns, chains, heights, _GAP_BETWEEN_BOXES, len(boxes))
@@ -434,7 +436,7 @@ def _route(
         if number != chain[-1]:
             points.append((rights[column], centers[number]))
     points.append((last.x, centers[chain[-1]]))
-    # The widest box of a column reaches its ends, but for the rounding of floats.
+    # The widest box of a column spans it, but for rounding: drop segments without length.
     if points[1][0] - points[0][0] < _SAME:
         del points[1]
     if points[-1][0] - points[-2][0] < _SAME:

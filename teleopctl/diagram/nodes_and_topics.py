@@ -1,9 +1,9 @@
 """Diagram of the nodes and topics of a ROS graph, by the rules of rqt_graph.
 
-Hidden unless all is asked for: what every node has or what only watches (``/rosout``,
+Topics of every node and tools that only monitor are hidden by default (``/rosout``,
 ``/parameter_events``, ``/clock``, ``/statistics``, RViz, rqt, names with a part that starts with
-``_``). The topics of an action are one box, as are those that transport one camera's images, and
-``/tf`` with ``/tf_static``.
+``_``). The topics of an action are drawn as one box, as are topics that transport one camera's
+images, and ``/tf`` with ``/tf_static``.
 """
 
 from __future__ import annotations
@@ -16,14 +16,14 @@ if TYPE_CHECKING:
     from teleopctl.wire import Graph
 
 SHOWN = ("active", "nodes", "all")
-"""What is shown: nodes with the topics that join them; nodes alone, their arrows named after the
-topics; nodes with all of their topics."""
+"""Kinds of diagrams: nodes with the topics that connect them; nodes alone, with arrows named after
+the topics; nodes with all of their topics."""
 
 _DEBUG_TOPICS = {"/rosout", "/parameter_events", "/clock", "/statistics"}
 _DEBUG_NODES = ("rqt", "rviz")
 _ACTION = "/_action/"
 _TRANSPORTS = ("/compressed", "/compressedDepth", "/theora", "/ffmpeg", "/zstd", "/camera_info")
-# Topics between the same two nodes that are named; of more, only the number.
+# Largest number of topic names on an arrow; an arrow of more topics has only their number.
 _MOST_NAMED = 4
 
 Pairs = set[tuple[str, str]]
@@ -35,7 +35,7 @@ def ros_graph(graph: Graph, shown: str = "active", *, include_hidden: bool = Fal
     Args:
         graph: Nodes, publishers and subscriptions.
         shown: One of `SHOWN`.
-        include_hidden: Whether nothing is left out that has a place in ``shown``.
+        include_hidden: Whether to include nodes and topics that are hidden by default.
     """
     from teleopctl.wire import EntityKind
 
@@ -83,7 +83,7 @@ def _nodes_only(nodes: set[str], published: Pairs, subscribed: Pairs) -> Diagram
     return connect(boxes, pairs)
 
 
-# Of a node and a topic with the same name.
+# Different keys for a node and a topic with the same name.
 def _node(name: str) -> str:
     return f"node {name}"
 
@@ -118,7 +118,7 @@ def _group_of(topic: str, topics: set[str]) -> str:
     if _ACTION in topic:
         return f"{topic.partition(_ACTION)[0]}/action_topics"
     for ending in _TRANSPORTS:
-        # Beside the image, but for its intrinsics, which lie beside it in the folder.
+        # The names of these topics start with the name of the image topic.
         if topic.endswith(ending) and topic.removesuffix(ending) in topics:
             return f"{topic.removesuffix(ending)}/image_topics"
     if any(topic + ending in topics for ending in _TRANSPORTS):

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 _PNG = b"\x89PNG\r\n\x1a\n"
 # Modes of Pillow whose pixels are numbers of more than a byte.
 _DEEP = ("I", "F")
-# compressed_depth_image_transport: a format that nobody reads, and two parameters.
+# Header of compressed_depth_image_transport: an unused format, and two parameters.
 _DEPTH_HEADER = struct.Struct("<iff")
 
 
@@ -27,8 +27,8 @@ def compressed_picture(message: Any, width: int, shades: GreyRange) -> Picture:
 
     Args:
         message: A ``sensor_msgs/msg/CompressedImage``.
-        width: The most pixels in a row, for what has to be encoded anew.
-        shades: Which numbers are black and white, where pixels are numbers.
+        width: Largest width in pixels of a picture that has to be encoded again.
+        shades: Range of grey for pixels that are numbers.
 
     Raises:
         PictureError: The bytes are no picture of a known format.
@@ -51,8 +51,8 @@ def compressed_image(message: Any, width: int, shades: GreyRange) -> PilImage:
 
     Args:
         message: A ``sensor_msgs/msg/CompressedImage``.
-        width: Where a row has twice as many pixels and more, they may be thinned out.
-        shades: Which numbers are black and white, where pixels are numbers.
+        width: Width in pixels; images of twice this width or more may be subsampled.
+        shades: Range of grey for pixels that are numbers.
 
     Raises:
         PictureError: The bytes are no picture of a known format.
@@ -87,7 +87,7 @@ def depths_of_compressed(message: Any) -> np.ndarray[Any, Any]:
     if values.ndim != 2:
         raise PictureError(f"'{message.format}' holds a coloured picture")
     if message.format.startswith("32FC1"):
-        # The inverse of the depth is what was kept; 0 is where nothing was measured.
+        # Inverse depths are stored; 0 marks pixels without measurement.
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             values = np.where(values == 0, 0.0, scale / (values.astype(np.float32) - offset))
     return values
@@ -111,7 +111,7 @@ def _decoded(image: PilImage, name: str) -> PilImage:
     try:
         image.load()
     except Exception as error:
-        # Pillow's readers raise what they come across.
+        # Pillow's readers raise various exceptions for damaged bytes.
         raise PictureError(f"The bytes of '{name}' are damaged: {error}") from error
     return image
 

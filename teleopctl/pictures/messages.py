@@ -18,21 +18,21 @@ if TYPE_CHECKING:
 RAW = "sensor_msgs/msg/Image"
 COMPRESSED = "sensor_msgs/msg/CompressedImage"
 
-# Of the formats that are read here none can hold more pixels in a row.
+# No supported format has more pixels in a row.
 _ANY_WIDTH = 1 << 20
 
 
-# Any, of both: an Image or a CompressedImage message.
+# Any, here and in image_of: an Image or a CompressedImage message.
 def picture_of(message: Any, width: int, shades: GreyRange) -> Picture:
     """Return an image message, compressed or not, as a picture for browsers.
 
     Args:
         message: An ``Image`` or a ``CompressedImage``.
-        width: The most pixels in a row.
-        shades: Which numbers are black and white, where pixels are numbers.
+        width: Largest width of the picture in pixels.
+        shades: Range of grey for pixels that are numbers.
 
     Raises:
-        PictureError: It cannot be shown.
+        PictureError: The message cannot be shown.
     """
     if message.TYPE_NAME == COMPRESSED:
         return compressed_picture(message, width, shades)
@@ -44,10 +44,10 @@ def image_of(message: Any, shades: GreyRange) -> PilImage:
 
     Args:
         message: An ``Image`` or a ``CompressedImage``.
-        shades: Which numbers are black and white, where pixels are numbers.
+        shades: Range of grey for pixels that are numbers.
 
     Raises:
-        PictureError: It cannot be shown, or not all of it has arrived.
+        PictureError: The message cannot be shown, or is incomplete.
     """
     if message.TYPE_NAME == COMPRESSED:
         return compressed_image(message, _ANY_WIDTH, shades)
@@ -59,7 +59,7 @@ def image_of(message: Any, shades: GreyRange) -> PilImage:
 
 Depths = npt.NDArray[np.float32]
 
-# REP 118: whole numbers are millimetres, floats are metres.
+# REP 118: integers are millimetres, floats are metres.
 _METRES = {"16UC1": 0.001, "mono16": 0.001, "32FC1": 1.0}
 _KINDS = {"16UC1": "u2", "mono16": "u2", "32FC1": "f4"}
 
@@ -72,11 +72,11 @@ def depths_of(message: Any) -> Depths:
         message: A ``sensor_msgs/msg/Image`` or ``sensor_msgs/msg/CompressedImage`` of depths.
 
     Returns:
-        The depths; where nothing was measured, 0 or no number. Rows that have not arrived are
-        missing.
+        The depths; 0 or not finite for pixels without measurement. Rows that have not arrived are
+        left out.
 
     Raises:
-        PictureError: It holds no depths, or cannot be read.
+        PictureError: The message contains no depths, or cannot be read.
     """
     if hasattr(message, "encoding"):
         encoding = message.encoding

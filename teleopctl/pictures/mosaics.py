@@ -1,6 +1,6 @@
 """Conversion of Bayer patterns and YUV formats to RGB.
 
-Arrays of unsigned bytes, (height, width, 3) in red, green, blue.
+Results are arrays of unsigned bytes, (height, width, 3), in the order red, green, blue.
 """
 
 from __future__ import annotations
@@ -21,9 +21,9 @@ def from_bayer(plane: Plane, pattern: str, *, coarse: bool) -> Pixels:
     Each colour is the mean of its nearest neighbours (bilinear).
 
     Args:
-        plane: Its values, (height, width), bytes or words.
-        pattern: The colours of its first square, row by row, such as ``rggb``.
-        coarse: Whether one pixel for each square of four is enough.
+        plane: Values of the image, (height, width), bytes or words.
+        pattern: Colours of the first 2 x 2 square, row by row, such as ``rggb``.
+        coarse: Whether to return one pixel for each 2 x 2 square.
     """
     if plane.dtype != np.uint8:
         plane = (plane >> 8).astype(np.uint8)
@@ -50,7 +50,7 @@ def _spread(plane: Plane, places: list[tuple[int, int]]) -> Pixels:
     for y, x in places:
         known[y::2, x::2] = plane[y::2, x::2]
         weight[y::2, x::2] = 1.0
-    if len(places) == 2:  # green: four neighbours where it is not
+    if len(places) == 2:  # green: other pixels have four measured neighbours
         total, weights = _cross(known), _cross(weight)
     else:
         total, weights = _box(known), _box(weight)
@@ -75,9 +75,9 @@ def from_yuv422(rows: Pixels, order: str, *, coarse: bool) -> Pixels:
     """Return the RGB pixels of an image in YUV 4:2:2.
 
     Args:
-        rows: The bytes, (height, 2 * width).
-        order: In which the bytes of two pixels lie: ``uyvy`` or ``yuyv``.
-        coarse: Whether one pixel for each square of four is enough.
+        rows: Bytes of the image, (height, 2 * width).
+        order: Order of the bytes of two pixels: ``uyvy`` or ``yuyv``.
+        coarse: Whether to return one pixel for each 2 x 2 square.
     """
     pairs = rows[:, : rows.shape[1] // 4 * 4].reshape(rows.shape[0], -1, 4)
     first = order.index("y")
@@ -93,10 +93,10 @@ def from_semi_planar(luma: Pixels, chroma: Pixels, *, v_first: bool, coarse: boo
     """Return the RGB pixels of a semi-planar YUV image, ``nv21`` or ``nv12``.
 
     Args:
-        luma: The brightness, (height, width).
-        chroma: The colours, (height / 2, width), two bytes for each square of four pixels.
-        v_first: Whether V is the first of the two.
-        coarse: Whether one pixel for each square of four is enough.
+        luma: Luma plane, (height, width).
+        chroma: Chroma plane, (height / 2, width), two bytes for each 2 x 2 square.
+        v_first: Whether V is the first of these two bytes.
+        coarse: Whether to return one pixel for each 2 x 2 square.
     """
     one, other = chroma[:, 0::2], chroma[:, 1::2]
     u, v = (other, one) if v_first else (one, other)

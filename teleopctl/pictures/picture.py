@@ -22,10 +22,10 @@ class GreyRange:
     """Range of values that is drawn from black to white, adapted to the images so far.
 
     Args:
-        automatic: Whether they are those of the picture, instead of the two that follow.
-        low: What is black.
-        high: What is white.
-        window: The automatic bounds are the median of those of so many pictures, so that one
+        automatic: Whether the range is that of the images, instead of ``low`` to ``high``.
+        low: Value drawn in black.
+        high: Value drawn in white.
+        window: Number of images over which the median of automatic bounds is taken, so that an
             outlier does not make the picture flicker.
     """
 
@@ -42,7 +42,7 @@ class GreyRange:
         """Return the values of an image as grey levels; invalid and zero values are black.
 
         Args:
-            values: Numbers, of any shape.
+            values: Array of numbers, of any shape.
         """
         with np.errstate(over="ignore", invalid="ignore"):
             numbers = values.astype(np.float32)
@@ -51,7 +51,7 @@ class GreyRange:
         if not high > low:
             return np.zeros(values.shape, np.uint8)
         numbers[~measured] = low
-        # In doubles, where the range of floats has room for no difference.
+        # In float64, since differences of large float32 values may be lost.
         scaled = (numbers - np.float64(low)) * (255.0 / (high - low))
         return scaled.clip(0.0, 255.0).astype(np.uint8)
 
@@ -67,9 +67,9 @@ class GreyRange:
         return (low, high) if math.isfinite(high - low) else (0.0, 1.0)
 
 
-# What viser's own pictures have, and hardly anybody tells from the original.
+# Quality of viser's own pictures, with hardly visible differences from the original.
 _JPEG_QUALITY = 75
-# A browser does not enlarge a picture, and one of a few pixels could not be seen.
+# Browsers do not enlarge pictures, and a picture of a few pixels is not visible.
 _LEAST_WIDTH = 320
 
 
@@ -82,12 +82,12 @@ class Picture:
     """Picture encoded for browsers, with the size and encoding of its message.
 
     Attributes:
-        data: Its bytes.
-        format: What they are.
+        data: Encoded picture.
+        format: Format of ``data``.
         width: Width of the original in pixels.
-        height: Height of the original.
-        encoding: How the original's pixels lie, as its message says.
-        left_out: What is not shown of it, as a sentence; empty for nothing.
+        height: Height of the original in pixels.
+        encoding: Encoding or format of the original message.
+        left_out: Sentence about parts that are not shown; empty for none.
     """
 
     data: bytes
@@ -102,8 +102,8 @@ def fitted(image: PilImage, width: int) -> PilImage:
     """Return a PIL image scaled down to at most a width, or enlarged if it is tiny.
 
     Args:
-        image: The image.
-        width: The most pixels in a row.
+        image: Image to scale.
+        width: Largest width in pixels.
     """
     from PIL.Image import Resampling
 

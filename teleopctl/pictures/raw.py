@@ -18,8 +18,8 @@ from teleopctl.pictures.picture import GreyRange, Picture, PictureError, fitted,
 if TYPE_CHECKING:
     from PIL.Image import Image as PilImage
 
-# How Pillow calls the bytes of an encoding, and how many make a pixel. Alpha is left out: what is
-# behind a camera's picture is nothing.
+# Pillow's mode and raw mode for an encoding, and bytes per pixel. Alpha is ignored, since camera
+# images have no background.
 _BYTES = {
     "rgb8": ("RGB", "RGB", 3),
     "bgr8": ("RGB", "BGR", 3),
@@ -46,11 +46,11 @@ def raw_picture(message: Any, width: int, shades: GreyRange) -> Picture:
 
     Args:
         message: A ``sensor_msgs/msg/Image``.
-        width: The most pixels in a row.
-        shades: Which numbers are black and white, where pixels are numbers.
+        width: Largest width of the picture in pixels.
+        shades: Range of grey for pixels that are numbers.
 
     Raises:
-        PictureError: The encoding is not known, or size and bytes make no sense together.
+        PictureError: The encoding is unknown, or size and number of bytes do not match.
     """
     image, rows = raw_image(message, width, shades)
     left_out = (
@@ -65,11 +65,11 @@ def raw_image(message: Any, width: int, shades: GreyRange) -> tuple[PilImage, in
 
     Args:
         message: A ``sensor_msgs/msg/Image``.
-        width: Where a row has twice as many pixels and more, they may be thinned out.
-        shades: Which numbers are black and white, where pixels are numbers.
+        width: Width in pixels; images of twice this width or more may be subsampled.
+        shades: Range of grey for pixels that are numbers.
 
     Raises:
-        PictureError: The encoding is not known, or size and bytes make no sense together.
+        PictureError: The encoding is unknown, or size and number of bytes do not match.
     """
     from PIL import Image
 
@@ -95,7 +95,7 @@ def _rows(message: Any, row: int) -> tuple[int, int]:
             f"Rows of {step} bytes do not hold {message.width} pixels of {message.encoding}"
         )
     available = len(message.data)
-    # The last row may lack what is between rows.
+    # The last row may lack the padding.
     rows = min((available + step - row) // step, message.height)
     if rows * step > available:
         rows -= 1
@@ -145,10 +145,10 @@ def _by_numbers(message: Any, width: int, shades: GreyRange) -> tuple[PilImage, 
         raise PictureError(f"The encoding '{message.encoding}' has no channels")
     numbers = numbers_of(message, f"{_KINDS[plain[2]]}{int(plain[1]) // 8}", channels)
     rows = len(numbers)
-    # Numbers are thinned out, since the mean of a depth and another one is neither.
+    # Numbers are subsampled, since the mean of two depths may be the depth of nothing.
     every = max(message.width // width, 1)
     numbers = numbers[::every, ::every]
-    # As OpenCV has them: blue first; two channels have no colours.
+    # Channel order of OpenCV: blue first; two channels have no colours.
     numbers = numbers[..., 2::-1] if channels >= 3 else numbers[..., 0]
     return Image.fromarray(np.ascontiguousarray(shades.shades(numbers))), rows
 

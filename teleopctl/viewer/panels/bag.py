@@ -17,7 +17,7 @@ _SEEK = "seek"
 _BOUNDS = ("playback.start_time_ns", "playback.end_time_ns")
 _RATES = (0.1, 0.25, 0.5, 1.0, 2.0, 5.0, 10.0)
 _STEP_S = 0.01
-# While the user drags the time line, and a moment longer, it does not follow the player.
+# Time after the last drag of the time line during which it does not follow the player.
 _DRAGGED_S = 0.5
 # Messages to publish after a seek while paused.
 _SHOWN_MESSAGES = 100
@@ -152,7 +152,7 @@ class BagPanel(Panel):
         self._is_paused = what != "Play"
 
     def _drag(self, event: Any) -> None:
-        # A value that was set from here comes without a client.
+        # The event of a value that was set by this process has no client.
         if event.client is None:
             return
         self._dragged_at = time.monotonic()

@@ -40,7 +40,7 @@ class Page(Protocol):
     def on_node_thread(self, function: Callable[..., object]) -> Callable[..., None]:
         """Return a callback for viser that queues a call of ``function`` on the node's thread.
 
-        For viser's ``on_click`` and ``on_update``; the function gets viser's event.
+        For viser's ``on_click`` and ``on_update``; the function is called with viser's event.
         """
 
     def reset(self) -> None:
@@ -59,8 +59,8 @@ class Panel:
 
     Attributes:
         title: Title of the tab.
-        icon: Name of the tab's icon, one of Tabler's.
-        is_default: Whether the page has the panel if the user names no panels.
+        icon: Name of the tab's Tabler icon.
+        is_default: Whether the page has the panel if the user selects no panels.
         page: The viewer's node.
         gui: The viser GUI, to add controls.
     """

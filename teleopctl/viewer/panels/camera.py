@@ -1,6 +1,6 @@
 """Panel of a camera: its newest image, and its frustum in the scene.
 
-Images are the largest messages of a robot, and the page does not know which tab is open: so the
+Images are the largest messages of a robot, and viser does not report which tab is open, so the
 panel subscribes only while its checkbox is on.
 """
 
@@ -42,7 +42,7 @@ class CameraPanel(Panel):
         self._end: Callable[[], None] | None = None
         self._feed = ImageFeed(page.stage, self._show_result)
         self._size = ""
-        # The Display, once there is one
+        # Any: the camera's display in the scene, or None
         self._in_scene: Any = None
 
     def build(self) -> None:
@@ -63,7 +63,7 @@ class CameraPanel(Panel):
         self._image: Any = self.gui.add_image(_NOTHING, visible=False)
         self._note: Any = self.gui.add_markdown("No node publishes images.")
 
-    # --- what there is ------------------------------------------------------------------------
+    # --- available topics ---------------------------------------------------------------------
 
     def graph_changed(self) -> None:
         """Update the offered image topics; called when the ROS graph has changed."""
@@ -73,7 +73,7 @@ class CameraPanel(Panel):
             if not {RAW, COMPRESSED}.isdisjoint(kinds) and self.page.node.count_publishers(topic)
         }
         if self._wanted and self._topic not in found:
-            # its node may come back: the choice stays
+            # the selection is kept, since the node may be started again
             found[self._topic] = self._types.get(self._topic, image_type_by_name(self._topic))
         if found == self._types:
             return
@@ -88,11 +88,11 @@ class CameraPanel(Panel):
         self._show_note()
 
     def _choose(self, event: Any) -> None:
-        # A value that was set from here comes without a client.
+        # The event of a value that was set by this process has no client.
         if event.client is None or event.target.value == self._topic:
             return
         self._topic = event.target.value if event.target.value in self._types else ""
-        # Choosing a camera switches it on.
+        # Selecting a topic also enables the images.
         self._wanted = bool(self._topic)
         self._switch.value = self._wanted
         self._listen()

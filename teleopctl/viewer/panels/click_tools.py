@@ -1,7 +1,7 @@
 """RViz's tools 2D Goal Pose, 2D Pose Estimate and Publish Point.
 
-A click means a point of the ground, the plane z = 0 of the fixed frame. A pose takes two clicks,
-position and direction, since dragging turns the view.
+A click selects a point of the ground, the plane z = 0 of the fixed frame. A pose takes two clicks,
+for position and direction, since dragging rotates the view.
 """
 
 from __future__ import annotations
@@ -27,12 +27,12 @@ if TYPE_CHECKING:
 
 _PATH = "/click_tool"
 _COLOR: Rgba = (0.0, 0.75, 0.25, 1.0)
-# Beyond this a click is at the horizon.
+# A farther point is treated as the horizon.
 _FARTHEST_M = 1e4
 _DOT_M = 0.05
-# As RViz publishes.
+# Depth of RViz's publishers.
 _DEPTH = 5
-# The variances of an estimate where a file has none: (0.5 m)^2, and (15 degrees)^2.
+# Variances of a pose estimate if the file has none: (0.5 m)^2 and (15 degrees)^2.
 _VARIANCES = {"Covariance x": 0.25, "Covariance y": 0.25, "Covariance yaw": (math.pi / 12) ** 2}
 
 
@@ -41,10 +41,10 @@ class Tool:
     """RViz tool that publishes a message at a clicked point, such as ``2D Goal Pose``.
 
     Attributes:
-        title: Text of its button.
-        rviz_class: Its class in ``.rviz`` files, without the package.
-        message_type: Type of its message.
-        topic: Its topic, unless an ``.rviz`` file has another.
+        title: Text of the tool's button.
+        rviz_class: Class of the tool in ``.rviz`` files, without package.
+        message_type: Type of the published message.
+        topic: Topic of the message, unless an ``.rviz`` file has another.
         has_direction: Whether a second click sets the direction.
     """
 
@@ -124,7 +124,7 @@ class ClickTools:
         if tool is None or event.client_id != self._client_id:
             return
         if self._fixed != self._page.frames.fixed:
-            # The first click was on another ground.
+            # The first click was in another fixed frame.
             self._fixed, self._where = self._page.frames.fixed, None
         place = ground_point(event.ray_origin, event.ray_direction)
         if place is None:
@@ -218,7 +218,7 @@ def ground_point(origin: Vector3, direction: Vector3) -> Vector3 | None:
     """Return the point where a ray meets the plane z = 0, within 10 km; else None."""
     x, y, z = (float(part) for part in origin)
     dx, dy, dz = (float(part) for part in direction)
-    # Away from the plane, along it, or no number.
+    # The ray points away from the plane or along it, or is not finite.
     if not z * dz < 0.0:
         return None
     way = -z / dz

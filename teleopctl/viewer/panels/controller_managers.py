@@ -26,8 +26,8 @@ def controller_managers(node: Node) -> list[str]:
 class ControllerManagerWatch:
     """Controllers and hardware components of one controller manager, kept up to date.
 
-    They are requested at the start, by `refresh`, and whenever the manager publishes on
-    ``~/activity``, which managers before ROS 2 Jazzy do not.
+    Both lists are requested at the start, by `refresh`, and after each message on the manager's
+    ``~/activity``, which managers before ROS 2 Jazzy do not publish.
 
     Attributes:
         name: Full name of the manager.
@@ -37,8 +37,8 @@ class ControllerManagerWatch:
     Args:
         page: The viewer's node.
         name: Full name of the manager.
-        changed: Called when new lists were received.
-        failed: Called with a sentence when there was no response.
+        changed: Function called when new lists were received.
+        failed: Function called with a sentence when no response was received.
         with_hardware: Whether to request hardware components too.
     """
 
@@ -114,14 +114,14 @@ class ControllerManagerWatch:
 
 _ERROR = 40
 _MOST_ERRORS = 50
-# A response may overtake the log message; in ticks of a panel, ten a second.
+# Time to wait for a log message that arrives after the response, in ticks of 0.1 s.
 _LONGEST_WAIT_TICKS = 5
 
 
 class ManagerErrors:
     """Recent errors on ``/rosout``, to explain failed calls of a controller manager.
 
-    Its services respond with ``ok: false`` alone; the cause is in its log.
+    The manager's services respond with ``ok: false`` alone; the cause is in the manager's log.
 
     Args:
         page: The viewer's node.
@@ -159,7 +159,7 @@ class ManagerErrors:
         Args:
             nodes: Full names of the nodes.
             since: Result of `mark` before the failed call.
-            callback: Called with the error's text, or None if there is none in time.
+            callback: Function called with the error's text, or None if none is received in time.
         """
         self._waiting.append(
             _Search({name.strip("/").replace("/", ".") for name in nodes}, since, callback)
@@ -199,7 +199,7 @@ class _Search:
 
     def first_error(self, errors: deque[tuple[int, str, str]]) -> str | None:
         for number, logger, text in errors:
-            # A part of a node logs below the node's name.
+            # Child loggers have the node's name as prefix.
             own = any(logger == name or logger.startswith(f"{name}.") for name in self._loggers)
             if number > self._since and own:
                 return text

@@ -27,7 +27,7 @@ _COMPONENT_ACTIONS = {
     "inactive": ("Activate", "Clean up"),
     "unconfigured": ("Activate", "Configure"),
 }
-# lifecycle_msgs/State, by what leads there.
+# Target lifecycle_msgs/State of each action: ID and label.
 _COMPONENT_TARGETS = {
     "Activate": (3, "active"),
     "Deactivate": (2, "inactive"),
@@ -45,7 +45,7 @@ _LAMPS = {"active": "#2f9e44", "inactive": "#e0a100", "unconfigured": "#8a8f98"}
 _OTHER_LAMP = "#e5484d"
 _MOST_INTERFACES = 12
 _STRICT = 2
-# A manager gives a switch up after this many seconds; its answer takes a little longer.
+# Timeout of a switch in the manager, and of service calls, which respond a little later.
 _SWITCH_TIMEOUT_S = 5.0
 _TIMEOUT_S = 15.0
 _NOBODY = (
@@ -256,7 +256,7 @@ class ControllersPanel(Panel):
         def take(response: Any) -> None:
             if response.ok:
                 self._finish(name)
-            # Managers before ROS 2 Jazzy give no reason.
+            # Managers before ROS 2 Jazzy return no reason.
             elif getattr(response, "message", ""):
                 self._report_failure(action, name, response.message)
             else:
@@ -326,7 +326,7 @@ class _Row:
     """Folder of one controller or component: state, type, interfaces and buttons.
 
     Attributes:
-        state: Name of its state.
+        state: Name of the present state.
     """
 
     def __init__(self, page: Page, name: str, act: Callable[[str, str], object]) -> None:
@@ -344,14 +344,14 @@ class _Row:
         """Show state, type, interfaces and action buttons of a controller or hardware component.
 
         Args:
-            state: The state's name.
+            state: Name of the state.
             type_name: Type of the controller, or plug-in of the component.
-            interfaces: Command interfaces that it claims, or would claim when active.
+            interfaces: Command interfaces that the controller claims, or would claim when active.
             actions: Buttons to show; None in an unknown state.
         """
         self.state = state
         color = _LAMPS.get(state, _OTHER_LAMP)
-        # What controllers are called in files is long: package and class.
+        # The full type is long: package and class.
         kind = type_name.rpartition("/")[2]
         content = (
             f'<span style="color:{color}">●</span> <b>{escaped_html(state)}</b> '

@@ -9,11 +9,11 @@ from teleopctl.viewer.html import escaped_html
 from teleopctl.viewer.panels.base import Page, Panel
 
 _SHOWN = {"Nodes and topics": "active", "Nodes only": "nodes", "All topics": "all"}
-# Laid out within about a second; and nobody finds anything in a larger one.
+# The layout takes about a second; larger graphs are not readable.
 _MOST_BOXES = 400
 _TICKS_BETWEEN_PICTURES = 10
 
-# A click on the picture is one on the box before it, which is what HTML can do without a script.
+# The picture is the label of the hidden checkbox before it, which works without a script.
 _PICTURE = """<style>
 .graph-large {{ display: none }}
 .graph-picture {{ display: block; overflow: auto; max-height: 60vh; padding: 0 12px;

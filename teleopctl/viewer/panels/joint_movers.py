@@ -17,15 +17,15 @@ if TYPE_CHECKING:
     from teleopctl.node import Node
     from teleopctl.viewer.panels.base import Page
 
-# What joint_state_publisher_gui publishes at.
+# Rate of joint_state_publisher_gui.
 _STATES_RATE_HZ = 10.0
-# A position that a controller takes at once is reached in steps of this rate.
+# Rate of the steps to a position for controllers that apply positions at once.
 _RAMP_RATE_HZ = 50.0
 # Sliders move a robot at half of a joint's velocity limit, and at most at these speeds.
 _SHARE_OF_LIMIT = 0.5
 _FASTEST = {"prismatic": 0.25}
 _FASTEST_TURN = 1.0
-# The least that a movement takes; a slider that is dragged sends the next one meanwhile.
+# Shortest duration of a motion; a dragged slider replaces the motion before its end.
 _SHORTEST_S = 0.2
 
 # Any: messages, whose classes are created from definitions at run time.
@@ -56,9 +56,9 @@ class JointMover(Protocol):
         """Command the positions of moved joints; return the duration of the motion in seconds.
 
         Args:
-            joints: Wanted positions of all joints.
-            moved_joints: Positions of those that the user has moved; radians or metres.
-            measured: Measured positions.
+            joints: Desired positions of all joints.
+            moved_joints: Positions of the joints that the user has moved, in radians or metres.
+            measured: Measured positions by joint.
 
         Returns:
             Duration of the motion, in seconds of the robot's time.
@@ -147,9 +147,9 @@ class PositionController:
     """Active controller that takes joint positions or trajectories.
 
     Attributes:
-        name: Full name of its node.
-        joints: Joints that it commands, in its order.
-        takes_trajectories: Whether it takes trajectories, instead of arrays of positions.
+        name: Full name of the controller's node.
+        joints: Joints that the controller commands, in the controller's order.
+        takes_trajectories: Whether the controller takes trajectories, not arrays of positions.
     """
 
     name: str
@@ -162,8 +162,8 @@ class ControllerMover:
 
     Args:
         node: The viewer's node.
-        routes: The controllers.
-        limits: The joints' limits.
+        routes: Controllers that take positions.
+        limits: Limits of the joints.
     """
 
     is_immediate = False
@@ -185,7 +185,7 @@ class ControllerMover:
             else node.create_publisher(self._numbers, f"{route.name}/commands", 1)
             for route in routes
         }
-        # Positions on their way, by route: where they are, and where they go.
+        # Motions by controller: present positions and target positions.
         self._ramps: dict[str, tuple[list[float], list[float]]] = {}
         self._timer = node.create_timer(
             1.0 / _RAMP_RATE_HZ, self._ramp, clock=Clock(clock_type=ClockType.STEADY_TIME)
@@ -279,13 +279,13 @@ class MoverSelector:
     - active controllers that take positions;
     - nothing, if a controller manager has no such controller;
     - a ``joint_state_publisher`` that subscribes to `SLIDERS_TOPIC`;
-    - nothing, if other nodes publish ``/joint_states``, or did and have gone: the drawing of a
-      robot must not move by hand because its driver has died, unless by `take_over`;
+    - nothing, if other nodes publish ``/joint_states``, or have published it and ended: after a
+      crash of the driver, the drawn robot must not move by hand, except after `take_over`;
     - joint states that the sliders publish on ``/joint_states``.
 
     Args:
         page: The viewer's node.
-        changed: Called with the new mover.
+        changed: Function called with the new mover.
 
     Attributes:
         is_measured: Whether other nodes publish ``/joint_states``.
@@ -341,7 +341,6 @@ class MoverSelector:
             self._watches.pop(name).close()
         for name in managers:
             if name not in self._watches:
-                # Known before the watch asks: its answer may come at once.
                 self._watches[name] = ControllerManagerWatch(
                     self._page, name, self._choose, lambda _reason: None
                 )
@@ -372,7 +371,7 @@ class MoverSelector:
         self._gone = others or self._gone
         routes = [route for watch in self._watches.values() for route in self._routes_of(watch)]
         listens = bool(self._node.count_subscribers(SLIDERS_TOPIC))
-        # What decides in this case: anything else may change while joints are on their way.
+        # The facts that decide in each case: other changes must not interrupt moving joints.
         managers = tuple(self._watches)
         found: tuple[object, ...]
         if routes:
@@ -435,7 +434,7 @@ class MoverSelector:
 def _position_controller(name: str, controller: Any) -> PositionController | None:
     """Return a controller as `PositionController`, or None if inactive or of another type.
 
-    Its command interfaces are named JOINT/INTERFACE, or CONTROLLER/JOINT/INTERFACE for those of a
+    Command interfaces are named JOINT/INTERFACE, or CONTROLLER/JOINT/INTERFACE for interfaces of a
     chained controller.
     """
     interfaces = list(controller.required_command_interfaces)

@@ -1,6 +1,6 @@
 """Panel of the robot's joints: sliders that show and command positions.
 
-`MoverSelector` selects what the sliders move; a sentence above them names it.
+`MoverSelector` selects what the sliders move; a sentence above the sliders names the selection.
 """
 
 from __future__ import annotations
@@ -26,9 +26,9 @@ from teleopctl.viewer.panels.joint_movers import (
 
 # A step is a power of ten, so that typed values and steps have the same few digits.
 _STEPS = 1000
-# How long after a movement's end a joint may still be under way, in seconds.
+# Time in seconds after the planned end of a motion until the joint's goal is dropped.
 _LATE_S = 1.0
-# Slow simulations publish joint states seldom; seconds of wall time.
+# Seconds of wall time without joint states, which slow simulations publish rarely.
 _SILENCE_S = 3.0
 _SILENCE = "<br>No joint states are received: the positions below are the last ones."
 _SILENCE_OF_CONTROLLERS = (
@@ -69,7 +69,7 @@ class JointsPanel(Panel):
         self._urdf = ""
         self._specs: list[_Slider] = []
         self._sliders: dict[str, Any] = {}
-        # What a slider was last set to, by hand or from here.
+        # Last value of each slider, set by the user or by this panel.
         self._shown: dict[str, float] = {}
         self._measured: dict[str, float] = {}
         self._goals: dict[str, _Goal] = {}
@@ -144,7 +144,7 @@ class JointsPanel(Panel):
             return
         self._refusal.visible = False
         if self._joints is not None:
-            # A new description of the same robot does not make it jump.
+            # Positions are kept if the new description is of the same robot.
             self._joints.update(self._measured.keys(), self._measured.values())
             joints.update(self._joints.names, self._joints.positions())
         self._urdf, self._joints = message.data, joints
@@ -188,7 +188,7 @@ class JointsPanel(Panel):
     def _take_mover(self, mover: JointMover) -> None:
         self._goals.clear()
         if mover.is_immediate != self._is_immediate:
-            # Where sliders have put a picture is no measurement of a robot.
+            # Positions set by sliders are no measurements of a robot.
             self._is_immediate = mover.is_immediate
             self._measured.clear()
         self._received_s = time.monotonic()
@@ -227,8 +227,8 @@ class JointsPanel(Panel):
         take = self.page.on_node_thread(self._moved_by_hand)
 
         def moved(event: Any) -> None:
-            # What is set from here comes without a client. The value is read now: by the time the
-            # node's thread gets to it, the slider may have been set to a measured one.
+            # The event of a value set by this process has no client. The value is read here, since
+            # the slider may be set to a measured value before the node's thread runs the callback.
             if event.client is not None:
                 take(spec, float(event.target.value))
 
@@ -266,13 +266,13 @@ class JointsPanel(Panel):
         mover = self._selector.mover
         if self._joints is None or mover is None:
             return
-        # The slider of what cannot be moved goes back to what is measured.
+        # The slider of a joint that cannot be moved returns to the measured position.
         moved = {
             name: value for name, value in positions.items() if mover.can_move(name, self._measured)
         }
         if not moved:
             return
-        # A joint that is not moved now goes on to where it was sent, or stays where it is.
+        # The other joints continue to their goals, or keep their measured positions.
         known = {**self._measured, **{name: goal.position for name, goal in self._goals.items()}}
         known.update(moved)
         self._joints.update(known.keys(), known.values())
@@ -294,14 +294,14 @@ class JointsPanel(Panel):
     def tick(self) -> None:
         """Set the sliders to the measured positions, or to commanded ones not reached yet."""
         if self._is_silent:
-            # A joint that is not moved would be sent to where it stood long ago.
+            # A command for one joint would otherwise send the others to outdated positions.
             self._measured.clear()
             self._goals.clear()
         self._show_mover()
         self._disable()
         for spec in self._specs:
             slider, shown = self._sliders[spec.name], self._shown[spec.name]
-            # The user is moving it: the event is still pending.
+            # The user is moving the slider, and the event is still pending.
             if slider.value != shown:
                 continue
             position = self._measured.get(spec.name)

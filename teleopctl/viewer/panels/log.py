@@ -14,15 +14,15 @@ from teleopctl.viewer.html import escaped_html, escaped_html_lines
 from teleopctl.viewer.panels.base import Page, Panel
 
 MOST_LINES = 1000
-"""Messages that the panel keeps."""
+"""Number of messages that the panel keeps."""
 
 LINES_OF_A_BLOCK = 25
-"""Messages per element of the page."""
+"""Number of messages per element of the page."""
 
 _ALL = "(all)"
 _LONGEST_TEXT = 2000
 _LEVELS = {"Debug": 10, "Info": 20, "Warn": 30, "Error": 40, "Fatal": 50}
-# Grey, blue, amber, red, magenta: told apart on a dark and on a light page.
+# Grey, blue, amber, red, magenta: distinct on a dark and on a light page.
 _COLORS = {10: "#8a8f98", 20: "#3b8fd6", 30: "#e0a100", 40: "#e5484d", 50: "#d6409f"}
 _A_DAY_S = 86_400
 
@@ -107,7 +107,7 @@ class LogPanel(Panel):
         if self._wait_ticks:
             self._wait_ticks -= 1
         elif self._new and not self._paused:
-            # After subscribing, the last messages come node by node.
+            # After subscribing, the last messages are received node by node.
             new = sorted(self._new, key=_stamp)
             self._new.clear()
             self._lines.extend(new)
@@ -129,7 +129,7 @@ class LogPanel(Panel):
 
     def _offer_nodes(self, lines: list[LogMessage]) -> None:
         new = {line.node for line in lines} - self._nodes
-        # A node that makes up names must not fill the list.
+        # Generated logger names must not fill the list.
         if new and len(self._nodes) < MOST_LINES:
             self._nodes |= new
             chosen = self._node.value
@@ -155,7 +155,7 @@ class LogPanel(Panel):
             if not self._blocks or self._blocks[0].room == 0:
                 self._blocks_made += 1
                 with self._place:
-                    # Elements stand in the order of this number: the newest block comes first.
+                    # Elements are sorted by this number: the newest block is first.
                     handle = self.gui.add_html("", order=-float(self._blocks_made))
                 self._blocks.appendleft(_Block(handle))
             taken = lines[start : start + self._blocks[0].room]

@@ -22,7 +22,7 @@ from teleopctl.viewer.service_calls import ServiceCalls, servers_of
 _STEPS = 1000
 _MOST_DIGITS = 12
 _LONGEST_TEXT = 2000
-# Browsers count in floats: beyond this, integers are typed as text.
+# Browsers store numbers as floats: larger integers are typed as text.
 _MOST_EXACT = 2**53
 
 # Any: messages, whose classes are created from definitions at run time.
@@ -37,9 +37,9 @@ class ParameterRow:
     Args:
         page: The viewer's node.
         label: Label of the control.
-        message: The parameter, as rcl_interfaces/Parameter.
-        descriptor: Its rcl_interfaces/ParameterDescriptor, or None.
-        send: Sets a parameter; calls `on_accepted` or `on_rejected` later.
+        message: The parameter's rcl_interfaces/Parameter.
+        descriptor: The parameter's rcl_interfaces/ParameterDescriptor, or None.
+        send: Function that sets a parameter, and later calls `on_accepted` or `on_rejected`.
     """
 
     def __init__(
@@ -89,7 +89,7 @@ class ParameterRow:
         """Show the value of a Parameter message, unless a value is being set.
 
         Args:
-            message: The parameter with the value.
+            message: The rcl_interfaces/Parameter with the value.
         """
         self._message = message
         if self._is_busy:
@@ -126,7 +126,7 @@ class ParameterRow:
             self.show(self._message)
 
     def _moved(self, event: Any) -> None:
-        # A value that was set from here comes without a client.
+        # The event of a value that was set by this process has no client.
         if event.client is not None:
             self._set(Parameter(self._message.name, self._type, self._handle.value))
 
@@ -137,7 +137,7 @@ class ParameterRow:
         try:
             self._set(Parameter(name, *value_from_text(self._type, text)))
         except ValueError:
-            # The node rejects it and says why.
+            # The node rejects the value and returns the reason.
             self._set(Parameter.from_parameter_msg(_parameter_of_text(name, text)))
 
     def _set(self, parameter: Parameter) -> None:
@@ -152,7 +152,7 @@ def parameter_text(message: Any) -> str:
     """Return the value of a Parameter message as text; inverse of `value_from_text`.
 
     Args:
-        message: As rcl_interfaces/Parameter.
+        message: The rcl_interfaces/Parameter.
     """
     value: Any = parameter_value_to_python(message.value)
     if value is None:
@@ -184,7 +184,7 @@ def value_from_text(type_: ParameterType, text: str) -> tuple[ParameterType, Any
     """Return type and value of a text field's text, parsed for a parameter's type (YAML or string).
 
     Returns:
-        The type, which differs for a parameter without one only, and the value.
+        The type, which differs from ``type_`` only if that is NOT_SET, and the value.
 
     Raises:
         ValueError: The value is of another type.
@@ -247,7 +247,7 @@ def _hint(type_: ParameterType, descriptor: Any | None) -> str:
 
 
 MOST_ROWS = 150
-"""Largest number of parameters that are shown at once; a filter finds the others."""
+"""Largest number of parameters shown at once; a filter finds the others."""
 
 _NONE = "(choose a node)"
 _FEW = 12
@@ -265,7 +265,7 @@ class ParametersPanel(Panel):
         self._calls = ServiceCalls(page)
         self._node = ""
         self._is_there = False
-        # Of the chosen node, by name: its message, and its descriptor.
+        # Parameters and descriptors of the selected node, by parameter name.
         self._parameters: dict[str, Any] = {}
         self._descriptors: dict[str, Any] = {}
         self._rows: dict[str, ParameterRow] = {}
@@ -315,7 +315,7 @@ class ParametersPanel(Panel):
         if self._must_rebuild:
             self._rebuild()
 
-    # --- which node ---------------------------------------------------------------------------
+    # --- selection of the node ----------------------------------------------------------------
 
     def _offer_nodes(self) -> None:
         names = set(servers_of(self.page.node, "list_parameters", _LIST_TYPE))
@@ -384,7 +384,7 @@ class ParametersPanel(Panel):
             if len(got.values) == len(names):
                 self._show(dict(zip(names, got.values, strict=True)))
                 return
-            # One without a value empties the response for all: each is requested alone.
+            # A parameter without a value empties the whole response: each is requested alone.
             found: dict[str, Any] = {}
             awaited = set(names)
             for name in names:

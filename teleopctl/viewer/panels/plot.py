@@ -26,10 +26,10 @@ _CHOOSE = "(choose)"
 _NEW = "New plot"
 _FIRST_WINDOW_S = 10.0
 _LONGEST_WINDOW_S = 600.0
-# Of ten ticks a second: five drawings, of half of the plots in turn.
+# Each of ten ticks a second draws one half of the plots in turn: five drawings of each plot.
 _TURNS = 2
 _TICKS_PER_LIST = 10
-# A topic without messages for so long has ended, or its node hangs.
+# A topic without messages for this time has ended, or its node hangs.
 _SILENT_S = 3.0
 
 
@@ -73,7 +73,7 @@ class PlotPanel(Panel):
         self._place = self.gui.add_folder(None)
         self._follow_graph()
 
-    # --- listening ----------------------------------------------------------------------------
+    # --- subscriptions ------------------------------------------------------------------------
 
     def began(self) -> None:
         """Drop old samples, and subscribe to the plotted topics."""

@@ -20,10 +20,10 @@ if TYPE_CHECKING:
 
 _ABSOLUTE_FLOOR = 1e-9
 _RELATIVE_FLOOR = 1e-10
-# Above and below flat data, of its magnitude. Zero has none, and is drawn between -1 and 1.
+# Margin above and below flat data, relative to its magnitude. Zero is drawn from -1 to 1.
 _FLAT_ROOM = 0.1
 _LEAST_FLAT_ROOM = 1e3 * _ABSOLUTE_FLOOR
-# An axis is kept while its data takes at least this share of it, so that it does not jump about.
+# An axis is kept while the data takes at least this share of its range, to avoid frequent changes.
 _KEPT_SHARE = 0.2
 # Longer labels than this do not fit beside a plot of the page.
 _LONGEST_TICK_LABEL = 7
@@ -35,17 +35,17 @@ _LARGEST_END = 4e307
 class VerticalAxis:
     """Range and ticks of a plot's vertical axis.
 
-    A tick stands at ``base + factor * label``; the title names base and factor, as matplotlib's
+    A tick is at ``base + factor * label``; the title contains base and factor, as matplotlib's
     offset text does.
 
     Attributes:
         low: Lower end of the range.
-        high: Upper end.
+        high: Upper end of the range.
         ticks: Values of the ticks, ascending.
         labels: Label of each tick; all differ.
         title: Factor and base of the labels, such as ``x1e-6 + 1.2``; empty for 1 and 0.
         is_flat: Whether the data changes by less than the floor.
-        step: The distance of two ticks.
+        step: Distance between two ticks.
     """
 
     low: float
@@ -67,9 +67,9 @@ def vertical_axis(low: float, high: float, most_steps: int = 4) -> VerticalAxis:
     """Return the `VerticalAxis`, with ticks at round numbers, for data from ``low`` to ``high``.
 
     Args:
-        low: The least value.
-        high: The greatest value, not below ``low``.
-        most_steps: How many steps of the ticks the data spans at most.
+        low: Smallest value of the data.
+        high: Largest value of the data, not below ``low``.
+        most_steps: Largest number of tick steps that the data spans.
     """
     low, high = max(low, -_LARGEST_END), min(high, _LARGEST_END)
     is_flat = _is_flat(low, high)
@@ -126,7 +126,7 @@ def _number_text(value: Decimal) -> str:
     return short if len(short) <= 20 else f"{value.normalize():e}"
 
 
-# Drawn larger and made smaller: Pillow's lines have no soft edges by themselves.
+# Drawn larger and scaled down, since Pillow draws lines without anti-aliasing.
 _LARGER = 2
 _SIZE_PX = (1600, 900)
 _LEFT, _TOP, _RIGHT, _LINE_HEIGHT = 110, 30, 30, 34
@@ -167,7 +167,7 @@ def plot_png(times: Floats, curves: Sequence[PlotCurve]) -> bytes:
 
     Args:
         times: Times of all curves in seconds.
-        curves: The curves; NaN values are left out.
+        curves: Curves to draw; NaN values are left out.
     """
     from PIL import Image, ImageDraw, ImageFont
 
@@ -230,7 +230,7 @@ BUTTONS = ("CSV", "PNG", "Remove")
 _WAITING = "Waiting for messages…"
 _NO_NUMBERS = "Waiting for numbers: the messages have NaN there."
 _HEIGHT_PX = 190
-# Where uPlot's labels, of three decimals and with commas, differ and fit.
+# Within these limits uPlot's labels, with three decimals and commas, are distinct and fit.
 _LEAST_USUAL_STEP = 0.005
 _LARGEST_USUAL = 1e4
 _AXIS_WIDTH_PX = 62
@@ -257,12 +257,12 @@ class Chart:
     Args:
         gui: The viser GUI.
         title: Title of the plot.
-        on_button: Called with viser's event when a button is pressed.
+        on_button: Function called with viser's event when a button is pressed.
 
     Attributes:
-        title: Title of the plot.
-        lines: The drawn lines.
-        frozen_s: End of the frozen time window; None while the window follows new samples.
+    title: Title of the plot.
+    lines: Lines of the plot.
+    frozen_s: End of the frozen time window; None while the window follows new samples.
     """
 
     # Any: viser's event.
@@ -283,7 +283,7 @@ class Chart:
         """Add lines to the plot; the next `draw` sends them to the browsers."""
         self.lines += lines
         self._drawn = ()
-        # uPlot is given its series at the start.
+        # The series of a uPlot are fixed when it is created.
         if self._handle is not None:
             self._handle.remove()
             self._handle = None
@@ -293,7 +293,7 @@ class Chart:
         """Show a text above the plot; without a text, what an empty plot is waiting for."""
         text = fault
         if self._handle is None and not fault:
-            # A velocity that nobody measures is NaN.
+            # A velocity that is not measured is NaN.
             come = [line.series.between(-np.inf, np.inf)[1] for line in self.lines]
             values = np.concatenate([np.empty(0), *come])
             text = _NO_NUMBERS if len(values) and np.isnan(values).all() else _WAITING
@@ -325,7 +325,7 @@ class Chart:
         times, values = self.window(window_s)
         if len(times) < 2:
             return
-        # Seconds before the newest sample: the numbers below the plot stand still.
+        # Seconds relative to the newest sample, so that the labels below the plot do not change.
         data = (times - self._end_s(), *values)
         axis = self._axis_for(values)
         if self._handle is None:
@@ -339,8 +339,8 @@ class Chart:
     def _axis_for(self, values: Sequence[Floats]) -> VerticalAxis | None:
         """Return the vertical axis, or None if uPlot's automatic one is as good.
 
-        uPlot's own follows the data when the user zooms in. It labels ticks with three decimals at
-        most, which are equal for small ranges.
+        uPlot's axis follows the data when the user zooms in, but labels ticks with three decimals
+        at most, which are equal for small ranges.
         """
         numbers = np.concatenate(values)
         numbers = numbers[np.isfinite(numbers)]
@@ -352,7 +352,7 @@ class Chart:
         return None if is_usual and not axis.is_flat else axis
 
     def _show(self, data: tuple[Floats, ...], axis: VerticalAxis | None) -> None:
-        # Not before there is data: the page would keep the range that it makes of none.
+        # The plot is created only with data, since the page would keep the range of an empty plot.
         names: list[dict[str, object]] = [{"label": "s"}]
         names += [
             {
@@ -395,7 +395,7 @@ class Chart:
         return max((end for end in ends if end is not None), default=0.0)
 
 
-# Any, here and below: uPlot's options, of which viser's types leave out some.
+# Any, here and below: uPlot's options, some of which viser's types lack.
 def _scales(axis: VerticalAxis | None) -> Any:
     scales: dict[str, object] = {"x": {"time": False}}
     if axis is not None:

@@ -32,7 +32,7 @@ MOST_ROOM = MOST_SAMPLES * 5 // 4
 """Size of the arrays; older samples are removed in blocks, not with each new one."""
 
 _FIRST_ROOM = 1024
-# What is larger is no measurement, and differences of two such numbers are infinite.
+# Larger values are no measurements, and their differences may be infinite.
 _LARGEST = 1e100
 
 
@@ -86,7 +86,7 @@ class Series:
         start = max(0, self._count - MOST_SAMPLES)
         times, values = self._times[start : self._count], self._values[start : self._count]
         if len(times) > 1 and np.any(np.diff(times) < 0):
-            # Two publishers, or a network that overtakes itself.
+            # Two publishers, or messages that were reordered by the network.
             order = np.argsort(times, kind="stable")
             times, values = times[order], values[order]
         first = max(0, int(np.searchsorted(times, start_s)) - 1)
@@ -103,17 +103,17 @@ def resample(
     no peak is lost. Values between samples are interpolated; after its last sample a series has
     NaN. Values that are not finite are ignored.
 
-    The window begins where every series in it has begun, since uPlot, with viser's data, draws
-    nothing if the first value of a series is missing.
+    The window starts at the latest first sample of its series, since uPlot, with viser's data,
+    draws nothing if the first value of a series is missing.
 
     Args:
-        series: The series.
+        series: Series to resample.
         start_s: Start of the time window.
-        end_s: Its end.
+        end_s: End of the time window.
         max_times: Largest number of times.
 
     Returns:
-        The times, and for each series its values.
+        The times, and the values of each series.
     """
     windows = [_finite(*one.between(start_s, end_s)) for one in series]
     lively = [bool(len(times)) and times[-1] >= start_s for times, _ in windows]
@@ -134,11 +134,12 @@ def resample(
     ]
     starts = [some[0] for some in values if np.isfinite(some[0])]
     if not starts:
-        # Times that no clock tells apart.
+        # The times differ by less than the resolution of floats.
         return np.empty(0), [np.empty(0) for _ in series]
     for some in values:
         if not np.isfinite(some[0]):
-            # It ended before the others began. One point is no line, and stands on another one.
+            # The series ended before the others began. A single point, drawn on another line, is
+            # not visible.
             some[0] = starts[0]
     return times, values
 
@@ -170,30 +171,30 @@ def _thinned(times: Floats, values: Floats, edges: Floats) -> tuple[Floats, Floa
     return np.append(kept_times, own_times), np.append(kept_values, own_values)
 
 
-# Stamps further from the node's clock than this are of another one; see `PlottedTopic`.
+# Stamps that differ more from the node's clock are of another clock; see `PlottedTopic`.
 _SAME_CLOCK_S = 10.0
-# A stamp so far before the last one is no late message: time has jumped back.
+# An earlier stamp is no late message: time has jumped back.
 _JUMP_BACK_S = 1.0
 
 
 class PlottedTopic:
     """Subscription of a topic for plots, which collects samples of numeric fields.
 
-    The time of a message is its stamp. Where it has none, or the first one is more than ten seconds
-    from the node's clock (a recording that is played, a machine whose clock is wrong), it is the
-    time of receipt, so that several topics fit in one plot.
+    The time of a message is its stamp. Without a stamp, or if the first stamp is more than 10 s
+    from the node's clock (a played recording, a machine with a wrong clock), the time of receipt is
+    used, so that several topics fit in one plot.
 
     Args:
         stage: The viewer's node.
-        name: The topic.
-        type_name: Its type.
+        name: Name of the topic.
+        type_name: Message type of the topic.
 
     Attributes:
-        name: The topic.
-        type_name: Its type.
+        name: Name of the topic.
+        type_name: Message type of the topic.
         series: Collected samples by path of the field.
         newest: The newest message, or None.
-        received_s: Steady time of its receipt, or of the construction.
+        received_s: Steady time of the newest message's receipt, or of the construction.
     """
 
     def __init__(self, stage: Stage, name: str, type_name: str) -> None:

@@ -16,7 +16,7 @@ from teleopctl.viewer.panels.click_tools import ClickTools
 
 _ROOT = "(root)"
 _RESET_HINT = "Clear all transforms and displays (key R)"
-# Options are sent whole: once a second is enough.
+# All options are sent at once, so once a second is enough.
 _TICKS_PER_LIST = 10
 _MARKS = {OK: "", ERROR: "🔴 "}
 

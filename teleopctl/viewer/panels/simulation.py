@@ -23,11 +23,12 @@ _PAUSE = "set_pause"
 _FACTOR = "real_time_factor"
 _FASTEST = "as fast as possible"
 _FACTORS = (0.1, 0.25, 0.5, 1.0, 2.0, 5.0)
-# The pace is that of the last second; time that has not moved for so long stands still.
+# Time over which the real-time factor is measured, its least length, and time without a change
+# after which simulated time is stopped.
 _MEASURED_S = 1.0
 _LEAST_S = 0.2
 _STANDS_S = 0.6
-# The simulator itself waits up to half a minute for many steps.
+# The simulator responds to many steps after up to half a minute.
 _TIMEOUT_S = 40.0
 _TICKS_PER_TEXT = 2
 _GREEN, _AMBER = "#2f9e44", "#e0a100"
@@ -135,7 +136,7 @@ class SimulationPanel(Panel):
             self._clock.clear()
         if not self._clock or simulated_s > self._clock[-1][1]:
             if self._clock and time.monotonic() - self._clock[-1][0] > _STANDS_S:
-                # It stood still: that is no pace.
+                # The real-time factor does not include the time for which the clock was stopped.
                 self._clock.clear()
             self._clock.append((time.monotonic(), simulated_s))
 
@@ -146,7 +147,7 @@ class SimulationPanel(Panel):
 
     @property
     def _stands_s(self) -> float:
-        # A slow simulation's clock comes seldom.
+        # A slow simulation publishes its clock rarely.
         if len(self._clock) < 2:
             return _STANDS_S
         return max(_STANDS_S, 3.0 * (self._clock[-1][0] - self._clock[-2][0]))
@@ -161,7 +162,7 @@ class SimulationPanel(Panel):
             if last_s - entry[0] <= _MEASURED_S and entry[0] < wall_s:
                 wall_s, simulated_s = entry
                 break
-        # Messages that come in one go say nothing of the pace.
+        # Messages received in one burst give no real-time factor.
         measured_s = last_s - wall_s
         return (last_simulated_s - simulated_s) / measured_s if measured_s > _LEAST_S else 0.0
 
@@ -173,7 +174,7 @@ class SimulationPanel(Panel):
 
     def _show(self) -> None:
         if self.is_running and time.monotonic() - self._paused_s > _STANDS_S:
-            # Another program has resumed it; messages right after the pause are ignored.
+            # Another program has resumed the simulation. Messages just after the pause are ignored.
             self._is_paused = False
         color = _GREEN if self.is_running else _AMBER
         word = "running" if self.is_running else "paused" if self._is_paused else "stopped"
@@ -192,7 +193,7 @@ class SimulationPanel(Panel):
         if event.target.value != "Step":
             self._pause(event.target.value == "Pause", lambda: None)
         elif self.is_running:
-            # Single steps are of a paused simulation.
+            # Steps require a paused simulation.
             self._pause(True, self._step)
         else:
             self._step()
@@ -201,7 +202,7 @@ class SimulationPanel(Panel):
         def done() -> None:
             self._is_paused, self._paused_s = paused, time.monotonic()
             if paused:
-                # What is left of the last second is no pace any more.
+                # Clock messages before the pause give no real-time factor after it.
                 last = list(self._clock)[-1:]
                 self._clock.clear()
                 self._clock.extend(last)
@@ -263,7 +264,7 @@ class SimulationPanel(Panel):
 
     def _choose_pace(self, event: Any) -> None:
         chosen = event.target.value
-        # A value that was set from here comes without a client.
+        # The event of a value that was set by this process has no client.
         if event.client is None or chosen == _label(self._factor):
             return
         factor = 0.0 if chosen == _FASTEST else float(chosen.removesuffix("x"))

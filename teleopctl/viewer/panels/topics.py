@@ -18,7 +18,7 @@ MOST_MEASURED = 100
 _NONE = "(none)"
 _TICKS_PER_TABLE = 10
 _TICKS_PER_ECHO = 2
-# From then on the age of the message is shown.
+# The age of an older message is shown.
 _OLD_S = 3.0
 _LONGEST_LIST = 20
 _LONGEST_TEXT = 4000
@@ -77,7 +77,7 @@ class TopicsPanel(Panel):
         self._follow_graph()
         self._show_table()
 
-    # --- listening ----------------------------------------------------------------------------
+    # --- subscriptions ------------------------------------------------------------------------
 
     def began(self) -> None:
         """Subscribe to the echoed and the measured topics; called when a first browser looks."""
@@ -98,7 +98,7 @@ class TopicsPanel(Panel):
     def _follow_graph(self) -> None:
         names = (_NONE, *self._topics())
         if self._echo.value not in names:
-            # The echoed topic may come back.
+            # The echoed topic stays selected, since its publisher may be started again.
             names = (*names, self._echo.value)
         if names != tuple(self._echo.options):
             chosen = self._echo.value

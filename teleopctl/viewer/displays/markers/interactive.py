@@ -1,7 +1,8 @@
 """RViz's ``InteractiveMarkers``: markers of another program that are moved and clicked on the page.
 
-A server numbers its updates. A client requests the full state, which has the number of the last
-update in it, and then applies those that follow. When one is missing it requests the state again.
+A server numbers its updates. A client requests the full state, which contains the number of the
+last update, and then applies the following updates. If an update is missing, the client requests
+the state again.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ from teleopctl.viewer.displays.markers.marker_files import MarkerFiles
 from teleopctl.viewer.displays.properties import Property
 
 KEEP_ALIVE, UPDATE = 0, 1
-# While the full state is awaited.
+# Number of updates kept until the full state arrives.
 _MOST_WAITING = 100
 
 
@@ -48,10 +49,10 @@ class UpdateSequence:
     def add(self, update: Any) -> bool:
         """Check an update's sequence number; return whether the update is to be applied now.
 
-        Updates before the full state are kept for `start`. A missing one sets `needs_state`.
+        Updates before the full state are kept for `start`. A missing update sets `needs_state`.
         """
         if self._server and update.server_id != self._server:
-            # another server, or the same one started again
+            # another server, or a restart of the same server
             self._request_state()
         self._server = update.server_id
         if self.needs_state:
@@ -89,7 +90,7 @@ _UPDATE = "/update"
 _MOST_MARKERS = 500
 # The full state is requested again after this time without a response.
 _REQUEST_PERIOD_S = 5.0
-# A server rejects feedback of other clients until a second after the last of the one that drags.
+# A server rejects feedback of other clients until 1 s after the dragging client's last feedback.
 _FEEDBACK_PERIOD_S = 0.4
 
 
@@ -193,7 +194,7 @@ class InteractiveMarkers(Display):
         if not self._feed.needs_state:
             self._update_status()
 
-    def changed(self, name: str) -> None:  # noqa: ARG002 -- whichever it is
+    def changed(self, name: str) -> None:  # noqa: ARG002 -- the same for every property
         """Redraw all interactive markers after a property was set."""
         for marker in list(self.markers.values()):
             self._draw(marker.message, marker.pose)

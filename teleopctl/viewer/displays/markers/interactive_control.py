@@ -1,6 +1,6 @@
 """One control of an interactive marker: its orientation, its viser gizmo and its markers.
 
-As RViz has it; all rotations are in the frame of the interactive marker's header.
+The behaviour is RViz's. All rotations are in the frame of the interactive marker's header.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ class ControlOrientation:
         faces_viewer: Whether the control faces the camera; see `face_camera`.
         carries_markers: Whether the control's markers have its orientation, instead of that of the
             interactive marker.
-        angle: Angle in radians by which the user has rotated it about its own axis.
+        angle: Angle in radians by which the user has rotated the control about its own axis.
     """
 
     def __init__(self, control: Any) -> None:
@@ -79,8 +79,8 @@ class ControlOrientation:
         """Return the angle (rad) of a rotation about the x axis of a control at a marker pose.
 
         Args:
-            rotation: The rotation.
-            marker_pose: Pose of the interactive marker, which sets the axis.
+            rotation: Rotation in the frame of the interactive marker's header.
+            marker_pose: Pose of the interactive marker, which determines the axis.
         """
         ax, ay, az = self._axis(self.pose_for(marker_pose) @ self.axes)
         x, y, z, w = rotation.rotation
@@ -110,7 +110,7 @@ class _Parts:
     rings: bool = False
 
 
-# A control acts along its x axis, about it, or in the plane across it.
+# A control acts along or about its x axis, or in the plane perpendicular to that axis.
 _NEARLY_ALONG = 0.9999
 _X, _YZ, _ALL = (True, False, False), (False, True, True), (True, True, True)
 _PARTS = {
@@ -124,7 +124,7 @@ _PARTS = {
 }
 
 Moved = Callable[[str, str, Transform], object]
-"""Called with the phase (start, update or end), the control's name, and the marker's new pose."""
+"""Function called with phase (start, update or end), control name and new marker pose."""
 
 
 class ControlGizmo:
@@ -133,10 +133,10 @@ class ControlGizmo:
     Args:
         stage: The viewer's node.
         path: Path of the gizmo in the scene.
-        control: The message.
+        control: The ``visualization_msgs/msg/InteractiveMarkerControl``.
         turning: Orientation of the control.
         scale: The marker's size in metres.
-        moved: Called when the user drags the gizmo.
+        moved: Function called when the user drags the gizmo.
     """
 
     def __init__(
@@ -154,7 +154,7 @@ class ControlGizmo:
         self._keeps_angle = control.interaction_mode in (ROTATE_AXIS, MOVE_ROTATE)
         parts = _PARTS[control.interaction_mode]
         active = parts.active
-        # Most controls act along an axis of the marker: its own axis is drawn, in its own colour.
+        # A control along an axis of the marker is drawn as that axis, in the axis's colour.
         own_axis = _own_axis(self._turn)
         if active != _ALL and own_axis is not None:
             first, *_ = active
@@ -162,7 +162,7 @@ class ControlGizmo:
             self._turn = Transform()
         self._moved = moved
         self._pose = Transform()
-        # Where the marker and the gizmo stood, and how the control was turned, when it was grabbed.
+        # Poses of marker and gizmo, and angle of the control, at the start of the drag.
         self._grabbed = Transform()
         self._grabbed_at = Transform()
         self._grabbed_angle = 0.0
@@ -177,7 +177,7 @@ class ControlGizmo:
         )
         report = stage.on_node_thread(self._dragged)
 
-        # A coroutine, which viser calls in its loop: its threads would mix up the order.
+        # A coroutine, which viser calls in its event loop: calls in threads could be out of order.
         async def updated(event: viser.TransformControlsEvent) -> None:
             w, x, y, z = (float(part) for part in event.target.wxyz)
             px, py, pz = (float(part) for part in event.target.position)
@@ -195,7 +195,7 @@ class ControlGizmo:
             self._grabbed = self._pose
             self._grabbed_at = self._turning.pose_for(self._pose) @ self._turn
             self._grabbed_angle = self._turning.angle
-        # What the gizmo is turned by, the marker is turned by.
+        # The marker is rotated by the gizmo's rotation.
         turn = Transform(rotation=(held @ self._grabbed_at.inverse()).rotation)
         if self._keeps_angle:
             self._turning.angle = self._grabbed_angle + self._turning.angle_of(turn, self._grabbed)
@@ -227,10 +227,10 @@ def set_node_pose(node: Any, pose: Transform) -> None:
     node.position, node.wxyz = pose.translation, (w, x, y, z)
 
 
-# Any: messages and viser's handles: their classes are made at run time.
+# Any: messages, whose classes are created at run time, and viser's handles.
 
-# Where the words of a menu without markers stand, below the marker's description, and how high they
-# are, in parts of the interactive marker's size.
+# Height of the text of a menu without markers above the origin, below the marker's description, and
+# size of its letters, relative to the interactive marker's size.
 _MENU_HEIGHT, _MENU_LETTERS = 0.55, 0.15
 _WHITE = (1.0, 1.0, 1.0, 1.0)
 
@@ -243,17 +243,17 @@ class InteractiveControl:
         place: Scene path of the frame that the interactive marker's pose is relative to.
         body: Scene path of the node at that pose.
         number: Index among the interactive marker's controls.
-        control: The message.
+        control: The ``visualization_msgs/msg/InteractiveMarkerControl``.
         scale: The interactive marker's size in metres.
         files: Loader of meshes and textures.
-        moved: Called when the user drags the gizmo.
-        clicked: Called when the user clicks on a marker of the control; None for no clicks.
+        moved: Function called when the user drags the gizmo.
+        clicked: Function called after a click on a marker of the control; None for no clicks.
 
     Attributes:
-        fault: Why a marker of the control is not drawn as its message says; empty for none.
-        files: Keys of its meshes and textures; see `marker_file_key`.
-        turning: Its orientation.
-        handle: Its gizmo; None for one that neither moves nor rotates.
+        fault: Reason why a marker of the control is not drawn as in its message; empty for none.
+        files: Keys of the control's meshes and textures; see `marker_file_key`.
+        turning: Orientation of the control.
+        handle: Gizmo of the control; None for a control that neither moves nor rotates.
     """
 
     def __init__(
@@ -290,7 +290,7 @@ class InteractiveControl:
         """Return the drawing of the control's markers, or of its text."""
         drawings = []
         for marker in control.markers:
-            # As RViz completes them: a size that is not set is 1.
+            # As in RViz, a size of 0 is unset and replaced by 1.
             for axis in ("x", "y", "z"):
                 if getattr(marker.scale, axis) == 0.0:
                     setattr(marker.scale, axis, 1.0)
@@ -308,7 +308,7 @@ class InteractiveControl:
             words = str(control.description)[:100] or "Menu"
             drawing.texts.append(Text((0.0, 0.0, _MENU_HEIGHT * scale), words, height))
         if control.interaction_mode in (BUTTON, MENU) and not (drawing.solids or drawing.surfaces):
-            # Browsers do not find words under the mouse: a ball below them is what is clicked.
+            # Texts receive no clicks in browsers, so a sphere is added below each text.
             for text in drawing.texts:
                 x, y, z = text.position
                 ball = Transform((x, y, z - 1.2 * text.height))
@@ -329,8 +329,8 @@ class InteractiveControl:
         """Move the control's markers and gizmo to an interactive marker's pose.
 
         Args:
-            pose: The pose.
-            with_handle: Whether to move the gizmo too; the one that the user drags stays.
+            pose: Pose of the interactive marker.
+            with_handle: Whether to move the gizmo too; False for the gizmo that the user drags.
         """
         if self._own_node is not None:
             set_node_pose(self._own_node, self.turning.pose_for(pose))

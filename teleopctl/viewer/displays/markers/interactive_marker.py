@@ -29,7 +29,7 @@ _MOST_ENTRIES = 40
 _LONGEST_TITLE = 60
 
 PublishFeedback = Callable[[int, str, int], object]
-"""Publishes feedback: type of event, name of the control, ID of the menu entry."""
+"""Function that publishes feedback: event type, name of the control, ID of the menu entry."""
 
 
 class InteractiveMarker:
@@ -37,22 +37,22 @@ class InteractiveMarker:
 
     Args:
         stage: The viewer's node.
-        path: Its scene path, below its frame's for a marker that moves with its frame.
+        path: Scene path of the marker, below its frame's path if the marker moves with its frame.
         message: The ``visualization_msgs/msg/InteractiveMarker``.
         files: Loader of meshes and textures.
-        publish_feedback: Publishes feedback about it.
-        show_description: Whether to show its description above it.
-        show_axes: Whether to draw its axes.
+        publish_feedback: Function that publishes feedback of the marker.
+        show_description: Whether to show the description above the marker.
+        show_axes: Whether to draw the marker's axes.
 
     Attributes:
-        message: Its message.
-        pose: Its pose in the frame of the header.
+        message: Message of the marker.
+        pose: Pose in the frame of the message's header.
         held: Name of the control that the user drags; empty for none.
-        fault: Why a part is not drawn as the message says; empty for none.
-        files: Keys of its meshes and textures; see `marker_file_key`.
+        fault: Reason why a part is not drawn as in the message; empty for none.
+        files: Keys of the marker's meshes and textures; see `marker_file_key`.
 
     Raises:
-        MarkerError: It cannot be drawn at all.
+        MarkerError: The marker cannot be drawn at all.
     """
 
     def __init__(
@@ -78,7 +78,7 @@ class InteractiveMarker:
         self._standing = Transform()
         frame = message.header.frame_id
         stamp = message.header.stamp
-        # Without a time it moves with its frame.
+        # A marker without stamp moves with its frame.
         self._is_locked = bool(frame) and not stamp.sec and not stamp.nanosec
         above = stage.frames.node_path(frame) if self._is_locked else ""
         scale = float(message.scale) if message.scale > 0 else 1.0
@@ -159,7 +159,7 @@ class InteractiveMarker:
     def update_pose(self) -> None:
         """Place a stamped marker by the transform at its stamp, hidden until that is known.
 
-        A marker without a stamp moves with its frame by itself.
+        A marker without a stamp moves with its frame, whose scene node is above the marker's.
         """
         if self._placed:
             return

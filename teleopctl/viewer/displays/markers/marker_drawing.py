@@ -30,7 +30,7 @@ LINE_STRIP, LINE_LIST, CUBE_LIST, SPHERE_LIST, POINTS = 4, 5, 6, 7, 8
 TEXT, ARROW_STRIP = 9, 12
 MOST_POINTS = 500_000
 _LONGEST_TEXT = 2000
-# What RViz takes where an arrow through two points does not say.
+# RViz's default head length of an arrow through two points, relative to the arrow's length.
 _HEAD_SHARE = 0.23
 _NO_SIZE = "is invisible: its scale is 0"
 _SHAPES = {CUBE: "box", SPHERE: "sphere", CYLINDER: "cylinder", CUBE_LIST: "box"}
@@ -48,7 +48,7 @@ def marker_pose(marker: Any) -> Transform:
     """Return a marker's pose in its header's frame; raise MarkerError if numbers are not finite.
 
     Raises:
-        MarkerError: Its numbers are not finite.
+        MarkerError: The marker has numbers that are not finite.
     """
     pose = pose_of(marker.pose)
     scale, color = marker.scale, marker.color
@@ -69,7 +69,7 @@ def draw_marker(marker: Any, pose: Transform) -> tuple[Drawing, str]:
         The drawing, and the reason why a part of it is invisible or left out, or an empty text.
 
     Raises:
-        MarkerError: It cannot be drawn.
+        MarkerError: The marker cannot be drawn.
     """
     drawer = _DRAWERS.get(marker.type)
     if drawer is None:

@@ -26,9 +26,10 @@ MESH, TRIANGLES = 10, 11
 _EMBEDDED = "embedded://"
 _BARE = "#bare"
 _TEXTURE = "#texture"
-# Files that no marker uses any more are kept up to this many, since markers come and go.
+# Number of unused files that are kept, since markers are often deleted and added again.
 _MOST_UNUSED = 20
-# A program may send another texture with each message: the ones that wait are dropped again.
+# Files read at the same time. Queued files are dropped once unused, since a program may send
+# another texture with each message.
 _MOST_AT_ONCE = 4
 
 
@@ -51,12 +52,12 @@ class MarkerFiles:
 
     Args:
         stage: The viewer's node.
-        arrived: Called on the node's thread when a file was loaded or could not be.
+        arrived: Function called on the node's thread when a file was loaded or could not be loaded.
 
     Attributes:
         meshes: Loaded meshes, by key; see `marker_file_key`.
-        textures: Loaded textures, by key; None for those that cannot be read.
-        faults: Why a file cannot be read, or what of it is not shown, by key.
+        textures: Loaded textures, by key; None for a texture that cannot be read.
+        faults: Reasons why files cannot be read, or parts of files are not shown, by key.
     """
 
     def __init__(self, stage: Stage, arrived: Callable[[], object]) -> None:

@@ -21,9 +21,9 @@ if TYPE_CHECKING:
 # Any: messages, whose classes are created from definitions at run time.
 
 ADD, DELETE, DELETE_ALL = 0, 2, 3
-# A publisher that never uses an id twice would fill the memory within hours.
+# A publisher that never reuses an ID would fill the memory within hours.
 MOST_MARKERS = 20_000
-# As many messages of one marker wait for their transforms as RViz's filter lets wait.
+# Messages of one marker queued for their transforms, as many as in RViz's message filter.
 _WAITING = 10
 
 _HERE = Transform()
@@ -36,13 +36,13 @@ class _Entry:
     """One marker of a `MarkerSet`.
 
     Attributes:
-        shown: The message that is drawn.
+        shown: Message that is drawn.
         waiting: Newer messages without a known transform.
-        drawing: The drawing of ``shown``.
-        group: The frame that it moves with (``frame_locked``); empty for the fixed frame.
-        file: Key of its mesh or texture; empty for none.
-        expires_ns: Time of its expiry; 0 for none.
-        fault: Why it is not drawn as its message says; empty for none.
+        drawing: Drawing of ``shown``.
+        group: Frame that the marker moves with (``frame_locked``); empty for the fixed frame.
+        file: Key of the marker's mesh or texture; empty for none.
+        expires_ns: Time of expiry in nanoseconds; 0 for none.
+        fault: Reason why the marker is not drawn as in its message; empty for none.
     """
 
     shown: Any = None
@@ -227,12 +227,12 @@ class MarkerSet:
         return int(self._stage.node.get_clock().now().nanoseconds)
 
     def _place(self) -> None:
-        # One lookup for all that have a frame and a time in common.
+        # One lookup for all markers with the same frame and stamp.
         places: dict[tuple[str, int, int], Transform | str] = {}
         waiting, self._waiting = self._waiting, set()
         for key in waiting:
             entry = self._entries[key]
-            # The newest that has a place counts; the older ones before it do not matter any more.
+            # The newest message with a transform is drawn; older messages are dropped.
             for number in range(len(entry.waiting) - 1, -1, -1):
                 if self._try(entry, entry.waiting[number], places):
                     del entry.waiting[: number + 1]
@@ -264,7 +264,7 @@ class MarkerSet:
             file = self._files.request(marker)
             drawing, entry.fault = draw_marker(marker, pose)
         except MarkerError as fault:
-            # What was drawn of it before stays, as RViz leaves it.
+            # The former drawing of the marker is kept, as in RViz.
             entry.fault = str(fault)
             return True
         self._stale |= {entry.group, group}
@@ -277,7 +277,7 @@ def _name(key: Key) -> str:
     return f"Marker {printable_line(f'{ns}/{number}' if ns else str(number))}"
 
 
-# More namespaces than these are no list that anybody reads.
+# A longer list is not readable.
 _MOST_NAMESPACES = 100
 
 
@@ -293,7 +293,7 @@ class Marker(Display):
         said = self.values.given.get("Namespaces")
         if not isinstance(said, dict):
             said = self.values.given["Namespaces"] = {}
-        # Namespaces may look like numbers.
+        # YAML may have read namespaces as numbers.
         self._shown_parts: dict[Any, Any] = said
         self.markers.hidden = {str(ns) for ns, shown in said.items() if shown is False}
 

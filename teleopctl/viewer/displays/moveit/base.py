@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 # Any: viser's handles.
 
-# Differences that can be seen: 1 mm, and 2 mrad.
+# Smallest visible differences of poses: 1 mm and 2 mrad.
 _SEEN_M = 1e-3
 _SEEN_COSINE = math.cos(1e-3)
 
@@ -35,11 +35,11 @@ class OverlayModel:
     """Robot to draw by `RobotOverlay`: description, kinematics, meshes and textures.
 
     Attributes:
-        description: The robot.
-        kinematics: Its forward kinematics.
-        rest: Resting positions of its independent joints, used where no position is given.
-        parts: Its meshes and textures.
-        bare: The meshes that have materials, loaded without them, to be drawn in one colour.
+        description: Description of the robot.
+        kinematics: Forward kinematics of the robot.
+        rest: Resting positions of the independent joints, used for joints without a position.
+        parts: Meshes and textures of the robot.
+        bare: Meshes with materials, loaded without these to be drawn in one colour.
     """
 
     description: RobotDescription
@@ -53,11 +53,11 @@ class OverlayModel:
         """Return the `OverlayModel` of a URDF, with its meshes loaded; may take seconds.
 
         Args:
-            urdf: The description.
-            folder: Folder of its file, for relative paths of meshes.
+            urdf: Text of the robot description.
+            folder: Folder of the description's file, for relative paths of meshes.
 
         Raises:
-            TeleopctlError: The description makes no sense.
+            TeleopctlError: The description is invalid.
         """
         description = RobotDescription.from_urdf(urdf)
         joints = Joints.for_display(description, lambda _warning: None)
@@ -72,7 +72,7 @@ class OverlayModel:
         """Return the pose of each link in the root link's frame, for joint positions by name.
 
         Args:
-            positions: Positions of joints by name; others are at rest, mimic joints follow.
+            positions: Positions of joints by name; other joints are at rest, mimic joints follow.
         """
         known = {**self.rest, **positions}
         moving = {
@@ -97,8 +97,8 @@ class RobotOverlay:
 
     Args:
         scene: The viser scene.
-        path: Scene path of its root link.
-        model: The robot.
+        path: Scene path of the robot's root link.
+        model: Robot to draw.
         alpha: Opacity, from 0 to 1.
         color: Colour of all links; None for their own colours.
     """
@@ -134,9 +134,9 @@ class RobotOverlay:
         """Draw the robot with these joint positions; hide links posed as in ``other_poses``.
 
         Args:
-            positions: Positions of joints by name; others are at rest.
+            positions: Positions of joints by name; other joints are at rest.
             other_poses: Poses of the links of another drawn robot, in the root's frame. Links with
-                the same pose are hidden, since a browser draws stripes for two equal surfaces.
+                the same pose are hidden, since browsers draw stripes where two surfaces coincide.
         """
         poses = self._model.poses(positions)
         for name, node in self._links.items():
@@ -176,7 +176,7 @@ def _are_apart(one: Transform, other: Transform) -> bool:
 
 # Any: messages, whose classes are created from definitions at run time.
 
-# Of many faults the status names the first.
+# The status lists only the first faults.
 _MOST_FAULTS = 3
 _DESCRIPTION = "/robot_description"
 
@@ -185,8 +185,8 @@ class MoveItDisplay(Display):
     """Base of MoveIt's displays, which draw the robot of ``/robot_description`` once more.
 
     Attributes:
-        default_topic: The topic if the ``.rviz`` file has none.
-        model: The robot; None until its description was received and loaded.
+        default_topic: Topic if the ``.rviz`` file has none.
+        model: Robot to draw; None until its description was received and loaded.
     """
 
     default_topic: ClassVar[str]
@@ -215,7 +215,7 @@ class MoveItDisplay(Display):
     def clear(self) -> None:
         """Remove everything from the scene, and drop the received state. Override."""
 
-    # --- what the viewer calls ----------------------------------------------------------------
+    # --- called by the viewer -----------------------------------------------------------------
 
     def started(self) -> None:
         """Subscribe to ``/robot_description``; called when the display starts."""
@@ -232,7 +232,7 @@ class MoveItDisplay(Display):
         self.model = None
         self.clear()
 
-    def changed(self, name: str) -> None:  # noqa: ARG002 -- whichever it is
+    def changed(self, name: str) -> None:  # noqa: ARG002 -- the same for every property
         """Redraw the received state after a property was set."""
         self.redraw()
 
@@ -266,7 +266,7 @@ class MoveItDisplay(Display):
         """Return one more drawing of the robot; None before a description was received.
 
         Args:
-            name: End of its scene path.
+            name: Last part of the drawing's scene path.
             alpha: Opacity, from 0 to 1.
             color: Colour of all links; None for their own colours.
         """

@@ -19,7 +19,7 @@ from teleopctl.viewer.scene.drawing import Drawing, Rgba, drawable_rows, is_draw
 
 ADD, REMOVE, APPEND, MOVE = range(4)
 _BOX, _SPHERE, _CYLINDER, _CONE = 1, 2, 3, 4
-# How many numbers each has.
+# Number of dimensions of each shape.
 _NUMBERS = {_BOX: 3, _SPHERE: 1, _CYLINDER: 2, _CONE: 2}
 
 
@@ -28,11 +28,11 @@ class SceneObject:
     """Collision object of a MoveIt planning scene: frame, pose, shapes and colour.
 
     Attributes:
-        frame: The frame of its pose.
-        pose: Its pose in that frame.
+        frame: Frame of the pose.
+        pose: Pose of the object in that frame.
         shapes: Name of a solid or key of a mesh, pose in the object, and size of each shape.
-        color: Its own colour; None for the default of the scene.
-        attached: Whether it is attached to a link of the robot.
+        color: Colour of the object; None for the default of the scene.
+        attached: Whether the object is attached to a link of the robot.
     """
 
     frame: str
@@ -46,8 +46,8 @@ class SceneObjects:
     """Collision objects of a MoveIt planning scene, changed by CollisionObject messages.
 
     Attributes:
-        by_id: The objects by ID.
-        meshes: Triangles of their meshes by key.
+        by_id: Objects by ID.
+        meshes: Triangles of the objects' meshes by key.
         left_out: Number of shapes of the last message that cannot be drawn.
     """
 
@@ -65,12 +65,12 @@ class SceneObjects:
         """Add, append, move or remove a CollisionObject; ``link`` is the link it is attached to.
 
         Args:
-            message: The message.
-            link: The link that the object is attached to; empty for an object of the world.
+            message: The ``moveit_msgs/msg/CollisionObject``.
+            link: Link that the object is attached to; empty for an object of the world.
         """
         operation = operation_of(message)
         if operation == REMOVE:
-            # What has been let go of is at once added to the world and removed from the robot.
+            # A detached object is added to the world and removed from the robot in one message.
             self.by_id = {
                 key: one
                 for key, one in self.by_id.items()
@@ -107,8 +107,8 @@ class SceneObjects:
         """Return one drawing of collision objects per tf frame, by frame name.
 
         Args:
-            color: Colour of objects without one; its opacity counts for all.
-            attached_color: Colour of attached objects without one.
+            color: Colour of objects without a colour; its opacity also applies to coloured objects.
+            attached_color: Colour of attached objects without a colour.
         """
         drawn: dict[str, Drawing] = {}
         for one in self.by_id.values():

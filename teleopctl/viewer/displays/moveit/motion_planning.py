@@ -26,7 +26,8 @@ _GOAL = "Planning Request"
 class MotionPlanning(PlanningScene):
     """MoveIt's ``MotionPlanning`` display: planning scene, animated planned path and goal state.
 
-    Unlike RViz's it has no goal to drag and requests no plans: it shows those of other programs.
+    Unlike MoveIt's own, this display has no goal to drag and requests no plans: it shows the plans
+    of other programs.
     """
 
     rviz_class = "MotionPlanning"

@@ -1,6 +1,6 @@
 """MoveIt's ``PlanningScene``: collision objects, attached objects and the robot.
 
-Since move_group publishes changes, the whole scene is requested from its service first.
+Since move_group publishes changes only, the whole scene is requested from its service first.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ class SceneRequest:
 
     Args:
         stage: The viewer's node.
-        take: Called on the node's thread with the scene.
+        take: Function called on the node's thread with the received scene.
     """
 
     def __init__(self, stage: Stage, take: Callable[[Any], object]) -> None:

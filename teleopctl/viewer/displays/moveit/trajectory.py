@@ -20,7 +20,7 @@ from teleopctl.viewer.scene.drawing import is_drawable
 Positions = dict[str, float]
 _PERIOD = re.compile(r"\s*(\d+(?:\.\d*)?|\.\d+)\s*s\s*\Z", re.IGNORECASE)
 _FACTOR = re.compile(r"\s*(\d+(?:\.\d*)?|\.\d+)\s*x\s*\Z", re.IGNORECASE)
-# MoveIt's own, where the text makes no sense.
+# MoveIt's default, used for an invalid text.
 _DEFAULT_PERIOD_S = 0.05
 
 
@@ -48,7 +48,7 @@ class PlannedPath:
     Attributes:
         times: Time of each state in seconds from the start, in ascending order.
         states: Joint positions at these times.
-        left_out: Number of positions that are not finite; the joint keeps its previous one.
+        left_out: Number of positions that are not finite; their joints keep the previous position.
     """
 
     times: tuple[float, ...]
@@ -99,7 +99,7 @@ class PlannedPath:
         after = bisect_right(self.times, time)
         if after == 0 or after == len(self.times):
             return self.states[min(after, len(self.times) - 1)]
-        # Between two states on a straight line: as controllers follow it, and smooth to look at.
+        # Linear interpolation between two states: smooth, and as controllers follow the path.
         before, start, end = after - 1, self.times[after - 1], self.times[after]
         part = (time - start) / (end - start)
         last, following = self.states[before], self.states[after]
@@ -223,7 +223,7 @@ class TrajectoryDisplay(MoveItDisplay):
         self._trail.clear()
         if not self.values.flag("Show Trail") or self.model is None:
             return
-        # A robot is many nodes: more than these would slow the browser down.
+        # Each robot consists of many nodes: more robots would slow down the browser.
         step = max(int(self.values.number("Trail Step Size")), -(-len(path.states) // _TRAIL_MOST))
         for number, state in enumerate(path.states[::step]):
             made = self._make(f"trail{number}")
