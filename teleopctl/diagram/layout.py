@@ -67,7 +67,7 @@ def assign_columns(count: int, pairs: list[Pair]) -> tuple[list[list[int]], list
 
     Returns:
         The columns; and for each arrow the places that it passes through, from left to right. The
-        first and last place are boxes; those between, one in each column, are numbered from
+        first and last place are boxes; places between, one in each column, are numbered from
         ``count``.
     """
     position = _sequence(count, pairs)
@@ -209,7 +209,7 @@ def _crossings(columns: list[list[int]], after: dict[int, set[int]]) -> int:
 
 
 _STRAIGHTEN_SWEEPS = 16
-# Bends of long arrows disturb most.
+# Bends of long arrows are the most visible.
 _WEIGHT_OF_A_LONG_ARROW = 8.0
 
 

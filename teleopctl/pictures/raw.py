@@ -145,7 +145,7 @@ def _by_numbers(message: Any, width: int, shades: GreyRange) -> tuple[PilImage, 
         raise PictureError(f"The encoding '{message.encoding}' has no channels")
     numbers = numbers_of(message, f"{_KINDS[plain[2]]}{int(plain[1]) // 8}", channels)
     rows = len(numbers)
-    # Numbers are subsampled, since the mean of two depths may be the depth of nothing.
+    # Numbers are subsampled, since the mean of two depths is the depth of neither pixel.
     every = max(message.width // width, 1)
     numbers = numbers[::every, ::every]
     # Channel order of OpenCV: blue first; two channels have no colours.

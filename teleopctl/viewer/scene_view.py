@@ -249,7 +249,7 @@ class SceneView:
         """Update all displays; called 30 times a second while a browser shows the page.
 
         Args:
-            jumped_back: Whether the node's time has gone back since the last call.
+            jumped_back: Whether the node's time has jumped back since the last call.
         """
         for display in self.displays:
             display.update(jumped_back=jumped_back)

@@ -260,9 +260,9 @@ class Chart:
         on_button: Function called with viser's event when a button is pressed.
 
     Attributes:
-    title: Title of the plot.
-    lines: Lines of the plot.
-    frozen_s: End of the frozen time window; None while the window follows new samples.
+        title: Title of the plot.
+        lines: Lines of the plot.
+        frozen_s: End of the frozen time window; None while the window follows new samples.
     """
 
     # Any: viser's event.

@@ -374,7 +374,7 @@ def _bytes(colors: Floats) -> npt.NDArray[np.uint8]:
 def _linear_bytes(colors: Floats) -> npt.NDArray[np.uint8]:
     """Return colours as linear light, which viser's batches and lines take.
 
-    Its other nodes take sRGB colours; the same numbers would look pale.
+    viser's other nodes take sRGB colours; the same numbers would look pale.
     """
     return _bytes(linear_rgb(np.clip(colors, 0.0, 1.0)))
 
