@@ -1,6 +1,6 @@
-"""From a robot description to a ``mujoco.MjSpec``, for whoever simulates, draws or solves.
+"""From a robot description to a ``mujoco.MjSpec``, for simulation, rendering and kinematics.
 
-What needs the model needs no simulation: the camera, kinematics and the page take it from here.
+The model needs no running simulation: cameras, kinematics and the web page use it directly.
 """
 
 from __future__ import annotations

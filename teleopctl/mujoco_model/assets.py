@@ -1,8 +1,8 @@
 """Mesh files of a robot: URIs into paths that MuJoCo can read.
 
-MuJoCo reads OBJ, and binary STL of at most 200,000 triangles. What it does not read is converted
-with trimesh. A mesh that cannot be had whole costs its picture and its contacts, never the
-simulation: half of a shape would touch what the whole one does not.
+MuJoCo reads OBJ, and binary STL of at most 200,000 triangles. Other files are converted with
+trimesh. A mesh that cannot be read as a whole is left out, drawn and touched by nothing, and the
+simulation runs without it: part of a shape would touch what the whole shape does not.
 """
 
 from __future__ import annotations
@@ -36,12 +36,12 @@ def resolve_meshes(
 
     Args:
         spec: The ``mujoco.MjSpec`` whose meshes carry the URIs of the URDF.
-        folder: What relative paths start at; None is the current folder.
-        try_each: Whether to drop those as well that MuJoCo refuses. Of a whole model it tells the
-            first only; each by itself costs the time of reading it once more.
+        folder: Folder of relative paths; None for the current folder.
+        try_each: Whether to drop meshes that MuJoCo rejects, too. For a whole model MuJoCo reports
+            the first of them only; to test each mesh alone, the mesh is read once more.
 
     Returns:
-        One warning per mesh that was dropped, or touches as something else than it is.
+        One warning per mesh that was dropped, or whose collision shape is not the mesh itself.
     """
     warnings: list[str] = []
     complained: set[str] = set()
@@ -50,7 +50,7 @@ def resolve_meshes(
     for mesh in list(spec.meshes):
         uri: str = mesh.file
         if not uri:
-            continue  # it has its corners
+            continue  # its vertices are in the spec
         reason = _use_file(spec, mesh, folder or Path(), pictures, warnings, try_each=try_each)
         if reason is None:
             if collision_geoms(spec, mesh):
@@ -72,10 +72,10 @@ def resolve_meshes(
 
 # Any stands for MuJoCo's meshes, here and below: their class has no types.
 def _touch(spec: mujoco.MjSpec, mesh: Any, path: Path, *, may_cut: bool) -> str:
-    """Cut a mesh that touches into convex pieces where it needs that.
+    """Replace the collision shape of a hollow mesh by convex pieces, if possible.
 
     Returns:
-        What it touches as, as a sentence's end; empty for itself.
+        End of a warning about the collision shape; empty if the mesh itself is the shape.
     """
     pieces = convex_pieces(path) if may_cut else []
     if not pieces:
@@ -93,10 +93,10 @@ def _use_file(
     *,
     try_each: bool,
 ) -> str | None:
-    """Give a mesh its file or its vertices, and the lists its pictures and what is left out of it.
+    """Set a mesh's file or vertices; append its textures and warnings to the given lists.
 
     Returns:
-        Why that was not possible, or None.
+        Reason why that was not possible, or None.
     """
     uri: str = mesh.file
     try:
@@ -143,7 +143,7 @@ def _names_materials(path: Path) -> bool:
 
 
 def _refusal(mesh: Any) -> str | None:
-    """What MuJoCo has against a mesh."""
+    """Return MuJoCo's error for a mesh, compiled alone; None if MuJoCo accepts the mesh."""
     alone = mujoco.MjSpec()
     same = alone.add_mesh(name=mesh.name, file=mesh.file, scale=mesh.scale)
     same.uservert, same.userface = mesh.uservert, mesh.userface

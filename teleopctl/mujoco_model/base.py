@@ -24,9 +24,9 @@ class FreeBody:
     """A link on a floating joint: link, joint, and the frame where the joint starts.
 
     Attributes:
-        link: The link, whose pose is that of the joint.
-        joint: The joint.
-        parent: The frame that the joint starts at, which stands still at the world's origin.
+        link: Name of the link, whose pose is that of the joint.
+        joint: Name of the floating joint.
+        parent: Frame that the joint starts at, fixed at the world's origin.
     """
 
     link: str
@@ -59,9 +59,9 @@ def free_root(model: mujoco.MjModel, body: int) -> int:
 
     Args:
         model: The ``mujoco.MjModel``.
-        body: Number of the body.
+        body: Index of the body.
     """
-    # MuJoCo takes a free joint below the world only.
+    # MuJoCo accepts free joints only directly below the world.
     root = int(model.body_rootid[body])
     first, count = model.body_jntadr[root], model.body_jntnum[root]
     return root if count and model.jnt_type[first] == mujoco.mjtJoint.mjJNT_FREE else 0
@@ -69,15 +69,16 @@ def free_root(model: mujoco.MjModel, body: int) -> int:
 
 WORLD = "world"
 
-# A link bears the robot when it ends at most this part of its joint's height above the ground.
+# A link carries the robot if its lowest point is at most this fraction of its joint's height above
+# the ground.
 _REACH = 0.1
 # The cosine from which an axis counts as upright.
 _UPRIGHT = 0.7
-# Casters whose lowest points differ by less than this (m) bear a robot together.
+# Casters whose lowest points differ by less than this (m) carry a robot together.
 _LEVEL_M = 0.002
-# What has no more than this coefficient of friction brakes nothing.
+# Shapes with at most this coefficient of friction do not slow a robot down.
 _SLIPPERY = 0.01
-# How deep (m) what moves may start in the ground before a fixed robot is raised.
+# Depth (m) in the ground at which moving links may start before a fixed robot is raised.
 _SUNK_M = 0.01
 
 _Kind = mujoco.mjtGeom
@@ -88,12 +89,12 @@ class FreeBase:
     """Free root link of a robot: its starting height, and how it touches the ground.
 
     Attributes:
-        body: The link.
-        height_m: Of its origin at the start.
+        body: The root link with its free joint.
+        height_m: Height of the link's origin at the start, in metres.
         rests: Whether the robot starts with its lowest point on the ground.
-        can_touch: Whether it has shapes that touch anything.
-        drags: Whether the robot drags what is fixed to this link along the ground as it drives:
-            fixed casters with friction.
+        can_touch: Whether the robot has collision shapes.
+        drags: Whether shapes with friction that are fixed to this link, such as fixed casters,
+            slide along the ground as the robot drives.
     """
 
     body: FreeBody
@@ -117,9 +118,9 @@ class FixedBase:
     """Root link of a robot that is fixed in the world: link, reason and pose.
 
     Attributes:
-        link: The link.
-        by: What fixes it.
-        pose: Where it stands; None for the world's origin.
+        link: Name of the root link.
+        by: Reason why the link is fixed.
+        pose: Pose of the link in the world; None for the world's origin.
     """
 
     link: str
@@ -156,15 +157,15 @@ def fixed_base(
     """Return the fixed base of a robot; None if its root link moves freely (wheels, legs).
 
     Args:
-        spec: The ``mujoco.MjSpec`` of the robot alone, its meshes found; it is not changed.
+        spec: The ``mujoco.MjSpec`` of the robot alone, meshes resolved; it is not changed.
         description: The robot.
-        is_fixed: Whether the user wants it fixed; None where he does not say.
-        pose: Where the user wants the root link; None for nowhere in particular. One named
-            ``world`` stays at the origin.
-        start: Where the joints start, in rad or m, by name.
+        is_fixed: Whether the user fixes the root link; None to decide by the description.
+        pose: Pose that the user sets for the root link, or None. A root link named ``world`` stays
+            at the origin.
+        start: Starting positions of the joints by name, in rad or m.
 
     Raises:
-        InvalidDescriptionError: MuJoCo refuses the description.
+        InvalidDescriptionError: MuJoCo rejects the description.
     """
     link = description.root
     if link == WORLD:
@@ -214,12 +215,12 @@ def place_base(
 
     Args:
         spec: The ``mujoco.MjSpec`` to edit.
-        bare: The same, compiled; its start is edited too.
+        bare: Model compiled from ``spec``; its initial pose is edited too.
         base: The root link.
-        positions: Where the joints start, as MuJoCo's ``qpos``.
-        pose: Where somebody wants the root link. At a height of 0, and by default, the lowest
-            point of what can touch lies on the ground.
-        wheels: The joints that are driven by velocity.
+        positions: Starting positions of the joints, as MuJoCo's ``qpos``.
+        pose: Pose that the user sets for the root link. At a height of 0, and by default, the
+            lowest point of the collision shapes lies on the ground.
+        wheels: Names of the joints that are driven by velocity.
 
     Returns:
         The root link with its height.
@@ -249,7 +250,7 @@ def place_base(
 
 
 def _drags(model: Any, data: Any, root: int, wheels: Iterable[str]) -> bool:
-    """Whether what is fixed to a root link bears the robot beside its wheels, with friction."""
+    """Whether shapes with friction, fixed to the root link, carry the robot beside its wheels."""
     turning = [int(model.joint(name).bodyid[0]) for name in wheels]
     driven = {body for first in turning for body in _carried_by(model, first)}
     if not driven:
@@ -273,17 +274,17 @@ def supported_inertias(
 ) -> dict[str, float]:
     """Return, by joint, the inertia of the robot that its wheels' and legs' drives move.
 
-    The ground holds what touches it, so that the joint moves the robot instead: all its mass m, at
-    the height h of the axis above the ground, as m h^2 (for sliding joints m).
+    The ground holds the links that touch it, so their joints move the robot instead: its whole
+    mass m, at the height h of the axis above the ground, as m h^2 (for sliding joints m).
 
     Args:
-        bare: The robot without drives, in its place.
-        base: Its root link.
-        positions: Where the joints start, as MuJoCo's ``qpos``.
-        joints: The names of its movable joints.
+        bare: Model of the robot without drives, in its starting pose.
+        base: The robot's root link.
+        positions: Starting positions of the joints, as MuJoCo's ``qpos``.
+        joints: Names of the movable joints.
 
     Returns:
-        By the names of those joints whose links reach the ground, in kg m^2 or kg.
+        Inertias in kg m^2 or kg, by the names of the joints whose links reach the ground.
     """
     data = mujoco.MjData(bare)
     data.qpos[:] = positions
@@ -313,7 +314,7 @@ def _whole_robot(model: Any, root: int) -> list[int]:
 
 
 def _carried_by(model: Any, body: int) -> list[int]:
-    """A body and all that hangs on it."""
+    """Return a body and all its descendants."""
     found = [body]
     for later in range(body + 1, model.nbody):
         if model.body_parentid[later] in found:
@@ -321,9 +322,9 @@ def _carried_by(model: Any, body: int) -> list[int]:
     return found
 
 
-# Any stands for MuJoCo's types, here and elsewhere: they have no static ones.
+# Any stands for MuJoCo's types here and elsewhere: MuJoCo has no static types for them.
 def _lowest_point(model: Any, data: Any, bodies: list[int]) -> float | None:
-    """Height of the lowest point of what of some bodies can touch; None where nothing can."""
+    """Return the height of the lowest point of the bodies' collision shapes; None without any."""
     geoms = (
         geom
         for body in bodies
@@ -337,7 +338,7 @@ def _lowest_point(model: Any, data: Any, bodies: list[int]) -> float | None:
 
 
 def _lowest_of(model: Any, data: Any, geom: int) -> float:
-    # How far each of the shape's axes points upwards.
+    # The vertical components of the shape's axes.
     x, y, z = data.geom_xmat[geom][6:]
     a, b, c = model.geom_size[geom]
     match model.geom_type[geom]:
@@ -349,7 +350,7 @@ def _lowest_of(model: Any, data: Any, geom: int) -> float:
             below = abs(z) * b + np.hypot(x, y) * a
         case _Kind.mjGEOM_CAPSULE:
             below = abs(z) * b + a
-        case _:  # what else a URDF can have
+        case _:  # a mesh, the only other shape of a URDF
             mesh = int(model.geom_dataid[geom])
             first, count = int(model.mesh_vertadr[mesh]), int(model.mesh_vertnum[mesh])
             below = -float((model.mesh_vert[first : first + count] @ [x, y, z]).min())

@@ -1,7 +1,8 @@
 """Cameras of a robot for the simulation: topics, frames, image size, lens and noise.
 
-A plug-in of Gazebo classic publishes below the camera's name, and its remappings hold. A camera of
-gz has its ``<topic>``, and the other topics beside it or below it, by its kind.
+A plug-in of Gazebo classic publishes below the camera's name, with its remappings applied. A camera
+of gz publishes on its ``<topic>``; its other topics are in the same namespace or below that topic,
+depending on the kind of camera.
 """
 
 from __future__ import annotations
@@ -36,7 +37,7 @@ _KINDS = {
 }
 CAMERA_TYPES = frozenset(_KINDS)
 
-# What a plug-in of Gazebo classic calls its topics, and the tags of older ones that rename them.
+# Default topics of a Gazebo classic plug-in, and the tags of older plug-ins that rename them.
 _OF_PLUGIN = {
     "image": ("image_raw", "imageTopicName"),
     "info": ("camera_info", "cameraInfoTopicName"),
@@ -51,12 +52,12 @@ def camera_topics(sensor: SensorTag, name: str, *, alone: bool) -> dict[str, str
     """Return a camera's topic names by kind of data (image, depth, points, …).
 
     Args:
-        sensor: What the description says.
+        sensor: The camera's ``<sensor>`` tag.
         name: The camera's name.
         alone: Whether it is the robot's only camera, whose topics need no name.
 
     Returns:
-        Topics by what is published: see `CameraModel`.
+        Topic names by kind of data; for the kinds see `CameraModel`.
     """
     kind, names = _KINDS[sensor.type], RosNames(sensor)
     if not names.topic_decides:
@@ -92,7 +93,7 @@ def camera_topics(sensor: SensorTag, name: str, *, alone: bool) -> dict[str, str
 def _of_plugin(names: RosNames, sensor: SensorTag, what: str) -> str:
     default, tag = _OF_PLUGIN[what]
     camera = names.setting("camera_name", "cameraName") or sensor.name
-    # In ROS 2 it is `CAMERA/image_raw` that is remapped; many descriptions write the others.
+    # ROS 2's plug-ins remap `CAMERA/image_raw`; many descriptions remap the other names.
     for name in (f"{camera}/{default}", f"~/{default}", default):
         if target := names.remapped(name):
             return target
@@ -101,16 +102,16 @@ def _of_plugin(names: RosNames, sensor: SensorTag, what: str) -> str:
 
 
 def _beside(topic: str, name: str) -> str:
-    """A name in the same namespace as a topic."""
+    """Return a name in the same namespace as a topic."""
     above, slash, _ = topic.rpartition("/")
     return f"{above}{slash}{name}"
 
 
-# The optical frame in the sensor's frame, x y z w.
+# Rotation of the optical frame in the sensor's frame, x y z w.
 OPTICAL_ROTATION = (-0.5, 0.5, -0.5, 0.5)
-# Descriptions write a quarter of a turn with two digits: 1.57.
+# Descriptions round a quarter turn to two decimals: 1.57.
 _TURNED_ALIKE_RAD = 0.01
-# A picture from a place further away shows what is 1 m ahead a pixel elsewhere.
+# With a larger offset, an object 1 m ahead appears a pixel elsewhere in the image.
 _IN_ONE_PLACE_M = 0.001
 
 
@@ -118,7 +119,7 @@ def optical_frame(sensor: SensorTag, description: RobotDescription) -> tuple[str
     """Return a camera's optical frame, and a warning if the description names another one.
 
     Returns:
-        The frame, and a sentence for the log if the description names another, else empty.
+        The frame, and a warning if the description names another frame, else an empty string.
     """
     if sensor.optical_frame:
         return sensor.optical_frame, ""
@@ -155,7 +156,7 @@ def optical_rotation(pose: Pose) -> Quaternion:
 
 
 def _is_optical(link: str, sensor: SensorTag, description: RobotDescription) -> bool:
-    """Whether a link is fixed to a sensor's and turned as its images are."""
+    """Whether a link is fixed to a sensor's link and has the rotation of its optical frame."""
     between = _between(sensor.link, link, description)
     if between is None:
         return False
@@ -170,7 +171,7 @@ def _offset(link: str, sensor: SensorTag, description: RobotDescription) -> floa
 
 
 def _between(source: str, target: str, description: RobotDescription) -> Transform | None:
-    """The target's frame in the source's, where nothing moves between them."""
+    """Return the target's pose in the source link; None if a joint between them can move."""
     first, second = _in_rigid_root(source, description), _in_rigid_root(target, description)
     if first[0] != second[0]:
         return None
@@ -178,7 +179,7 @@ def _between(source: str, target: str, description: RobotDescription) -> Transfo
 
 
 def _in_rigid_root(link: str, description: RobotDescription) -> tuple[str, Transform]:
-    """The first link upwards that moves, and this one's frame in it."""
+    """Return the link at the top of a chain of fixed joints, and the pose of this link in it."""
     above = {joint.child: joint for joint in description.joints.values()}
     pose = Transform((0.0, 0.0, 0.0))
     while link in above and above[link].type == "fixed":
@@ -189,7 +190,7 @@ def _in_rigid_root(link: str, description: RobotDescription) -> tuple[str, Trans
 
 
 _DEFAULT_RATE_HZ = 30.0
-# SDF's words for boxes around what is seen of a thing, not what is behind another.
+# SDF's values of <box_type> for boxes around the visible part of an object.
 _BOXES = ("2d", "visible_2d", "visible_box_2d")
 _NO_DISTORTION = (0.0, 0.0, 0.0, 0.0, 0.0)
 
@@ -205,27 +206,27 @@ class CameraModel:
     """Simulated camera: link, image size, field of view, lens, optical frame and topics.
 
     Attributes:
-        name: Its name, also of the MuJoCo camera.
-        link: The link that it is fixed to.
-        frame_id: The optical frame (REP 103, REP 105) that its images are published in.
+        name: Name of the camera, and of the MuJoCo camera.
+        link: The link that the camera is fixed to.
+        frame_id: The optical frame (REP 103, REP 105) in which images are published.
         width: Image width in pixels.
         height: Image height in pixels.
         horizontal_fov: Angle between the left and the right edge of the image, in radians.
         rate_hz: Images per second of simulated time.
         distortion: Plumb-bob coefficients k1, k2, p1, p2, k3 of the lens.
-        pose: Where the sensor sits in its link.
-        near: What is nearer is not seen, in metres along the optical axis.
-        far: What is farther is not seen either.
-        depth_limits: Between which distances depths are measured.
+        pose: Pose of the sensor in its link.
+        near: Distance of the near clip plane, in metres along the optical axis.
+        far: Distance of the far clip plane, in metres along the optical axis.
+        depth_limits: Least and greatest measured depth, in metres.
         focal: Focal lengths fx, fy and principal point cx, cy in pixels that the description gives,
             or None where the field of view decides.
-        topics: Where it publishes, by what it sees: ``image``, ``depth``, ``points``, ``labels``,
-            ``coloured``, ``boxes``, ``boxed_image``, and ``info`` and ``depth_info`` of those.
-        noise: Of the image, as a part of full white.
-        encoding: Of its images: ``rgb8``, ``bgr8`` or ``mono8``.
-        baseline_m: How far to the right of another camera ``camera_info`` says that it is.
-        rectified: fx, fy, cx, cy, tx, ty of the projection matrix where the description has them.
-        lens: Of a wide angle camera; None of a pinhole.
+        topics: Topics by kind of data: ``image``, ``depth``, ``points``, ``labels``, ``coloured``,
+            ``boxes``, ``boxed_image``, and their ``camera_info`` as ``info`` and ``depth_info``.
+        noise: Noise of the image, as a fraction of full white.
+        encoding: Encoding of the images: ``rgb8``, ``bgr8`` or ``mono8``.
+        baseline_m: Distance to the left camera of a stereo pair, for ``camera_info``.
+        rectified: fx, fy, cx, cy, tx, ty of a projection matrix in the description, or None.
+        lens: Lens of a wide angle camera; None for a pinhole camera.
     """
 
     name: str
@@ -256,7 +257,7 @@ class CameraModel:
     def focal_length(self) -> float:
         """Focal length in pixels; pixels are square, the horizontal field of view decides.
 
-        Of a wide angle camera it is that at the axis.
+        For a wide angle camera, the focal length at the optical axis.
         """
         if self.lens is not None:
             return self.width / 2.0 * self.lens.focal_length
@@ -289,7 +290,7 @@ class CameraModel:
         if self.rectified is not None:
             fx, fy, cx, cy, tx, ty = self.rectified
         else:
-            # As of the right camera of a pair that stands so far apart.
+            # As for the right camera of a stereo pair with this baseline.
             tx, ty = -fx * self.baseline_m, 0.0
         return (fx, 0.0, cx, tx, 0.0, fy, cy, ty, 0.0, 0.0, 1.0, 0.0)
 
@@ -303,8 +304,8 @@ def camera_models(description: RobotDescription) -> tuple[list[CameraModel], lis
     """Return the cameras of a robot description, and warnings about names and frames.
 
     Returns:
-        The cameras, each with a name of its own, and a warning for each that got another one, or
-        another frame, or cannot see.
+        The cameras, each with a unique name, and a warning for each camera that is left out, or
+        whose name, frame or topic differs from the description's.
 
     Raises:
         InvalidDescriptionError: If a ``<gazebo>`` tag is not well formed.
@@ -340,19 +341,19 @@ def camera_models(description: RobotDescription) -> tuple[list[CameraModel], lis
             )
         own = frame == own_frame(camera.link, sensor.name, description)
         if own and any(c.frame_id == frame and c.pose != camera.pose for c in cameras.values()):
-            # Another one on the same link, which looks from elsewhere.
+            # Another camera on the same link has another pose.
             frame = f"{name.replace('/', '_')}_optical"
         cameras[name] = replace(camera, name=name, topics=topics, frame_id=frame)
     return list(cameras.values()), warnings
 
 
 def _is_in_world(sensor: SensorTag, description: RobotDescription) -> bool:
-    """Whether a camera stands beside a robot that moves freely, in its MJCF file."""
+    """Whether a camera is fixed to the world in the robot's MJCF file."""
     return description.mjcf is not None and sensor.link == "world"
 
 
 def _fault(sensor: SensorTag) -> str:
-    """Why a camera sees nothing; empty where it does."""
+    """Return why a camera cannot be simulated; empty if it can."""
     camera = sensor.camera
     assert camera is not None
     if camera.lens is None and not 0.0 < camera.horizontal_fov < math.pi:
@@ -391,7 +392,7 @@ def _camera(sensor: SensorTag, frame: str) -> CameraModel:
 
 
 def _distortion(sensor: SensorTag, camera: CameraTag) -> tuple[float, float, float, float, float]:
-    """The lens that ``<distortion>`` describes; where it has none, that of an older plug-in."""
+    """Return the coefficients of ``<distortion>``, with older plug-ins' tags in place of zeros."""
     k1, k2, p1, p2, k3 = (
         of_camera or _said(sensor, f"distortion_{name.lower()}", f"distortion{name}") or 0.0
         for of_camera, name in (
@@ -406,14 +407,14 @@ def _distortion(sensor: SensorTag, camera: CameraTag) -> tuple[float, float, flo
 
 
 def _depth_limits(sensor: SensorTag, near: float, far: float) -> tuple[float, float]:
-    """Where depths are measured: what a plug-in says of it, within what is drawn."""
+    """Return the range of measured depths: that of the plug-in, within the clip distances."""
     least = _said(sensor, "min_depth", "pointCloudCutoff")
     most = _said(sensor, "max_depth", "pointCloudCutoffMax")
     return max(near, least or near), min(far, most or far)
 
 
 def _said(sensor: SensorTag, *tags: str) -> float | None:
-    """A number of the camera's plug-in."""
+    """Return a number from the settings of the camera's plug-in; None without one."""
     with contextlib.suppress(ValueError):
         return float(RosNames(sensor).setting(*tags))
     return None
@@ -429,7 +430,7 @@ def add_camera(spec: mujoco.MjSpec, camera: CameraModel) -> None:
 
     Args:
         spec: The ``mujoco.MjSpec``, which has the camera's link as a body.
-        camera: What to add.
+        camera: The camera to add.
     """
     rotation = np.zeros(4)
     mujoco.mju_mulQuat(rotation, _quaternion(camera.pose.rpy), np.array(_SENSOR_TO_MUJOCO))

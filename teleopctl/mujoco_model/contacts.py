@@ -1,10 +1,10 @@
 """How parts touch, and which parts of a robot may touch each other.
 
-Neighbours of one robot never do: their shapes overlap around the joint's axis by construction.
-Links that overlap in the robot's initial pose do not touch until they have come apart: contact
-would push against the drives for ever. Where one drive alone moves the two against each other, as
-it does the fingers of a gripper, they never do: how far it goes its limits say, and the way back to
-where it started must stay open. What moves freely touches everything.
+Neighbouring links of a robot never touch: their shapes overlap around the joint's axis by
+construction. Links that overlap in the robot's initial pose do not touch until they have come
+apart: contact would push against the drives for ever. Where a single drive moves two such links
+against each other, for example the fingers of a gripper, they never touch: the joint's limits stop
+them, and the way back to the start must stay open. Freely moving bodies touch everything.
 """
 
 from __future__ import annotations
@@ -22,14 +22,14 @@ if TYPE_CHECKING:
     from teleopctl.robot import RobotDescription
 
 # Friction is resolved this much more stiffly than the contact's normal force, and then once more
-# without the softness of constraints: what is gripped creeps out otherwise, by centimetres in
-# seconds. With these, cubes of 40 to 100 mm creep by less than 0.3 mm in 12 s.
+# without the softness of constraints: otherwise gripped objects creep out, by centimetres in
+# seconds. With these values, cubes of 40 to 100 mm creep by less than 0.3 mm in 12 s.
 _FRICTION_STIFFNESS = 10.0
 _NOSLIP_ITERATIONS = 4
 
-# Coefficients of friction that differ by less than this part are the same.
+# Coefficients of friction that differ by less than 1 / _PRIORITY_STEPS count as equal.
 _PRIORITY_STEPS = 1000
-# Wheels are written with as much as 1e15; beyond this nothing slips anyway.
+# Descriptions give wheels up to 1e15; above this value nothing slips anyway.
 _ROUGHEST = 1000.0
 
 _PLANE = mujoco.mjtGeom.mjGEOM_PLANE
@@ -50,13 +50,14 @@ def set_friction_solver(spec: mujoco.MjSpec) -> None:
 def set_friction(geom: Any, coefficient: float, usual: float) -> None:
     """Set a shape's friction coefficient, with priority so that the smoother shape decides.
 
-    Of two that touch the smoother one decides, as in Gazebo; MuJoCo would take the larger
-    coefficient unless one shape has priority. Those that nobody gave any have 0.
+    Of two touching shapes the smoother one decides, as in Gazebo; MuJoCo would take the larger
+    coefficient unless one shape has a higher priority. Shapes without a coefficient of their own
+    have priority 0.
 
     Args:
         geom: The shape.
-        coefficient: Its coefficient of friction.
-        usual: That of the shapes that nobody gave any.
+        coefficient: Coefficient of friction of the shape.
+        usual: Coefficient of shapes without one of their own.
     """
     coefficient = min(coefficient, _ROUGHEST)
     geom.friction[0] = coefficient
@@ -66,8 +67,8 @@ def set_friction(geom: Any, coefficient: float, usual: float) -> None:
 def exclude_adjacent(spec: mujoco.MjSpec) -> None:
     """Exclude contacts between each link and its nearest ancestor with shapes.
 
-    MuJoCo itself lets the links on either side of a joint pass through each other, with all that
-    is fixed to them, but not where one side stands still in the world.
+    MuJoCo itself excludes contacts between the links on either side of a joint, with all links
+    fixed to them, but not where one side is fixed to the world.
 
     Args:
         spec: The ``mujoco.MjSpec`` to edit.
@@ -89,8 +90,8 @@ def exclude_links(spec: mujoco.MjSpec, links: Iterable[str], robot: Sequence[str
 
     Args:
         spec: The ``mujoco.MjSpec`` to edit.
-        links: Those that touch nothing of their robot.
-        robot: All of its links.
+        links: Links that touch no other link of their robot.
+        robot: All links of the robot.
     """
     for link in links:
         for other in robot:
@@ -111,10 +112,10 @@ class DirectedFriction:
     """Direction-dependent friction of a link: the direction, and the coefficient across.
 
     Attributes:
-        link: The link.
-        across: Its coefficient across the direction; along it, it has its usual one.
-        along: The direction in the axes of a link: x, y, z.
-        frame: That link.
+        link: Name of the link.
+        across: Coefficient across the direction; along it, the link has its usual coefficient.
+        along: The direction x, y, z in the axes of ``frame``.
+        frame: Name of the link in whose axes the direction is given.
     """
 
     link: str
@@ -146,12 +147,11 @@ class Overlap:
     """Two links whose collision shapes overlap, with depth and relation of the links.
 
     Attributes:
-        first: The one link.
-        second: The other one.
-        depth_m: How far, in metres.
-        one_robot: Whether only driven and fixed joints are between them: neither moves freely
-            without the other.
-        one_drive: Whether all joints between them are one and its mimics.
+        first: Name of the first link.
+        second: Name of the second link.
+        depth_m: Depth of the overlap, in metres.
+        one_robot: Whether no free joint is between the links.
+        one_drive: Whether the joints between the links are a single joint and its mimic joints.
     """
 
     first: str
@@ -169,15 +169,15 @@ def overlaps(
     Args:
         model: The compiled ``mujoco.MjModel``.
         positions: The pose, as MuJoCo's ``qpos``.
-        leaders: The joint that each mimic follows in the end.
+        leaders: Independent joint that each mimic joint follows, by the name of the mimic joint.
 
     Returns:
-        The pairs in a stable order.
+        The pairs, sorted by the names of the links.
     """
     data = mujoco.MjData(model)
     data.qpos[:] = positions
-    # Where the links are and what touches, but no forces: those need memory by the square of the
-    # contacts, and before this list is made, every link of a large robot may touch the next.
+    # Poses and contacts only, no forces: those need memory by the square of the contacts, and
+    # before these pairs are excluded, every link of a large robot may touch the next.
     mujoco.mj_kinematics(model, data)
     mujoco.mj_comPos(model, data)
     mujoco.mj_collision(model, data)
@@ -199,7 +199,8 @@ def overlaps(
 
 def _joints_between(model: mujoco.MjModel, first: int, second: int) -> list[str]:
     joints = []
-    # A parent's number is below those of its children: the higher of two goes up until they meet.
+    # A parent's index is lower than those of its children: replace the higher index by its parent
+    # until both are equal.
     while first != second:
         first, second = min(first, second), max(first, second)
         begin, count = int(model.body_jntadr[second]), int(model.body_jntnum[second])

@@ -1,10 +1,10 @@
 """Collision meshes that are hollow or bent, as several convex pieces.
 
-MuJoCo lets a mesh touch as its convex hull, so that nothing goes into a ring or between two fingers
-of one part. Where CoACD is installed (the extra ``decomposition``) such meshes are cut into
-pieces, once: they are kept in the user's cache folder. See `cutting` for how that takes place.
-What stands and has few triangles, such as walls, needs no such cut: it touches with a slab below
-each triangle. What stays a hull that is larger than its mesh is told.
+MuJoCo uses a mesh's convex hull for collisions, so that nothing fits into a ring or between two
+fingers of one part. Where CoACD is installed (the extra ``decomposition``), such meshes are cut
+into pieces once and cached in the user's cache folder; `decompose_files` does so in parallel.
+Fixed meshes with few triangles, such as walls, need no pieces: each of their triangles touches as a
+thin slab. A warning reports each hull that is still larger than its mesh.
 """
 
 from __future__ import annotations
@@ -29,16 +29,16 @@ from teleopctl.base.folders import cache_dir
 from teleopctl.mujoco_model.mesh_content import load_mesh_content
 from teleopctl.robot import InvalidMeshError
 
-# A hull with so many times a mesh's volume fills what is hollow; below it is the mesh, nearly.
+# A mesh is hollow if its hull has more than this multiple of its volume.
 _HOLLOW = 1.5
-# A mesh is open where its open edges are longer than it is wide, deep and high together: seams that
-# do not meet exactly, which CAD leaves, are shorter, an open box or a tube has more. Corners that
-# are nearer than this part of its size are one.
+# A mesh is open if its open edges are longer than its width, depth and height together: inexact
+# seams, which CAD leaves, are shorter; those of an open box or a tube are longer. Vertices that are
+# nearer to each other than this fraction of the mesh's size count as one.
 _OPEN_EDGES = 1.0
 _SAME_CORNER = 1e-5
 
-# CoACD's own defaults take ten seconds for each mesh; with these it takes one, for the same pieces
-# of simple parts. Concavity is what a piece may miss, as a part of its size.
+# CoACD's own defaults take ten seconds for each mesh; these settings take one second, with the same
+# pieces for simple parts. The threshold is the concavity of a piece, as a fraction of its size.
 _SETTINGS = {
     "threshold": 0.1,
     "max_convex_hull": 16,
@@ -51,16 +51,16 @@ _SETTINGS = {
 }
 _EDITION = b"2"
 _PIECES = ".convex.npz"
-# What a piece has of the shape that it is of.
+# Attributes of a collision shape that its pieces get.
 _KEPT = (
     *("pos", "quat", "group", "rgba", "contype", "conaffinity", "condim", "priority", "friction"),
     *("solmix", "solref", "solimp", "margin", "gap", "userdata"),
 )
-# The most triangles of which each becomes a shape, and the thickest slab below one, in metres.
+# Most triangles of a mesh that touches as slabs, and the greatest thickness of a slab in metres.
 _MOST_SLABS = 256
 _SLAB_M = 0.05
 
-# Corners, (n, 3), in metres, and triangles as numbers of corners, (m, 3).
+# Vertices, (n, 3), in metres, and triangles as indices of vertices, (m, 3).
 Piece = tuple[npt.NDArray[np.float32], npt.NDArray[np.int32]]
 
 
@@ -98,7 +98,7 @@ def measure_hull(path: Path) -> Hull:
         ratio, is_open = kept.read_text("utf-8").split()
         return Hull(float(ratio), is_open == "open")
     except (OSError, ValueError):
-        pass  # nothing of use is there
+        pass  # no usable cache entry
     hull = _measured(path)
     _keep(kept, f"{hull.ratio!r} {'open' if hull.is_open else 'closed'}".encode())
     return hull
@@ -120,7 +120,7 @@ def convex_pieces(path: Path) -> list[Piece]:
         if kept.is_file():
             return _loaded(kept)
     except (OSError, ValueError, KeyError):
-        pass  # nothing of use is there
+        pass  # no usable cache entry
     pieces = _cut(path)
     arrays: dict[str, npt.NDArray[Any]] = {}
     for number, (vertices, faces) in enumerate(pieces):
@@ -136,11 +136,11 @@ def surface_slabs(path: Path, scale: Sequence[float]) -> list[npt.NDArray[np.flo
 
     Args:
         path: The mesh file.
-        scale: The mesh's, along x, y and z.
+        scale: Scale of the mesh along x, y and z.
 
     Returns:
-        Six corners of each slab, (6, 3), in metres; none where the mesh is too large, is not
-        closed, or its hull is as good.
+        Six corners of each slab, (6, 3), in metres; none if the mesh has too many triangles, is
+        not closed, or is not hollow.
     """
     mesh = _trimesh(path)
     if mesh is None or not 0 < len(mesh.faces) <= _MOST_SLABS:
@@ -148,11 +148,11 @@ def surface_slabs(path: Path, scale: Sequence[float]) -> list[npt.NDArray[np.flo
     mesh.apply_transform(np.diag([*scale, 1.0]))
     if not mesh.is_watertight or measure_hull(path).ratio <= _HOLLOW:
         return []
-    # Half as thick as the mesh is on average, so that no slab comes out on the other side.
+    # Half as thick as the mesh is on average, so that no slab protrudes on the other side.
     depth = min(abs(mesh.volume) / mesh.area, _SLAB_M)
     inwards = -np.sign(mesh.volume) * mesh.face_normals[:, None, :]
     outer = mesh.triangles
-    # Narrower below: at sharp edges a slab would stand out as well.
+    # Narrower inside: at sharp edges a slab would protrude as well.
     middle = outer.mean(axis=1, keepdims=True)
     inner = (outer + middle) / 2.0 + depth * inwards
     return list(np.concatenate([outer, inner], axis=1)[mesh.area_faces > 0.0])
@@ -164,8 +164,8 @@ def replace_collisions(spec: mujoco.MjSpec, mesh: Any, pieces: Sequence[Piece]) 
 
     Args:
         spec: The ``mujoco.MjSpec`` to edit.
-        mesh: The mesh.
-        pieces: Its pieces.
+        mesh: The mesh to replace.
+        pieces: Convex pieces of the mesh.
     """
     names = []
     for number, (vertices, faces) in enumerate(pieces):
@@ -204,14 +204,14 @@ def _measured(path: Path) -> Hull:
     if mesh is None:
         return Hull(1.0, is_open=False)
     try:
-        # Of what has no volume trimesh computes the centre too.
+        # trimesh also computes the centre, and divides by zero where there is no volume.
         with np.errstate(divide="ignore", invalid="ignore"):
             volume, hull = abs(float(mesh.volume)), _hull_volume(mesh)
-    except Exception:  # noqa: BLE001 - flat and broken meshes have none, in many ways
+    except Exception:  # noqa: BLE001 - flat and broken meshes raise all kinds of exceptions
         return Hull(1.0, is_open=False)
     if hull <= 0.0:
         return Hull(1.0, is_open=False)
-    # Sheets that are drawn from both sides are closed, and have no inside.
+    # Two-sided sheets are closed but have no inside.
     if volume <= 1e-3 * hull or _open_edges(mesh) > _OPEN_EDGES:
         return Hull(1.0, is_open=True)
     return Hull(hull / volume, is_open=False)
@@ -219,10 +219,10 @@ def _measured(path: Path) -> Hull:
 
 # Any: trimesh's mesh, whose class has no types that hold.
 def _hull_volume(mesh: Any) -> float:
-    """The volume of a mesh's convex hull, m³, by MuJoCo: trimesh needs scipy for it.
+    """Return the volume of a mesh's convex hull, m³, by MuJoCo: trimesh needs scipy for it.
 
     Raises:
-        ValueError: It is flat, or else has none.
+        ValueError: The mesh is flat, or has no hull for another reason.
     """
     size = float(mesh.extents.max())
     spec = mujoco.MjSpec()
@@ -236,7 +236,7 @@ def _hull_volume(mesh: Any) -> float:
 
 # Any: trimesh's mesh, whose class has no types that hold.
 def _open_edges(mesh: Any) -> float:
-    """The length of all edges of one triangle alone, beside the mesh's three sides together."""
+    """Return the length of all open edges, divided by the sum of the mesh's three extents."""
     sides = float(mesh.extents.sum())
     places = np.round(mesh.vertices / (_SAME_CORNER * sides)).astype(np.int64)
     corners = np.unique(places, axis=0, return_inverse=True)[1].ravel()
@@ -254,12 +254,12 @@ def _kept_at(path: Path, suffix: str) -> Path:
 def _keep(file: Path, content: bytes) -> None:
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
-        # Others may be writing the same one.
+        # Other processes may write the same file.
         unfinished = file.with_suffix(f".{os.getpid()}")
         unfinished.write_bytes(content)
         unfinished.replace(file)
     except OSError:
-        pass  # it is made anew the next time
+        pass  # computed again the next time
 
 
 def _cut(path: Path) -> list[Piece]:
@@ -290,8 +290,8 @@ _DONE = b"done\n"
 def decompose_files(files: Collection[Path]) -> None:
     """Cut hollow mesh files into convex pieces, in parallel processes, into the cache.
 
-    What cannot be cut so, because no process can be started or the folder cannot be written, is
-    left to `convex_pieces`.
+    Files that cannot be cut this way, because no process can be started or the folder cannot be
+    written, are left to `convex_pieces`.
     """
     missing = sorted({file for file in files if needs_decomposition(file)}, key=_size, reverse=True)
     if not missing:
@@ -307,10 +307,10 @@ def decompose_files(files: Collection[Path]) -> None:
     read, write = os.pipe()
     try:
         for number in range(count):
-            # The largest first, and the others dealt out: none waits long for the last.
+            # Sorted by size and dealt out in turn: all processes take about the same time.
             share = [str(file.absolute()) for file in missing[number::count]]
             command = [sys.executable, "-P", "-m", __name__, *share]
-            # Ctrl-C comes to them too, and each would say so.
+            # The processes receive Ctrl-C too, and each would print a traceback.
             nowhere = subprocess.DEVNULL
             processes.append(subprocess.Popen(command, stdin=nowhere, stdout=write, stderr=nowhere))
         os.close(write)
@@ -321,7 +321,7 @@ def decompose_files(files: Collection[Path]) -> None:
         for process in processes:
             process.wait()
     except OSError:
-        pass  # convex_pieces will do it
+        pass  # left to convex_pieces
     finally:
         os.close(read)
         if write != -1:

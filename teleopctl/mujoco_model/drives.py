@@ -1,17 +1,17 @@
 """Servo drives: the actuators behind a joint's command interfaces, and mimic joints.
 
-A drive is what sits in a real position servo. Its set-point moves in a straight line from one
-command to the next during one control period, as a drive in cyclic synchronous position mode
-does it, never faster than the joint's velocity limit, and to a position that is far away no
-harder than it can brake; a stiff, critically damped spring pulls the joint to the set-point, its
-damper at the difference of their speeds, so that the joint does not lag; the force that gravity
-asks for is fed forward, out of the same limited effort. So an unloaded joint comes to rest on its
-command exactly, while a load, a push or a limit reached are felt as they would be on the robot.
+A drive models a real position servo. Its set-point moves in a straight line from one command to
+the next during one control period, as in a drive's cyclic synchronous position mode, never faster
+than the joint's velocity limit, and to a distant position only as fast as it can still brake. A
+stiff, critically damped spring pulls the joint to the set-point; the damper acts on the difference
+of their speeds, so that the joint does not lag. The effort against gravity is fed forward, within
+the same effort limit. So an unloaded joint comes to rest exactly on its command, while a load, a
+push or a limit has the same effect as on the real robot.
 
 In MuJoCo's terms: an actuator with an integrator for its set-point (`intvelocity`), whose input
-is the set-point's velocity; MuJoCo itself integrates it in every physics step. A velocity
-command is that input, with a weaker spring, and an effort command goes through a plain motor
-instead. `teleopctl.sim.drives` plans each period's set-points.
+is the set-point's velocity; MuJoCo integrates it in every physics step. A velocity command is that
+input, with a weaker spring; an effort command goes through a plain motor instead.
+`teleopctl.sim.drives` plans each period's set-points.
 """
 
 from __future__ import annotations
@@ -32,23 +32,23 @@ if TYPE_CHECKING:
     from teleopctl.robot import JointLimits, Mimic
 
 DRIVE_RAD_S = 100.0
-"""Natural frequency (rad/s) of a joint on its drive as it is built, in the model's own pose.
+"""Natural frequency (rad/s) of a joint on its drive, in the pose in which the model is built.
 
-`teleopctl.sim.drives` tunes it for the pose, and faster where commands come often.
+`teleopctl.sim.drives` tunes the drives for the present pose, and faster for frequent commands.
 """
 
-# A geared motor at full effort brings its own rotor to this acceleration, rad/s^2 (m/s^2 for a
-# prismatic joint): the order of what robot arms have. It gives the rotor inertia that the joint
-# feels (armature), without which 30 N m on a finger of 10 g would be no physical system.
+# A geared motor at full effort gives its own rotor this acceleration, rad/s^2 (m/s^2 for a
+# prismatic joint): the order of magnitude of robot arms. It defines the rotor inertia at the joint
+# (armature), without which 30 N m on a finger of 10 g would not be a physical system.
 _ROTOR_ACCELERATION = 1000.0
 
-# Joints without an effort limit get a rotor of this part of the inertia that they move.
+# Joints without an effort limit get a rotor of this fraction of the inertia that they move.
 _ROTOR_SHARE = 0.05
 _SMALLEST_ROTOR = 1e-4
 
 
-# Where a joint with only one limit ends at the other side, and the width (rad or m) of a range
-# that is one point: MuJoCo wants both ends, and the lower one first.
+# The other limit of a joint with only one, and the width (rad or m) of an empty range: MuJoCo
+# requires both limits, the lower one smaller.
 _FAR = 1e6
 _NARROWEST = 1e-9
 
@@ -67,7 +67,7 @@ def assumed_rotors_text(rotors: Mapping[str, float]) -> str:
     """Return the warning that lists the rotor inertias assumed for a robot's joints.
 
     Args:
-        rotors: By joint, in kg m² or kg.
+        rotors: Rotor inertias by joint, in kg m² or kg.
     """
     listed = ", ".join(f"{name} {inertia:g}" for name, inertia in rotors.items())
     return (
@@ -100,7 +100,7 @@ def prepare_drives(spec: mujoco.MjSpec, driven: list[JointSpec]) -> None:
 
     Args:
         spec: The ``mujoco.MjSpec`` to edit.
-        driven: The joints that `add_drives` is to move.
+        driven: Joints that `add_drives` later adds drives to.
     """
     for joint in driven:
         element = spec.joint(joint.name)
@@ -108,7 +108,7 @@ def prepare_drives(spec: mujoco.MjSpec, driven: list[JointSpec]) -> None:
         _add_rotor(element, joint)
     for body in spec.bodies if driven else ():
         if body.name != "world":
-            # Which links are compensated is decided while running; MuJoCo wants to see some here.
+            # Links to compensate are selected at run time; MuJoCo needs some at compile time.
             body.gravcomp = 1.0
 
 
@@ -116,7 +116,7 @@ def _add_rotor(element: Any, joint: JointSpec) -> None:
     if joint.armature is not None:
         element.armature = joint.armature
     elif element.armature:
-        pass  # an MJCF file has said
+        pass  # set by an MJCF file
     elif math.isfinite(joint.limits.effort):
         element.armature = joint.limits.effort / _ROTOR_ACCELERATION
     else:
@@ -145,9 +145,9 @@ def add_mimic(spec: mujoco.MjSpec, name: str, leader: str, mimic: Mimic) -> None
 
     Args:
         spec: The ``mujoco.MjSpec`` to edit.
-        name: The joint.
-        leader: The joint that it follows; empty for one that cannot move.
-        mimic: How it follows.
+        name: Name of the mimic joint.
+        leader: Name of the joint that it follows; empty for a leader that cannot move.
+        mimic: Multiplier and offset.
     """
     constraint = spec.add_equality(
         name=f"{name}_mimic",
@@ -173,8 +173,8 @@ def add_drives(
         spec: The ``mujoco.MjSpec`` to edit.
         model: The same spec compiled without actuators, for the joints' inertias.
         joints: The robot's movable joints.
-        added_inertias: Inertia by joint, in kg m² or kg, that a joint moves besides its links while
-            the robot stands on it; see `supported_inertias`.
+        added_inertias: Inertia by joint, in kg m² or kg, that a joint moves in addition to its
+            links while the robot stands on it; see `supported_inertias`.
     """
     moved = _moved_inertias(model, joints)
     for joint in joints:
@@ -200,7 +200,8 @@ def add_drives(
 def _moved_inertias(model: mujoco.MjModel, joints: list[JointSpec]) -> dict[str, float]:
     """Return the inertia that each joint's drive moves, that of its mimic joints included.
 
-    With J the velocities of all joints while this one moves at 1 rad/s (or m/s), it is J^T M J.
+    The inertia is J^T M J, with J the velocities of all joints while the joint moves at 1 rad/s
+    (or m/s).
     """
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
@@ -215,7 +216,7 @@ def _moved_inertias(model: mujoco.MjModel, joints: list[JointSpec]) -> dict[str,
             moving[joint.mimic.joint][dof] = joint.mimic.multiplier
     inertias = {}
     for name, velocities in moving.items():
-        # Few joints follow one: the rest of J, which is zero, is left out.
+        # Few joints follow another one: the rest of J, which is zero, is left out.
         dofs, moved = list(velocities), np.array(list(velocities.values()))
         inertias[name] = float(moved @ mass[np.ix_(dofs, dofs)] @ moved)
     return inertias
@@ -235,8 +236,8 @@ def _add_drive(spec: mujoco.MjSpec, joint: JointSpec, inertia: float) -> None:
 def compensated_bodies(model: mujoco.MjModel, unsupported_dofs: np.ndarray) -> np.ndarray:
     """Return for each body, as ``body_gravcomp``, whether the drives carry its weight.
 
-    A body is carried when every joint between it and the ground is held by a drive or follows
-    one; a body that hangs on a passive joint, or on one that is commanded by effort, is not.
+    A body is carried when each joint between the body and the ground is held by a drive or follows
+    such a joint; a body on a passive joint, or on a joint commanded by effort, is not.
 
     Args:
         model: The ``mujoco.MjModel``.
@@ -258,11 +259,11 @@ def gravity_efforts(
 
     Args:
         model: The ``mujoco.MjModel``.
-        data: Its ``mujoco.MjData``, with the bodies' places.
-        bodies: Their numbers.
+        data: Its ``mujoco.MjData``, with the poses of the bodies computed.
+        bodies: Indices of the bodies.
 
     Returns:
-        N m or N, (nv,).
+        Efforts in N m or N, (nv,).
     """
     lifted, jacobian = np.zeros(model.nv), np.zeros((3, model.nv))
     for body in bodies:

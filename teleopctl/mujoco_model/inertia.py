@@ -1,7 +1,8 @@
 """Repairs of masses and inertias that a physics engine cannot step.
 
-Robot descriptions from CAD exports and tutorials come with links of no mass, with zero inertias
-and with inertias that no body can have. Each repair is told by one warning that names the link.
+Robot descriptions from CAD exports and tutorials contain links without mass, with zero inertias
+and with inertias that no body can have. Each repair is reported by one warning with the link's
+name.
 """
 
 from __future__ import annotations
@@ -14,27 +15,28 @@ import numpy as np
 if TYPE_CHECKING:
     import mujoco
 
-# Where only shapes are known, links are as dense as water, in kg/m^3.
+# Density of links of which only shapes are known, that of water, in kg/m^3.
 DENSITY = 1000.0
 
-# A frame that moves but has neither mass nor shape: light enough to be felt by nothing.
+# Moving links with neither mass nor shape get this mass: too light to affect other links.
 _DUMMY_MASS_KG = 1e-3
 _DUMMY_RADIUS_M = 0.03
 
-# Below this MuJoCo takes a mass or an inertia for zero.
+# MuJoCo treats masses and inertias below this value as zero.
 _SMALLEST = 1e-15
 
-# The mass of no robot's link lies so far from its middle, as that of something 100 m long does: the
-# inertia is in other units, mostly g mm^2.
+# No link of a robot has a larger radius of gyration, that of an object 100 m long: the inertia is
+# in other units, mostly g mm^2.
 _LARGEST_RADIUS_M = 30.0
 
-# Below this MuJoCo takes a moment of inertia about a main axis for none (kg m^2).
+# MuJoCo treats principal moments of inertia below this value (kg m^2) as zero.
 _SMALLEST_MOMENT = 1e-14
-# A rod's moment about itself is lost in the digits of the others: it gets this part of the largest,
-# as of a rod a hundred times as long as wide. What is below zero by no more than that was meant so.
+# A rod's moment about its own axis is lost in the digits of the others: it is set to this fraction
+# of the largest one, as for a rod a hundred times as long as wide. A moment below zero by no more
+# than that counts as a rod's as well.
 _OF_A_ROD = 1e-5
 
-# A part of the largest moment of inertia that rounding may make of nothing.
+# Rounding error of a moment of inertia, as a fraction of the largest moment.
 _ROUNDING = 1e-9
 
 
@@ -43,7 +45,7 @@ def repair_inertias(spec: mujoco.MjSpec, exempt_links: Container[str] = ()) -> l
 
     Args:
         spec: The ``mujoco.MjSpec`` to repair, meshes already resolved.
-        exempt_links: The links whose mass is meant to be that of their shapes.
+        exempt_links: Links whose mass MuJoCo computes from their shapes.
 
     Returns:
         One warning per repaired link.
@@ -88,7 +90,7 @@ def _repair(body: Any) -> str | None:
 
 
 def _carries_mass(body: Any) -> bool:
-    """Whether links fixed to this one bring the mass that it lacks itself."""
+    """Whether links that are fixed to a massless link have mass."""
     # Not by recursion: a chain of links may be longer than Python's stack.
     waiting = list(body.bodies)
     while waiting:
@@ -111,7 +113,7 @@ def _make_massless(body: Any) -> None:
 def _invent(body: Any, what: str) -> str:
     solid = [geom for geom in body.geoms if geom.contype] or list(body.geoms)
     body.explicitinertial = False
-    # MuJoCo takes the shapes' only where no place of the centre of mass is known.
+    # MuJoCo computes masses from shapes only where the centre of mass is unset.
     body.ipos = [np.nan, 0.0, 0.0]
     body.fullinertia = [np.nan, 0.0, 0.0, 0.0, 0.0, 0.0]
     for geom in body.geoms:
@@ -145,10 +147,10 @@ def _set_ball(body: Any, mass: float) -> None:
 
 
 def _inertia(body: Any) -> np.ndarray:
-    """The inertia about the centre of mass, (3, 3), in kg m^2."""
+    """Return the inertia about the centre of mass, (3, 3), in kg m^2."""
     xx, yy, zz, xy, xz, yz = (float(value) for value in body.fullinertia)
     if not np.isfinite(xx):
-        # MuJoCo keeps an inertia of zeros as an unset one.
+        # MuJoCo stores an inertia of zeros as unset.
         return np.diag(np.asarray(body.inertia, dtype=float))
     return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
 
@@ -171,7 +173,7 @@ def _set_inertia(body: Any, moments: np.ndarray, axes: np.ndarray) -> None:
 
 
 def _lower_largest_moment(body: Any) -> None:
-    """Make the largest principal moment the sum of the others, and rounding less."""
+    """Lower the largest principal moment to the sum of the others, less rounding."""
     moments, axes = np.linalg.eigh(_inertia(body))
     moments[2] = (moments[0] + moments[1]) * (1.0 - _ROUNDING)
     _set_inertia(body, moments, axes)

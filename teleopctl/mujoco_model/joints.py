@@ -1,4 +1,4 @@
-"""What a model has to know of the joints, from ``robot.joints`` and ``<ros2_control>``."""
+"""Joints of a model, from ``robot.joints`` and ``<ros2_control>``."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 COMMAND_INTERFACES = ("position", "velocity", "effort")
 
-# Time constant (s) and impedance of a constraint between links, the stiffest that 1 ms steps allow.
+# Time constant (s) and impedance of constraints between links, the stiffest that 1 ms steps allow.
 STIFF_SOLREF = (0.002, 1.0)
 STIFF_SOLIMP = (0.99, 0.9999, 0.001, 0.5, 2.0)
 
@@ -35,16 +35,17 @@ class JointSpec:
 
     Attributes:
         name: The joint's name.
-        command_interfaces: Those among position, velocity, effort that can be commanded.
-        state_interfaces: Those that the robot reports.
-        mimic: The joint that it follows in the end, or None.
-        limits: What it may be commanded to.
-        initial_position: Position at the start, in rad or m; that of a joint that follows is
-            where its leader puts it.
-        armature: Inertia of its motor's rotor as the joint feels it, kg m² or kg, where
-            ``<ros2_control>`` says so.
-        actuators: Those of an MJCF file that take its commands; without any our own drives do.
-        ball: The ball joint of MuJoCo's that it is one turn of, or an empty string.
+        command_interfaces: Command interfaces of the joint among position, velocity and effort.
+        state_interfaces: State interfaces of the joint.
+        mimic: Mimic relation to the independent joint at the end of its chain of leaders, or None.
+        limits: Limits of the joint's commands.
+        initial_position: Position at the start, in rad or m; for a mimic joint, the position that
+            its leader sets.
+        armature: Inertia of the motor's rotor at the joint, in kg m² or kg; None where
+            ``<ros2_control>`` has none.
+        actuators: Actuators of an MJCF file that take the joint's commands; without any, a drive
+            that teleopctl adds takes them.
+        ball: Name of the MuJoCo ball joint of which this joint is one rotation; otherwise empty.
     """
 
     name: str
@@ -75,7 +76,7 @@ def joint_specs(description: RobotDescription) -> tuple[list[JointSpec], list[st
         description: The robot.
 
     Returns:
-        The joints, and a warning for each command interface that physics cannot offer.
+        The joints, and warnings, for example about command interfaces without a meaning in physics.
 
     Raises:
         InvalidDescriptionError: If ``<ros2_control>`` is not well formed.
@@ -138,7 +139,7 @@ def _unlimited(joints: Joints, driven: Iterable[str]) -> list[str]:
 
 
 def _armature(part: ComponentInfo | None, warnings: list[str]) -> float | None:
-    """What ``<param name="armature">`` says."""
+    """Return the value of ``<param name="armature">``; None, with a warning, if it is invalid."""
     text = None if part is None else part.parameters.get("armature")
     if part is None or text is None:
         return None
@@ -167,10 +168,10 @@ def close_loops(spec: mujoco.MjSpec, loops: Iterable[Loop]) -> list[str]:
 
     Args:
         spec: The ``mujoco.MjSpec`` to edit; its bodies have the links' names.
-        loops: The joints that are not in the tree.
+        loops: The joints that are not in the kinematic tree.
 
     Returns:
-        A sentence for each: a state or a command it has none.
+        One sentence per joint: it closes a loop without state and commands, or is left out.
     """
     told = []
     for loop in loops:
@@ -191,9 +192,9 @@ def close_loop(spec: mujoco.MjSpec, loop: Loop, child: str, parent: str) -> None
 
     Args:
         spec: The ``mujoco.MjSpec`` to edit.
-        loop: The joint, its pose in the frame of the child's body.
-        child: The child's body.
-        parent: The parent's, or ``world``.
+        loop: The joint, with its anchors in the frame of the child's body.
+        child: Body of the child link.
+        parent: Body of the parent link, or ``world``.
     """
     import mujoco
 
@@ -210,6 +211,6 @@ def close_loop(spec: mujoco.MjSpec, loop: Loop, child: str, parent: str) -> None
         )
         constraint.data[:3] = anchor
         if not loop.anchors:
-            constraint.data[10] = 1.0  # turning counts as much as moving, in metres
+            constraint.data[10] = 1.0  # torque scale: 1 rad of error counts as much as 1 m
     if "world" not in (child, parent):
         spec.add_exclude(bodyname1=parent, bodyname2=child)

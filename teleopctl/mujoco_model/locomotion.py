@@ -1,10 +1,10 @@
 """What a robot moves about with, which decides whether its root link is free or fixed to the world.
 
-A URDF does not say whether a robot is bolted down. Gazebo lets every root link fall that hangs on
-no link named ``world``, so that arms topple from their authors' own files; MuJoCo's importer and
-RViz hold every root link still, so that nothing drives. Here the shapes of the robot in its start
-pose decide: what stands on wheels or legs, flies, swims or crawls is free, and so is what has no
-joints, such as a box. What is left, such as an arm, a hand or a door, is fixed to the world.
+A URDF does not state whether a robot is bolted down. Gazebo lets every root link fall that has no
+parent named ``world``, so that arms topple with their authors' own files; MuJoCo's importer and
+RViz fix every root link, so that no robot drives. Here the shapes of the robot in its start pose
+decide: a robot that stands on wheels or legs, flies, swims or crawls is free, and so is one without
+joints, such as a box. All others, such as an arm, a hand or a door, are fixed to the world.
 """
 
 from __future__ import annotations
@@ -27,28 +27,29 @@ if TYPE_CHECKING:
 
 Array = npt.NDArray[np.float64]
 
-# Plug-ins of Gazebo that lift, push or drive a whole robot, by a part of their files' names without
-# punctuation.
+# Parts of the file names (without punctuation) of Gazebo plug-ins that lift, push or drive a whole
+# robot.
 _DRIVING_PLUGINS = (
     *("multicopter", "thruster", "liftdrag", "hydrodynamics", "buoyancy", "velocitycontrol"),
     *("diffdrive", "planarmove", "ackermann", "mecanum", "skidsteer", "trackedvehicle"),
 )
 
-# A joint with more turns than this (rad) goes round; arms have up to two turns.
+# A joint with a larger range than this (rad) counts as endless; arm joints have up to two turns.
 _ENDLESS_RAD = 4.0 * math.pi + 1e-6
-# The cosine with the vertical below which a wheel's axis lies, and from which a rotor's stands.
+# Cosine with the vertical up to which an axis can be a wheel's, and from which it can be a rotor's.
 _LYING, _UPRIGHT = 0.5, 0.7
-# A wheel reaches the ground when it ends at most this part of its radius above the lowest point.
+# A wheel reaches the ground if its lowest point is at most this fraction of its radius above the
+# robot's lowest point.
 _WHEEL_GAP = 0.5
-# Off its axis a wheel reaches in each direction at least this part of what it does in any other. A
+# The smallest extent of a wheel from its axis is at least this fraction of its largest one. A
 # square, which stands for a wheel in some descriptions, has 0.71.
 _ROUND = 0.65
-# Feet stand on one level, and the body above it, within this part of the robot's height.
+# Feet are on one level, and the root link is above it, within this fraction of the robot's height.
 _LEVEL = 0.06
-# Between the root link and the hips there are at most so many joints, and hips are above the ground
-# by more than this part of the robot's height. The fingers of an arm that hangs down are not legs.
+# At most this number of joints between root link and hips, and hips are above the ground by more
+# than this fraction of the robot's height: the fingers of an arm that hangs down are not legs.
 _WAIST_JOINTS, _SHORTEST_LEG = 3, 0.1
-# What crawls has at least so many joints, and this part of its links on the ground.
+# A crawling robot has at least this number of joints, and this fraction of its links on the ground.
 _CRAWLING_JOINTS, _CRAWLING_LINKS = 4, 0.7
 
 _Kind = mujoco.mjtGeom
@@ -62,7 +63,7 @@ def is_free_by_design(description: RobotDescription) -> bool:
     """Return whether a robot has no joints at all, or plug-ins that move it as a whole.
 
     Raises:
-        InvalidDescriptionError: A plug-in of the description is wrong.
+        InvalidDescriptionError: A ``<gazebo>`` tag is not well formed.
     """
     if all(joint.type == "fixed" for joint in description.joints.values()):
         return True
@@ -78,7 +79,7 @@ def locomotion_of(shapes: RobotShapes, description: RobotDescription) -> str:
     """Return what a robot moves on, ``wheels`` or ``legs`` …; empty if its base must be fixed.
 
     Args:
-        shapes: Its shapes at the start.
+        shapes: Shapes of the robot in its starting pose.
         description: The robot.
     """
     if _has_wheels(shapes, description):
@@ -94,20 +95,20 @@ class RobotShapes:
     """Shapes of a robot in its starting pose, in the root link's frame.
 
     Args:
-        spec: The ``mujoco.MjSpec`` of the robot alone, its root link fixed and its meshes found;
+        spec: The ``mujoco.MjSpec`` of the robot alone, its root link fixed and its meshes resolved;
             it is not changed.
-        start: Where its joints start, in rad or m, by name.
+        start: Starting positions of the joints by name, in rad or m.
 
     Attributes:
         model: The compiled ``mujoco.MjModel``.
-        data: Its ``mujoco.MjData``, with the joints where they start.
-        bodies: The numbers of the robot's links.
-        lowest: The height of the lowest point of each, (nbody,) in m.
-        ground: The height of the robot's lowest point.
-        height: Of its highest point above that.
+        data: Its ``mujoco.MjData``, with the joints at their starting positions.
+        bodies: Indices of the robot's links.
+        lowest: Height of the lowest point of each body, (nbody,) in m.
+        ground: Height of the robot's lowest point, in m.
+        height: Height of the robot's highest point above ``ground``, in m.
 
     Raises:
-        InvalidDescriptionError: MuJoCo refuses the description.
+        InvalidDescriptionError: MuJoCo rejects the description.
     """
 
     def __init__(self, spec: mujoco.MjSpec, start: Mapping[str, float]) -> None:
@@ -174,13 +175,13 @@ def _bare(spec: mujoco.MjSpec) -> mujoco.MjSpec:
     spec = spec.copy()
     used = set()
     for body in spec.bodies[1:]:
-        # Masses are repaired later; these are none that MuJoCo refuses.
+        # Masses are repaired later; these placeholders are valid for MuJoCo.
         body.explicitinertial, body.mass, body.inertia = True, 1.0, np.ones(3)
         body.fullinertia = np.full(6, np.nan)
         touching = any(geom.contype for geom in body.geoms)
         for geom in body.geoms:
             if touching and not geom.contype:
-                # MjSpec takes 10 ms to delete a shape.
+                # Not deleted: MjSpec takes 10 ms to delete a shape.
                 geom.type, geom.meshname, geom.size = _Kind.mjGEOM_SPHERE, "", np.ones(3)
                 geom.group = _UNUSED
             else:
@@ -196,7 +197,7 @@ def _bare(spec: mujoco.MjSpec) -> mujoco.MjSpec:
 
 
 def _corners(m: mujoco.MjModel, geom: int) -> Array:
-    """Points that span a shape, in its own frame, (n, 3) in m."""
+    """Return points that span a shape, in its own frame, (n, 3) in m."""
     a, b, c = m.geom_size[geom]
     match m.geom_type[geom]:
         case _Kind.mjGEOM_BOX:
@@ -222,7 +223,7 @@ _SPHERE = np.vstack([np.roll(_CIRCLE, turn, axis=1) for turn in range(3)])
 
 
 def _endless(shapes: RobotShapes, description: RobotDescription) -> Iterator[int]:
-    """The joints that go round without end."""
+    """Yield the joints that can turn endlessly."""
     m = shapes.model
     for joint in range(m.njnt):
         if m.jnt_type[joint] != mujoco.mjtJoint.mjJNT_HINGE:
@@ -234,7 +235,7 @@ def _endless(shapes: RobotShapes, description: RobotDescription) -> Iterator[int
 
 
 def _has_wheels(shapes: RobotShapes, description: RobotDescription) -> bool:
-    """Whether something round on an axis that lies reaches the ground."""
+    """Whether a round link on an endless joint with a horizontal axis reaches the ground."""
     for joint in _endless(shapes, description):
         anchor, axis = shapes.data.xanchor[joint], shapes.data.xaxis[joint]
         bodies = shapes.below(int(shapes.model.jnt_bodyid[joint]))
@@ -258,13 +259,13 @@ def _is_round(points: Array, axis: Array) -> bool:
 
 
 def _has_legs(shapes: RobotShapes) -> bool:
-    """Whether chains of joints that part at the hips end on the ground, the root link above."""
+    """Whether chains of joints that branch at the hips end on the ground, below the root link."""
     m, level = shapes.model, shapes.ground + _LEVEL * shapes.height
     if shapes.lowest[shapes.root_group()].min() <= level:
         return False
     feet = {int(m.body_weldid[b]) for b in shapes.bodies if shapes.lowest[b] <= level}
     chains = [shapes.chain(foot) for foot in feet]
-    # A foot that others hang on is a part of their legs.
+    # A foot with other feet among its descendants is a part of their legs.
     legs = [chain for chain in chains if sum(chain[-1] in other for other in chains) == 1]
     if len(legs) < 2:
         return False
@@ -274,7 +275,7 @@ def _has_legs(shapes: RobotShapes) -> bool:
 
 
 def _has_rotors(shapes: RobotShapes, description: RobotDescription) -> bool:
-    """Whether upright propellers are all that moves on the root link."""
+    """Whether all joints are propellers': several, endless, upright, without child links."""
     m = shapes.model
     endless = {*_endless(shapes, description)}
     upright = np.abs(shapes.data.xaxis[:, 2]) > _UPRIGHT

@@ -1,8 +1,9 @@
 """Mesh files that MuJoCo does not read itself: their triangles and materials, kept by content.
 
-Reading a COLLADA file takes up to a second, and a robot has dozens. So what was read is kept in the
-user's cache folder under a hash of the file's bytes: a file that changes is another one. The
-simulator, the camera and the page want the same files at the same time: one reads, the others wait.
+Reading a COLLADA file takes up to a second, and a robot has dozens. So the content is cached in the
+user's cache folder under a hash of the file's bytes; a changed file gets a new entry. The
+simulator, cameras and web page need the same files at the same time: one process reads, the others
+wait.
 """
 
 from __future__ import annotations
@@ -26,16 +27,16 @@ from teleopctl.robot import check_mesh_file, read_mesh
 
 try:
     import fcntl
-except ImportError:  # Windows: there each reads for itself
+except ImportError:  # Windows: each process reads the file itself
     _HAS_LOCKS = False
 else:
     _HAS_LOCKS = True
 
 _log = logging.getLogger(__name__)
 
-# Files that say everything themselves; others name files of colours and pictures.
+# Formats that are complete in one file; others refer to files with materials and textures.
 _WHOLE = frozenset({".dae", ".glb", ".stl"})
-# Goes up when what is kept would be read otherwise than before.
+# Increased when the cached content of a file would differ from before.
 _EDITION = b"3"
 
 
@@ -44,10 +45,10 @@ class MeshContent:
     """Triangles and materials of a mesh file, as read or cached.
 
     Attributes:
-        vertices: Corners, (n, 3), in metres.
-        faces: Triangles as numbers of corners, (m, 3).
-        parts: The same by materials; none where the file says nothing of colours.
-        faults: What was left out, each as what follows the file's name in a sentence.
+        vertices: Vertices, (n, 3), in metres.
+        faces: Triangles as indices of vertices, (m, 3).
+        parts: The triangles by material; empty where the file has no colours.
+        faults: Left-out parts of the file, each as the words after the file's name in a warning.
     """
 
     vertices: npt.NDArray[np.float32]
@@ -65,7 +66,7 @@ def load_mesh_content(path: Path) -> MeshContent:
     """Read a mesh file, or load its cached content.
 
     Raises:
-        InvalidMeshError: It cannot be read; see `teleopctl.robot.read_mesh`.
+        InvalidMeshError: The file cannot be read; see `teleopctl.robot.read_mesh`.
     """
     check_mesh_file(path)
     try:
@@ -79,7 +80,7 @@ def load_mesh_content(path: Path) -> MeshContent:
 
 
 def _found(kept: Path | None) -> MeshContent | None:
-    """What has been kept, if anything of use has."""
+    """Return the cached content; None if the file is missing or unusable."""
     try:
         return _loaded(kept) if kept is not None and kept.is_file() else None
     except (OSError, ValueError, KeyError):
@@ -88,7 +89,7 @@ def _found(kept: Path | None) -> MeshContent | None:
 
 def _read_and_kept(path: Path, kept: Path | None) -> MeshContent:
     content = _read(path)
-    # Pictures are files of their own, and one that is missing may come.
+    # Textures may be separate files, and a missing one may be added later.
     if kept is not None and not content.has_pictures and not content.faults:
         _keep(kept, content)
     return content
@@ -96,17 +97,17 @@ def _read_and_kept(path: Path, kept: Path | None) -> MeshContent:
 
 @contextlib.contextmanager
 def _alone(kept: Path | None) -> Iterator[None]:
-    """Let other processes wait that read the same file, until it is kept."""
+    """Lock a mesh file's cache entry, so that other processes wait until it is written."""
     if kept is None or not _HAS_LOCKS:
         yield
         return
     lock = kept.with_suffix(".lock")
     with contextlib.ExitStack() as held:
-        # Where nothing can be written, or a network's file system has no locks, each reads alone.
+        # Without a writable folder, or on a network file system without locks, each process reads.
         with contextlib.suppress(OSError):
             lock.parent.mkdir(parents=True, exist_ok=True)
             stream = held.enter_context(lock.open("w"))
-            # The system lets go of it when the process dies, however it does.
+            # The operating system releases the lock when the process ends, for whatever reason.
             fcntl.flock(stream.fileno(), fcntl.LOCK_EX)
         try:
             yield
@@ -135,7 +136,7 @@ def _read(path: Path) -> MeshContent:
             parts = parts_of(mesh.scene, is_gltf=path.suffix.lower() in (".glb", ".gltf"))
         except BudgetError as error:
             _log.warning("%s is drawn without its picture: %s", path, error)
-        except Exception:  # noqa: BLE001, S110 - trimesh raises anything; the shape is there
+        except Exception:  # noqa: BLE001, S110 - trimesh raises any exception; the shape is read
             pass
     return MeshContent(
         whole.vertices.astype(np.float32),
@@ -153,13 +154,13 @@ def _keep(file: Path, content: MeshContent) -> None:
         arrays[f"rgba{number}"] = np.array(() if part.rgba is None else part.rgba)
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
-        # Others may be writing the same one.
+        # Other processes may write the same file.
         unfinished = file.with_suffix(f".{os.getpid()}")
         with unfinished.open("wb") as stream:
             np.savez(stream, **arrays)  # type: ignore[arg-type]
         unfinished.replace(file)
     except OSError:
-        pass  # it is read anew the next time
+        pass  # the mesh file is read again the next time
 
 
 def _loaded(file: Path) -> MeshContent:

@@ -35,10 +35,10 @@ class MjcfStart:
     """Starting state of an MJCF robot, by names of joints and actuators.
 
     Attributes:
-        positions: Of joints, as MuJoCo's ``qpos``.
-        velocities: Of joints, as MuJoCo's ``qvel``.
-        controls: Of actuators.
-        activations: Of actuators.
+        positions: Positions of joints by name, as MuJoCo's ``qpos``.
+        velocities: Velocities of joints by name, as MuJoCo's ``qvel``.
+        controls: Controls of actuators by name, as MuJoCo's ``ctrl``.
+        activations: Activations of actuators by name, as MuJoCo's ``act``.
     """
 
     positions: Values = field(default_factory=dict)
@@ -120,7 +120,7 @@ def draft_mjcf(
     """Return the uncompiled spec of an MJCF robot in its world.
 
     Raises:
-        InvalidDescriptionError: MuJoCo does not accept the file, or not with this world.
+        InvalidDescriptionError: MuJoCo rejects the file, or the file together with the world.
     """
     assert description.mjcf is not None
     mjcf = load_mjcf(description.mjcf)
@@ -128,7 +128,7 @@ def draft_mjcf(
     actuators, warnings = joint_actuators(bare)
     joints, complaints = _joints(description, mjcf, actuators)
     warnings += complaints + sensor_tags(mjcf)[1]
-    # The description has those of the file.
+    # The description has the cameras of the file.
     cameras, complaints = camera_models(description)
     warnings += complaints
     fixed = None
@@ -146,10 +146,10 @@ def draft_mjcf(
             base = _placed(mjcf, data, root, spawn_pose)
     start = MjcfStart.of(bare, data)
     if mjcf.home < 0:
-        # Nobody has said what actuators are told: they hold what there is.
+        # The file has no home keyframe with controls: actuators hold the present state.
         start = replace(start, controls={}, activations={})
     keyframes = {name: MjcfStart.of(bare, there) for name, there in mjcf.keyframes().items()}
-    # They have the size of this model; more joints may come.
+    # Keyframes have the size of this model; a world may add joints.
     for key in list(spec.keys):
         spec.delete(key)
     free = _free_bodies(bare)
@@ -163,7 +163,7 @@ def draft_mjcf(
         if fixed is not None:
             fixed.place(spec)
     names = frozenset(bare.body(body).name for body in mjcf.bodies())
-    # What its file has beside it.
+    # Objects in the robot's own file.
     things = objects_since(names, spec, free, prefix="")
     if world is not None:
         before = {body.name for body in spec.worldbody.bodies}
@@ -182,7 +182,7 @@ def draft_mjcf(
 def _joints(
     description: RobotDescription, mjcf: Mjcf, actuators: list[JointActuator]
 ) -> tuple[list[JointSpec], list[str]]:
-    """The joints as the description has them, with what takes their commands in the file."""
+    """Return the description's joints, with the file's actuators that take their commands."""
     specs, warnings = joint_specs(description)
     turns = {
         turn: joint.name
@@ -209,7 +209,7 @@ def _joints(
 
 # Any stands for MuJoCo's types, which have no static ones.
 def _placed(mjcf: Mjcf, data: Any, root: FreeBody, pose: Pose | None) -> FreeBase:
-    """Where the file has the robot's root, or where somebody wants it; 0 is the file's height."""
+    """Return the root link in a pose, by default the file's; a height of 0 is that of the file."""
     m = mjcf.model
     place = data.joint(root.joint).qpos
     if pose is not None and any((*pose.xyz, *pose.rpy)):
@@ -233,7 +233,7 @@ def _free_bodies(m: Any) -> list[FreeBody]:
 
 
 def _fix(spec: Any, root: str) -> None:
-    """Let a body stand in the world's origin, as the root link of a URDF does."""
+    """Fix a body at the world's origin, like the root link of a URDF."""
     body = spec.body(root)
     for joint in list(body.joints):
         spec.delete(joint)

@@ -53,7 +53,7 @@ if TYPE_CHECKING:
     from teleopctl.robot import Pose, RobotDescription, World
 
 
-# A URDF says none; at this one drives are as stiff as a robot's.
+# A URDF has no timestep; with this one drives are as stiff as those of a real robot.
 _TIMESTEP_S = 0.001
 
 
@@ -64,20 +64,20 @@ class RobotModel:
     Attributes:
         name: The robot's name.
         mj_model: The compiled ``mujoco.MjModel``.
-        spec: The ``mujoco.MjSpec`` that it was compiled from, not to be changed.
+        spec: The ``mujoco.MjSpec`` that ``mj_model`` was compiled from, not to be changed.
         joints: The movable joints with one degree of freedom, in the order of the model.
         cameras: The camera sensors.
-        free_bodies: What moves freely, of the robot and of its world.
-        things: What stands or lies around the robot.
-        base: The robot's root link where that is free; its body is the first of ``free_bodies``.
-        fixed: The robot's root link where that stands still.
-        world_geoms: The numbers of the shapes in ``mj_model`` that are of the world.
-        warnings: What had to be repaired or left out, one sentence each.
+        free_bodies: Freely moving bodies of the robot and of its world.
+        things: Objects around the robot.
+        base: The robot's root link if it is free, the first of ``free_bodies``; otherwise None.
+        fixed: The robot's root link if it is fixed; otherwise None.
+        world_geoms: Indices of the geoms in ``mj_model`` that belong to the world.
+        warnings: Parts of the descriptions that were repaired or left out, one sentence each.
         excluded: Pairs of links that overlap at the start: no contact until they have come apart.
         weightless: Links of the robot on which gravity does not act.
-        directed: Its friction that is not the same in all directions.
-        start: How a robot of an MJCF file starts; None for one of a URDF.
-        keyframes: The states that an MJCF file names.
+        directed: Direction-dependent friction of the robot's links.
+        start: Starting state of a robot from an MJCF file; None for a robot from a URDF.
+        keyframes: Keyframes of an MJCF file, by name.
     """
 
     name: str
@@ -100,7 +100,7 @@ class RobotModel:
     def rotors(self) -> dict[str, float]:
         """Rotor inertias that were assumed, by joint, in kg m² or kg.
 
-        They make drives physical that push more than their links weigh.
+        They keep the motion physical where a strong drive moves light links.
         """
         return {
             joint.name: float(f"{self.mj_model.joint(joint.name).armature[0]:.3g}")
@@ -123,9 +123,9 @@ class RobotModel:
         """Set simulation data to the model's starting state, or to a keyframe.
 
         Args:
-            model: Its ``mujoco.MjModel``, which may be a copy.
-            data: Its ``mujoco.MjData``, just reset.
-            keyframe: Where else it is to begin.
+            model: The robot's ``mujoco.MjModel``, or a copy of it.
+            data: Data of ``model``, just reset.
+            keyframe: Name of a keyframe; for any other name, the model's starting state is set.
         """
         start = self.keyframes.get(keyframe, self.start)
         if start is None:
@@ -137,7 +137,7 @@ class RobotModel:
         """Return the camera with a name, or the first camera if the name is empty.
 
         Raises:
-            InvalidDescriptionError: If the robot has none of that name, or none at all.
+            InvalidDescriptionError: If the robot has no camera of that name, or no camera at all.
         """
         for camera in self.cameras:
             if name in ("", camera.name):
@@ -160,15 +160,16 @@ def build_model(
 
     Args:
         description: The robot.
-        add_to_spec: Adds sensors and the like to the ``mujoco.MjSpec`` before it is compiled.
+        add_to_spec: Function called with the ``mujoco.MjSpec`` before it is compiled, to add
+            sensors for example.
         world: World in which the robot stands.
-        fixed_base: Whether its root link stands still although it is not named ``world``. By
-            default that of a robot that neither drives nor walks does; MJCF says it itself.
-        spawn_pose: Where its root link starts. At a height of 0, and by default, a free one has
-            the robot rest on the ground.
+        fixed_base: Whether the root link is fixed although it is not named ``world``. By default
+            it is if the robot neither drives nor walks; an MJCF file itself defines its base.
+        spawn_pose: Pose of the root link at the start. At a height of 0, and by default, a free
+            root link is placed so that the robot rests on the ground.
 
     Returns:
-        The compiled model; two calls with the same descriptions give identical ones.
+        The compiled model; two calls with the same descriptions give identical models.
 
     Raises:
         InvalidDescriptionError: If MuJoCo cannot simulate the description, or the world.
@@ -273,14 +274,14 @@ class _Draft:
 
     Attributes:
         spec: The ``mujoco.MjSpec``.
-        bare: The same, compiled.
-        joints: See `RobotModel`, as for ``cameras`` and ``free_bodies``.
-        cameras: See there.
-        free_bodies: See there.
-        things: See there.
-        base: See there, not yet in its place.
-        fixed: See there, in its place.
-        warnings: What had to be repaired or left out so far.
+        bare: Model compiled from ``spec``.
+        joints: See `RobotModel`.
+        cameras: See `RobotModel`.
+        free_bodies: See `RobotModel`.
+        things: See `RobotModel`.
+        base: See `RobotModel`; its pose is not yet set.
+        fixed: See `RobotModel`; its pose is set.
+        warnings: See `RobotModel`.
     """
 
     spec: mujoco.MjSpec
@@ -367,7 +368,7 @@ def _compile(spec: mujoco.MjSpec) -> mujoco.MjModel:
     progress.doing("compiling the model")
     try:
         with catch_warnings():
-            # What it says in this way it says to `mujoco.set_mju_user_warning` too.
+            # MuJoCo passes these warnings to `mujoco.set_mju_user_warning` too.
             simplefilter("ignore", UserWarning)
             return spec.compile()
     except (ValueError, RuntimeError) as error:

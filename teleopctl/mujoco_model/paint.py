@@ -1,7 +1,7 @@
 """The colours and pictures of mesh files, which a mesh of MuJoCo's does not have.
 
-A file whose parts are of several materials becomes as many meshes, each in its colour or with its
-picture. They are drawn only: what touches and weighs stays one mesh.
+A file with several materials becomes one mesh per material, each with its colour or texture. These
+meshes are only drawn: collisions and mass still use the whole mesh.
 """
 
 from __future__ import annotations
@@ -17,14 +17,15 @@ import numpy.typing as npt
 from teleopctl.base.budget import check_pixels
 from teleopctl.mujoco_model.urdf_import import WEIGHING_GROUP
 
-# More colours of single triangles than these are taken for one, their mean.
+# More different colours of triangles than this are replaced by their mean.
 _MOST_COLOURS = 32
-# A side of a picture in pixels; larger ones are reduced.
+# Longest side of a texture in pixels; larger textures are reduced.
 _LARGEST_PICTURE = 1024
-# What the pictures of one model have together, in bytes: it is sent whole to cameras when it
-# changes, while time stands still. A furnished house has 80, by the side above 200 MB of them.
+# Upper limit of all textures of a model together, in bytes: the whole model is sent to cameras when
+# it changes, while simulation time stands still. A furnished house has 80 textures: with the side
+# above, 200 MB.
 _MOST_OF_PICTURES = 64_000_000
-# What glTF's colours, which are amounts of light, are raised by for a screen.
+# Exponent that converts glTF's linear colours to those of a screen.
 _SCREEN_GAMMA = 1.0 / 2.2
 
 Rgba = tuple[float, float, float, float]
@@ -35,11 +36,11 @@ class Part:
     """Part of a mesh file with one material: triangles, colour and texture.
 
     Attributes:
-        vertices: Corners, (n, 3), in metres.
-        faces: Triangles as numbers of corners, (m, 3).
-        rgba: Its colour; None where the file names none.
-        picture: Pixels, (height, width, 3), the lowest row first; or None.
-        uv: Where in the picture each corner is, (n, 2), from 0 to 1; None without a picture.
+        vertices: Vertices, (n, 3), in metres.
+        faces: Triangles as indices of vertices, (m, 3).
+        rgba: Colour of the part; None where the file has none.
+        picture: Pixels of the texture, (height, width, 3), the lowest row first; or None.
+        uv: Texture coordinates of each vertex, (n, 2), from 0 to 1; None without a texture.
     """
 
     vertices: npt.NDArray[np.float64]
@@ -53,9 +54,9 @@ class MeshTexture(NamedTuple):
     """Texture of a mesh: the mesh's name, the pixels, and the colour that multiplies them.
 
     Attributes:
-        name: The mesh.
-        pixels: As of `Part`.
-        rgba: What its colours are multiplied by.
+        name: Name of the mesh.
+        pixels: Pixels of the texture, as ``picture`` of `Part`.
+        rgba: Colour that the pixels are multiplied by.
     """
 
     name: str
@@ -63,14 +64,14 @@ class MeshTexture(NamedTuple):
     rgba: Rgba
 
 
-# Any stands for trimesh's results, whose types do not hold for every kind of file, and for
-# MuJoCo's elements, which have none.
+# Any stands for trimesh's results, whose types are not right for every kind of file, and for
+# MuJoCo's elements, which have no types.
 def parts_of(scene: Any, *, is_gltf: bool) -> list[Part]:
     """Split a trimesh scene by material; return the parts, none if it has no colours.
 
     Args:
         scene: trimesh's scene, in metres.
-        is_gltf: Whether its colours are amounts of light.
+        is_gltf: Whether the colours are linear, as in glTF.
     """
     found: dict[object, list[Part]] = {}
     for mesh in scene.dump(concatenate=False):
@@ -94,13 +95,13 @@ def replace_visuals(
 
     Args:
         spec: The ``mujoco.MjSpec`` to edit.
-        mesh: The mesh.
-        parts: Its parts.
-        is_taken: Whether MuJoCo takes a mesh.
+        mesh: The mesh to replace.
+        parts: Parts of the mesh by material.
+        is_taken: Function that returns whether MuJoCo accepts a mesh.
 
     Returns:
-        The pictures that `add_textures` is to bring, once nothing more is taken out of the spec:
-        MuJoCo copies all of them each time.
+        Textures for `add_textures`, to be added once nothing more is deleted from the spec: MuJoCo
+        copies all textures at each deletion.
     """
     meshes = [_add_mesh(spec, mesh, f"{mesh.name}/{number}", p) for number, p in enumerate(parts)]
     if not all(map(is_taken, meshes)):
@@ -115,7 +116,7 @@ def replace_visuals(
         if weighed or not len(body.joints):
             spec.delete(geom)
         else:
-            # A link that moves has the mass of its shapes, if it has no other.
+            # A moving link without another mass has that of its shapes.
             geom.group = WEIGHING_GROUP
     pictures = [
         MeshTexture(added.name, part.picture, part.rgba)
@@ -142,7 +143,7 @@ def add_textures(spec: mujoco.MjSpec, pictures: Iterable[MeshTexture]) -> None:
 
 
 def _reduced(pixels: npt.NDArray[np.uint8], side: int) -> npt.NDArray[np.uint8]:
-    """Every second pixel's mean, and so on, until no side is longer."""
+    """Return a picture reduced by means of 2 x 2 pixels until no side is longer than ``side``."""
     while max(pixels.shape[:2]) > side and min(pixels.shape[:2]) > 1:
         height, width = (size // 2 * 2 for size in pixels.shape[:2])
         blocks = pixels[:height, :width].reshape(height // 2, 2, width // 2, 2, 3)
@@ -152,7 +153,7 @@ def _reduced(pixels: npt.NDArray[np.uint8], side: int) -> npt.NDArray[np.uint8]:
 
 def _add_mesh(spec: mujoco.MjSpec, whole: Any, name: str, part: Part) -> Any:
     mesh = spec.add_mesh(name=name, scale=whole.scale)
-    # Sheets have no volume; nothing is weighed by them.
+    # Sheets have no volume; visual meshes have no mass.
     mesh.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL
     mesh.uservert = part.vertices.astype("float32").ravel().tolist()
     mesh.userface = part.faces.astype("int32").ravel().tolist()
@@ -190,7 +191,7 @@ def _parts_of_mesh(mesh: Any, *, is_gltf: bool) -> Iterator[tuple[object, Part]]
     image = getattr(material, "baseColorTexture", None) or getattr(material, "image", None)
     uv = getattr(visual, "uv", None)
     if image is None or uv is None or max(image.size) <= 2:
-        # trimesh makes up pictures of 2 x 2 pixels.
+        # trimesh generates pictures of 2 x 2 pixels for materials without a texture.
         yield rgba, Part(mesh.vertices, mesh.faces, rgba)
         return
     check_pixels(*image.size)
@@ -214,7 +215,7 @@ def _parts_by_triangles(mesh: Any) -> Iterator[tuple[object, Part]]:
 
 
 def _rgba(material: Any, *, is_gltf: bool) -> Rgba | None:
-    """The colour of a material; None where trimesh has made it up."""
+    """Return the colour of a material; None where it is a default of trimesh's."""
     from trimesh.visual.material import SimpleMaterial
 
     if isinstance(material, SimpleMaterial) and not material.kwargs:
@@ -232,7 +233,7 @@ def _as_rgba(colour: npt.NDArray[np.float64]) -> Rgba:
 
 
 def _joined(parts: list[Part]) -> Part:
-    """One part of several with the same material, without the corners that none of them has."""
+    """Join parts with the same material into one part, without unused vertices."""
     vertices, faces, uvs, count = [], [], [], 0
     for part in parts:
         used, numbers = np.unique(part.faces, return_inverse=True)

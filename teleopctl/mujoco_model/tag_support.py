@@ -45,8 +45,8 @@ def unsupported_tag(found: TagFinding, where: str) -> UnsupportedTag:
     """Return an `UnsupportedTag` for a table's finding about an element.
 
     Args:
-        found: What is found.
-        where: What it is said of.
+        found: Finding about the element.
+        where: Name of the robot, link, joint, sensor or plug-in in the warning.
     """
     entry, attribute = found.entry, found.path.rpartition("@")[2]
     name = local_name(found.element.tag)
@@ -71,9 +71,9 @@ def unsupported_tag(found: TagFinding, where: str) -> UnsupportedTag:
 OF_PLUGINS = words("frame_name frameName camera_name hack_baseline hackBaseline")
 GAZEBOS_OWN = words("alwaysOn always_on rosDebugLevel serviceName")
 OF_ROS = words("remapping argument namespace")
-# Where they are neither zero nor false.
+# Defaults of plug-ins' parameters that are neither zero nor false.
 _DEFAULTS_OF_PLUGINS = {"hold_joints": ("true", "1")}
-# What else the plug-in of a kind of sensor may say with effect.
+# Further parameters of sensors' plug-ins that have an effect, by kind of sensor.
 _OF_RAY_PLUGINS = words(
     "output_type outputType topicName topic_name radiation_type radiation min_range max_range "
     "gaussianNoise"
@@ -88,11 +88,12 @@ _OF_CAMERA_PLUGINS = PLUGIN_TOPIC_TAGS | words(
 def tags_of_sensor(sensor: etree._Element, link: str) -> Iterator[UnsupportedTag]:
     """Yield the tags of a ``<sensor>`` that have no effect in simulation.
 
-    Those of a stranger's kind are its own; a kind that nothing simulates is told as a whole.
+    Sensors of other packages are skipped, since they have tags of their own, and so are sensors
+    that nothing simulates, which are reported as a whole.
 
     Args:
         sensor: The ``<sensor>``.
-        link: What it is on.
+        link: Name of the link that the sensor is on.
     """
     kind, where = sensor.get("type") or "", f"sensor '{sensor.get('name')}'"
     if kind not in SENSORS.ours and kind not in CAMERA_TYPES:
@@ -106,13 +107,13 @@ def tags_of_sensor(sensor: etree._Element, link: str) -> Iterator[UnsupportedTag
 
 
 def _is_off(found: TagFinding) -> bool:
-    """Whether a tag says by itself that it is to do nothing."""
+    """Whether the ``enabled`` attribute of a tag switches it off."""
     enabled = (found.element.get("enabled") or "true").lower()
     return "@" not in found.path and enabled in ("false", "0")
 
 
 def _of_plugin(plugin: etree._Element, sensor: str, said: set[str]) -> Iterator[UnsupportedTag]:
-    """The parameters of a sensor's plug-in, unless they repeat what served tags have said."""
+    """Yield a plug-in's unsupported parameters, unless they repeat values of supported tags."""
     where = f"plug-in '{plugin.get('name')}'"
     own = _OF_CAMERA_PLUGINS if sensor in CAMERA_TYPES else _OF_RAY_PLUGINS
     served = OF_PLUGINS | {"ros"} | own
@@ -134,14 +135,14 @@ def is_default_of_plugin(tag: etree._Element) -> bool:
 
 
 def _number(text: str | None) -> str:
-    """A number, however it is written; empty for none."""
+    """Return a number in one form for all ways to write it; empty for other text."""
     try:
         return f"{float(text or ''):g}"
     except ValueError:
         return ""
 
 
-# Places that are listed of one kind of tag.
+# Most places that a warning lists for one kind of tag.
 _TOLD_PLACES = 5
 _OF_SHAPES = "collision/surface/friction/ode"
 _ROLLING = "collision/surface/friction/bullet/rolling_friction"
@@ -149,7 +150,7 @@ _BULLETS = "has no effect beside <ode>: of Gazebo's engines Bullet alone reads i
 _FRICTIONS = (("mu1", "mu2"), (f"{_OF_SHAPES}/mu", f"{_OF_SHAPES}/mu2"))
 _DIRECTIONS = ("fdir1", f"{_OF_SHAPES}/fdir1")
 _ACROSS = "has no effect: without <fdir1> friction is <mu1> in all directions"
-# What the plug-in may say that runs a controller manager; its robot is this one.
+# Parameters of the plug-in that runs a controller manager which need no warning.
 _OF_CONTROL = words(
     "parameters ros controller_manager_name controller_manager_prefix_node_name robot_param "
     "robot_param_node robot_sim_type"
@@ -157,8 +158,8 @@ _OF_CONTROL = words(
 
 _OF_FORCES = words("joint_name body_name update_rate gaussian_noise ros")
 
-# Plug-ins of the whole robot that are served, by the controllers, or stand for nothing of their
-# own: Gazebo's engines, whose sensors have tags, and its window.
+# Plug-ins of the whole robot that need no warning: controllers replace them, or they load Gazebo's
+# physics, its sensors, which have tags of their own, or its window.
 _SERVED_PLUGINS = re.compile(
     r"(lib)?(gazebo_ros2_control|gazebo_ros_ft_sensor|(gz|ign)_ros2_control-system"
     r"|(gz-sim|ignition-gazebo)\d*-(physics|sensors|imu|contact|forcetorque|altimeter|magnetometer"
@@ -179,7 +180,7 @@ def gazebo_only_tags(urdf: str) -> list[str]:
     """Return one sentence that lists all tags that concern only Gazebo; none if none.
 
     Args:
-        urdf: See there.
+        urdf: The expanded robot description, which is well formed.
     """
     lines: dict[str, list[int]] = {}
     for ask in _of_description(urdf)[1]:
@@ -188,7 +189,7 @@ def gazebo_only_tags(urdf: str) -> list[str]:
 
 
 def _of_description(urdf: str) -> tuple[list[str], list[UnsupportedTag]]:
-    # Whatever was said of the text's encoding, it is decoded by now.
+    # The text is already decoded, whatever encoding it declares.
     parser = etree.XMLParser(
         encoding="utf-8", resolve_entities=False, remove_comments=True, remove_pis=True
     )
@@ -226,7 +227,7 @@ def _of_description(urdf: str) -> tuple[list[str], list[UnsupportedTag]]:
 
 
 def _left_out(gazebo: etree._Element, links: set[str | None]) -> Iterator[str]:
-    """Plug-ins, and cameras that see nothing."""
+    """Yield warnings about plug-ins without effect and cameras without ``<camera>`` or link."""
     for plugin in gazebo.iterfind("plugin"):
         filename = plugin.get("filename", "")
         if tags_of_plugin(filename) is None and not _SERVED_PLUGINS.fullmatch(filename):
@@ -245,12 +246,13 @@ def _left_out(gazebo: etree._Element, links: set[str | None]) -> Iterator[str]:
 
 
 def _of_gazebo(gazebo: etree._Element, where: str, tables: list[Table]) -> Iterator[UnsupportedTag]:
-    """What one ``<gazebo>`` asks for in vain.
+    """Yield the unsupported tags of one ``<gazebo>`` element.
 
     Args:
         gazebo: The element.
-        where: What it refers to.
-        tables: What may stand in it: of a link and a joint with one name, either's.
+        where: Name of the robot, link or joint in the warning.
+        tables: Tables of the tags that the element may have, two for a link and a joint of the
+            same name.
     """
     several = [
         {(found.element, found.path): found for found in table.findings(gazebo)} for table in tables
@@ -285,7 +287,7 @@ def _has_direction(tag: etree._Element | None) -> bool:
 
 
 def _is_same(one: etree._Element, other: etree._Element) -> bool:
-    """Whether two tags say one number."""
+    """Whether two tags have the same value."""
     try:
         return float(tag_value(one)) == float(tag_value(other))
     except ValueError:
@@ -293,14 +295,14 @@ def _is_same(one: etree._Element, other: etree._Element) -> bool:
 
 
 def _of_controller(plugin: etree._Element) -> Iterator[UnsupportedTag]:
-    """The parameters of a plug-in that is a controller here, or stands for what there is."""
+    """Yield the unsupported parameters of a plug-in of the whole robot."""
     filename = plugin.get("filename", "")
     where = f"plug-in '{plugin.get('name')}'"
     known = _OF_CONTROL if "ros2_control" in filename else tags_of_plugin(filename)
     if "gazebo_ros_ft_sensor" in filename:
         known = _OF_FORCES
     if known is None and not _SERVED_PLUGINS.fullmatch(filename):
-        return  # told as a whole
+        return  # reported as a whole
     for tag in plugin:
         if known is None:
             yield UnsupportedTag(tag, where, f"<{tag.tag}>", gazebos_own=True)

@@ -1,6 +1,7 @@
 """Changes of a URDF before MuJoCo compiles it, among them invalid shapes.
 
-Descriptions of real robots have them as placeholders. MuJoCo refuses the whole robot for one.
+Descriptions of real robots have invalid shapes as placeholders. MuJoCo rejects a whole robot for
+one of them.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
     from teleopctl.robot import RobotDescription
 
 _GEOM = mujoco.mjtGeom
-# What each is called, and how many of MuJoCo's three sizes it has.
+# Name of each shape, and how many of MuJoCo's three sizes it has.
 _SIZED = {
     _GEOM.mjGEOM_BOX: ("box", 3),
     _GEOM.mjGEOM_SPHERE: ("sphere", 1),
@@ -35,7 +36,7 @@ def drop_impossible_shapes(spec: mujoco.MjSpec) -> list[str]:
     """Remove shapes with invalid sizes from a spec; return a warning per link.
 
     Returns:
-        One warning for each link that has some.
+        One warning for each link with invalid shapes.
     """
     warnings: list[str] = []
     for body in spec.bodies:
@@ -61,10 +62,10 @@ def _impossible(body: Any) -> Iterator[Any]:
             yield geom
 
 
-# Ground and robot visuals are drawn, collision shapes only when a viewer asks for group 3.
+# Ground and robot visuals are drawn, collision shapes only when a viewer enables group 3.
 VISUAL_GROUP = 1
 COLLISION_GROUP = 3
-# What is neither drawn nor touched, and gives links their mass that have no other.
+# Shapes that are neither drawn nor touched, but define the mass of links without another mass.
 WEIGHING_GROUP = 4
 
 _COMPILER = {"fusestatic": "false", "discardvisual": "false", "strippath": "false"}
@@ -77,7 +78,7 @@ def import_urdf(urdf: str) -> mujoco.MjSpec:
         urdf: The expanded robot description.
 
     Returns:
-        The spec: bodies, joints and geometry as the URDF has them, meshes by their URIs.
+        The spec: bodies, joints and geometry as in the URDF, meshes by their URIs.
 
     Raises:
         InvalidDescriptionError: If MuJoCo does not accept the description; the message is MuJoCo's.
@@ -99,11 +100,11 @@ def import_urdf(urdf: str) -> mujoco.MjSpec:
 def apply_gazebo(spec: mujoco.MjSpec, description: RobotDescription) -> None:
     """Apply ``<gazebo reference="…">`` tags to a spec: colours, friction, springs.
 
-    Links get colours, friction and surfaces, and some have no weight; joints get springs.
+    Links get colours, friction, surfaces and gravity compensation; joints get springs.
 
     Args:
         spec: The ``mujoco.MjSpec`` to edit.
-        description: What it was made from.
+        description: Robot description that ``spec`` was made from.
     """
     default = float(spec.default.geom.friction[0])
     for link, properties in description.gazebo.links.items():
@@ -122,13 +123,13 @@ def apply_gazebo(spec: mujoco.MjSpec, description: RobotDescription) -> None:
     for name, spring in description.gazebo.springs.items():
         joint = spec.joint(name)
         if joint is not None:
-            # A joint that does not move, or in several ways, has none; neither has Gazebo's.
+            # As in Gazebo, fixed joints and joints with several axes have no springs.
             joint.stiffness[0], joint.springref = spring.stiffness, spring.relaxed
 
 
 def _with_compiler_options(urdf: str) -> str:
     try:
-        # The text is decoded already; entities have no business in a robot.
+        # The text is already decoded; a robot description needs no entities.
         parser = etree.XMLParser(
             encoding="utf-8", resolve_entities=False, remove_comments=True, remove_pis=True
         )
@@ -142,7 +143,7 @@ def _with_compiler_options(urdf: str) -> str:
     extension = robot.find("mujoco")
     if extension is None:
         extension = etree.SubElement(robot, "mujoco")
-        # MuJoCo applies the options to what follows them.
+        # MuJoCo applies the options to the elements after them.
         robot.insert(0, extension)
     compiler = extension.find("compiler")
     if compiler is None:

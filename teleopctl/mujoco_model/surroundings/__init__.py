@@ -1,1 +1,1 @@
-"""What stands and lies around a robot: ground, light, the world of a file, and what comes later."""
+"""Surroundings of a robot: ground, light, the world of a file, and spawned objects."""

@@ -1,7 +1,7 @@
 """What surrounds the robot: ground, light and sky.
 
-The scene is for people and cameras. Physics sees of it only the ground plane, which lies at
-z = 0 of the world frame. A world that brings its own ground or sky has that one.
+The scene is for viewers and cameras. Physics uses only its ground plane, which lies at z = 0 of the
+world frame. A world with its own ground or sky keeps those.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from __future__ import annotations
 import mujoco
 
 GROUND_NAME = "ground_plane"
-# Nobody else calls a shape so.
+# A name that no description uses.
 _GROUND_GEOM = "teleopctl/ground"
 _GROUND_MATERIAL = "ground"
 
@@ -20,16 +20,16 @@ _ZENITH = [0.62, 0.74, 0.88]
 _HORIZON = [0.86, 0.9, 0.95]
 _SUN = "teleopctl/sun"
 _DIRECTIONAL = mujoco.mjtLightType.mjLIGHT_DIRECTIONAL
-# What shines from where one looks; beside Gazebo's sun, which is brighter than ours, less: what
-# is white would be all that its ground of 0.8 shows.
+# Brightness of the headlight, and that in a world with a sun: Gazebo's sun is brighter than the
+# default one, and with more light its ground of 0.8 would be white.
 _HEADLIGHT, _BESIDE_A_SUN = 0.35, 0.1
 
 
 def add_scene(spec: mujoco.MjSpec) -> None:
     """Add ground, light and sky to a ``mujoco.MjSpec``.
 
-    The ground has a body of its own, so that contacts between it and the robot's base can be
-    told from those between two links of the robot.
+    The ground has a body of its own, so that its contacts with the robot's base can be
+    distinguished from those between two links of the robot.
 
     Args:
         spec: The ``mujoco.MjSpec`` to extend.
@@ -43,11 +43,11 @@ def add_scene(spec: mujoco.MjSpec) -> None:
 def add_default_sun(spec: mujoco.MjSpec, *, lit: bool = False) -> None:
     """Add the default sun, unless the world has a directional light.
 
-    Two of them would show everything that is light as white.
+    With two suns all light colours would be white.
 
     Args:
         spec: The ``mujoco.MjSpec`` to edit.
-        lit: Whether its robot comes with lights, if there are any.
+        lit: Whether the robot's own file defines the lighting if it has lights.
     """
     if (own := spec.light(_SUN)) is not None:
         spec.delete(own)

@@ -53,9 +53,9 @@ _LIGHTS = {
     "spot": mujoco.mjtLightType.mjLIGHT_SPOT,
 }
 ACROSS_LEFT_OUT = "<mu2> of '{}' has no effect: in a world friction is the same in all directions"
-# MuJoCo draws no more.
+# MuJoCo draws no more lights than this.
 _MOST_LIGHTS = 90
-# How far below its lowest point a heightmap reaches, in metres.
+# Thickness of a heightmap below its lowest point, in metres.
 _BASE_M = 0.1
 
 
@@ -63,11 +63,11 @@ def scene_spec(scene: Scene, *, try_each: bool = False) -> tuple[mujoco.MjSpec, 
     """Convert a scene (SDF or YAML world) to a ``mujoco.MjSpec``; return warnings as well.
 
     Args:
-        scene: What stands and lies in it.
-        try_each: Whether to look for meshes that MuJoCo refuses, see `resolve_meshes`.
+        scene: Models and lights of the world.
+        try_each: Whether to drop meshes that MuJoCo rejects, see `resolve_meshes`.
 
     Returns:
-        Its ``mujoco.MjSpec``, and a sentence for each thing that was repaired or left out.
+        The ``mujoco.MjSpec``, and a warning for each part that was repaired or left out.
     """
     builder = _Builder()
     if scene.gravity is not None:
@@ -95,9 +95,9 @@ class _Builder:
         self._friction = float(self.spec.default.geom.friction[0])
         self._assets: dict[tuple[object, ...], str] = {}
         self._parts: dict[tuple[object, ...], list[str]] = {}
-        # What the moving joints of the present model are called here.
+        # Names in the spec of the present model's moving joints, by their names in the model.
         self._names: dict[str, str] = {}
-        # The bodies of the present model by its links, and where their frames are in it.
+        # Bodies of the present model by link, with the poses of their frames in the model.
         self._made: dict[str, tuple[str, Transform]] = {}
         # Bodies whose mass is that of their shapes.
         self.weighed_by_shape: set[str] = set()
@@ -117,7 +117,7 @@ class _Builder:
         joints = {joint.child: joint for joint in tree}
         roots = [name for name in model.bodies if _starts(joints.get(name), model)]
         for root in roots:
-            # A thing of one piece is where its model is, not where its first link is.
+            # The body of a model with one root has the pose of the model, not of its first link.
             alone = len(roots) == 1
             name = model.name if alone else f"{model.name}/{root}"
             frame = Transform() if alone else model.bodies[root].pose
@@ -143,15 +143,15 @@ class _Builder:
         *,
         still: bool,
     ) -> None:
-        """Give a MuJoCo body what is in a link, and the links that hang on it.
+        """Add the shapes and the mass of a link to a MuJoCo body, and the link's descendants.
 
         Args:
-            body: MuJoCo's body.
-            model: Whose link it is.
-            name: The link.
-            frame: Where the body is in the model.
-            joints: The model's joints by their children.
-            still: Whether the body may stand in the world for ever.
+            body: MuJoCo's body of the link.
+            model: Model of the link.
+            name: Name of the link.
+            frame: Pose of the body in the model.
+            joints: Joints of the model by child link.
+            still: Whether the parent of the link is fixed to the world.
         """
         pending = [(body, name, frame, still)]
         for body, name, frame, still in pending:
@@ -196,7 +196,7 @@ class _Builder:
             made.range = finite_range(joint.lower, joint.upper)
 
     def _close(self, model: SceneModel, joint: SceneJoint) -> None:
-        """Let a joint that closes a loop hold its child as well."""
+        """Add the constraint of a joint that closes a kinematic loop."""
         if joint.child not in self._made or joint.parent not in self._made:
             return
         child, frame = self._made[joint.child]
@@ -209,7 +209,7 @@ class _Builder:
             close_loop(self.spec, loop, child, self._made[joint.parent][0])
 
     def _tie(self, model: SceneModel, joints: Iterable[SceneJoint]) -> None:
-        """Let joints follow those that they follow."""
+        """Add the constraints of mimic joints."""
         known = {joint.name for joint in model.joints}
         for joint in joints:
             if joint.mimic is None or joint.name not in self._names:
@@ -270,7 +270,7 @@ class _Builder:
                 geom.density = shape.density
 
     def _mesh(self, shape: SceneShape) -> str:
-        # What is seen and what touches are drawn, and simplified, each in its own way.
+        # Visual shapes are coloured and collision shapes are cut, so that they share no mesh.
         key = ("mesh", shape.file, shape.size, shape.touches)
         if key not in self._assets:
             self._assets[key] = f"mesh{len(self._assets)}"
@@ -278,7 +278,7 @@ class _Builder:
         return self._assets[key]
 
     def _slabs(self, shape: SceneShape) -> list[str]:
-        """The meshes that stand for a hollow one; none where that may be one shape."""
+        """Return the names of the slab meshes that replace a hollow mesh; none if it needs none."""
         if shape.kind != "mesh" or shape.file is None:
             return []
         key = ("slabs", shape.file, shape.size)
@@ -334,7 +334,7 @@ def _place(pose: Transform) -> tuple[list[float], list[float]]:
 
 
 def _weigh(body: Any, inertial: SceneInertial, here: Transform) -> None:
-    """Give a body its mass; moments along axes of their own are brought to the body's."""
+    """Set the mass and inertia of a body, with the moments rotated to the body's axes."""
     pose = here @ inertial.pose
     rotation = np.array(matrix_from_quaternion(pose.rotation))
     xx, xy, xz, yy, yz, zz = inertial.moments

@@ -12,7 +12,7 @@ import numpy.typing as npt
 _Object = mujoco.mjtObj
 _Numbers = npt.NDArray[np.intp]
 
-# How many numbers positions and velocities of a joint are, by its type: free, ball, slide, hinge.
+# Number of positions and of velocities of a joint by its type: free, ball, slide, hinge.
 _POSITIONS = np.array([7, 4, 1, 1])
 _DOFS = np.array([6, 3, 1, 1])
 
@@ -21,18 +21,19 @@ _DOFS = np.array([6, 3, 1, 1])
 def copy_state(m: Any, d: Any, new_m: Any, new_d: Any) -> None:
     """Copy the simulation state to a new model's data, by names of joints and bodies.
 
-    Joints, actuators and bodies of the same name go on as they were, pushed as they were. So do
-    those without a name, one after the other, of which only robots have some.
+    Joints, actuators and bodies of the same name keep their state and applied forces. Unnamed
+    elements, which only robots have, are matched in their order.
 
     Args:
-        m: The ``mujoco.MjModel`` so far.
-        d: Its ``mujoco.MjData``.
-        new_m: The model that takes its place, whose places of things that stand still change.
-        new_d: Its data, new.
+        m: The present ``mujoco.MjModel``.
+        d: Data of ``m``.
+        new_m: Model that replaces ``m``; its gravity and the poses of its bodies are set as in
+            ``m``.
+        new_d: Data of ``new_m``, just created.
     """
     new_m.opt.gravity[:] = m.opt.gravity
     new_d.time = d.time
-    # By arrays: there may be thousands, and time stands still meanwhile.
+    # With arrays: there may be thousands of joints, and simulation time stands still.
     old, new = _common(m, new_m, _Object.mjOBJ_JOINT)
     kinds = m.jnt_type[old]
     here = _spans(m.jnt_qposadr[old], _POSITIONS[kinds])
@@ -58,7 +59,7 @@ def copy_state(m: Any, d: Any, new_m: Any, new_d: Any) -> None:
 
 
 def _common(m: Any, new_m: Any, kind: mujoco.mjtObj) -> tuple[_Numbers, _Numbers]:
-    """Numbers of what is in both models: in the first, and in the second."""
+    """Return the indices of the elements that both models have, in each of the two models."""
     there = {key: number for number, key in enumerate(_keys(new_m, kind))}
     pairs = [(old, there[key]) for old, key in enumerate(_keys(m, kind)) if key in there]
     old, new = np.array(pairs, dtype=np.intp).reshape(-1, 2).T
@@ -81,7 +82,7 @@ def _keys(m: Any, kind: mujoco.mjtObj) -> Iterator[str | int]:
 
 
 def _spans(starts: _Numbers, counts: _Numbers) -> _Numbers:
-    """The numbers of several spans, one after the other."""
+    """Return the indices of several spans, concatenated."""
     ends = np.cumsum(counts)
     total = int(ends[-1]) if len(ends) else 0
     return np.repeat(starts - ends + counts, counts) + np.arange(total)

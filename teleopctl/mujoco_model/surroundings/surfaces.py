@@ -1,13 +1,13 @@
 """How shapes bounce off one another, and what brakes their spinning and rolling.
 
-What MuJoCo makes of two shapes that touch it takes from one of them, or the larger of two numbers.
+MuJoCo takes the parameters of a contact from one of its two shapes, or the larger of two values.
 Gazebo multiplies coefficients of restitution and takes the smaller one of spinning friction, so two
-shapes of which one says such a thing become a contact pair with numbers of its own.
+shapes of which one has such a parameter become a contact pair with parameters of its own.
 
-MuJoCo's contacts are springs and dampers in units of acceleration, whatever the masses: that along
-the normal becomes -b v - k r. With b = (1 + e) / h the first step of h seconds in which they
-overlap turns the speed v at which they meet into -e v, which is restitution, and the force ends,
-since contacts do not pull. What rests so stays at rest.
+MuJoCo's contacts are springs and dampers in units of acceleration, whatever the masses: the
+acceleration along the normal becomes -b v - k r. With b = (1 + e) / h, the first step of h seconds
+in which two shapes overlap turns their approach speed v into -e v, which is restitution; then the
+force ends, since contacts do not pull. Shapes at rest stay at rest.
 """
 
 from __future__ import annotations
@@ -24,27 +24,27 @@ if TYPE_CHECKING:
 
     from teleopctl.robot import Surface
 
-# In front of the names of pairs of ours, and of what a shape keeps of its surface.
+# Prefix of the names of pairs added here, and first value of user data that holds a surface.
 _PAIR = "surface/"
 _OURS = 0x5EED
-# What a contact has beside, see MuJoCo's ``friction``.
+# Default spinning and rolling friction of a contact, see MuJoCo's ``friction``.
 _SPIN, _ROLL = 0.005, 0.0001
-# Of a circular patch of radius a that is pressed on as by a ball: the moment is 3 pi / 16 a mu N.
+# Moment of a circular patch of radius a, under the pressure of a ball: 3 pi / 16 a mu N.
 _OF_PATCH = 3.0 * math.pi / 16.0
-# Beyond this nothing turns anyway, in metres.
+# Limit of spinning and rolling friction, in metres: above it nothing turns anyway.
 _ROUGHEST = 1000.0
-# Where two shapes that bounce overlap they come apart with this time constant, in seconds: that of
-# MuJoCo's other contacts. Their constraint has next to no softness.
+# Overlapping shapes that bounce are pushed apart with this time constant, in seconds, that of
+# MuJoCo's other contacts. Their constraint is nearly hard.
 _APART_S = 0.02
 _HARD = [0.9999, 0.9999, 0.001, 0.5, 2.0]
-# A shape of which nothing is said: it does not bounce, and its patch has no radius.
+# Surface of a shape without parameters: it does not bounce, and its patch has no radius.
 _USUAL = (0.0, 1.0, 0.0, 0.0)
-# Each costs 0.1 us of every step, near or far.
+# Each pair costs 0.1 us per step, near or far.
 _MOST_PAIRS = 20_000
 
 
 class _Touching(NamedTuple):
-    """A shape that touches: with the topmost body that it is of, and how."""
+    """Collision shape with its topmost body, surface and friction."""
 
     geom: Any
     top: str
@@ -53,7 +53,7 @@ class _Touching(NamedTuple):
 
 
 class _Contact(NamedTuple):
-    """What two shapes do to each other beyond friction; lengths in metres."""
+    """Contact parameters of two shapes other than sliding friction; lengths in metres."""
 
     restitution: float
     spinning: float
@@ -132,13 +132,13 @@ def set_timestep(model: mujoco.MjModel, timestep_s: float) -> None:
 
 
 def _surface(geom: Any) -> tuple[float, ...]:
-    """Restitution, friction of spinning, radius of the patch, rolling."""
+    """Return a shape's restitution, spinning friction, patch radius and rolling friction."""
     values = list(geom.userdata)
     return tuple(values[1:5]) if values[:1] == [_OURS] else _USUAL
 
 
 def _top(geom: Any) -> str:
-    """The topmost body that a shape is of; the world's name for what is fixed to that."""
+    """Return the topmost body of a shape; ``world`` for a shape that is fixed to the world."""
     body, moves = geom.parent, False
     while body.name != "world":
         top = str(body.name)
@@ -162,13 +162,13 @@ def _has_usual_contacts(geom: Any, usual: Any) -> bool:
 
 
 def _free_names(spec: mujoco.MjSpec) -> Iterator[str]:
-    """Names for shapes without one, of the kind that nobody is shown."""
+    """Yield unused names for unnamed shapes, with the prefix of the added pairs."""
     taken = {geom.name for geom in spec.geoms}
     return (name for number in count() if (name := f"{_PAIR}shape{number}") not in taken)
 
 
 def _contact(one: _Touching, other: _Touching) -> _Contact | None:
-    """How two shapes touch, as Gazebo's engines have it; None for as usual.
+    """Return the contact of two shapes as in Gazebo's engines; None for MuJoCo's usual contact.
 
     ODE has friction against spinning, Bullet against rolling, and restitution is as in DART.
     """
@@ -195,7 +195,7 @@ def _add_pair(
             contact.spinning or _SPIN,
             *(contact.rolling or _ROLL,) * 2,
         ],
-        # What brakes sliding knows nothing of bouncing.
+        # Sliding friction does not depend on restitution.
         solreffriction=list(one.geom.solref),
         solref=list(one.geom.solref),
         solimp=list(one.geom.solimp),

@@ -1,7 +1,7 @@
-"""What stands and lies around a robot, and models with more of it, with less, or in another world.
+"""Objects around a robot, and models with objects added or removed, or with another world.
 
-A model never changes: each function here returns another one, of the same robot with the same
-numbers in front. What was wrong with it is known before anything has happened to the first.
+A model never changes: each function here returns a new model of the same robot, whose elements
+come first and keep their indices. An error is raised before the old model is affected.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from teleopctl.mujoco_model.model import RobotModel
     from teleopctl.robot import World
 
-# What a thing can have beside bodies, all of it named with the thing's prefix.
+# Elements of an object other than bodies, all named with the object's prefix.
 _ASSETS = ("meshes", "textures", "materials", "hfields")
 _IN_THE_WORLD = ("geoms", "lights", "sites", "cameras")
 
@@ -40,25 +40,25 @@ _IN_THE_WORLD = ("geoms", "lights", "sites", "cameras")
 class NewObject:
     """Object to be spawned into a running model: its spec, name and pose.
 
-    It moves freely unless its file makes it part of the world: by a root link named ``world``, or,
-    for MuJoCo's scenes, by a body without a free joint. A file with several parts of which some
-    move freely becomes as many things, ``NAME/part``, each where the file has it as seen from the
-    place.
+    The object moves freely unless its file makes it part of the world: by a root link named
+    ``world``, or, for MuJoCo's scenes, by a body without a free joint. A file with several parts of
+    which some move freely becomes as many objects, ``NAME/part``, each at its pose in the file
+    relative to the given pose.
 
     Args:
-        world: The thing, as a world of its own.
-        name: What it is to be called; its other bodies are ``NAME/body``.
-        place: Where its topmost body is to be in the world, (3,), in metres.
-        turn: The rotation of that, (4,), w x y z.
-        own_pose: Whether it is where its file has it, as seen from there.
+        world: The object, as a world of its own.
+        name: Name of the object; its other bodies are named ``NAME/body``.
+        place: Position of the topmost body in the world, (3,), in metres.
+        turn: Rotation of the topmost body in the world, (4,), w x y z.
+        own_pose: Whether the object keeps its pose in the file, relative to ``place`` and ``turn``.
 
     Attributes:
-        name: What it is to be called.
-        names: What the things are called that it becomes.
-        warnings: What had to be repaired or left out, one sentence each.
+        name: Name of the object.
+        names: Names of the objects that the file becomes.
+        warnings: Parts that were repaired or left out, one sentence each.
 
     Raises:
-        InvalidDescriptionError: MuJoCo cannot simulate it.
+        InvalidDescriptionError: MuJoCo cannot simulate the object.
     """
 
     def __init__(
@@ -99,14 +99,14 @@ class NewObject:
 
         Args:
             spec: The ``mujoco.MjSpec``.
-            prefix: In front of the names of all its parts but bodies.
-            frame: The frame at the world's origin.
+            prefix: Prefix of the names of all parts except bodies.
+            frame: Name of the frame at the world's origin.
 
         Returns:
-            What moves freely of it.
+            Freely moving bodies of the object.
 
         Raises:
-            InvalidDescriptionError: A body of its name is there already.
+            InvalidDescriptionError: The spec has a body of the same name.
         """
         if spec.body(self.name) is not None:
             raise InvalidDescriptionError(f"There is '{self.name}' already")
@@ -124,15 +124,15 @@ class NewObject:
 def with_objects(model: RobotModel, coming: Sequence[NewObject]) -> RobotModel:
     """Return a newly compiled model with spawned objects added.
 
-    MuJoCo compiles the whole model anew, in a time that grows with the square of what moves
-    freely: 0.5 s for a thousand.
+    MuJoCo compiles the whole model again, in a time that grows with the square of the number of
+    freely moving bodies: 0.5 s for a thousand.
 
     Args:
-        model: The model so far.
-        coming: What comes, each for the first time.
+        model: The present model.
+        coming: Objects to add, none of which has been added before.
 
     Raises:
-        InvalidDescriptionError: MuJoCo cannot simulate one of them, or its name is taken.
+        InvalidDescriptionError: MuJoCo cannot simulate an object, or its name is taken.
     """
     spec = model.spec.copy()
     last = max(
@@ -162,7 +162,7 @@ def without_objects(model: RobotModel, names: Iterable[str]) -> RobotModel:
     """Return a newly compiled model with the named objects removed.
 
     Raises:
-        NotFoundError: There is no thing of that name.
+        NotFoundError: There is no object of a given name.
     """
     leaving = []
     for name in names:
@@ -190,19 +190,19 @@ def without_objects(model: RobotModel, names: Iterable[str]) -> RobotModel:
 def with_world(model: RobotModel, world: World | None) -> RobotModel:
     """Return a newly compiled model with the world replaced; spawned objects go.
 
-    What stands in the robot's own file stays.
+    Objects of the robot's own file stay.
 
     Args:
-        model: The model so far.
-        world: The world; None for nothing but the ground.
+        model: The present model.
+        world: The new world; None for the ground alone.
 
     Raises:
-        InvalidDescriptionError: MuJoCo cannot simulate it, or a link of the robot has the name of
-            one of its links.
+        InvalidDescriptionError: MuJoCo cannot simulate the world, or a link of the robot has the
+            name of a body of the world.
     """
     bare = without_objects(model, [thing.name for thing in model.things if thing.prefix])
     spec = bare.spec
-    _clear(spec, WORLD_PREFIX)  # a world of lights and places alone has no things
+    _clear(spec, WORLD_PREFIX)  # a world of lights and sites alone has no objects
     remove_ground(spec)
     before = {body.name for body in spec.worldbody.bodies}
     free: list[FreeBody] = []
@@ -224,7 +224,7 @@ def with_world(model: RobotModel, world: World | None) -> RobotModel:
 def _from(
     place: np.ndarray, turn: np.ndarray, things: mujoco.MjSpec
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Where the only thing of a file is, as seen from a pose."""
+    """Return the pose in the world of a file's only object, whose own pose is relative to a pose."""
     body = things.compile().body(1)
     found, rotation = np.zeros(3), np.zeros(4)
     mujoco.mju_rotVecQuat(found, body.pos, turn)
@@ -247,7 +247,7 @@ def _rename(things: mujoco.MjSpec, top: str | None, name: str) -> None:
 
 
 def _clear(spec: mujoco.MjSpec, prefix: str) -> None:
-    """Take out all that came in under a prefix, but for bodies that hold it."""
+    """Remove all elements that were added with a prefix, except the bodies that hold them."""
     if (frame := spec.frame(prefix)) is not None:
         spec.delete(frame)
     own = (getattr(spec.worldbody, kind) for kind in _IN_THE_WORLD)
@@ -259,7 +259,7 @@ def _clear(spec: mujoco.MjSpec, prefix: str) -> None:
 
 
 def _belongs(name: str, prefix: str) -> bool:
-    """Whether a part is of the things of a prefix: ``world/`` is in front of ``world/1/`` too."""
+    """Whether a part belongs to a prefix; parts of ``world/1/`` do not belong to ``world/``."""
     rest = name.removeprefix(prefix)
     return rest != name and not (prefix == WORLD_PREFIX and rest.split("/")[0].isdigit())
 
@@ -268,7 +268,7 @@ def _compiled(model: RobotModel, spec: mujoco.MjSpec, where: str) -> RobotModel:
     told = add_contact_pairs(spec)
     try:
         with catch_warnings():
-            # What it says in this way it says to `mujoco.set_mju_user_warning` too.
+            # MuJoCo passes these warnings to `mujoco.set_mju_user_warning` too.
             simplefilter("ignore", UserWarning)
             compiled = spec.compile()
     except ValueError as error:

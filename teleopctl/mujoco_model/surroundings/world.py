@@ -24,10 +24,10 @@ if TYPE_CHECKING:
 
     from teleopctl.robot import RobotDescription, Scene, World
 
-# In front of the names of all that is of the world, but of bodies, which are frames to others.
+# Prefix of the names of all parts of the world except bodies, whose names are frames.
 WORLD_PREFIX = "world/"
 
-# What a scene of MuJoCo's may have beside things: it is for a robot that is not in it.
+# Left-out elements of a MuJoCo scene: they are for a robot that is not part of the world.
 _LEFT_OUT = {
     "actuators": "actuators",
     "sensors": "sensors",
@@ -37,7 +37,7 @@ _LEFT_OUT = {
     "pairs": "contact pairs",
     "cameras": "cameras",
 }
-# What a scene says of the whole simulation, where the robot's side decides.
+# Settings of the whole simulation, which the robot's spec decides.
 _OF_ALL = ("option", "visual", "stat", "memory", "njmax", "nconmax", "nstack", "nuserdata")
 
 
@@ -46,22 +46,23 @@ def add_world(spec: mujoco.MjSpec, world: World, frame: str) -> tuple[list[FreeB
 
     Args:
         spec: The ``mujoco.MjSpec`` of the robot.
-        world: What to add.
-        frame: The frame at the world's origin.
+        world: World to add.
+        frame: Name of the frame at the world's origin.
 
     Returns:
-        What moves freely in the world, and a warning for each thing that was repaired or left out.
+        Freely moving bodies of the world, and a warning for each part that was repaired or left
+        out.
 
     Raises:
-        InvalidDescriptionError: MuJoCo cannot simulate it, or a link of the robot has the name of
-            one of its links.
+        InvalidDescriptionError: MuJoCo cannot simulate the world, or a link of the robot has the
+            name of a body of the world.
     """
     things, warnings = read_objects(world)
     spec.option.gravity = things.option.gravity
     if things.option.magnetic.tolist() != mujoco.MjOption().magnetic.tolist():
         spec.option.magnetic = things.option.magnetic
     bodies = attach_objects(spec, things, str(world.path), frame)
-    # What SDF leaves out is told with its file and line.
+    # Warnings about SDF have a file and line already.
     told = () if world.scene is None else world.scene.remarks
     return bodies, [*told, *(f"{world.path.name}: {warning}" for warning in warnings)]
 
@@ -70,7 +71,7 @@ def read_objects(world: World) -> tuple[mujoco.MjSpec, list[str]]:
     """Read a world's file; return its ``mujoco.MjSpec``, and warnings.
 
     Raises:
-        InvalidDescriptionError: MuJoCo cannot simulate it.
+        InvalidDescriptionError: MuJoCo cannot simulate the world.
     """
     if world.scene is not None:
         return _build(world.path, world.scene)
@@ -97,18 +98,18 @@ def attach_objects(
 
     Args:
         spec: The ``mujoco.MjSpec`` of the robot.
-        things: That of the things, which is used up.
-        where: What errors call it.
-        frame: The frame at the world's origin.
-        prefix: In front of the names of all parts but bodies, which are frames to others.
-        holder: What they stand in; the world unless said otherwise.
-        origin: Where their origin is in that: (3,) in metres, and (4,), w x y z.
+        things: The ``mujoco.MjSpec`` of the objects, not to be used afterwards.
+        where: Name of the world in error messages, such as its path.
+        frame: Name of the frame at the world's origin.
+        prefix: Prefix of the names of all parts except bodies, whose names are frames.
+        holder: Body that the objects are attached to; the world by default.
+        origin: Pose of the objects' origin in ``holder``: (3,) in metres, and (4,), w x y z.
 
     Returns:
-        What moves freely among them.
+        Freely moving bodies among the objects.
 
     Raises:
-        InvalidDescriptionError: A body of that name is there already.
+        InvalidDescriptionError: The robot's spec has a body of the same name.
     """
     for name in _OF_ALL:
         setattr(things, name, getattr(spec, name))
@@ -121,10 +122,10 @@ def attach_objects(
             hint="Rename one of them, or choose another world.",
         )
     if any(len(geom.userdata) for geom in things.geoms):
-        spec.nuser_geom = -1  # as many as there are, whatever the robot has
+        spec.nuser_geom = -1  # automatic: as many as the shapes have
     spec.compiler.balanceinertia |= things.compiler.balanceinertia
-    # By its name all of them leave at once, which for hundreds takes MuJoCo milliseconds and not
-    # seconds.
+    # All objects can be removed with this named frame at once, which for hundreds takes MuJoCo
+    # milliseconds instead of seconds.
     base = (holder or spec.worldbody).add_frame(name=prefix)
     if origin is not None:
         base.pos, base.quat = origin
@@ -133,13 +134,13 @@ def attach_objects(
         spec.body(f"{prefix}{name}").name = name
     _find_bodies(spec, prefix, "world" if holder is None else holder.name)
     if free:
-        # What has come to rest costs nothing until something touches it or puts it elsewhere.
+        # Sleeping objects cost no time until something touches or moves them.
         spec.option.enableflags |= mujoco.mjtEnableBit.mjENBL_SLEEP
     return [FreeBody(link, f"{prefix}{joint}", frame) for link, joint in free]
 
 
 def _find_bodies(spec: mujoco.MjSpec, prefix: str, world: str) -> None:
-    """Let what refers to bodies by their names find those that have lost a prefix."""
+    """Remove a prefix from the body names in contact exclusions and equality constraints."""
     names = ("bodyname1", "bodyname2")
     referring = [(pair, name) for pair in spec.excludes for name in names]
     referring += [
@@ -160,7 +161,7 @@ def world_geoms(model: mujoco.MjModel, bodies: Container[str] = ()) -> tuple[int
 
     Args:
         model: The ``mujoco.MjModel``.
-        bodies: Bodies all of whose shapes are.
+        bodies: Names of further bodies whose geoms belong to the world.
     """
     geoms = [model.geom(n) for n in range(model.ngeom)]
     return tuple(
@@ -175,7 +176,7 @@ def _read_urdf(path: Path, description: RobotDescription) -> tuple[mujoco.MjSpec
     try:
         _see_that_it_compiles(things, path)
     except InvalidDescriptionError:
-        # One broken mesh costs that one alone.
+        # Leave out only the broken mesh, not the whole world.
         things, warnings = _import(path, description, try_each_mesh=True)
         _see_that_it_compiles(things, path)
     return things, warnings
@@ -184,7 +185,7 @@ def _read_urdf(path: Path, description: RobotDescription) -> tuple[mujoco.MjSpec
 def _build(path: Path, scene: Scene) -> tuple[mujoco.MjSpec, list[str]]:
     try:
         things, warnings = scene_spec(scene)
-    except ValueError as error:  # two bodies would have one name
+    except ValueError as error:  # two bodies have the same name
         raise _refusal(path, error) from error
     try:
         _see_that_it_compiles(things, path)
@@ -243,7 +244,7 @@ def _read_scene(world: World) -> mujoco.MjSpec:
 
 
 def _see_that_it_compiles(things: mujoco.MjSpec, path: Path) -> None:
-    """Find its mistakes while they are not yet those of the robot."""
+    """Compile a world alone, so that its errors are not reported as the robot's."""
     try:
         m = things.compile()
     except ValueError as error:
@@ -258,7 +259,7 @@ def _refusal(path: Path, error: ValueError) -> InvalidDescriptionError:
 
 
 def _only_things(scene: mujoco.MjSpec) -> list[str]:
-    """Take everything out of a scene that is not a thing in it."""
+    """Remove everything from a scene that is not an object; return warnings."""
     warnings = []
     for attribute, word in _LEFT_OUT.items():
         found: list[Any] = list(getattr(scene, attribute))
@@ -272,7 +273,7 @@ def _only_things(scene: mujoco.MjSpec) -> list[str]:
 
 
 def _name_parts(things: mujoco.MjSpec) -> list[tuple[str, str]]:
-    """Name what has no name; returns the bodies that move freely, with their joints."""
+    """Name all unnamed parts; return the freely moving bodies, with their joints."""
     for kind, elements in (("object", things.bodies), ("shape", things.geoms)):
         taken = {element.name for element in elements}
         number = 0
@@ -295,10 +296,10 @@ class WorldObject:
     """Object of the world besides the robot: top body, free joint, name prefix.
 
     Attributes:
-        name: Its topmost body.
-        joint: The free joint that it moves on; empty where it stands still.
-        prefix: In front of the names of its parts; empty for what is of the robot's own file.
-        spawned: Whether it came in while the simulation ran.
+        name: Name of the object's topmost body.
+        joint: Name of the object's free joint; empty if the object is fixed.
+        prefix: Prefix of the names of its parts; empty for an object of the robot's own file.
+        spawned: Whether the object was spawned into the running simulation.
     """
 
     name: str
@@ -317,10 +318,10 @@ def objects_since(
     """Return the objects added to a spec since its list of top bodies was taken.
 
     Args:
-        before: The topmost bodies that it had before.
+        before: Names of the topmost bodies that the spec had before.
         spec: The ``mujoco.MjSpec``.
-        free: What moves freely of the world.
-        prefix: In front of the names of their parts.
+        free: Freely moving bodies of the world.
+        prefix: Prefix of the names of the objects' parts.
     """
     joints = {body.link: body.joint for body in free}
     return tuple(
